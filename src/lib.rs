@@ -1,0 +1,3 @@
+//! septet: Delaunay triangulation by sphere separators, density graphs and local convex hulls.
+
+pub mod model;

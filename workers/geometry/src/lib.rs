@@ -1,0 +1,11 @@
+//! septet-geometry: pure mathematics of the parallel Delaunay algorithm, in the order the data flows.
+//!
+//! No input or output, no threads, no clock, no unordered maps. Every algorithm is written once over
+//! the trait [`point::Point`], implemented for the plane ([`glam::DVec2`]) and for space
+//! ([`glam::DVec3`]).
+
+pub mod point;
+
+pub mod predicates;
+
+pub mod complex;

@@ -1,0 +1,219 @@
+//! Points, their coordinates and the one total order on them.
+//!
+//! A dimension is one implementation of [`Point`] (for [`DVec2`] and [`DVec3`]); every algorithm of
+//! the project is written once, over that trait. Ties of all kinds are broken by the lexicographic
+//! order of coordinates ([`lex_cmp`]), so no result depends on the numbering of the input.
+
+use std::cmp::Ordering;
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Sub};
+
+use bytemuck::Pod;
+use glam::{DVec2, DVec3, DVec4};
+
+/// A vector of a small fixed dimension with 64-bit floating-point coordinates.
+pub trait Vector:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// Number of coordinates.
+    const LEN: usize;
+    /// All coordinates equal to `value`.
+    fn splat(value: f64) -> Self;
+    /// The `i`-th coordinate, `i < LEN`.
+    fn coord(&self, i: usize) -> f64;
+    /// Replaces the `i`-th coordinate, `i < LEN`.
+    fn set_coord(&mut self, i: usize, value: f64);
+    /// Inner product, summed in the order of the coordinates.
+    fn dot(self, other: Self) -> f64;
+    /// Squared Euclidean length.
+    fn norm2(self) -> f64 {
+        self.dot(self)
+    }
+}
+
+macro_rules! vector {
+    ($t:ty, $len:expr) => {
+        impl Vector for $t {
+            const LEN: usize = $len;
+            #[inline]
+            fn splat(value: f64) -> Self {
+                <$t>::splat(value)
+            }
+            #[inline]
+            fn coord(&self, i: usize) -> f64 {
+                self[i]
+            }
+            #[inline]
+            fn set_coord(&mut self, i: usize, value: f64) {
+                self[i] = value;
+            }
+            #[inline]
+            fn dot(self, other: Self) -> f64 {
+                <$t>::dot(self, other)
+            }
+        }
+    };
+}
+vector!(DVec2, 2);
+vector!(DVec3, 3);
+vector!(DVec4, 4);
+
+/// A fixed-size tuple of vertex numbers: `[u32; N]`.
+pub trait Simplex:
+    Copy
+    + Debug
+    + Eq
+    + Ord
+    + std::hash::Hash
+    + Send
+    + Sync
+    + 'static
+    + Pod
+    + AsRef<[u32]>
+    + AsMut<[u32]>
+{
+    /// Number of vertices.
+    const LEN: usize;
+    /// All entries equal to `v`.
+    fn splat(v: u32) -> Self;
+}
+
+impl<const N: usize> Simplex for [u32; N]
+where
+    [u32; N]: Pod,
+{
+    const LEN: usize = N;
+    fn splat(v: u32) -> Self {
+        [v; N]
+    }
+}
+
+/// A point of the plane or of space: the single place where a dimension is defined.
+///
+/// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1`
+/// points. All signs are exact; see [`crate::predicates`] for the conventions.
+pub trait Point: Vector + Pod + Default {
+    /// 2 or 3.
+    const DIM: usize;
+    /// The vectors one dimension up, where the stereographic lift lives.
+    type Lifted: Vector;
+    /// `[u32; DIM]`: a facet of a cell, or of a vertex' link.
+    type Facet: Simplex;
+    /// `[u32; DIM + 1]`: a cell (triangle or tetrahedron).
+    type Cell: Simplex;
+
+    /// Exact sign of the orientation determinant of `DIM + 1` points: positive for
+    /// counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
+    /// The size of the result means nothing, its sign everything.
+    fn orient_raw(cell: &[Self]) -> f64;
+    /// Exact sign of the in-sphere determinant: positive when `q` lies strictly inside the
+    /// circumsphere of the positively oriented `cell`.
+    fn insphere_raw(cell: &[Self], q: Self) -> f64;
+    /// The half-space form of "inside the circumsphere through the origin and `rel`":
+    /// returns `(w, v)` such that for a positively oriented cell `(0, rel..)` a point `q` lies inside
+    /// iff `w |q|^2 - v . q < 0`. Rounded. `rel` has `DIM` vectors.
+    fn sphere_plane(rel: &[Self]) -> (f64, Self);
+    /// The normal `n` of the hyperplane through the origin and the `DIM - 1` vectors of `rel`,
+    /// such that `n . q` has the sign of the orientation of `(0, rel.., q)`. Rounded.
+    fn hull_normal(rel: &[Self]) -> Self;
+    /// Copies `DIM` coordinates out of a slice.
+    fn from_coords(coords: &[f64]) -> Self;
+}
+
+impl Point for DVec2 {
+    const DIM: usize = 2;
+    type Lifted = DVec3;
+    type Facet = [u32; 2];
+    type Cell = [u32; 3];
+
+    #[inline]
+    fn orient_raw(c: &[Self]) -> f64 {
+        robust::orient2d(coord2(c[0]), coord2(c[1]), coord2(c[2]))
+    }
+    #[inline]
+    fn insphere_raw(c: &[Self], q: Self) -> f64 {
+        robust::incircle(coord2(c[0]), coord2(c[1]), coord2(c[2]), coord2(q))
+    }
+    #[inline]
+    fn sphere_plane(rel: &[Self]) -> (f64, Self) {
+        let (a, b) = (rel[0], rel[1]);
+        let (aa, bb) = (a.dot(a), b.dot(b));
+        let v = DVec2::new(b.y, -b.x) * aa + DVec2::new(-a.y, a.x) * bb;
+        (a.x * b.y - a.y * b.x, v)
+    }
+    #[inline]
+    fn hull_normal(rel: &[Self]) -> Self {
+        DVec2::new(-rel[0].y, rel[0].x)
+    }
+    fn from_coords(c: &[f64]) -> Self {
+        DVec2::new(c[0], c[1])
+    }
+}
+
+impl Point for DVec3 {
+    const DIM: usize = 3;
+    type Lifted = DVec4;
+    type Facet = [u32; 3];
+    type Cell = [u32; 4];
+
+    #[inline]
+    fn orient_raw(c: &[Self]) -> f64 {
+        // Shewchuk's orient3d is positive when the fourth point lies below: the opposite sign.
+        -robust::orient3d(coord3(c[0]), coord3(c[1]), coord3(c[2]), coord3(c[3]))
+    }
+    #[inline]
+    fn insphere_raw(c: &[Self], q: Self) -> f64 {
+        -robust::insphere(coord3(c[0]), coord3(c[1]), coord3(c[2]), coord3(c[3]), coord3(q))
+    }
+    #[inline]
+    fn sphere_plane(rel: &[Self]) -> (f64, Self) {
+        let (a, b, c) = (rel[0], rel[1], rel[2]);
+        let (aa, bb, cc) = (a.dot(a), b.dot(b), c.dot(c));
+        let bc = b.cross(c);
+        let v = bc * aa + c.cross(a) * bb + a.cross(b) * cc;
+        (a.dot(bc), v)
+    }
+    #[inline]
+    fn hull_normal(rel: &[Self]) -> Self {
+        rel[0].cross(rel[1])
+    }
+    fn from_coords(c: &[f64]) -> Self {
+        DVec3::new(c[0], c[1], c[2])
+    }
+}
+
+fn coord2(p: DVec2) -> robust::Coord<f64> {
+    robust::Coord { x: p.x, y: p.y }
+}
+
+fn coord3(p: DVec3) -> robust::Coord3D<f64> {
+    robust::Coord3D { x: p.x, y: p.y, z: p.z }
+}
+
+/// Lexicographic order of the coordinates: the rank that breaks every tie. Coordinates must be
+/// finite and `-0.0` already read as `0.0`.
+#[inline]
+pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
+    for i in 0..P::DIM {
+        match a.coord(i).total_cmp(&b.coord(i)) {
+            Ordering::Equal => {}
+            other => return other,
+        }
+    }
+    Ordering::Equal
+}
+
+/// Squared distance, by the one expression used everywhere (symmetric in its arguments).
+#[inline]
+pub fn dist2<P: Point>(a: P, b: P) -> f64 {
+    (a - b).norm2()
+}

@@ -1,0 +1,1 @@
+//! septet-protocol.
