@@ -4,6 +4,8 @@
 //! the trait [`point::Point`], implemented for the plane ([`glam::DVec2`]) and for space
 //! ([`glam::DVec3`]).
 
+pub mod cost;
+
 pub mod point;
 
 pub mod predicates;

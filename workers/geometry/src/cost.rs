@@ -1,0 +1,302 @@
+//! Work and depth on the EREW PRAM with unit-time scans, charged by the primitives that do the work.
+//!
+//! **Model.** Blelloch's scan-vector model (Vector Models for Data-Parallel Computing, 1990): a
+//! problem of `m` items has `m` virtual processors, times a stated constant. A vector step over `m`
+//! items costs work `m` and depth 1; where the items have costs of their own, the sum of their work and
+//! the largest of their depths. A scan costs one step; a second depth charges `ceil(log2 m)` for it.
+//!
+//! [`Cost`] has private fields and no constructor but zero: only the primitives below raise it, and
+//! each one runs the loop it charges for. A handler can neither state a number nor loop for free
+//! inside a primitive without the loop being a primitive itself.
+//!
+//! The clock belongs to a subproblem. A subproblem spread over a group of workers is charged by every
+//! member for its own share; shares are merged by [`Cost::beside`] (sum of work, largest depth), and
+//! the scans are charged over the number of items of the whole subproblem when the ledger folds them
+//! ([`Cost::depth_log_scan`]), so that no figure depends on the number of workers.
+
+/// Work and depth so far. See the module's text for the rules.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    work: u64,
+    depth: u64,
+    scans: u64,
+    inner_log: u64,
+}
+
+impl Cost {
+    /// Nothing done yet.
+    pub const ZERO: Cost = Cost { work: 0, depth: 0, scans: 0, inner_log: 0 };
+
+    /// Number of elementary operations.
+    pub fn work(&self) -> u64 {
+        self.work
+    }
+
+    /// Longest chain of vector steps, a scan counting 1.
+    pub fn depth(&self) -> u64 {
+        self.depth
+    }
+
+    /// Number of scans over the subproblem's own items on that chain.
+    pub fn scans(&self) -> u64 {
+        self.scans
+    }
+
+    /// Longest chain with every scan over `items` items counting `ceil(log2 items)`, at least 1.
+    pub fn depth_log_scan(&self, items: u64) -> u64 {
+        self.depth + self.inner_log + self.scans * (ceil_log2(items).max(1) - 1)
+    }
+
+    /// The cost as four numbers, for the wire.
+    pub fn to_parts(self) -> [u64; 4] {
+        [self.work, self.depth, self.scans, self.inner_log]
+    }
+
+    /// A cost that another worker measured. Only for decoding what [`Cost::to_parts`] encoded.
+    pub fn from_parts(p: [u64; 4]) -> Self {
+        Cost { work: p[0], depth: p[1], scans: p[2], inner_log: p[3] }
+    }
+
+    /// This, then `next`.
+    pub fn then(&mut self, next: Cost) {
+        self.work += next.work;
+        self.depth += next.depth;
+        self.scans += next.scans;
+        self.inner_log += next.inner_log;
+    }
+
+    /// This and `other` at the same time: sum of work, largest depth.
+    pub fn beside(&mut self, other: Cost) {
+        self.work += other.work;
+        self.depth = self.depth.max(other.depth);
+        self.scans = self.scans.max(other.scans);
+        self.inner_log = self.inner_log.max(other.inner_log);
+    }
+
+    /// Turns the scans over this problem's `items` items into a fixed charge of the log column, so
+    /// that the problem can become an item of a larger vector step.
+    pub fn close(&mut self, items: u64) {
+        self.inner_log += self.scans * (ceil_log2(items).max(1) - 1);
+        self.scans = 0;
+    }
+
+    fn step(&mut self, work: usize) {
+        self.work += work as u64;
+        self.depth += 1;
+    }
+
+    fn scan_step(&mut self, work: usize) {
+        self.step(work);
+        self.scans += 1;
+    }
+
+    /// One vector step: `f` of every item.
+    pub fn map<T, U>(&mut self, items: &[T], mut f: impl FnMut(&T) -> U) -> Vec<U> {
+        self.step(items.len());
+        items.iter().map(&mut f).collect()
+    }
+
+    /// One vector step over items that change in place.
+    pub fn update<T>(&mut self, items: &mut [T], mut f: impl FnMut(&mut T)) {
+        self.step(items.len());
+        items.iter_mut().for_each(&mut f);
+    }
+
+    /// One vector step whose items have costs of their own: work is their sum (at least one each),
+    /// depth the largest.
+    pub fn map_nested<T, U>(&mut self, items: &[T], mut f: impl FnMut(&T, &mut Cost) -> U) -> Vec<U> {
+        let mut all = Cost::ZERO;
+        let out = items
+            .iter()
+            .map(|item| {
+                let mut own = Cost::ZERO;
+                let value = f(item, &mut own);
+                own.work = own.work.max(1);
+                own.depth = own.depth.max(1);
+                all.beside(own);
+                value
+            })
+            .collect();
+        self.then(all);
+        out
+    }
+
+    /// A reduction: one scan over the items.
+    pub fn reduce<T, A>(&mut self, items: &[T], init: A, f: impl FnMut(A, &T) -> A) -> A {
+        self.scan_step(items.len());
+        items.iter().fold(init, f)
+    }
+
+    /// Exclusive plus-scan of counts: offsets and total.
+    pub fn scan(&mut self, counts: &[usize]) -> (Vec<usize>, usize) {
+        self.scan_step(counts.len());
+        let mut total = 0;
+        let offsets = counts
+            .iter()
+            .map(|&c| {
+                let at = total;
+                total += c;
+                at
+            })
+            .collect();
+        (offsets, total)
+    }
+
+    /// The items that `keep` accepts, in order: flag, scan, permute (three steps, one of them a scan).
+    pub fn pack<T: Copy>(&mut self, items: &[T], mut keep: impl FnMut(&T) -> bool) -> Vec<T> {
+        self.step(items.len());
+        self.scan_step(items.len());
+        self.step(items.len());
+        items.iter().copied().filter(|t| keep(t)).collect()
+    }
+
+    /// Both sides of a split, in order: flag, two scans, one permute.
+    pub fn split<T: Copy>(&mut self, items: &[T], mut left: impl FnMut(&T) -> bool) -> (Vec<T>, Vec<T>) {
+        self.step(items.len());
+        self.scan_step(items.len());
+        self.scan_step(items.len());
+        self.step(items.len());
+        items.iter().copied().partition(|t| left(t))
+    }
+
+    /// One value to every item: a copy-scan.
+    pub fn broadcast<T>(&mut self, items: &mut [T], mut set: impl FnMut(&mut T)) {
+        self.scan_step(items.len());
+        items.iter_mut().for_each(&mut set);
+    }
+
+    /// `out[i] = items[index[i]]`: exclusive reads, so the indices must be distinct.
+    ///
+    /// # Errors
+    /// The first index that occurs twice.
+    pub fn gather<T: Copy>(&mut self, items: &[T], index: &[u32]) -> Result<Vec<T>, usize> {
+        self.step(index.len());
+        let mut seen = vec![false; items.len()];
+        index
+            .iter()
+            .map(|&i| {
+                let i = i as usize;
+                if std::mem::replace(&mut seen[i], true) { Err(i) } else { Ok(items[i]) }
+            })
+            .collect()
+    }
+
+    /// All pairs of a row with every column: one vector step over `rows * cols` pairs, the column
+    /// values replicated by a copy-scan, and one segmented reduction that leaves one result a row.
+    /// `f` sees every pair once, in order, and keeps the row's state.
+    pub fn pairs<R, C, S>(
+        &mut self,
+        rows: &[R],
+        cols: &[C],
+        mut start: impl FnMut(&R) -> S,
+        mut f: impl FnMut(&mut S, &R, usize, &C),
+    ) -> Vec<S> {
+        let pairs = rows.len() * cols.len();
+        self.scan_step(pairs);
+        self.step(pairs);
+        self.scan_step(pairs);
+        rows.iter()
+            .map(|row| {
+                let mut state = start(row);
+                for (j, col) in cols.iter().enumerate() {
+                    f(&mut state, row, j, col);
+                }
+                state
+            })
+            .collect()
+    }
+
+    /// A step over items that a caller walks itself, one call of [`Sweep::visit`] an item; charged
+    /// when the sweep is dropped into the cost by [`Cost::swept`].
+    pub fn sweep(&self) -> Sweep {
+        Sweep { items: 0 }
+    }
+
+    /// Charges a finished sweep: one vector step and one scan that collects its outcome.
+    pub fn swept(&mut self, sweep: Sweep) {
+        self.step(sweep.items as usize);
+        let mut inner = Cost::ZERO;
+        inner.scan_step(sweep.items as usize);
+        inner.close(sweep.items);
+        self.then(inner);
+    }
+
+    /// A loop on one processor: every trip costs one unit of work and of depth.
+    pub fn sequential<A>(&mut self, trips: usize, init: A, mut f: impl FnMut(A, usize) -> A) -> A {
+        let mut state = init;
+        for i in 0..trips {
+            self.step(1);
+            state = f(state, i);
+        }
+        state
+    }
+}
+
+/// Counts the items of a vector step one by one, where they are found by walking.
+#[derive(Debug)]
+pub struct Sweep {
+    items: u64,
+}
+
+impl Sweep {
+    /// One more item is processed.
+    #[inline]
+    pub fn visit(&mut self) {
+        self.items += 1;
+    }
+}
+
+/// `ceil(log2 m)`, 0 for `m <= 1`.
+pub fn ceil_log2(m: u64) -> u64 {
+    if m <= 1 { 0 } else { u64::from((m - 1).ilog2()) + 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vector_steps_and_scans() {
+        let mut cost = Cost::ZERO;
+        let squares = cost.map(&[1, 2, 3], |x| x * x);
+        assert_eq!((squares, cost.work(), cost.depth()), (vec![1, 4, 9], 3, 1));
+        let (offsets, total) = cost.scan(&[2, 0, 5]);
+        assert_eq!((offsets, total), (vec![0, 2, 2], 7));
+        assert_eq!((cost.work(), cost.depth(), cost.depth_log_scan(1024)), (6, 2, 11));
+        cost.sequential(5, 0, |a, _| a + 1);
+        assert_eq!((cost.work(), cost.depth()), (11, 7));
+    }
+
+    #[test]
+    fn doubling_an_inner_loop_changes_the_counts() {
+        let run = |trips: usize| {
+            let mut cost = Cost::ZERO;
+            cost.map_nested(&[1, 2, 3], |_, own| own.sequential(trips, 0, |a, _| a + 1));
+            (cost.work(), cost.depth())
+        };
+        assert_eq!(run(4), (12, 4));
+        assert_eq!(run(8), (24, 8));
+    }
+
+    #[test]
+    fn repeated_reads_are_refused() {
+        let mut cost = Cost::ZERO;
+        assert_eq!(cost.gather(&[10, 20, 30], &[2, 0]), Ok(vec![30, 10]));
+        assert_eq!(cost.gather(&[10, 20, 30], &[2, 2]), Err(2));
+    }
+
+    #[test]
+    fn shares_of_a_group_merge_as_one() {
+        let items: Vec<usize> = (0..100).collect();
+        let mut whole = Cost::ZERO;
+        whole.pack(&items, |x| x % 2 == 0);
+        let mut merged = Cost::ZERO;
+        for part in items.chunks(7) {
+            let mut own = Cost::ZERO;
+            own.pack(part, |x| x % 2 == 0);
+            merged.beside(own);
+        }
+        assert_eq!(whole, merged);
+        assert_eq!(ceil_log2(1000), 10);
+    }
+}
