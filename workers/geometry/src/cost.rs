@@ -181,6 +181,18 @@ impl Cost {
             .collect()
     }
 
+    /// Sorts in place. Work is the number of comparisons made; depth is that of a parallel comparison
+    /// sort, `ceil(log2 m)` (Cole 1988).
+    pub fn sort_by<T>(&mut self, items: &mut [T], mut cmp: impl FnMut(&T, &T) -> std::cmp::Ordering) {
+        let mut comparisons = 0;
+        items.sort_unstable_by(|a, b| {
+            comparisons += 1;
+            cmp(a, b)
+        });
+        self.work += comparisons;
+        self.depth += ceil_log2(items.len() as u64);
+    }
+
     /// All pairs of a row with every column: one vector step over `rows * cols` pairs, the column
     /// values replicated by a copy-scan, and one segmented reduction that leaves one result a row.
     /// `f` sees every pair once, in order, and keeps the row's state.

@@ -8,6 +8,16 @@ pub mod cost;
 
 pub mod point;
 
+pub mod range;
+
 pub mod predicates;
 
 pub mod complex;
+
+pub mod neighbourhood;
+
+pub mod graph;
+
+pub mod hull;
+
+pub mod measure;

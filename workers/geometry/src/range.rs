@@ -1,0 +1,126 @@
+//! The range in which the predicates are exact, and the power of two that brings a set into it.
+//!
+//! **Statement.** If every coordinate is a multiple of `2^g` and below `2^m` in size, every intermediate
+//! term of the in-sphere determinant in `d` dimensions is a multiple of `2^((d+2) g)` and below about
+//! `2^((d+2) m + 12)`. Shewchuk's expansions are exact if nothing underflows or overflows: `(d+2) g >=
+//! -1074` and `(d+2) m + 12 <= 1023`, less the 28 bits that splitting needs. We use the bounds of space
+//! in both dimensions: `g >= -214` and `m <= 196`.
+//!
+//! So the guard is on the *lowest set bit*, not on magnitudes. Coordinates are multiplied by one power of
+//! two, which is exact and changes no sign; a set whose bits spread over more than 410 positions is
+//! refused by name.
+
+use thiserror::Error;
+
+use crate::point::Point;
+
+/// Lowest admitted exponent of a set bit.
+pub const LOWEST: i32 = -214;
+/// Admitted exponent above every coordinate.
+pub const HIGHEST: i32 = 196;
+
+/// Why coordinates cannot be decided exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum RangeError {
+    /// A coordinate is not a number, or infinite.
+    #[error("point {index}: coordinate {value} is not finite")]
+    NotFinite {
+        /// Position of the point.
+        index: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// The bits of the coordinates spread too far for exact signs.
+    #[error(
+        "the coordinates spread over {bits} binary digits (point {low} needs the lowest, point {high} the \
+         highest); exact signs are available up to 410: round the small coordinates or shift the origin"
+    )]
+    Spread {
+        /// Number of binary digits from the lowest set bit to the highest.
+        bits: i32,
+        /// Position of a point with the lowest set bit.
+        low: usize,
+        /// Position of a point with the largest coordinate.
+        high: usize,
+    },
+}
+
+/// `(g, m)` of one nonzero finite number: its lowest set bit is `2^g`, its size is below `2^m`.
+fn bit_range(x: f64) -> (i32, i32) {
+    let bits = x.to_bits();
+    let biased = ((bits >> 52) & 0x7ff) as i32;
+    let fraction = bits & ((1 << 52) - 1);
+    let (mantissa, exponent) =
+        if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
+    let low = exponent + mantissa.trailing_zeros() as i32;
+    let high = exponent + 64 - mantissa.leading_zeros() as i32;
+    (low, high)
+}
+
+/// The power of two that brings every coordinate into the exact range: 0 where they lie in it already.
+///
+/// # Errors
+/// A coordinate that is not finite, or a spread of bits that no scaling brings into the range.
+pub fn scale_exponent<P: Point>(points: &[P]) -> Result<i32, RangeError> {
+    let (mut low, mut high) = ((i32::MAX, 0), (i32::MIN, 0));
+    for (index, p) in points.iter().enumerate() {
+        for i in 0..P::DIM {
+            let value = p.coord(i);
+            if !value.is_finite() {
+                return Err(RangeError::NotFinite { index, value });
+            }
+            if value != 0.0 {
+                let (g, m) = bit_range(value);
+                low = low.min((g, index));
+                high = high.max((m, index));
+            }
+        }
+    }
+    if low.0 == i32::MAX || (low.0 >= LOWEST && high.0 <= HIGHEST) {
+        return Ok(0);
+    }
+    let bits = high.0 - low.0;
+    if bits > HIGHEST - LOWEST {
+        return Err(RangeError::Spread { bits, low: low.1, high: high.1 });
+    }
+    // Centre the set's bits in the range.
+    Ok((LOWEST + HIGHEST) / 2 - low.0.midpoint(high.0))
+}
+
+/// Multiplies by `2^exponent`, exactly for what [`scale_exponent`] admitted.
+pub fn scale<P: Point>(p: P, exponent: i32) -> P {
+    let half = exponent / 2;
+    let two_to = |e: i32| f64::from_bits(((1023 + i64::from(e)) as u64) << 52);
+    p * two_to(half) * two_to(exponent - half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn scaled_sets_come_into_range_exactly() {
+        for factor in [1e-120, 1.0, 1e120, 1e-300, 1e290] {
+            let points = [DVec3::new(0.3, -0.7, 1e-9) * factor, DVec3::ONE * factor];
+            let e = scale_exponent(&points).unwrap();
+            for &p in &points {
+                let q = scale(p, e);
+                assert_eq!(scale(q, -e), p);
+                for c in q.to_array().into_iter().filter(|&c| c != 0.0) {
+                    let (g, m) = bit_range(c);
+                    assert!(g >= LOWEST && m <= HIGHEST);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let points = [DVec3::ONE, DVec3::new(1e-200, 0.0, 0.0)];
+        assert!(matches!(scale_exponent(&points), Err(RangeError::Spread { low: 1, high: 0, .. })));
+        let points = [DVec3::ONE, DVec3::new(0.0, f64::NAN, 0.0)];
+        assert!(matches!(scale_exponent(&points), Err(RangeError::NotFinite { index: 1, .. })));
+        assert_eq!(scale_exponent(&[DVec3::ZERO]), Ok(0));
+    }
+}
