@@ -1,7 +1,7 @@
 //! Measures of cells: circumradius, shortest edge, radius-edge ratio (paper, Section 1). Rounded; for
 //! reports and for the choice of parameters, never for a decision about the triangulation.
 
-use crate::point::{Point, Vector, dist2};
+use crate::point::{Point, dist2};
 
 /// Squared circumradius of a cell of `DIM + 1` points; infinite for a flat one.
 pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {

@@ -13,7 +13,7 @@
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
 use crate::cost::Cost;
-use crate::point::{Point, Vector, dist2};
+use crate::point::{Point, dist2};
 
 /// A neighbour found: squared distance and position in the caller's table.
 pub type Found = (f64, u32);

@@ -1,0 +1,387 @@
+//! The messages: one closed enum, versioned, each with run, subproblem, attempt, round and sequence.
+
+use bincode::{Decode, Encode};
+use bytemuck::Pod;
+
+use crate::codec::{self, Bulk, CodecError};
+use crate::ids::{NodeId, Rank};
+
+/// Raised whenever the meaning or layout of a message changes; peers with another are refused.
+pub const PROTOCOL_VERSION: u16 = 1;
+
+/// A message with its envelope.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct Message<P> {
+    /// [`PROTOCOL_VERSION`] of the sender.
+    pub version: u16,
+    /// Which run.
+    pub run: u64,
+    /// Sender.
+    pub from: Rank,
+    /// Receiver.
+    pub to: Rank,
+    /// The subproblem it belongs to.
+    pub node: NodeId,
+    /// Attempt of that subproblem (retries of a separator, rounds of repair).
+    pub attempt: u32,
+    /// The round in which it was sent.
+    pub round: u32,
+    /// Number of this message among its sender's.
+    pub sequence: u32,
+    /// What it says.
+    pub body: Body<P>,
+}
+
+impl<P: Pod> Message<P> {
+    /// Exact number of bytes of [`Message::encode`]: what the ledger bills.
+    pub fn encoded_len(&self) -> usize {
+        codec::encoded_len(self)
+    }
+
+    /// The message as bytes.
+    ///
+    /// # Errors
+    /// If it is longer than a frame may be.
+    pub fn encode(&self) -> Result<Vec<u8>, CodecError> {
+        codec::encode(self)
+    }
+
+    /// The message in these bytes.
+    ///
+    /// # Errors
+    /// If they are not exactly one message.
+    pub fn decode(bytes: &[u8]) -> Result<Self, CodecError> {
+        codec::decode(bytes)
+    }
+}
+
+/// Points in bulk: structure of arrays, one entry a point.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct PointBatch<P> {
+    /// Index in the input.
+    pub ids: Bulk<u64>,
+    /// Coordinates.
+    pub positions: Bulk<P>,
+    /// The rank where the point is at home.
+    pub owners: Bulk<Rank>,
+    /// Squared radius of its ball.
+    pub radii2: Bulk<f64>,
+}
+
+impl<P> Default for PointBatch<P> {
+    fn default() -> Self {
+        PointBatch {
+            ids: Bulk(Vec::new()),
+            positions: Bulk(Vec::new()),
+            owners: Bulk(Vec::new()),
+            radii2: Bulk(Vec::new()),
+        }
+    }
+}
+
+impl<P: Copy> PointBatch<P> {
+    /// Appends a point.
+    pub fn push(&mut self, id: u64, position: P, owner: Rank, radius2: f64) {
+        self.ids.push(id);
+        self.positions.push(position);
+        self.owners.push(owner);
+        self.radii2.push(radius2);
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+
+    /// Do all columns have one entry a point?
+    pub fn is_consistent(&self) -> bool {
+        let n = self.len();
+        self.positions.len() == n && self.owners.len() == n && self.radii2.len() == n
+    }
+}
+
+/// Balls that look for points. `slots` are the sender's names of them.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct QueryBatch<P> {
+    /// The sender's name of each query, returned with its answer.
+    pub slots: Bulk<u32>,
+    /// Centres.
+    pub centres: Bulk<P>,
+    /// Squared radii.
+    pub radii2: Bulk<f64>,
+    /// Follow the centre's side only (the punt), instead of all that the ball reaches.
+    pub probe: bool,
+    /// How many nearest points are wanted, ties included.
+    pub wanted: u32,
+}
+
+/// Lists of points, one list a slot: answers to queries, or neighbours found elsewhere.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct ListBatch<P> {
+    /// The receiver's name of each list.
+    pub slots: Bulk<u32>,
+    /// Length of each list.
+    pub counts: Bulk<u32>,
+    /// All lists, one after the other.
+    pub points: PointBatch<P>,
+}
+
+/// A child subproblem as decided by its parent's leader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Child {
+    /// Number of home points.
+    pub population: u64,
+    /// First rank of its group.
+    pub first: Rank,
+    /// Number of ranks of its group.
+    pub ranks: u32,
+    /// Will it be split no further?
+    pub leaf: bool,
+}
+
+/// What a leader decided about an attempt.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub enum Verdict {
+    /// Draw again.
+    Retry,
+    /// Give up splitting: the subproblem is a leaf, held by its group's lowest rank.
+    Leaf,
+    /// Split into these.
+    Split([Child; 2]),
+}
+
+/// What is known of a subproblem after the neighbourhoods.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct Summary<P> {
+    /// Largest squared radius of a home point's ball.
+    pub max_radius2: f64,
+    /// The lexicographically smallest home point (one entry).
+    pub smallest: PointBatch<P>,
+}
+
+/// What the merged result of a subproblem says (the union of its children's).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
+pub struct Merged {
+    /// Stars built by the exact kernel and not empty.
+    pub stars: u64,
+    /// Finite cells whose lexicographically smallest vertex is at home here.
+    pub cells: u64,
+    /// Hull facets likewise.
+    pub hull_facets: u64,
+    /// Vertices without a lexicographically smaller neighbour: 1 in a whole triangulation.
+    pub minima: u64,
+    /// Pairs of workers whose fingerprints differ, and local disagreements.
+    pub disagreements: u64,
+    /// Stars changed by the exchange.
+    pub repaired: u64,
+    /// Stars that a ball of the known radius proves.
+    pub local: u64,
+}
+
+impl Merged {
+    /// The union of two disjoint results.
+    pub fn join(&mut self, other: &Merged) {
+        self.stars += other.stars;
+        self.cells += other.cells;
+        self.hull_facets += other.hull_facets;
+        self.minima += other.minima;
+        self.disagreements += other.disagreements;
+        self.repaired += other.repaired;
+        self.local += other.local;
+    }
+}
+
+/// What a message says.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub enum Body<P> {
+    /// Coordinator to worker: number of points, and a frame that spans the space.
+    Start {
+        /// Number of distinct points of the run.
+        population: u64,
+        /// `d + 1` affinely independent points.
+        frame: PointBatch<P>,
+    },
+    /// Coordinator to worker: its block of the input.
+    Block(PointBatch<P>),
+    /// Leaves below every node of a subtree, where the placement is planned: node, leaves.
+    Plan {
+        /// Nodes.
+        nodes: Bulk<u64>,
+        /// Leaves below each.
+        leaves: Bulk<u32>,
+    },
+    /// Member to leader: the member's samples of the subproblem.
+    Samples(Bulk<P>),
+    /// Leader to member: the separator drawn. Empty: none could be.
+    Sphere(Bulk<f64>),
+    /// Member to leader: how many home points lie inside and outside, and their boxes (low and high
+    /// corner inside, low and high corner outside).
+    Counts {
+        /// Interior points.
+        inside: u64,
+        /// Exterior points.
+        outside: u64,
+        /// Four corners.
+        boxes: Bulk<P>,
+    },
+    /// Leader to member: what becomes of the attempt, with the boxes of both children.
+    Decision {
+        /// The verdict.
+        verdict: Verdict,
+        /// Four corners, as in `Counts`; empty unless split.
+        boxes: Bulk<P>,
+    },
+    /// Member to member: points that move to a child.
+    Move(PointBatch<P>),
+    /// Balls that look for points below this node.
+    Query(QueryBatch<P>),
+    /// The points they found.
+    Answer(ListBatch<P>),
+    /// Leader to the parent's leader: what the subproblem holds.
+    Summary(Summary<P>),
+    /// Leader to members: what both children hold.
+    Children(Box<[Summary<P>; 2]>),
+    /// Worker to coordinator: sampled stars, and how many the radii 2.5, 3, 4, 6 certify.
+    SampleStars(Bulk<u64>),
+    /// Coordinator to worker: the supergraph (0 density, 1 overlap, 2 knn) and its parameter.
+    Choice {
+        /// Kind.
+        kind: u8,
+        /// alpha, or k.
+        parameter: f64,
+    },
+    /// Points that belong to a subproblem's surroundings.
+    Ghosts(PointBatch<P>),
+    /// Points one of whose nearest neighbours is at home at the receiver: the other end of each edge.
+    Reverse {
+        /// The points.
+        points: PointBatch<P>,
+        /// The id, at the receiver, of the neighbour of each.
+        targets: Bulk<u64>,
+    },
+    /// Members of a subproblem's set (home and separator points), with the sender's names of them.
+    Items {
+        /// The points.
+        points: PointBatch<P>,
+        /// The sender's name of each.
+        slots: Bulk<u32>,
+    },
+    /// Member to leader: size of its share of the set, and of each child's, and of the crossing points on
+    /// either side.
+    SetCounts(Bulk<u64>),
+    /// Leader to member: 0 stop here, 1 both sides cross, 2 interior points cross, 3 exterior ones.
+    SetDecision(u8),
+    /// Neighbours found in another leaf.
+    Lists(ListBatch<P>),
+    /// Order-free fingerprint of the cells two workers share: low and high half, then their number.
+    Fingerprint(Bulk<u64>),
+    /// The same, one entry a cell and vertex: low and high half.
+    FingerprintList(Bulk<u64>),
+    /// Cells that stand in the star of `from[i]`, proposed to `to[i]`: one row of other vertices a cell,
+    /// as positions in `points`.
+    Propose {
+        /// All points named.
+        points: PointBatch<P>,
+        /// Positions in `points`, `d + 1` a cell: from, to, then the others.
+        cells: Bulk<u32>,
+    },
+    /// Points to add to stars: for each entry the id of the star's vertex, and its number of points.
+    Conflict {
+        /// Ids of the vertices, at home at the receiver.
+        vertices: Bulk<u64>,
+        /// Number of points for each.
+        counts: Bulk<u32>,
+        /// All points.
+        points: PointBatch<P>,
+    },
+    /// The merged result of a subproblem, to the parent's leader.
+    Merged(Merged),
+    /// Coordinator to worker, after a certificate: 0 passed, 1 exchange again, 2 gather, 3 give up.
+    Outcome(u8),
+    /// Worker to coordinator: unresolved stars' points and link points.
+    Gather(PointBatch<P>),
+    /// Coordinator to worker: points to add to stars, as in `Conflict`.
+    Region {
+        /// Ids of the vertices.
+        vertices: Bulk<u64>,
+        /// Number of points for each.
+        counts: Bulk<u32>,
+        /// All points.
+        points: PointBatch<P>,
+    },
+    /// Worker to coordinator: cells as rows of point ids, and the home leaf of each.
+    Cells {
+        /// `d + 1` ids a row, positively oriented.
+        cells: Bulk<u64>,
+        /// Leaf of the smallest vertex.
+        leaves: Bulk<u64>,
+    },
+    /// Worker to coordinator: graph edges as pairs of ids (on request).
+    Edges(Bulk<u64>),
+    /// Worker to coordinator: its part of the ledger. Not billed: it is the instrument.
+    Ledger(Bulk<u64>),
+}
+
+impl<P> Body<P> {
+    /// Is it the instrument's own traffic, which is not billed?
+    pub fn is_instrument(&self) -> bool {
+        matches!(self, Body::Ledger(_))
+    }
+
+    /// Is it reading or merging, for the coordinator's budget?
+    pub fn is_bulk(&self) -> bool {
+        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Edges(_) | Body::Gather(_))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn encoded_len_is_exact_and_messages_round_trip() {
+        let mut batch = PointBatch::default();
+        batch.push(3, [1.0f64, 2.0], 1, 0.5);
+        assert!(batch.is_consistent());
+        let bodies = [
+            Body::Block(batch.clone()),
+            Body::Samples(Bulk(vec![[0.0, 1.0]])),
+            Body::Decision {
+                verdict: Verdict::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
+                boxes: Bulk(vec![[0.0, 0.0]; 4]),
+            },
+            Body::Merged(Merged { cells: 4, ..Merged::default() }),
+            Body::Outcome(1),
+        ];
+        for body in bodies {
+            let message = Message {
+                version: PROTOCOL_VERSION,
+                run: 9,
+                from: 1,
+                to: 0,
+                node: NodeId::ROOT,
+                attempt: 0,
+                round: 4,
+                sequence: 2,
+                body,
+            };
+            let bytes = message.encode().unwrap();
+            assert_eq!(bytes.len(), message.encoded_len());
+            assert_eq!(Message::decode(&bytes).unwrap(), message);
+            for cut in 0..bytes.len() {
+                assert!(Message::<[f64; 2]>::decode(&bytes[..cut]).is_err());
+            }
+        }
+    }
+}
