@@ -11,3 +11,5 @@ pub mod point;
 pub mod predicates;
 
 pub mod complex;
+
+pub mod separator;
