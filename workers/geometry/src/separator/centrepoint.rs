@@ -106,7 +106,7 @@ fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; CO
         m[V::LEN][j] = 1.0;
     }
     let mut owner = [usize::MAX; COLS];
-    let _rank = cost.sequential(rows, 0, |rank, trip| {
+    cost.sequential(rows, 0, |rank, trip| {
         if rank < trip {
             return rank;
         }

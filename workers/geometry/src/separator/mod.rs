@@ -1,5 +1,5 @@
 //! Sphere separators: the surface that splits a point set, its exact side rule and its one-sided
-//! crossing test; [`draw`] finds one from samples.
+//! crossing test; [`draw()`] finds one from samples.
 //!
 //! **Statement.** For every `k`-ply system of `n` balls in `R^d` there is a sphere `S` with at most
 //! `(d+1)/(d+2) n` centres on either side that crosses `O(k^(1/d) n^(1-1/d))` balls; the great circle
@@ -48,6 +48,7 @@ pub enum Side {
 
 impl Side {
     /// The other side.
+    #[must_use]
     pub fn opposite(self) -> Self {
         match self {
             Side::Interior => Side::Exterior,
@@ -133,12 +134,13 @@ impl<P: Point> Separator<P> {
     /// `s a <= 0` or `2 |a| rho < g` (otherwise the ball holds the sphere's centre: crosses). The
     /// computed side of `z` differs only if `s f(z)` is at most the rounding error at `z`.
     ///
-    /// Rounding, `u = 2^-53`, `Y = |y|_1 + rho`, `M = |a| Y^2 + sum |b_i| (|y_i| + rho) + |c|`: a value takes at most
-    /// `d + 5 <= 8` roundings of each term, error `8 u M` at `y` and at `z` each; `g` has at most 8,
-    /// and `rho g <= 2 M`: `16 u M`; `a rho^2`: `2 u M`; the sums of `m`: `12 u M`. Together `46 u M`;
-    /// with second-order terms, `M`'s own rounding and the slack in the distance (8 units of
-    /// `rho g + 2 |a| rho^2 <= 4 M`: `32 u M`) less than the `128 u M` that is allowed; [`TINY`] covers
-    /// underflow. Anything that overflows compares as "crosses".
+    /// Rounding, with `u = 2^-53`, `Y = |y|_1 + rho`, `M = |a| Y^2 + sum |b_i| (|y_i| + rho) + |c|`: a
+    /// value takes at most `d + 5 <= 8` roundings of each term, error `8 u M` at `y` and at `z` each;
+    /// each coordinate of the gradient and its length at most 8, and `rho g <= 2 M`: `16 u M`;
+    /// `a rho^2`: `2 u M`; the sums of `m`: `12 u M`. Together `46 u M`. With second-order terms, `M`'s
+    /// own rounding and the slack in the distance (8 units of `rho g + 2 |a| rho^2 <= 4 M`: `32 u M`)
+    /// this stays below the `128 u M` that is allowed; an absolute `1e-300` covers underflow. Anything
+    /// that overflows compares as "crosses".
     #[inline]
     pub fn crosses(&self, x: P, radius: f64) -> bool {
         let y = self.local(x);

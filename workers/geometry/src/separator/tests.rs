@@ -1,5 +1,4 @@
 use glam::{DVec2, DVec3};
-use num_bigint::BigInt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -34,7 +33,7 @@ fn key(seed: u64) -> DrawKey {
 fn draw_at<P: Point>(key: DrawKey, points: &[P]) -> Drawn<P> {
     let n = points.len() as u64;
     let samples: Vec<P> = points.iter().copied().filter(|&x| is_sample(key, n, x)).collect();
-    draw(key, n, &samples, &mut Cost::ZERO)
+    draw(key, n, &samples, &mut Cost::default())
 }
 
 fn ratio<P: Point>(s: &Separator<P>, points: &[P]) -> f64 {
@@ -42,7 +41,7 @@ fn ratio<P: Point>(s: &Separator<P>, points: &[P]) -> f64 {
     inside.max(points.len() - inside) as f64 / points.len() as f64
 }
 
-/// Squared nearest-neighbour distances through a grid of cells, exact.
+/// Nearest-neighbour distances by all pairs.
 fn nearest<P: Point>(points: &[P]) -> Vec<f64> {
     points
         .iter()
@@ -139,7 +138,7 @@ fn nasty_sets_split<P: Point>() {
         let mut planes = 0;
         let mut worst = 0.0_f64;
         for seed in 0..20 {
-            let drawn = draw(key(seed), 1 << 20, &points, &mut Cost::ZERO);
+            let drawn = draw(key(seed), 1 << 20, &points, &mut Cost::default());
             let s = drawn.separator.unwrap();
             planes += usize::from(drawn.kind != DrawKind::Sphere);
             worst = worst.max(ratio(&s, &points));
@@ -159,14 +158,14 @@ fn nasty_sets_are_split() {
 
 #[test]
 fn coincident_samples_have_no_separator() {
-    let drawn = draw(key(1), 9, &[DVec3::ONE; 9], &mut Cost::ZERO);
+    let drawn = draw(key(1), 9, &[DVec3::ONE; 9], &mut Cost::default());
     assert_eq!(drawn.kind, DrawKind::None { why: NoneReason::Coincident });
-    let drawn = draw::<DVec2>(key(1), 9, &[], &mut Cost::ZERO);
+    let drawn = draw::<DVec2>(key(1), 9, &[], &mut Cost::default());
     assert_eq!((drawn.kind, drawn.separator), (DrawKind::None { why: NoneReason::NoSamples }, None));
     // One point apart from a thousand others: a plane, although no split is good.
     let mut lopsided = vec![DVec2::ONE; 1000];
     lopsided.push(DVec2::new(1.0, 1.0 + f64::EPSILON));
-    let drawn = draw(key(1), 1001, &lopsided, &mut Cost::ZERO);
+    let drawn = draw(key(1), 1001, &lopsided, &mut Cost::default());
     assert_eq!(ratio(&drawn.separator.unwrap(), &lopsided), 1000.0 / 1001.0);
 }
 
@@ -179,7 +178,7 @@ fn progression<P: Point>() {
         if points.len() < 2 {
             continue;
         }
-        let drawn = draw(key(points.len() as u64), points.len() as u64, &points, &mut Cost::ZERO);
+        let drawn = draw(key(points.len() as u64), points.len() as u64, &points, &mut Cost::default());
         let s = drawn.separator.unwrap();
         let (inside, outside): (Vec<P>, Vec<P>) = points.iter().partition(|&&x| s.side(x) == Side::Interior);
         assert!(!inside.is_empty() && !outside.is_empty());
@@ -225,7 +224,129 @@ fn depth_is_logarithmic_in_the_samples_alone() {
         println!("{m} samples: work {} depth {} log {}", cost.work(), cost.depth(), cost.depth_log_scan(m as u64));
         assert_eq!(cost, run(1 << 20));
         assert_eq!(cost.scans(), 0);
-        assert!(cost.depth() <= 140 + 12 * ceil_log2(m as u64));
+        assert!(cost.depth() <= 50 + 5 * ceil_log2(m as u64));
         assert!(cost.work() <= 6 * (m * m) as u64 + 300 * m as u64);
+    }
+}
+
+/// A surface of a given radius around a point at a given distance from the origin.
+fn sphere<P: Point>(rng: &mut ChaCha8Rng, radius: f64, far: f64) -> Option<Separator<P>> {
+    let centre: P = direction::<P>(rng) * far;
+    let c = (far - radius) * (far + radius);
+    Separator::from_coefficients(P::splat(0.0), 1.0, 1.0, centre * -2.0, c)
+}
+
+fn direction<P: Point>(rng: &mut ChaCha8Rng) -> P {
+    let v: P = vector(|_| 2.0 * unit(rng) - 1.0);
+    v / v.norm2().sqrt()
+}
+
+/// Walks from `x` towards `to` to the last float on its side and the first beyond: the ball that just
+/// holds the latter must cross; in a well-conditioned place, a ball that ends clearly before must not.
+fn check_segment<P: Point>(s: &Separator<P>, x: P, to: P) -> Option<f64> {
+    let side = s.side(x);
+    if s.side(to) == side {
+        return None;
+    }
+    let at = |t: f64| x + (to - x) * t;
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if s.side(at(middle)) == side { low = middle } else { high = middle }
+    }
+    let radius = crate::point::dist2(at(high), x).sqrt();
+    assert!(s.crosses(x, radius), "{s:?} {x:?} {radius}");
+    assert!(s.reaches(x, radius, side) && s.reaches(x, radius, side.opposite()));
+    Some(radius)
+}
+
+fn crossings<P: Point>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let (mut tried, mut tight) = (0, 0);
+    for round in 0..3000 {
+        let radius = [1.0, 1e-3, 1e3, 1e6, 0.3][round % 5];
+        let far = [0.0, 1.0, 0.5, 1e3, 1e6][round / 5 % 5];
+        let s = match round % 7 {
+            0 => Some(Separator::plane(round % P::DIM, unit(&mut rng) - 0.5)),
+            1 => {
+                let n = direction::<P>(&mut rng);
+                Separator::from_coefficients(P::splat(1e9), 1.0, 0.0, n, unit(&mut rng))
+            }
+            _ => sphere::<P>(&mut rng, radius, far),
+        };
+        // Elsewhere the coefficients lose digits; from inside, the way may lead through the centre.
+        let well = far <= 1.0 && radius >= 0.3 && round % 7 != 1;
+        // A small sphere too far from the frame has no coefficients.
+        let Some(s) = s else { continue };
+        let origin = if round % 7 == 1 { P::splat(1e9) } else { P::splat(0.0) };
+        let start = s.centre().map_or(origin, |c| c + direction::<P>(&mut rng) * s.radius().unwrap());
+        for scale in [1.0, 1e-3, 1e-9, 1e-14] {
+            let x = start + direction::<P>(&mut rng) * (scale * unit(&mut rng));
+            // Straight across along the gradient, and in random directions.
+            let gradient = s.local(x) * (2.0 * s.a) + s.b;
+            let step = gradient * (3.0 * scale / gradient.norm2().sqrt());
+            for to in [x + step, x - step] {
+                let Some(radius) = check_segment(&s, x, to) else { continue };
+                tried += 1;
+                if well && s.side(x) == Side::Exterior && radius > 1e-6 {
+                    assert!(!s.crosses(x, radius * (1.0 - 1e-6)));
+                    tight += 1;
+                }
+            }
+            for _ in 0..8 {
+                tried += i32::from(check_segment(&s, x, x + direction::<P>(&mut rng) * scale).is_some());
+            }
+        }
+        assert!(s.crosses(start, f64::INFINITY) && s.crosses(start, f64::NAN) && s.crosses(start, f64::MAX));
+    }
+    println!("crossings dim {}: {tried} segments, {tight} tight", P::DIM);
+    assert!(tried > 20_000 && tight > 300);
+}
+
+#[test]
+fn crossings_round_towards_crossing() {
+    crossings::<DVec2>();
+    crossings::<DVec3>();
+}
+
+#[test]
+fn balls_that_hold_a_side_cross() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let s = sphere::<DVec3>(&mut rng, 1.0, 0.0).unwrap();
+    let x = DVec3::new(3.0, 0.0, 0.0);
+    assert_eq!((s.side(x), s.side(DVec3::ZERO)), (Side::Exterior, Side::Interior));
+    for (radius, crosses) in [(1.9, false), (2.0, true), (3.5, true), (4.5, true), (100.0, true)] {
+        assert_eq!(s.crosses(x, radius), crosses, "{radius}");
+    }
+    for (radius, crosses) in [(0.9, false), (1.0, true), (100.0, true)] {
+        assert_eq!(s.crosses(DVec3::ZERO, radius), crosses, "{radius}");
+    }
+    assert_eq!(s.side(DVec3::X), Side::Exterior);
+    assert!(s.crosses(DVec3::X, 0.0) && s.is_sphere());
+    assert!((s.radius().unwrap() - 1.0).abs() < 1e-15 && s.centre().unwrap().length() < 1e-15);
+}
+
+#[test]
+fn planes_cut_exactly() {
+    for at in [0.0, 0.1, -1e120, 1e200, 5e-324, 1.0 + f64::EPSILON] {
+        let s = Separator::<DVec3>::plane(1, at);
+        let x = |y: f64| DVec3::new(1e250, y, -1e-250);
+        assert_eq!(s.side(x(at.next_down())), Side::Interior);
+        assert_eq!((s.side(x(at)), s.side(x(at.next_up()))), (Side::Exterior, Side::Exterior));
+        assert!(s.crosses(x(at), 0.0) && !s.is_sphere() && s.centre().is_none() && s.radius().is_none());
+    }
+    let s = Separator::<DVec2>::plane(0, 1.0);
+    assert!(s.crosses(DVec2::new(0.5, 1e9), 0.5) && !s.crosses(DVec2::new(0.5, 1e9), 0.5 - 1e-12));
+    assert!(s.reaches(DVec2::ZERO, 0.1, Side::Interior) && !s.reaches(DVec2::ZERO, 0.1, Side::Exterior));
+}
+
+#[test]
+fn malformed_words_are_refused() {
+    let good = Separator::<DVec3>::plane(2, 4.0).to_array();
+    assert!(Separator::<DVec3>::from_array(&good).is_some());
+    for (slot, value) in [(3, 0.0), (3, 3.0), (3, -1.0), (0, f64::NAN), (8, f64::INFINITY), (7, 0.0)] {
+        let mut bad = good;
+        bad[slot] = value;
+        assert_eq!(Separator::<DVec3>::from_array(&bad), None, "{slot} {value}");
     }
 }
