@@ -288,8 +288,9 @@ fn crossings<P: Point>() {
             for to in [x + step, x - step] {
                 let Some(radius) = check_segment(&s, x, to) else { continue };
                 tried += 1;
-                if well && s.side(x) == Side::Exterior && radius > 1e-6 {
-                    assert!(!s.crosses(x, radius * (1.0 - 1e-6)));
+                let slack = 1e-12 * (1.0 + x.norm2().sqrt() + s.radius().unwrap_or(0.0));
+                if well && s.side(x) == Side::Exterior && radius > slack {
+                    assert!(!s.crosses(x, radius - slack), "{s:?} {x:?} {radius}");
                     tight += 1;
                 }
             }
