@@ -14,6 +14,8 @@
 //! the scans are charged over the number of items of the whole subproblem when the ledger folds them
 //! ([`Cost::depth_log_scan`]), so that no figure depends on the number of workers.
 
+use std::cmp::Ordering;
+
 /// Work and depth so far. See the module's text for the rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
@@ -233,6 +235,15 @@ impl Cost {
         self.then(inner);
     }
 
+    /// Sorts the items, equal ones in their present order: a pipelined merge sort (Cole 1988, EREW),
+    /// charged as `ceil(log2 m)` vector steps over the items.
+    pub fn sort<T>(&mut self, items: &mut [T], compare: impl FnMut(&T, &T) -> Ordering) {
+        for _ in 0..ceil_log2(items.len() as u64).max(1) {
+            self.step(items.len());
+        }
+        items.sort_by(compare);
+    }
+
     /// A loop on one processor: every trip costs one unit of work and of depth.
     pub fn sequential<A>(&mut self, trips: usize, init: A, mut f: impl FnMut(A, usize) -> A) -> A {
         let mut state = init;
@@ -288,6 +299,15 @@ mod tests {
         };
         assert_eq!(run(4), (12, 4));
         assert_eq!(run(8), (24, 8));
+    }
+
+    #[test]
+    fn sorting_is_logarithmic_and_stable() {
+        let mut cost = Cost::ZERO;
+        let mut items = [(3, 'a'), (1, 'b'), (3, 'c'), (2, 'd'), (1, 'e')];
+        cost.sort(&mut items, |a, b| a.0.cmp(&b.0));
+        assert_eq!(items, [(1, 'b'), (1, 'e'), (2, 'd'), (3, 'a'), (3, 'c')]);
+        assert_eq!((cost.work(), cost.depth(), cost.scans()), (15, 3, 0));
     }
 
     #[test]

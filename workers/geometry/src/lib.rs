@@ -14,6 +14,8 @@ pub mod predicates;
 
 pub mod complex;
 
+pub mod separator;
+
 pub mod neighbourhood;
 
 pub mod graph;

@@ -1,0 +1,184 @@
+//! The stereographic lift, centrepoints by iterated Radon points, and great circles pulled back.
+//!
+//! Radon: `D + 2` points of `R^D` have an affine dependence; the points with positive coefficients
+//! and those with negative ones have a common point in their convex hulls. Clarkson, Eppstein,
+//! Miller, Sturtivant and Teng (1996): in a `(D + 2)`-ary tree over random samples, each node the Radon
+//! point of its children, the root is an approximate centrepoint with high probability.
+//!
+//! Work `O(m)`, depth `O(log m)` for `m` samples, the dimension being a constant: one trip of an
+//! elimination handles one pivot. Departure: leaves are whole random permutations of the samples, one
+//! after the other, in place of independent draws, so that every sample counts equally.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::Rng;
+
+use super::Separator;
+use crate::cost::Cost;
+use crate::point::{Point, Vector};
+
+/// Rows and columns of the largest system: `D + 1` equations in `D + 2` unknowns, `D = 4`.
+const ROWS: usize = 5;
+const COLS: usize = ROWS + 1;
+/// Pivots below this are zero: the points are inside the unit ball, the first pivot is at least 1.
+const PIVOT_FLOOR: f64 = 1e-12;
+/// The two convex combinations of a Radon point must agree this well.
+const AGREEMENT: f64 = 1e-6;
+/// Squared length above which a point is the pole of the lift to working precision.
+const POLE: f64 = 1e40;
+/// A centrepoint this close to the sphere leaves no room for a circle: `1 - |z|^2`.
+const DEPTH_FLOOR: f64 = 1e-12;
+
+/// The point of the unit sphere one dimension up that projects from the pole to `y`.
+pub(super) fn lift<P: Point>(y: P) -> P::Lifted {
+    let square = y.norm2();
+    let mut p = P::Lifted::splat(0.0);
+    if square < POLE {
+        let inverse = 1.0 / (1.0 + square);
+        for i in 0..P::DIM {
+            p.set_coord(i, 2.0 * y.coord(i) * inverse);
+        }
+        p.set_coord(P::DIM, (square - 1.0) * inverse);
+    } else {
+        p.set_coord(P::DIM, 1.0);
+    }
+    p
+}
+
+/// An approximate centrepoint of at least one point of the unit ball, and the number of groups whose
+/// dependence was numerically hopeless, so that their mean stood in.
+pub(super) fn centrepoint<V: Vector>(
+    points: &[V],
+    stream: impl Fn(u64) -> ChaCha8Rng,
+    cost: &mut Cost,
+) -> (V, u32) {
+    let arity = V::LEN + 2;
+    let mut leaves = arity;
+    while leaves * arity <= 4 * points.len() {
+        leaves *= arity;
+    }
+    let copies: Vec<u64> = (0..leaves.div_ceil(points.len()) as u64).collect();
+    let shuffled = cost.map_nested(&copies, |&copy, own| {
+        let mut rng = stream(copy);
+        let mut keyed = own.map(points, |p| (rng.next_u64(), *p));
+        own.sort(&mut keyed, |a, b| a.0.cmp(&b.0));
+        keyed
+    });
+    let shuffled = shuffled.concat();
+    let mut level = cost.map(&shuffled[..leaves], |&(_, p)| (p, 0));
+    while level.len() > 1 {
+        let groups: Vec<&[(V, u32)]> = level.chunks_exact(arity).collect();
+        level = cost.map_nested(&groups, |group, own| radon_point(group, own));
+    }
+    level[0]
+}
+
+/// The Radon point of `V::LEN + 2` points, with the number of means under and at this node.
+fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
+    let dependence = affine_dependence(group, cost);
+    let zero = V::splat(0.0);
+    let mut halves = [(zero, 0.0), (zero, 0.0)];
+    let (mut sum, mut means) = (zero, 0);
+    for (&(p, below), &l) in group.iter().zip(&dependence) {
+        let half = &mut halves[usize::from(l < 0.0)];
+        *half = (half.0 + p * l.abs(), half.1 + l.abs());
+        sum = sum + p;
+        means += below;
+    }
+    let [(positive, up), (negative, down)] = halves;
+    let (point, other) = (positive / up, negative / down);
+    if (point - other).norm2() <= AGREEMENT * AGREEMENT {
+        ((point * up + other * down) / (up + down), means)
+    } else {
+        (sum / group.len() as f64, means + 1)
+    }
+}
+
+/// Coefficients, not all zero, with sum zero and weighted sum of the points zero, to rounding: a null
+/// vector by Gauss-Jordan elimination with full pivoting. A system of lower rank (coincident, collinear,
+/// coplanar points) has more free columns; the first is taken.
+fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; COLS] {
+    let (rows, cols) = (V::LEN + 1, V::LEN + 2);
+    let mut m = [[0.0; COLS]; ROWS];
+    for (j, (p, _)) in group.iter().enumerate().take(cols) {
+        for (i, row) in m.iter_mut().enumerate().take(V::LEN) {
+            row[j] = p.coord(i);
+        }
+        m[V::LEN][j] = 1.0;
+    }
+    let mut owner = [usize::MAX; COLS];
+    cost.sequential(rows, 0, |rank, trip| {
+        if rank < trip {
+            return rank;
+        }
+        let (mut best, mut at) = (PIVOT_FLOOR, None);
+        for (i, row) in m.iter().enumerate().take(rows).skip(rank) {
+            for (j, &entry) in row.iter().enumerate().take(cols) {
+                if owner[j] == usize::MAX && entry.abs() > best {
+                    (best, at) = (entry.abs(), Some((i, j)));
+                }
+            }
+        }
+        let Some((i, j)) = at else { return rank };
+        m.swap(rank, i);
+        owner[j] = rank;
+        let pivot = m[rank];
+        for (r, row) in m.iter_mut().enumerate().take(rows) {
+            if r != rank {
+                let factor = row[j] / pivot[j];
+                for (entry, p) in row.iter_mut().zip(&pivot) {
+                    *entry -= factor * p;
+                }
+                row[j] = 0.0;
+            }
+        }
+        rank + 1
+    });
+    let mut out = [0.0; COLS];
+    let free = (0..cols).find(|&j| owner[j] == usize::MAX).unwrap_or(0);
+    for (j, l) in out.iter_mut().enumerate().take(cols) {
+        if owner[j] != usize::MAX {
+            *l = -m[owner[j]][free] / m[owner[j]][j];
+        }
+    }
+    out[free] = 1.0;
+    out
+}
+
+/// A unit vector, uniform on the sphere, by rejection from the cube: one vector step of trials and
+/// one scan that finds the first inside the ball. Nothing if all trials fail (below 1 in 10^5).
+pub(super) fn unit_vector<V: Vector>(rng: &mut ChaCha8Rng, cost: &mut Cost) -> Option<V> {
+    let trials = cost.map(&[(); 32], |()| {
+        let mut v = V::splat(0.0);
+        for i in 0..V::LEN {
+            // 53 bits times 2^-52, exactly: [-1, 1).
+            v.set_coord(i, (rng.next_u64() >> 11) as f64 * f64::EPSILON - 1.0);
+        }
+        v
+    });
+    let inside = |v: &V| (1e-4..=1.0).contains(&v.norm2());
+    let first = cost.reduce(&trials, None, |found, v| found.or(inside(v).then_some(*v)));
+    first.map(|v| v / v.norm2().sqrt())
+}
+
+/// The surface in the frame `(origin, unit)` of the great circle with unit normal `n`, after the
+/// conformal map that takes `z` to the centre: the plane `w . (p - z) = 0` cuts the unit sphere in a
+/// circle, and `p = (2 y, |y|^2 - 1) / (|y|^2 + 1)` makes it `a |y|^2 + b . y + c = 0`.
+pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lifted) -> Option<Separator<P>> {
+    let room = 1.0 - z.norm2();
+    if room < DEPTH_FLOOR {
+        return None;
+    }
+    let (s, along) = (room.sqrt(), n.dot(z));
+    let w = n * s + z * (along / (1.0 + s));
+    let (vertical, constant) = (w.coord(P::DIM), -along);
+    let mut b = P::splat(0.0);
+    for i in 0..P::DIM {
+        b.set_coord(i, 2.0 * w.coord(i));
+    }
+    Separator::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
+}
+
+/// Is there room between the centrepoint and the sphere for circles through it?
+pub(super) fn has_room<V: Vector>(z: V) -> bool {
+    1.0 - z.norm2() >= DEPTH_FLOOR
+}

@@ -1,0 +1,339 @@
+//! Drawing a separator from the samples of a subproblem.
+//!
+//! **Estimator.** The fraction of sample balls that a surface crosses, `q`, each ball reaching from a
+//! sample to its nearest other sample. In `n` points of the same density the nearest neighbour is
+//! `(m/n)^(1/d)` times as far, and the crossing balls lie in a layer of that thickness: the crossing
+//! fraction of the population at `alpha` is about `alpha q (m/n)^(1/d)`, so that
+//! `|B_O| ~ alpha q m^(1/d) n^(1-1/d)`. A surface scores the larger child with its separator set:
+//! larger side plus that estimate at [`SCORE_ALPHA`], both as fractions. Ties go to the earlier draw.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
+use super::{Separator, Side};
+use crate::cost::Cost;
+use crate::point::{Point, dist2, lex_cmp};
+
+/// Expected number of samples of a subproblem that has more points than this.
+pub const SAMPLE_TARGET: u64 = 400;
+/// Great circles tried in one draw.
+pub const TRIES: u64 = 10;
+/// The density that scores assume.
+pub const SCORE_ALPHA: f64 = 2.5;
+
+/// First random stream of the permutations; the great circles have the streams below.
+const SHUFFLE_STREAM: u64 = 1 << 32;
+
+/// What a draw is a function of, besides the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct DrawKey {
+    /// Seed of the run.
+    pub seed: u64,
+    /// The subproblem.
+    pub node: u64,
+    /// Its attempts so far.
+    pub attempt: u32,
+}
+
+impl DrawKey {
+    fn stream(self, stream: u64) -> ChaCha8Rng {
+        let mut bytes = [0; 32];
+        bytes[..8].copy_from_slice(&self.seed.to_le_bytes());
+        bytes[8..16].copy_from_slice(&self.node.to_le_bytes());
+        bytes[16..20].copy_from_slice(&self.attempt.to_le_bytes());
+        bytes[24..].copy_from_slice(b"separate");
+        let mut rng = ChaCha8Rng::from_seed(bytes);
+        rng.set_stream(stream);
+        rng
+    }
+}
+
+/// The finaliser of splitmix64 (Steele, Lea and Flood 2014).
+fn mix(h: u64, value: u64) -> u64 {
+    let mut z = (h ^ value).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Is `x` a sample of the node? A hash of the key and the coordinate bits against
+/// [`SAMPLE_TARGET`]` / population` of its range; everything is a sample of a small population.
+/// Independent of workers, blocks and order.
+pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
+    if population <= SAMPLE_TARGET {
+        return true;
+    }
+    let mut h = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
+    for i in 0..P::DIM {
+        h = mix(h, x.coord(i).to_bits());
+    }
+    let threshold = (u128::from(SAMPLE_TARGET) << 64) / u128::from(population);
+    u128::from(h) < threshold
+}
+
+/// Largest acceptable larger side: `(d+1)/(d+2) + 0.05`.
+pub fn split_bound<P: Point>() -> f64 {
+    (P::DIM + 1) as f64 / (P::DIM + 2) as f64 + 0.05
+}
+
+/// Why a plane stands in for a sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaneReason {
+    /// The centrepoint lies on the lifted sphere: most samples coincide at the scale of the rest.
+    CentreOnSphere,
+    /// Every great circle left a side empty or exceeded the split bound on the samples.
+    NoAdmissibleCircle,
+}
+
+/// Why there is no separator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoneReason {
+    /// No samples.
+    NoSamples,
+    /// All samples have the same coordinates.
+    Coincident,
+}
+
+/// What was drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawKind {
+    /// A great circle, pulled back.
+    Sphere,
+    /// An axis-aligned plane.
+    Plane {
+        /// Why no sphere.
+        why: PlaneReason,
+    },
+    /// Nothing.
+    None {
+        /// Why nothing.
+        why: NoneReason,
+    },
+}
+
+/// The outcome of a draw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn<P> {
+    /// The surface, unless there are fewer than two distinct samples.
+    pub separator: Option<Separator<P>>,
+    /// What it is.
+    pub kind: DrawKind,
+    /// Its score, less being better: `estimated_ratio + SCORE_ALPHA * estimated_crossing`.
+    pub score: f64,
+    /// Fraction of the samples on the larger side.
+    pub estimated_ratio: f64,
+    /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross.
+    pub estimated_crossing: f64,
+    /// Number of admissible great circles among [`TRIES`].
+    pub admissible: u32,
+    /// Groups of samples whose mean stood in for a Radon point.
+    pub means: u32,
+}
+
+impl<P: Point> Drawn<P> {
+    fn none(why: NoneReason) -> Self {
+        Drawn {
+            separator: None,
+            kind: DrawKind::None { why },
+            score: 1.0,
+            estimated_ratio: 1.0,
+            estimated_crossing: 0.0,
+            admissible: 0,
+            means: 0,
+        }
+    }
+}
+
+/// Draws one separator from the samples, in any order, of a subproblem of `population` points.
+/// Depth `O(log samples)`, whatever the population.
+pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    let mut own = Cost::ZERO;
+    let drawn = draw_from(key, population, samples, &mut own);
+    // Its scans run over the samples, not over the items of the subproblem.
+    own.close(samples.len() as u64);
+    cost.then(own);
+    drawn
+}
+
+fn draw_from<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    let mut sorted = samples.to_vec();
+    cost.sort(&mut sorted, lex_cmp);
+    match (sorted.first(), sorted.last()) {
+        (Some(first), Some(last)) if first == last => return Drawn::none(NoneReason::Coincident),
+        (None, _) => return Drawn::none(NoneReason::NoSamples),
+        _ => {}
+    }
+    let frame = Frame::of(&sorted, cost);
+    let judge = Judge::of(&frame, sorted, population, cost);
+    let lifted = cost.map(&judge.local, |&y| lift(y));
+    let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
+
+    let tries: Vec<u64> = (0..TRIES).collect();
+    let scored = cost.map_nested(&tries, |&number, own| {
+        let normal = unit_vector(&mut key.stream(number), own)?;
+        let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
+        let scored = judge.score(circle, own);
+        (scored.ratio < 1.0 && scored.ratio <= split_bound::<P>()).then_some(scored)
+    });
+    let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
+    let (best, kind) = if let Some(best) = lowest(&scored, cost) {
+        (Some(best), DrawKind::Sphere)
+    } else {
+        let why = if has_room(centre) { PlaneReason::NoAdmissibleCircle } else { PlaneReason::CentreOnSphere };
+        (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
+    };
+    let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
+    Drawn {
+        separator: Some(best.separator),
+        kind,
+        score: best.score,
+        estimated_ratio: best.ratio,
+        estimated_crossing: best.crossing,
+        admissible,
+        means,
+    }
+}
+
+/// Where the samples are and how large: coordinates of each axis in order, their medians, and a power
+/// of two below the inverse of twice the median distance from there.
+struct Frame<P> {
+    axes: Vec<Vec<f64>>,
+    origin: P,
+    unit: f64,
+}
+
+impl<P: Point> Frame<P> {
+    fn of(sorted: &[P], cost: &mut Cost) -> Self {
+        let numbers: Vec<usize> = (0..P::DIM).collect();
+        let axes = cost.map_nested(&numbers, |&axis, own| {
+            let mut coords = own.map(sorted, |p| p.coord(axis));
+            own.sort(&mut coords, f64::total_cmp);
+            coords
+        });
+        let mut origin = P::splat(0.0);
+        for (axis, coords) in axes.iter().enumerate() {
+            origin.set_coord(axis, coords[coords.len() / 2]);
+        }
+        // Largest coordinate difference: no squares, which may leave the range.
+        let distances = cost.map(sorted, |&p| {
+            let d = p - origin;
+            (0..P::DIM).fold(0.0, |largest: f64, i| largest.max(d.coord(i).abs()))
+        });
+        let mut distances = cost.pack(&distances, |&d| d > 0.0);
+        cost.sort(&mut distances, f64::total_cmp);
+        let typical = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
+        // The exponent alone, kept where a power of two and its inverse are both normal.
+        let exponent = (typical.to_bits() >> 52).clamp(23, 2023);
+        let unit = f64::from_bits((2046 - exponent) << 52);
+        Frame { axes, origin, unit }
+    }
+}
+
+/// A surface with its estimates.
+#[derive(Clone, Copy, Debug)]
+struct Scored<P> {
+    separator: Separator<P>,
+    ratio: f64,
+    crossing: f64,
+    score: f64,
+}
+
+/// Scores surfaces on the samples and their nearest-neighbour balls.
+struct Judge<P> {
+    /// Samples in local coordinates.
+    local: Vec<P>,
+    balls: Vec<(P, f64)>,
+    /// `(m/n)^(1/d)`
+    thinning: f64,
+}
+
+impl<P: Point> Judge<P> {
+    fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
+        let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
+        // Coincident samples, at distance zero, do not bound each other's balls.
+        let nearest = cost.pairs(&local, &local, |_| f64::INFINITY, |least, &p, _, &q| {
+            let d = dist2(p, q);
+            let d = if d > 0.0 { d } else { f64::INFINITY };
+            *least = if d < *least { d } else { *least };
+        });
+        let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest).collect();
+        let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
+        let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
+        Judge { local, balls, thinning: root(fraction, P::DIM, cost) }
+    }
+
+    fn score(&self, separator: Separator<P>, cost: &mut Cost) -> Scored<P> {
+        let seen = cost.map(&self.balls, |&(x, radius)| {
+            (separator.side(x) == Side::Interior, separator.crosses(x, radius))
+        });
+        let (inside, across) = cost.reduce(&seen, (0usize, 0usize), |(i, c), &(inside, across)| {
+            (i + usize::from(inside), c + usize::from(across))
+        });
+        let m = self.balls.len();
+        cost.close(m as u64);
+        let ratio = inside.max(m - inside) as f64 / m as f64;
+        let crossing = across as f64 / m as f64 * self.thinning;
+        Scored { separator, ratio, crossing, score: ratio + SCORE_ALPHA * crossing }
+    }
+}
+
+/// `x^(1/d)` for normal `0 < x <= 1`, with the four operations only: Newton's method from the power of
+/// two above the root, less than 4 times too large, so that a fixed number of trips converges.
+fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
+    let degree = d as f64;
+    let exponent = (x.to_bits() >> 52) as i64 - 1023;
+    let above = (exponent.div_euclid(d as i64) + 1024) as u64;
+    cost.sequential(8, f64::from_bits(above << 52), |t: f64, _| {
+        let power = (1..d).fold(1.0, |p, _| p * t);
+        ((degree - 1.0) * t + x / power) / degree
+    })
+}
+
+/// The lowest score, the earliest among equals.
+fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Scored<P>> {
+    cost.reduce(scored, None, |best: Option<Scored<P>>, next| match (best, next) {
+        (Some(b), Some(n)) if n.score < b.score => Some(*n),
+        (None, Some(n)) => Some(*n),
+        _ => best,
+    })
+}
+
+/// For each axis the cut between two different neighbouring coordinates that balances best; of these
+/// the lowest score. Exists whenever two samples differ.
+fn best_plane<P: Point>(frame: &Frame<P>, judge: &Judge<P>, cost: &mut Cost) -> Option<Scored<P>> {
+    let numbers: Vec<usize> = (0..P::DIM).collect();
+    let cuts = cost.map_nested(&numbers, |&axis, own| {
+        let coords = &frame.axes[axis];
+        let m = coords.len();
+        let gaps: Vec<(usize, &[f64])> = coords.windows(2).enumerate().collect();
+        let balance = own.map(&gaps, |(i, gap)| (gap[0] < gap[1]).then_some((i + 1).max(m - i - 1)));
+        let zipped: Vec<(usize, Option<usize>)> = balance.into_iter().enumerate().collect();
+        let best = own.reduce(&zipped, None, |best: Option<(usize, usize)>, &(i, larger)| match (best, larger) {
+            (Some((_, least)), Some(larger)) if larger < least => Some((i, larger)),
+            (None, Some(larger)) => Some((i, larger)),
+            _ => best,
+        });
+        own.close(m as u64);
+        let (low, high) = best.map(|(i, _)| (coords[i], coords[i + 1]))?;
+        let middle = 0.5 * low + 0.5 * high;
+        let at = if low < middle && middle <= high { middle } else { high };
+        Some(judge.score(Separator::plane(axis, at), own))
+    });
+    lowest(&cuts, cost)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_are_accurate() {
+        for k in 0..60 {
+            let x = 1.0 / (1u64 << k) as f64 / 1.7;
+            assert!((root(x, 2, &mut Cost::default()) / x.sqrt() - 1.0).abs() < 1e-14);
+            assert!((root(x, 3, &mut Cost::default()) / x.cbrt() - 1.0).abs() < 1e-14);
+        }
+        assert_eq!(root(1.0, 3, &mut Cost::default()), 1.0);
+    }
+}
