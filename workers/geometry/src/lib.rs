@@ -9,3 +9,5 @@ pub mod point;
 pub mod predicates;
 
 pub mod complex;
+
+pub mod incremental;
