@@ -349,8 +349,8 @@ fn cleaned<P: Point>(mut p: P) -> Option<P> {
 fn corners<P: Point>(complex: &Complex<P::Cell>, points: &[P], cell: u32) -> [P; 4] {
     let mut out = [P::default(); 4];
     for (corner, &v) in out.iter_mut().zip(complex.cell(cell).as_ref()) {
-        if v != INFINITE {
-            *corner = points[v as usize];
+        if let Some(p) = points.get(v as usize) {
+            *corner = *p;
         }
     }
     out
