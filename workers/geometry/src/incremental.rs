@@ -261,22 +261,16 @@ impl<P: Point> Incremental<P> {
     pub fn star(&self, vertex: u32, out: &mut Vec<u32>) {
         out.clear();
         out.push(self.incident[vertex as usize]);
-        // Most stars are short: a table of what was seen is made for the others only.
-        let mut seen: BTreeSet<u32> = BTreeSet::new();
+        let mut seen = Seen::default();
+        seen.add(out[0]);
         let mut head = 0;
         while head < out.len() {
             let cell = out[head];
             head += 1;
             for (slot, &v) in self.complex.cell(cell).as_ref().iter().enumerate() {
                 let next = self.complex.neighbour(cell, slot).0;
-                if v == vertex || is_known(out, &seen, next) {
-                    continue;
-                }
-                out.push(next);
-                if out.len() == SHORT {
-                    seen.extend(out.iter().copied());
-                } else if out.len() > SHORT {
-                    seen.insert(next);
+                if v != vertex && seen.add(next) {
+                    out.push(next);
                 }
             }
         }
@@ -322,14 +316,38 @@ impl<P: Point> Incremental<P> {
     }
 }
 
-/// Stars up to this size are searched linearly.
-const SHORT: usize = 64;
+/// Stars up to this size need no allocation.
+const SHORT: usize = 128;
 
-fn is_known(out: &[u32], seen: &BTreeSet<u32>, cell: u32) -> bool {
-    if out.len() < SHORT {
-        out.contains(&cell)
-    } else {
-        seen.contains(&cell)
+/// A set of cells: an open table of twice [`SHORT`] entries, and a tree for what goes beyond.
+struct Seen {
+    table: [u32; 2 * SHORT],
+    len: usize,
+    rest: BTreeSet<u32>,
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        Seen { table: [NONE; 2 * SHORT], len: 0, rest: BTreeSet::new() }
+    }
+}
+
+impl Seen {
+    /// Adds a cell; was it new?
+    fn add(&mut self, cell: u32) -> bool {
+        let mut at = (cell.wrapping_mul(0x9E37_79B9) >> 24) as usize;
+        while self.table[at] != NONE {
+            if self.table[at] == cell {
+                return false;
+            }
+            at = (at + 1) % self.table.len();
+        }
+        if self.len == SHORT {
+            return self.rest.insert(cell);
+        }
+        self.len += 1;
+        self.table[at] = cell;
+        true
     }
 }
 
