@@ -246,6 +246,10 @@ impl<S: Simplex> Complex<S> {
 
     /// Checks that neighbours are mutual and share all but one vertex, with opposite orientation on
     /// the shared facet left to the geometric checks. For tests.
+    ///
+    /// # Errors
+    ///
+    /// Names the first cell found wrong.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             for slot in 0..S::LEN {
@@ -308,6 +312,9 @@ impl RidgeTable {
         let wanted = (entries * 2).next_power_of_two().max(16);
         if wanted > self.slots.len() {
             self.slots = vec![(0, 0, 0); wanted];
+            self.stamp = 0;
+        } else if self.stamp == u32::MAX {
+            self.slots.fill((0, 0, 0));
             self.stamp = 0;
         }
         self.stamp += 1;

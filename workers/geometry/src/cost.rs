@@ -183,18 +183,6 @@ impl Cost {
             .collect()
     }
 
-    /// Sorts in place. Work is the number of comparisons made; depth is that of a parallel comparison
-    /// sort, `ceil(log2 m)` (Cole 1988).
-    pub fn sort_by<T>(&mut self, items: &mut [T], mut cmp: impl FnMut(&T, &T) -> std::cmp::Ordering) {
-        let mut comparisons = 0;
-        items.sort_unstable_by(|a, b| {
-            comparisons += 1;
-            cmp(a, b)
-        });
-        self.work += comparisons;
-        self.depth += ceil_log2(items.len() as u64);
-    }
-
     /// All pairs of a row with every column: one vector step over `rows * cols` pairs, the column
     /// values replicated by a copy-scan, and one segmented reduction that leaves one result a row.
     /// `f` sees every pair once, in order, and keeps the row's state.
@@ -226,12 +214,22 @@ impl Cost {
         Sweep { items: 0 }
     }
 
-    /// Charges a finished sweep: one vector step and one scan that collects its outcome.
+    /// Charges a finished sweep: one vector step and one scan that collects its outcome. Nothing, if it
+    /// had no items.
     pub fn swept(&mut self, sweep: Sweep) {
-        self.step(sweep.items as usize);
+        if sweep.items > 0 {
+            self.step(sweep.items as usize);
+            self.scan_step(sweep.items as usize);
+        }
+    }
+
+    /// Like [`Cost::swept`], for a sweep that is an item of a larger problem: its scan is over its own
+    /// items.
+    pub fn swept_inside(&mut self, sweep: Sweep) {
         let mut inner = Cost::ZERO;
-        inner.scan_step(sweep.items as usize);
-        inner.close(sweep.items);
+        let items = sweep.items;
+        inner.swept(sweep);
+        inner.close(items);
         self.then(inner);
     }
 
@@ -256,7 +254,7 @@ impl Cost {
 }
 
 /// Counts the items of a vector step one by one, where they are found by walking.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Sweep {
     items: u64,
 }
@@ -266,6 +264,23 @@ impl Sweep {
     #[inline]
     pub fn visit(&mut self) {
         self.items += 1;
+    }
+
+    /// Processes all items of a slice.
+    #[inline]
+    pub fn each<T>(&mut self, items: &[T], f: impl FnMut(&T)) {
+        self.items += items.len() as u64;
+        items.iter().for_each(f);
+    }
+
+    /// Number of items so far.
+    pub fn items(&self) -> u64 {
+        self.items
+    }
+
+    /// Joins another share of the same step.
+    pub fn join(&mut self, other: &Sweep) {
+        self.items += other.items;
     }
 }
 

@@ -82,7 +82,7 @@ impl<P: Point> StarBuilder<P> {
         let c = self.centre;
         let others = candidates.iter().filter(|&&i| i != centre);
         self.order.extend(others.map(|&i| (dist2(table[i as usize], c), i)));
-        cost.sort_by(&mut self.order, |a, b| {
+        cost.sort(&mut self.order, |a, b| {
             let by_rank = || lex_cmp(&table[a.1 as usize], &table[b.1 as usize]);
             a.0.total_cmp(&b.0).then_with(by_rank)
         });
@@ -145,7 +145,7 @@ impl<P: Point> StarBuilder<P> {
                 }
             }
         }
-        cost.swept(sweep);
+        cost.swept_inside(sweep);
         if found < P::DIM {
             return None;
         }
@@ -198,7 +198,7 @@ impl<P: Point> StarBuilder<P> {
             self.link.insert(q, seed, |_, cell| hit[cell as usize]);
             self.refresh_planes(&mut sweep);
         }
-        cost.swept(sweep);
+        cost.swept_inside(sweep);
     }
 
     fn refresh_planes(&mut self, sweep: &mut crate::cost::Sweep) {

@@ -23,3 +23,5 @@ pub mod graph;
 pub mod hull;
 
 pub mod measure;
+
+pub mod incremental;

@@ -159,6 +159,18 @@ impl Point for DVec2 {
     }
 }
 
+/// Bounds of the rounding errors in space, tried before `robust` is called. They are Shewchuk's own
+/// (`(7 + 56e)e` and `(16 + 224e)e` times the permanent, `e = 2^-53`) with every term of the permanent
+/// replaced by the largest: 6 products of one difference per axis, and 24 of those with a squared
+/// length. A factor of 1.001 covers the rounding of the bound.
+const ORIENT_BOUND: f64 = 7.0 * 6.0 * 1.001 * (f64::EPSILON / 2.0);
+const INSPHERE_BOUND: f64 = 16.0 * 24.0 * 1.001 * (f64::EPSILON / 2.0);
+
+#[inline]
+fn minor(a: DVec3, b: DVec3) -> f64 {
+    a.x * b.y - b.x * a.y
+}
+
 impl Point for DVec3 {
     const DIM: usize = 3;
     type Lifted = DVec4;
@@ -167,11 +179,29 @@ impl Point for DVec3 {
 
     #[inline]
     fn orient_raw(c: &[Self]) -> f64 {
+        let (a, b, e) = (c[0] - c[3], c[1] - c[3], c[2] - c[3]);
+        let m = a.abs().max(b.abs()).max(e.abs());
+        let det = -a.dot(b.cross(e));
+        if det.abs() > ORIENT_BOUND * (m.x * m.y * m.z) {
+            return det;
+        }
         // Shewchuk's orient3d is positive when the fourth point lies below: the opposite sign.
         -robust::orient3d(coord3(c[0]), coord3(c[1]), coord3(c[2]), coord3(c[3]))
     }
     #[inline]
     fn insphere_raw(c: &[Self], q: Self) -> f64 {
+        let (a, b, e, d) = (c[0] - q, c[1] - q, c[2] - q, c[3] - q);
+        let m = a.abs().max(b.abs()).max(e.abs()).max(d.abs());
+        let (ab, be, ed) = (minor(a, b), minor(b, e), minor(e, d));
+        let (da, ae, bd) = (minor(d, a), minor(a, e), minor(b, d));
+        let abe = a.z * be - b.z * ae + e.z * ab;
+        let bed = b.z * ed - e.z * bd + d.z * be;
+        let eda = e.z * da + d.z * ae + a.z * ed;
+        let dab = d.z * ab + a.z * bd + b.z * da;
+        let det = (e.dot(e) * dab - d.dot(d) * abe) + (a.dot(a) * bed - b.dot(b) * eda);
+        if det.abs() > INSPHERE_BOUND * (m.x * m.y * m.z * m.dot(m)) {
+            return det;
+        }
         -robust::insphere(coord3(c[0]), coord3(c[1]), coord3(c[2]), coord3(c[3]), coord3(q))
     }
     #[inline]

@@ -1,0 +1,428 @@
+//! The kernel against brute force, against itself in other orders, and against its own invariants.
+
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::point::lex_cmp;
+
+/// Cells as sorted rows of coordinate bits: what must not depend on numbering.
+fn by_coordinates<P: Point>(dt: &Incremental<P>) -> Vec<Vec<Vec<u64>>> {
+    let bits = |&v: &u32| {
+        (0..P::DIM)
+            .map(|i| dt.vertices()[v as usize].coord(i).to_bits())
+            .collect()
+    };
+    let mut rows: Vec<Vec<Vec<u64>>> = dt
+        .cells()
+        .map(|cell| {
+            let mut row: Vec<Vec<u64>> = cell.as_ref().iter().map(bits).collect();
+            row.sort();
+            row
+        })
+        .collect();
+    rows.sort();
+    rows
+}
+
+fn sorted_cells<P: Point>(dt: &Incremental<P>) -> Vec<P::Cell> {
+    let mut cells: Vec<P::Cell> = dt.cells().collect();
+    for cell in &mut cells {
+        cell.as_mut().sort_unstable();
+    }
+    cells.sort_unstable();
+    cells
+}
+
+/// All simplices whose perturbed circumsphere is empty.
+fn brute_force<P: Point>(points: &[P]) -> Vec<P::Cell> {
+    let n = P::DIM + 1;
+    let mut cells = Vec::new();
+    let mut chosen: Vec<usize> = (0..n).collect();
+    if points.len() < n {
+        return cells;
+    }
+    loop {
+        let mut corners: Vec<P> = chosen.iter().map(|&i| points[i]).collect();
+        let sign = orientation(&corners);
+        if sign == Sign::Negative {
+            corners.swap(0, 1);
+        }
+        let empty =
+            || (0..points.len()).all(|i| chosen.contains(&i) || !in_sphere(&corners, points[i]));
+        if sign != Sign::Zero && empty() {
+            let mut cell = P::Cell::splat(0);
+            for (to, &i) in cell.as_mut().iter_mut().zip(&chosen) {
+                *to = i as u32;
+            }
+            cells.push(cell);
+        }
+        let Some(k) = (0..n).rev().find(|&k| chosen[k] < points.len() - n + k) else {
+            break;
+        };
+        chosen[k] += 1;
+        for j in k + 1..n {
+            chosen[j] = chosen[j - 1] + 1;
+        }
+    }
+    cells.sort_unstable();
+    cells
+}
+
+/// Mutual neighbours, positive cells, every facet locally Delaunay, every stored incidence true.
+fn check<P: Point>(dt: &Incremental<P>) {
+    let n = P::DIM + 1;
+    let complex = dt.complex();
+    complex.check().unwrap();
+    let mut star = Vec::new();
+    let mut link = Vec::new();
+    let mut incidences = 0;
+    for v in 0..dt.vertices().len() as u32 {
+        dt.star(v, &mut star);
+        incidences += star.len();
+        assert!(
+            star.iter()
+                .all(|&c| complex.is_live(c) && complex.cell(c).as_ref().contains(&v))
+        );
+        dt.link_of(v, &mut link);
+        for (facet, &cell) in link.iter().zip(&star) {
+            if facet.as_ref().contains(&INFINITE) {
+                continue;
+            }
+            let mut corners = vec![dt.vertices()[v as usize]];
+            corners.extend(facet.as_ref().iter().map(|&u| dt.vertices()[u as usize]));
+            assert_eq!(orientation(&corners), Sign::Positive, "cell {cell}");
+        }
+        assert_eq!(dt.nearest_vertex(dt.vertices()[v as usize], None), v);
+    }
+    let expected: usize = complex
+        .live_cells()
+        .map(|c| {
+            complex
+                .cell(c)
+                .as_ref()
+                .iter()
+                .filter(|&&v| v != INFINITE)
+                .count()
+        })
+        .sum();
+    assert_eq!(incidences, expected);
+    for cell in complex.live_cells() {
+        let infinite = complex.infinite_slot(cell);
+        if infinite.is_none() {
+            assert_eq!(orientation(&dt.corners(cell)[..n]), Sign::Positive);
+        }
+        for slot in (0..n).filter(|&slot| Some(slot) != infinite) {
+            let (next, back) = complex.neighbour(cell, slot);
+            let opposite = complex.cell(next).as_ref()[back];
+            if opposite != INFINITE {
+                assert!(!conflicts(
+                    complex,
+                    dt.vertices(),
+                    cell,
+                    dt.vertices()[opposite as usize]
+                ));
+            }
+        }
+    }
+}
+
+fn agrees_with_brute_force<P: Point>(points: &[P]) {
+    let dt = Incremental::new(points.to_vec()).unwrap();
+    check(&dt);
+    assert_eq!(sorted_cells(&dt), brute_force(points));
+    // As they stand: the prefix may be flat, which the frame must skip over.
+    let dt = Incremental::build(points.to_vec(), None).unwrap();
+    check(&dt);
+    assert_eq!(sorted_cells(&dt), brute_force(points));
+}
+
+fn grid3(k: u32) -> Vec<DVec3> {
+    let at = |i: u32| DVec3::new((i % k).into(), (i / k % k).into(), (i / k / k).into());
+    (0..k.pow(3)).map(at).collect()
+}
+
+fn grid2(k: u32) -> Vec<DVec2> {
+    (0..k * k)
+        .map(|i| DVec2::new((i % k).into(), (i / k).into()))
+        .collect()
+}
+
+/// A small generator of test orders and coordinates.
+struct Lcg(u64);
+
+impl Lcg {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % n
+    }
+
+    fn unit(&mut self) -> f64 {
+        self.below(1 << 30) as f64 / f64::from(1u32 << 30)
+    }
+
+    fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            items.swap(i, self.below(i + 1));
+        }
+    }
+}
+
+#[test]
+fn grids_agree_with_brute_force() {
+    agrees_with_brute_force(&grid3(2));
+    agrees_with_brute_force(&grid3(3));
+    agrees_with_brute_force(&grid2(2));
+    agrees_with_brute_force(&grid2(6));
+}
+
+#[test]
+fn flat_prefixes_and_collinear_runs_agree_with_brute_force() {
+    let mut points: Vec<DVec3> = (0..6).map(|i| DVec3::X * f64::from(i)).collect();
+    points.extend((0..6).map(|i| DVec3::new(f64::from(i), 1.0, 0.0)));
+    points.extend([
+        DVec3::new(2.0, 0.5, 1.0),
+        DVec3::new(2.0, 0.5, -1.0),
+        DVec3::new(9.0, 9.0, 0.0),
+    ]);
+    agrees_with_brute_force(&points);
+    let mut plane: Vec<DVec2> = (0..9).map(|i| DVec2::X * f64::from(i)).collect();
+    plane.extend([
+        DVec2::new(4.0, 1.0),
+        DVec2::new(4.0, -2.0),
+        DVec2::new(4.0, 5.0),
+    ]);
+    agrees_with_brute_force(&plane);
+}
+
+#[test]
+fn cospherical_points_agree_with_brute_force() {
+    // All integer vectors of squared length 9: (±3,0,0) and (±1,±2,±2) in every arrangement.
+    let range = -3i32..=3;
+    let mut points = Vec::new();
+    for x in range.clone() {
+        for y in range.clone() {
+            for z in range.clone() {
+                if x * x + y * y + z * z == 9 {
+                    points.push(DVec3::new(x.into(), y.into(), z.into()));
+                }
+            }
+        }
+    }
+    assert_eq!(points.len(), 30);
+    agrees_with_brute_force(&points);
+    points.push(DVec3::ZERO);
+    agrees_with_brute_force(&points);
+    let circle = [(5, 0), (4, 3), (3, 4), (0, 5)].into_iter();
+    let circle = circle
+        .flat_map(|(x, y)| [(x, y), (-x, y), (x, -y), (-x, -y)])
+        .map(|(x, y)| DVec2::new(x.into(), y.into()));
+    let circle = distinct(circle.collect());
+    assert_eq!(circle.len(), 12);
+    agrees_with_brute_force(&circle);
+}
+
+#[test]
+fn a_grid_has_one_triangulation_whatever_the_order() {
+    let points = grid3(8);
+    let dt = Incremental::new(points.clone()).unwrap();
+    check(&dt);
+    let volume: f64 = dt
+        .cells()
+        .map(|c| DVec3::orient_raw(&c.map(|v| points[v as usize])) / 6.0)
+        .sum();
+    assert!((volume - 343.0).abs() < 1e-9);
+    let mut random = Lcg(1);
+    for _ in 0..3 {
+        let mut shuffled = points.clone();
+        random.shuffle(&mut shuffled);
+        for dt2 in [
+            Incremental::new(shuffled.clone()),
+            Incremental::build(shuffled, None),
+        ] {
+            assert_eq!(by_coordinates(&dt2.unwrap()), by_coordinates(&dt));
+        }
+    }
+    let plane = Incremental::new(grid2(12)).unwrap();
+    check(&plane);
+    assert_eq!(plane.cells().count(), 2 * 11 * 11);
+    let mut shuffled = grid2(12);
+    random.shuffle(&mut shuffled);
+    assert_eq!(
+        by_coordinates(&Incremental::build(shuffled, None).unwrap()),
+        by_coordinates(&plane)
+    );
+}
+
+#[test]
+fn random_points_satisfy_the_invariants() {
+    let mut random = Lcg(7);
+    let points: Vec<DVec3> = (0..1500)
+        .map(|_| DVec3::new(random.unit(), random.unit(), random.unit()))
+        .collect();
+    let dt = Incremental::new(points.clone()).unwrap();
+    check(&dt);
+    for _ in 0..50 {
+        let q = DVec3::new(random.unit(), random.unit(), random.unit()) * 1.5;
+        let brute = (0..1500u32)
+            .min_by(|&a, &b| dist2(points[a as usize], q).total_cmp(&dist2(points[b as usize], q)));
+        assert_eq!(Some(dt.nearest_vertex(q, None)), brute);
+    }
+    let plane: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
+    let dt = Incremental::new(plane).unwrap();
+    check(&dt);
+    let hull = dt.complex().len() - dt.cells().count();
+    assert_eq!(dt.cells().count(), 2 * 1500 - 2 - hull);
+}
+
+#[test]
+fn a_star_of_many_cells_is_complete() {
+    // Points of a circle around a pole: the pole's star has them all.
+    let mut points: Vec<DVec3> = Vec::new();
+    for i in 0..200 {
+        let t = f64::from(i) / 100.0 - 1.0;
+        points.push(DVec3::new(
+            (1.0 - t * t) / (1.0 + t * t),
+            2.0 * t / (1.0 + t * t),
+            0.0,
+        ));
+    }
+    points.push(DVec3::new(0.0, 0.0, 1.0));
+    points.push(DVec3::new(0.0, 0.0, -1.0));
+    let dt = Incremental::new(points).unwrap();
+    check(&dt);
+    let mut link = Vec::new();
+    dt.link_of(200, &mut link);
+    assert!(link.len() > 2 * SHORT);
+}
+
+#[test]
+fn refusals_name_their_reason() {
+    let flat = Incremental::new(vec![
+        DVec3::ZERO,
+        DVec3::X,
+        DVec3::Y,
+        DVec3::ONE.with_z(0.0),
+    ]);
+    assert_eq!(flat.unwrap_err(), IncrementalError::Flat { dimension: 2 });
+    let none = Incremental::<DVec2>::new(Vec::new());
+    assert_eq!(none.unwrap_err(), IncrementalError::Flat { dimension: -1 });
+    let nan = Incremental::new(vec![DVec2::ZERO, DVec2::NAN]);
+    assert_eq!(nan.unwrap_err(), IncrementalError::NotFinite { point: 1 });
+    let twice = vec![DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::new(-0.0, 1.0)];
+    let twice = Incremental::build(twice, None);
+    assert_eq!(
+        twice.unwrap_err(),
+        IncrementalError::Coincident {
+            point: 3,
+            vertex: 2
+        }
+    );
+    let mut dt = Incremental::new(vec![DVec2::ZERO, DVec2::X, DVec2::Y]).unwrap();
+    let again = dt.insert(DVec2::X, None);
+    assert_eq!(
+        again,
+        Err(IncrementalError::Coincident {
+            point: 3,
+            vertex: 1
+        })
+    );
+    assert_eq!(dt.insert(DVec2::ONE, Some(77)), Ok(3));
+    assert_eq!(dt.insert(DVec2::splat(0.25), Some(0)), Ok(4));
+    check(&dt);
+}
+
+/// The time per point; run with `--ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn speed() {
+    let mut random = Lcg(3);
+    for n in [1_000, 100_000, 1_000_000] {
+        let points: Vec<DVec3> = (0..n)
+            .map(|_| DVec3::new(random.unit(), random.unit(), random.unit()))
+            .collect();
+        let start = std::time::Instant::now();
+        let order = insertion_order(&points);
+        let sorted = start.elapsed().as_secs_f64();
+        let permuted: Vec<DVec3> = order.iter().map(|&i| points[i as usize]).collect();
+        let plane: Vec<DVec2> = permuted.iter().map(|p| p.truncate()).collect();
+        let per = |start: std::time::Instant| start.elapsed().as_secs_f64() * 1e6 / f64::from(n);
+        let start = std::time::Instant::now();
+        let given = Incremental::build(permuted, None).unwrap();
+        let in_order = per(start);
+        let start = std::time::Instant::now();
+        let built = Incremental::build(points, Some(&order)).unwrap();
+        let indirect = per(start);
+        assert_eq!(given.complex().len(), built.complex().len());
+        let start = std::time::Instant::now();
+        let mut links = 0;
+        let mut link = Vec::new();
+        for v in 0..n as u32 {
+            given.link_of(v, &mut link);
+            links += link.len();
+        }
+        let linked = per(start);
+        let start = std::time::Instant::now();
+        Incremental::new(plane).unwrap();
+        let flat = per(start);
+        println!(
+            "n {n}: sort {:.2}, in order {in_order:.2}, indirect {indirect:.2}, plane {flat:.2}, \
+             links {linked:.2} us per point ({links})",
+            sorted * 1e6 / f64::from(n)
+        );
+    }
+}
+
+fn distinct<P: Point>(mut points: Vec<P>) -> Vec<P> {
+    points.sort_by(lex_cmp);
+    points.dedup();
+    points
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn small_integer_points_in_space(
+        rows in prop::collection::vec((0i8..4, 0i8..4, 0i8..3), 5..14), seed: u64
+    ) {
+        let mut points = distinct(
+            rows.iter().map(|&(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).collect(),
+        );
+        Lcg(seed).shuffle(&mut points);
+        match Incremental::build(points.clone(), None) {
+            Ok(dt) => {
+                check(&dt);
+                prop_assert_eq!(sorted_cells(&dt), brute_force(&points));
+                let other = Incremental::new(points).unwrap();
+                prop_assert_eq!(sorted_cells(&dt), sorted_cells(&other));
+            }
+            Err(error) => {
+                let dimension = crate::predicates::affine_frame(&points).0;
+                prop_assert_eq!(error, IncrementalError::Flat { dimension });
+            }
+        }
+    }
+
+    #[test]
+    fn small_integer_points_in_the_plane(
+        rows in prop::collection::vec((0i8..6, 0i8..5), 3..20), seed: u64
+    ) {
+        let mut points =
+            distinct(rows.iter().map(|&(x, y)| DVec2::new(x.into(), y.into())).collect());
+        Lcg(seed).shuffle(&mut points);
+        match Incremental::build(points.clone(), None) {
+            Ok(dt) => {
+                check(&dt);
+                prop_assert_eq!(sorted_cells(&dt), brute_force(&points));
+            }
+            Err(error) => {
+                let dimension = crate::predicates::affine_frame(&points).0;
+                prop_assert_eq!(error, IncrementalError::Flat { dimension });
+            }
+        }
+    }
+}
