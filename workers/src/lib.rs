@@ -1,1 +1,45 @@
-//! septet-workers.
+//! septet-workers: what a worker runs, and the ways to reach one.
+//!
+//! A [`worker::Worker`] is a pure message handler over its own state: points it was sent, the part of
+//! the partition tree it belongs to, the stars of its home points. It holds no handle to anything else.
+//! The modules stand in the order of the phases.
+
+pub mod config;
+
+pub mod schedule;
+
+pub mod table;
+
+pub mod tree;
+
+pub mod outbox;
+
+pub mod leader;
+
+pub mod worker;
+
+pub mod partition;
+
+mod query;
+
+mod neighbours;
+
+mod summaries;
+
+pub mod choice;
+
+mod ghosts;
+
+mod sets;
+
+mod stars;
+
+mod check;
+
+mod repair;
+
+mod merge;
+
+pub mod host;
+
+pub mod transport;

@@ -83,6 +83,9 @@ impl RoundTally {
     }
 }
 
+/// Marks a leader's charges among the phases' numbers until the fold.
+const LEADER: u8 = 0x80;
+
 /// The cost of one phase of one subproblem, over all ranks that share it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Charge {
@@ -195,6 +198,12 @@ impl LedgerPart {
         let entry = self.charges.entry((phase as u8, node)).or_default();
         entry.cost.then(cost);
         entry.items = entry.items.max(items);
+    }
+
+    /// Charges what the leader of a subproblem does for it, between its members' steps: added to the
+    /// members' charge when the ledger is folded.
+    pub fn charge_leader(&mut self, phase: Phase, node: NodeId, cost: Cost) {
+        self.charges.entry((phase as u8 | LEADER, node)).or_default().cost.then(cost);
     }
 
     /// The facts of a node, to be filled in.
@@ -355,7 +364,11 @@ fn flow(phase: Phase) -> Flow {
 
 impl Ledger {
     /// Folds the merged parts of a run over `population` points.
-    pub fn finish(part: LedgerPart, population: u64) -> Ledger {
+    pub fn finish(mut part: LedgerPart, population: u64) -> Ledger {
+        let leaders = part.charges.split_off(&(LEADER, NodeId(0)));
+        for ((phase, node), charge) in leaders {
+            part.charges.entry((phase & !LEADER, node)).or_default().cost.then(charge.cost);
+        }
         let paper: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_paper()).collect();
         let repair: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_repair()).collect();
         let clock = Clock::run(&part, &paper, false);

@@ -186,6 +186,8 @@ pub struct Merged {
     pub repaired: u64,
     /// Stars that a ball of the known radius proves.
     pub local: u64,
+    /// Rounds of exchange (the largest of the parts).
+    pub exchange_rounds: u64,
 }
 
 impl Merged {
@@ -198,6 +200,7 @@ impl Merged {
         self.disagreements += other.disagreements;
         self.repaired += other.repaired;
         self.local += other.local;
+        self.exchange_rounds = self.exchange_rounds.max(other.exchange_rounds);
     }
 }
 

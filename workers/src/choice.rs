@@ -1,0 +1,177 @@
+//! The choice of the supergraph where none is given: a sample of stars.
+//!
+//! About a thousand points, chosen by a hash of their coordinates, ask for their surroundings out to six
+//! times the distance of the nearest neighbour. The star of each, built from them, is certified by the
+//! ball of radius `alpha` times that distance iff it has no infinite facet and twice its largest
+//! circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at most 20 % of the
+//! sample not certified, else 64 nearest neighbours. The choice depends on the points and the seed alone.
+
+use septet_geometry::complex::INFINITE;
+use septet_geometry::cost::Cost;
+use septet_geometry::graph::Supergraph;
+use septet_geometry::hull::StarBuilder;
+use septet_geometry::measure::circumradius2;
+use septet_geometry::neighbourhood::Found;
+use septet_geometry::point::Point;
+use septet_geometry::separator::{DrawKey, is_sample};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::message::{Body, Message};
+
+use crate::config::Wanted;
+use crate::query::{Ask, Ball};
+use crate::table::Table;
+use crate::worker::{Worker, finite_cell};
+
+/// The alphas that are tried.
+pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
+
+/// The share of sampled stars that may stay without a local certificate.
+pub const UNCERTIFIED_SHARE: f64 = 0.2;
+
+/// Neighbours where no alpha suffices.
+pub const FALLBACK_K: u32 = 64;
+
+/// Most points that a sampled star asks for.
+const MOST_CANDIDATES: u32 = 500;
+
+/// From the sample's size and the numbers certified at each alpha: the supergraph, and why.
+pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -> (Supergraph, String) {
+    for (alpha, &good) in ALPHAS.into_iter().zip(certified) {
+        let open = sample - good.min(sample);
+        if open as f64 <= UNCERTIFIED_SHARE * sample as f64 {
+            let supergraph = match wanted {
+                Wanted::AutoOverlap => Supergraph::Overlap { alpha },
+                _ => Supergraph::Density { alpha },
+            };
+            let why = format!("alpha {alpha} certifies {good} of {sample} sampled stars");
+            return (supergraph, why);
+        }
+    }
+    let best = certified.last().copied().unwrap_or(0);
+    let k = FALLBACK_K.min(population.saturating_sub(1).max(1) as u32);
+    let why = format!("alpha 6 certifies only {best} of {sample} sampled stars, so {k} nearest neighbours");
+    (Supergraph::Knn { k }, why)
+}
+
+impl<P: Point> Worker<P> {
+    pub(crate) fn begin_choice(&mut self) {
+        self.exchange.sample_sent = false;
+        let population = self.population * 2 / 5;
+        let key = DrawKey { seed: self.config.seed, node: 0, attempt: 0 };
+        let mut balls = Vec::new();
+        for (at, leaf) in self.leaves.iter().enumerate() {
+            for home in leaf.home() {
+                if is_sample(key, population, self.table.positions[home as usize]) {
+                    let radius2 = self.table.radii2[home as usize] * ALPHAS[3] * ALPHAS[3];
+                    balls.push(Ball { home, leaf: at, radius2, list: Vec::new() });
+                }
+            }
+        }
+        self.exchange.samples = balls.len();
+        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, balls);
+        self.report_samples();
+    }
+
+    /// Sends the sample's outcome once all its balls are back.
+    fn report_samples(&mut self) {
+        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples {
+            return;
+        }
+        self.exchange.sample_sent = true;
+        let needed = needed_alphas(&self.table, &self.engine.done);
+        let mut counts = vec![needed.len() as u64];
+        counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
+        self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
+    }
+
+    pub(crate) fn on_choice(&mut self, inbox: &mut Vec<Message<P>>) {
+        if self.phase != Phase::Choice {
+            return;
+        }
+        self.report_samples();
+        let known = &mut self.known;
+        inbox.retain(|m| match m.body {
+            Body::Choice { kind, parameter } => {
+                known.supergraph = decode_choice(kind, parameter);
+                false
+            }
+            _ => true,
+        });
+    }
+
+    /// Ends the choice's queries.
+    pub(crate) fn finish_choice(&mut self) {
+        if !matches!(self.config.wanted, Wanted::Fixed(_)) {
+            self.land(Phase::Choice);
+        }
+    }
+}
+
+/// A supergraph as two numbers, for the wire.
+pub fn encode_choice(supergraph: Supergraph) -> (u8, f64) {
+    match supergraph {
+        Supergraph::Density { alpha } => (0, alpha),
+        Supergraph::Overlap { alpha } => (1, alpha),
+        Supergraph::Knn { k } => (2, f64::from(k)),
+    }
+}
+
+/// The supergraph in two numbers.
+pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
+    match kind {
+        0 => Some(Supergraph::Density { alpha: parameter }),
+        1 => Some(Supergraph::Overlap { alpha: parameter }),
+        2 => Some(Supergraph::Knn { k: parameter as u32 }),
+        _ => None,
+    }
+}
+
+/// For each sampled star the least alpha whose ball certifies it, infinite if six does not.
+fn needed_alphas<P: Point>(table: &Table<P>, sampled: &[(u32, Vec<Found>)]) -> Vec<f64> {
+    let mut builder = StarBuilder::default();
+    let mut facets: Vec<P::Facet> = Vec::new();
+    let star = |(home, list): &(u32, Vec<Found>)| {
+        let nearest2 = table.radii2[*home as usize];
+        // A list cut short knows its surroundings only that far.
+        let full = list.len() < MOST_CANDIDATES as usize;
+        let farthest2 = list.iter().map(|f| f.0).fold(0.0, f64::max);
+        let known2 = if full { nearest2 * ALPHAS[3] * ALPHAS[3] } else { farthest2 };
+        let candidates: Vec<u32> = list.iter().map(|f| f.1).collect();
+        if !builder.build(&table.positions, *home, &candidates, &mut Cost::default()) {
+            return f64::INFINITY;
+        }
+        facets.clear();
+        builder.facets(&mut facets);
+        let mut most2: f64 = 0.0;
+        for facet in &facets {
+            if facet.as_ref().contains(&INFINITE) {
+                return f64::INFINITY;
+            }
+            let Some(cell) = finite_cell::<P>(*home, facet) else { return f64::INFINITY };
+            let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions[v as usize]).collect();
+            most2 = most2.max(circumradius2(&corners));
+        }
+        if 4.0 * most2 > known2 { f64::INFINITY } else { (4.0 * most2 / nearest2).sqrt() }
+    };
+    sampled.iter().map(star).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_alpha_that_suffices_is_taken() {
+        let pick = |c: [u64; 4]| choose(Wanted::AutoDensity, 1000, &c, 1_000_000).0;
+        assert_eq!(pick([800, 900, 990, 1000]), Supergraph::Density { alpha: 2.5 });
+        assert_eq!(pick([100, 799, 900, 990]), Supergraph::Density { alpha: 4.0 });
+        assert_eq!(pick([0, 0, 0, 799]), Supergraph::Knn { k: 64 });
+        let small = choose(Wanted::AutoOverlap, 10, &[0, 0, 0, 0], 10).0;
+        assert_eq!(small, Supergraph::Knn { k: 9 });
+        for s in [small, Supergraph::Density { alpha: 2.5 }, Supergraph::Overlap { alpha: 3.0 }] {
+            let (kind, parameter) = encode_choice(s);
+            assert_eq!(decode_choice(kind, parameter), Some(s));
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! What every rank knows of a run before it starts.
+
+use std::sync::Arc;
+
+use septet_geometry::graph::Supergraph;
+
+/// The supergraph asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wanted {
+    /// This one.
+    Fixed(Supergraph),
+    /// A density graph whose alpha a sample of stars chooses, else 64 nearest neighbours.
+    AutoDensity,
+    /// An overlap graph, likewise.
+    AutoOverlap,
+}
+
+/// How separator points are shared (paper, Section 4.3, and its refinements).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetRule {
+    /// The paper's: the separator points of both sides go to both children.
+    Both,
+    /// Those of the side that has fewer go to the other child. Density graphs only.
+    Smaller,
+    /// Every point also goes to each leaf that an edge of it can reach; nearest-neighbour balls fetch.
+    Ghost,
+}
+
+/// Parameters of a run that every rank shares. They hold no point.
+#[derive(Clone, Debug)]
+pub struct WorkerConfig {
+    /// Identifies the run in messages.
+    pub run: u64,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Number of workers.
+    pub workers: u32,
+    /// A subproblem of at most this many points is not split.
+    pub leaf: u64,
+    /// Split to the floor and count work and depth; else a worker triangulates its piece at once.
+    pub counted: bool,
+    /// The supergraph.
+    pub wanted: Wanted,
+    /// Separator sets.
+    pub sets: SetRule,
+    /// Send the graph's edges to the coordinator.
+    pub collect_graph: bool,
+    /// Send the home leaf of every cell with it.
+    pub with_leaves: bool,
+    /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
+    pub exchange_cap: Option<u32>,
+}
+
+/// Cores that a worker has to itself.
+pub type Pool = Option<Arc<rayon::ThreadPool>>;
+
+/// Maps items, in order, on the worker's own cores if it has any.
+pub fn map_in<T: Sync, U: Send>(pool: &Pool, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
+    use rayon::prelude::*;
+    match pool {
+        Some(pool) if items.len() > 1 => pool.install(|| items.par_iter().map(&f).collect()),
+        _ => items.iter().map(f).collect(),
+    }
+}

@@ -1,0 +1,286 @@
+//! Ghosts: every point goes to each leaf that an edge of it can reach.
+//!
+//! **Statement.** An edge of the density or overlap graph between `j` and a home point of a subproblem
+//! with largest radius `R` is no longer than `reach(r_j, R)` ([`Supergraph::reach`]). So `j` goes down to
+//! every child whose side of the separator, and whose box, its ball of that radius meets. Then a leaf
+//! holds all graph neighbours of its home points, and nothing has to return. For the density graph that is
+//! `alpha min(r_j, R)`: the two-sided minimum keeps a singularity's points from going everywhere.
+//!
+//! **Rounds.** At most one a shared level. **Work and depth.** One vector step over the balls at a node.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_geometry::separator::Side;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::message::{Body, Message, PointBatch};
+
+use crate::config::{SetRule, map_in};
+use crate::tree::{Leaf, Shared, Split, Tree};
+use crate::worker::Worker;
+
+/// Density alpha with which `triangulate` looks across its seams where the supergraph is another.
+const SEAM_ALPHA: f64 = 4.0;
+
+/// One walk of points through what a worker knows of the tree.
+struct Walk<'a, P> {
+    rule: Supergraph,
+    path: &'a [Shared<P>],
+    leaves: &'a [Leaf<P>],
+    shared: Vec<Sweep>,
+    local: Vec<Sweep>,
+    /// `[interior, exterior]` home points whose separator ball crosses, of shared and of inner nodes.
+    crossing_shared: Vec<[u64; 2]>,
+    crossing_local: Vec<[u64; 2]>,
+}
+
+/// A point under way: position, squared radius, and its home leaf while on the way there.
+#[derive(Clone, Copy)]
+struct Pushed<P> {
+    position: P,
+    radius2: f64,
+    home: Option<NodeId>,
+}
+
+impl<P: Point> Walk<'_, P> {
+    fn goes(&self, split: &Split<P>, side: usize, max2: f64, x: &Pushed<P>) -> bool {
+        let reach = self.rule.reach(x.radius2, max2);
+        split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
+    }
+
+    fn crossing(&self, split: &Split<P>, x: &Pushed<P>) -> Option<usize> {
+        let crosses = split.separator.crosses(x.position, self.rule.separator_radius(x.radius2));
+        crosses.then(|| usize::from(split.separator.side(x.position) == Side::Exterior))
+    }
+
+    fn along_path(&mut self, start: usize, x: &Pushed<P>, out: &mut Vec<(usize, usize)>, push: bool) -> bool {
+        for i in start..self.path.len() {
+            let shared = &self.path[i];
+            if x.home.is_some()
+                && let Some(side) = self.crossing(&shared.split, x)
+            {
+                self.crossing_shared[i][side] += 1;
+            }
+            if !push {
+                continue;
+            }
+            self.shared[i].visit();
+            let max2 = |side: usize| shared.summaries.as_ref().map_or(f64::INFINITY, |s| s[side].max_radius2);
+            let other = 1 - shared.mine;
+            if self.goes(&shared.split, other, max2(other), x) {
+                out.push((i, other));
+            }
+            if x.home.is_none() && !self.goes(&shared.split, shared.mine, max2(shared.mine), x) {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, hits: &mut Vec<usize>, push: bool) {
+        match tree {
+            Tree::Leaf(at) => {
+                if x.home != Some(self.leaves[*at].id) {
+                    hits.push(*at);
+                }
+            }
+            Tree::Node(inner) => {
+                let home = x.home.map(|leaf| inner.id.side_of(leaf));
+                if home.is_some()
+                    && let Some(side) = self.crossing(&inner.split, x)
+                {
+                    self.crossing_local[inner.number][side] += 1;
+                }
+                if push {
+                    self.local[inner.number].visit();
+                }
+                for (side, child) in inner.children.iter().enumerate() {
+                    let on_way = home == Some(side);
+                    if on_way || (push && self.goes(&inner.split, side, inner.max_radius2[side], x)) {
+                        let home = x.home.filter(|_| on_way);
+                        self.down(child, &Pushed { home, ..*x }, hits, push);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<P: Point> Worker<P> {
+    /// The rule that decides who is a ghost: the supergraph, or for a seam that only seeds the exchange a
+    /// density graph.
+    fn ghost_rule(&self) -> Supergraph {
+        match self.supergraph() {
+            rule if self.config.counted => rule,
+            Supergraph::Knn { .. } => Supergraph::Density { alpha: SEAM_ALPHA },
+            Supergraph::Overlap { alpha } | Supergraph::Density { alpha } => Supergraph::Density { alpha },
+        }
+    }
+
+    fn ghost_walk(&self) -> Walk<'_, P> {
+        Walk {
+            rule: self.ghost_rule(),
+            path: &self.path,
+            leaves: &self.leaves,
+            shared: vec![Sweep::default(); self.path.len()],
+            local: vec![Sweep::default(); self.inner_ids.len()],
+            crossing_shared: vec![[0; 2]; self.path.len()],
+            crossing_local: vec![[0; 2]; self.inner_ids.len()],
+        }
+    }
+
+    /// Starts the separator sets by the rule of the run.
+    pub(crate) fn begin_sets(&mut self) {
+        if self.config.counted && matches!(self.supergraph(), Supergraph::Knn { .. }) {
+            self.finish_knn();
+        } else {
+            self.finish_choice();
+        }
+        let fetched = self.config.counted && matches!(self.supergraph(), Supergraph::Knn { .. });
+        let push = !self.config.counted || (self.config.sets == SetRule::Ghost && !fetched);
+        self.push_home(push);
+        if self.config.counted && self.config.sets != SetRule::Ghost {
+            self.begin_set_recursion();
+        }
+    }
+
+    /// Measures every separator against the home points and, if asked, pushes them to other leaves.
+    fn push_home(&mut self, push: bool) {
+        let mut groups = Vec::new();
+        for (at, leaf) in self.leaves.iter().enumerate() {
+            let homes: Vec<u32> = leaf.home().collect();
+            groups.extend(homes.chunks(4096).map(|c| (at, c.to_vec())));
+        }
+        let walked = map_in(&self.pool, &groups, |(at, homes)| {
+            let mut walk = self.ghost_walk();
+            let mut found = Vec::new();
+            for &home in homes {
+                let x = Pushed {
+                    position: self.table.positions[home as usize],
+                    radius2: self.table.radii2[home as usize],
+                    home: Some(self.leaves[*at].id),
+                };
+                let (mut hits, mut ways) = (Vec::new(), Vec::new());
+                walk.along_path(0, &x, &mut ways, push);
+                if let Some((_, tree)) = &self.tree {
+                    walk.down(tree, &x, &mut hits, push);
+                }
+                if !hits.is_empty() || !ways.is_empty() {
+                    found.push((home, hits, ways));
+                }
+            }
+            (found, walk.shared, walk.local, walk.crossing_shared, walk.crossing_local)
+        });
+        let mut batches: BTreeMap<(NodeId, Rank), PointBatch<P>> = BTreeMap::new();
+        for (found, shared, local, crossing_shared, crossing_local) in walked {
+            self.charge_sets(&shared, &local);
+            let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
+            for (ids, crossings) in [(&ids, &crossing_shared), (&self.inner_ids, &crossing_local)] {
+                for (&id, crossing) in ids.iter().zip(crossings) {
+                    let facts = self.ledger.facts(id);
+                    facts.crossing_inside += crossing[0];
+                    facts.crossing_outside += crossing[1];
+                }
+            }
+            for (home, hits, ways) in found {
+                for at in hits {
+                    self.leaves[at].ghosts.push(home);
+                }
+                self.batch_ghost(home, &ways, &mut batches);
+            }
+        }
+        self.send_ghosts(batches);
+    }
+
+    fn charge_sets(&mut self, shared: &[Sweep], local: &[Sweep]) {
+        let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
+        for (ids, sweeps) in [(&ids, shared), (&self.inner_ids, local)] {
+            for (&id, sweep) in ids.iter().zip(sweeps) {
+                if sweep.items() > 0 {
+                    self.sets.sweeps.entry(id).or_default().join(sweep);
+                }
+            }
+        }
+    }
+
+    fn batch_ghost(
+        &self,
+        point: u32,
+        ways: &[(usize, usize)],
+        batches: &mut BTreeMap<(NodeId, Rank), PointBatch<P>>,
+    ) {
+        for &(i, side) in ways {
+            let shared = &self.path[i];
+            let to = shared.member_below(self.rank, side);
+            let batch = batches.entry((shared.id.child(side), to)).or_default();
+            self.table.export(point, batch);
+        }
+    }
+
+    fn send_ghosts(&mut self, batches: BTreeMap<(NodeId, Rank), PointBatch<P>>) {
+        for ((node, to), batch) in batches {
+            self.out.send(to, node, 0, Body::Ghosts(batch));
+        }
+    }
+
+    /// Points pushed here by other workers.
+    pub(crate) fn on_ghosts(&mut self, inbox: &mut Vec<Message<P>>) {
+        let mut received = Vec::new();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Ghosts(points) => {
+                received.push((m.node, std::mem::take(points)));
+                false
+            }
+            _ => true,
+        });
+        let mut batches = BTreeMap::new();
+        for (node, points) in received {
+            if let Some((at, holder)) = self.relay
+                && at == node
+                && holder != self.rank
+            {
+                self.out.send(holder, node, 0, Body::Ghosts(points));
+                continue;
+            }
+            let numbers = self.table.intern_all(&points);
+            let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
+            let mut walk = self.ghost_walk();
+            let mut found = Vec::with_capacity(numbers.len());
+            for &number in &numbers {
+                let x = Pushed {
+                    position: self.table.positions[number as usize],
+                    radius2: self.table.radii2[number as usize],
+                    home: None,
+                };
+                let (mut hits, mut ways) = (Vec::new(), Vec::new());
+                if walk.along_path(start, &x, &mut ways, true)
+                    && let Some((_, tree)) = &self.tree
+                {
+                    walk.down(tree, &x, &mut hits, true);
+                }
+                found.push((hits, ways));
+            }
+            let (shared, local) = (walk.shared, walk.local);
+            self.charge_sets(&shared, &local);
+            for (number, (hits, ways)) in numbers.into_iter().zip(found) {
+                for at in hits {
+                    self.leaves[at].ghosts.push(number);
+                }
+                self.batch_ghost(number, &ways, &mut batches);
+            }
+        }
+        self.send_ghosts(batches);
+    }
+
+    /// Charges the descent of the separator sets, once it is over.
+    pub(crate) fn finish_sets(&mut self) {
+        for (node, sweep) in std::mem::take(&mut self.sets.sweeps) {
+            let mut cost = Cost::ZERO;
+            let items = sweep.items();
+            cost.swept(sweep);
+            self.ledger.charge(Phase::Sets, node, cost, items);
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! The leader of a shared subproblem: collects samples and counts, draws separators, decides.
+//!
+//! The lowest rank of a group leads it, the coordinator the root. State is keyed by subproblem; a leader
+//! acts when a round has brought all that its members sent, which the round model guarantees.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::cost::Cost;
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::separator::{DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, draw, split_bound};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::{LedgerPart, NodeFacts};
+use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
+
+use crate::config::{SetRule, WorkerConfig};
+use crate::outbox::Outbox;
+use crate::tree::join_bounds;
+
+/// Draws before a subproblem is left unsplit.
+pub const MAX_ATTEMPTS: u32 = 8;
+
+/// A set whose larger child holds more than this share of it is not split further.
+pub const STOP_SHARE: f64 = 0.93;
+
+/// A subproblem that this rank leads.
+#[derive(Clone, Debug)]
+pub struct Lead<P> {
+    population: u64,
+    first: Rank,
+    ranks: u32,
+    attempt: u32,
+    kind: u64,
+    separator: Option<Separator<P>>,
+    children: [Option<Summary<P>>; 2],
+    merged: Vec<Merged>,
+}
+
+/// All subproblems that a rank leads.
+#[derive(Clone, Debug)]
+pub struct Leader<P> {
+    leads: BTreeMap<NodeId, Lead<P>>,
+    /// Leaves below nodes, where the placement is planned.
+    plan: BTreeMap<NodeId, u32>,
+}
+
+impl<P> Default for Leader<P> {
+    fn default() -> Self {
+        Leader { leads: BTreeMap::new(), plan: BTreeMap::new() }
+    }
+}
+
+/// The order-free hash of a separator that the tree's record keeps.
+pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
+    let mut h = 0u64;
+    for word in separator.to_array() {
+        h = (h ^ word.to_bits()).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(31);
+    }
+    h
+}
+
+/// Kind of a drawn separator in [`NodeFacts`].
+pub fn kind_number<P>(drawn: &Drawn<P>) -> u64 {
+    match drawn.kind {
+        DrawKind::Sphere => 1,
+        DrawKind::Plane { .. } => 2,
+        DrawKind::None { .. } => 0,
+    }
+}
+
+/// Draws a separator from samples in any order; returns it with its kind, charging the closed cost.
+pub fn draw_from<P: Point>(
+    config: &WorkerConfig,
+    node: NodeId,
+    attempt: u32,
+    population: u64,
+    samples: &mut [P],
+    cost: &mut Cost,
+) -> (Option<Separator<P>>, u64) {
+    // The draw must not see the order of arrival.
+    samples.sort_unstable_by(lex_cmp);
+    let key = DrawKey { seed: config.seed, node: node.0, attempt };
+    let mut own = Cost::ZERO;
+    let drawn = draw(key, population, samples, &mut own);
+    own.close(samples.len() as u64);
+    cost.then(own);
+    let kind = kind_number(&drawn);
+    (drawn.separator, kind)
+}
+
+/// Is a split into these sides good enough?
+pub fn acceptable<P: Point>(inside: u64, outside: u64) -> bool {
+    let larger = inside.max(outside) as f64;
+    inside > 0 && outside > 0 && larger <= split_bound::<P>() * (inside + outside) as f64
+}
+
+/// Will a child of this population be split further?
+pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
+    population <= config.leaf || node.level() >= NodeId::DEEPEST
+}
+
+impl<P: Point> Leader<P> {
+    /// Takes over a subproblem.
+    pub fn lead(&mut self, node: NodeId, population: u64, first: Rank, ranks: u32) {
+        let lead = Lead {
+            population,
+            first,
+            ranks,
+            attempt: 0,
+            kind: 0,
+            separator: None,
+            children: [None, None],
+            merged: Vec::new(),
+        };
+        self.leads.insert(node, lead);
+    }
+
+    /// Does this rank lead the node?
+    pub fn leads(&self, node: NodeId) -> bool {
+        self.leads.contains_key(&node)
+    }
+
+    /// Learns the planned number of leaves below nodes.
+    pub fn plan(&mut self, nodes: &[u64], leaves: &[u32]) {
+        for (&node, &count) in nodes.iter().zip(leaves) {
+            self.plan.insert(NodeId(node), count);
+        }
+    }
+
+    /// All samples of a node in one round: draw, and tell the members.
+    pub fn on_samples(
+        &mut self,
+        node: NodeId,
+        mut samples: Vec<P>,
+        config: &WorkerConfig,
+        out: &mut Outbox<P>,
+        ledger: &mut LedgerPart,
+    ) {
+        let Some(lead) = self.leads.get_mut(&node) else { return };
+        let mut cost = Cost::ZERO;
+        let population = lead.population;
+        let (separator, kind) =
+            draw_from(config, node, lead.attempt, population, &mut samples, &mut cost);
+        ledger.charge_leader(Phase::Partition, node, cost);
+        lead.kind = kind;
+        lead.separator = separator;
+        let words = separator.map_or(Vec::new(), |s| s.to_array().to_vec());
+        for rank in lead.first..lead.first + lead.ranks {
+            out.send(rank, node, lead.attempt, Body::Sphere(Bulk(words.clone())));
+        }
+    }
+
+    /// All counts of a node in one round: accept, draw again, or leave it unsplit.
+    pub fn on_counts(
+        &mut self,
+        node: NodeId,
+        counts: &[(u64, u64, Vec<P>)],
+        config: &WorkerConfig,
+        out: &mut Outbox<P>,
+        ledger: &mut LedgerPart,
+    ) {
+        let Some(lead) = self.leads.get_mut(&node) else { return };
+        let separator = lead.separator;
+        let inside: u64 = counts.iter().map(|c| c.0).sum();
+        let outside: u64 = counts.iter().map(|c| c.1).sum();
+        let mut boxes: Vec<P> = Vec::new();
+        let verdict = if separator.is_some() && acceptable::<P>(inside, outside) {
+            let all = counts.iter().map(|c| &c.2);
+            for side in 0..2 {
+                let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);
+                let joined = all.clone().map(of).reduce(join_bounds);
+                boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
+            }
+            Verdict::Split(self.place(node, [inside, outside], config))
+        } else if separator.is_some() && lead.attempt + 1 < MAX_ATTEMPTS {
+            lead.attempt += 1;
+            Verdict::Retry
+        } else {
+            Verdict::Leaf
+        };
+        let Some(lead) = self.leads.get(&node) else { return };
+        let facts = ledger.facts(node);
+        facts.population = lead.population;
+        match verdict {
+            Verdict::Split(_) => {
+                facts.inside = inside;
+                facts.attempts = u64::from(lead.attempt) + 1;
+                facts.kind = lead.kind;
+                facts.separator = separator.as_ref().map_or(0, separator_hash);
+            }
+            _ => facts.attempts = u64::from(lead.attempt) + 1,
+        }
+        self.send_plan(node, &verdict, out);
+        for rank in lead.first..lead.first + lead.ranks {
+            let body = Body::Decision { verdict: verdict.clone(), boxes: Bulk(boxes.clone()) };
+            out.send(rank, node, lead.attempt, body);
+        }
+    }
+
+    /// Divides the group in proportion to the children's cost: planned leaves, else points.
+    fn place(&self, node: NodeId, population: [u64; 2], config: &WorkerConfig) -> [Child; 2] {
+        let lead = &self.leads[&node];
+        let ids = [node.child(0), node.child(1)];
+        let planned = |i: usize| self.plan.get(&ids[i]).map(|&l| u64::from(l));
+        let weight = match (planned(0), planned(1)) {
+            (Some(a), Some(b)) => [a, b],
+            _ => population,
+        };
+        let k = u128::from(lead.ranks);
+        let total = u128::from(weight[0]) + u128::from(weight[1]);
+        let rounded = (2 * k * u128::from(weight[0]) + total) / (2 * total);
+        let interior = (rounded as u32).clamp(1, lead.ranks - 1);
+        let child = |i: usize, first: Rank, ranks: u32| Child {
+            population: population[i],
+            first,
+            ranks,
+            leaf: is_leaf(config, ids[i], population[i]),
+        };
+        [
+            child(0, lead.first, interior),
+            child(1, lead.first + interior, lead.ranks - interior),
+        ]
+    }
+
+    /// Hands the plan of each child to the child's leader.
+    fn send_plan(&self, node: NodeId, verdict: &Verdict, out: &mut Outbox<P>) {
+        let Verdict::Split(children) = verdict else { return };
+        for (side, child) in children.iter().enumerate() {
+            let id = node.child(side);
+            if child.leaf || child.ranks < 2 {
+                continue;
+            }
+            let below = self.plan.iter().filter(|(n, _)| id.contains(**n) && **n != id);
+            let (nodes, leaves): (Vec<u64>, Vec<u32>) = below.map(|(n, l)| (n.0, *l)).unzip();
+            if !nodes.is_empty() {
+                let body = Body::Plan { nodes: Bulk(nodes), leaves: Bulk(leaves) };
+                out.send(child.first, id, 0, body);
+            }
+        }
+    }
+
+    /// A child's summary. When both are known, tells the members and returns the node's own summary.
+    pub fn on_summary(
+        &mut self,
+        child: NodeId,
+        summary: Summary<P>,
+        out: &mut Outbox<P>,
+        ledger: &mut LedgerPart,
+    ) -> Option<(NodeId, Summary<P>)> {
+        let node = child.parent()?;
+        let lead = self.leads.get_mut(&node)?;
+        lead.children[child.side()] = Some(summary);
+        let [Some(a), Some(b)] = &lead.children else { return None };
+        let mut cost = Cost::ZERO;
+        let both = [a, b];
+        let own = cost.reduce(&both, a.clone(), |best, s| join_summaries(&best, s));
+        ledger.charge_leader(Phase::Summaries, node, cost);
+        let children = Box::new([a.clone(), b.clone()]);
+        for rank in lead.first..lead.first + lead.ranks {
+            out.send(rank, node, 0, Body::Children(children.clone()));
+        }
+        Some((node, own))
+    }
+
+    /// A child's merged result. When both are known, returns the node's.
+    pub fn on_merged(
+        &mut self,
+        child: NodeId,
+        merged: Merged,
+        ledger: &mut LedgerPart,
+    ) -> Option<(NodeId, Merged)> {
+        let node = child.parent()?;
+        let lead = self.leads.get_mut(&node)?;
+        lead.merged.push(merged);
+        if lead.merged.len() < 2 {
+            return None;
+        }
+        let mut cost = Cost::ZERO;
+        let all = cost.reduce(&std::mem::take(&mut lead.merged), Merged::default(), |mut sum, m| {
+            sum.join(m);
+            sum
+        });
+        ledger.charge_leader(Phase::Merge, node, cost);
+        Some((node, all))
+    }
+
+    /// All set counts of a node in one round: how the set goes on.
+    pub fn on_set_counts(
+        &mut self,
+        node: NodeId,
+        counts: &[Vec<u64>],
+        rule: SetRule,
+        out: &mut Outbox<P>,
+    ) {
+        let Some(lead) = self.leads.get(&node) else { return };
+        let mut sum = [0u64; 4];
+        for c in counts {
+            for (s, v) in sum.iter_mut().zip(c) {
+                *s += v;
+            }
+        }
+        let decision = decide_sets(sum, rule);
+        for rank in lead.first..lead.first + lead.ranks {
+            out.send(rank, node, 0, Body::SetDecision(decision));
+        }
+    }
+
+    /// The group of a node that this rank leads.
+    pub fn group(&self, node: NodeId) -> Option<(Rank, u32)> {
+        self.leads.get(&node).map(|l| (l.first, l.ranks))
+    }
+}
+
+/// Decides how a set is shared, from the numbers of its interior and exterior points and of those among
+/// them whose balls cross: 0 stop, 1 both sides' crossing points, 2 interior's, 3 exterior's.
+pub fn decide_sets(sum: [u64; 4], rule: SetRule) -> u8 {
+    let [inside, outside, crossing_inside, crossing_outside] = sum;
+    let total = inside + outside;
+    let (decision, children) = match rule {
+        SetRule::Smaller if crossing_inside <= crossing_outside => {
+            (2, [inside, outside + crossing_inside])
+        }
+        SetRule::Smaller => (3, [inside + crossing_outside, outside]),
+        _ => (1, [inside + crossing_outside, outside + crossing_inside]),
+    };
+    let larger = children[0].max(children[1]) as f64;
+    if larger > STOP_SHARE * total as f64 { 0 } else { decision }
+}
+
+/// The summary of two disjoint sets.
+pub fn join_summaries<P: Point>(a: &Summary<P>, b: &Summary<P>) -> Summary<P> {
+    let smaller = match (a.smallest.positions.first(), b.smallest.positions.first()) {
+        (Some(x), Some(y)) if lex_cmp(y, x).is_lt() => b,
+        (None, Some(_)) => b,
+        _ => a,
+    };
+    Summary {
+        max_radius2: a.max_radius2.max(b.max_radius2),
+        smallest: smaller.smallest.clone(),
+    }
+}
+
+/// The separator in a `Sphere` message, if it holds one.
+pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
+    let words: &[f64; SEPARATOR_WORDS] = words.try_into().ok()?;
+    Separator::from_array(words)
+}
+
+/// Groups the bodies of one kind by node, in the order of their messages.
+pub fn by_node<P, T>(
+    inbox: &mut Vec<Message<P>>,
+    mut take: impl FnMut(&mut Message<P>) -> Option<T>,
+) -> BTreeMap<NodeId, Vec<T>> {
+    let mut groups: BTreeMap<NodeId, Vec<T>> = BTreeMap::new();
+    inbox.retain_mut(|m| match take(m) {
+        Some(t) => {
+            groups.entry(m.node).or_default().push(t);
+            false
+        }
+        None => true,
+    });
+    groups
+}
+
+/// Facts of a node that a single worker splits, in the same form as a leader's.
+pub fn local_facts<P: Point>(
+    facts: &mut NodeFacts,
+    population: u64,
+    attempts: u32,
+    accepted: Option<(u64, u64, &Separator<P>)>,
+) {
+    facts.population = population;
+    facts.attempts = u64::from(attempts);
+    if let Some((inside, kind, separator)) = accepted {
+        facts.inside = inside;
+        facts.kind = kind;
+        facts.separator = separator_hash(separator);
+    }
+}

@@ -1,0 +1,213 @@
+//! Neighbourhood balls: radii inside every leaf, then the descent; nearest neighbours (Section 4.3), and
+//! the k nearest where the supergraph is that of Section 4.5.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::cost::Cost;
+use septet_geometry::graph::Supergraph;
+use septet_geometry::neighbourhood::{Found, nearest_direct};
+use septet_geometry::point::Point;
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::message::{Body, Message, PointBatch};
+
+use crate::config::{SetRule, map_in};
+use crate::query::{Ask, Ball};
+use crate::worker::Worker;
+
+/// A ball with a radius above this multiple of its leaf's median probes first.
+const PUNT_RADIUS: f64 = 4.0;
+
+impl<P: Point> Worker<P> {
+    /// Radii inside every leaf.
+    pub(crate) fn begin_radii(&mut self) {
+        if self.config.counted {
+            let lists = self.leaf_lists(1, Phase::Radii);
+            for (home, list) in lists.into_iter().enumerate() {
+                self.table.radii2[home] = list.first().map_or(f64::INFINITY, |f| f.0);
+            }
+        } else {
+            self.begin_fast_radii();
+        }
+    }
+
+    /// For every home point, its `k` nearest in its leaf.
+    fn leaf_lists(&mut self, k: usize, phase: Phase) -> Vec<Vec<Found>> {
+        let table = &self.table;
+        let results = map_in(&self.pool, &self.leaves, |leaf| {
+            let members: Vec<u32> = leaf.home().collect();
+            let mut cost = Cost::ZERO;
+            let all = |_| f64::INFINITY;
+            let lists = nearest_direct(&table.positions, &members, &members, k, all, &mut cost);
+            (lists, cost, (members.len() * members.len()) as u64)
+        });
+        let mut lists = Vec::with_capacity(self.table.home as usize);
+        for (leaf, (found, cost, items)) in self.leaves.iter().zip(results) {
+            self.ledger.charge(phase, leaf.id, cost, items);
+            lists.extend(found);
+        }
+        lists
+    }
+
+    /// The punt: balls far larger than their leaf's median.
+    pub(crate) fn begin_probe(&mut self) {
+        let lists = vec![Vec::new(); self.table.home as usize];
+        let balls = self.balls(lists, |worker, home| worker.table.radii2[home as usize], true);
+        self.launch(Ask { wanted: 1, probe: true, own_leaf: false }, balls);
+    }
+
+    /// Balls of home points; of all, or of those that probe.
+    fn balls(
+        &self,
+        mut lists: Vec<Vec<Found>>,
+        radius2: impl Fn(&Self, u32) -> f64,
+        large_only: bool,
+    ) -> Vec<Ball> {
+        let mut balls = Vec::new();
+        for (at, leaf) in self.leaves.iter().enumerate() {
+            let radii: Vec<f64> = leaf.home().map(|h| radius2(self, h)).collect();
+            let limit = if large_only { punt_limit(&radii) } else { f64::NEG_INFINITY };
+            for (home, &r2) in leaf.home().zip(&radii) {
+                if r2 > limit || (large_only && r2 == f64::INFINITY) {
+                    let list = std::mem::take(&mut lists[home as usize]);
+                    balls.push(Ball { home, leaf: at, radius2: r2, list });
+                }
+            }
+        }
+        balls
+    }
+
+    /// The probes' results, then all balls.
+    pub(crate) fn begin_neighbours(&mut self) {
+        self.shrink(Phase::Probe);
+        let lists = vec![Vec::new(); self.table.home as usize];
+        let balls = self.balls(lists, |worker, home| worker.table.radii2[home as usize], false);
+        self.launch(Ask { wanted: 1, probe: false, own_leaf: false }, balls);
+    }
+
+    /// Takes nearer neighbours found elsewhere.
+    pub(crate) fn shrink(&mut self, phase: Phase) {
+        for (home, list) in self.land(phase) {
+            let radius2 = &mut self.table.radii2[home as usize];
+            for (d2, _) in list {
+                *radius2 = radius2.min(d2);
+            }
+        }
+    }
+
+    fn k(&self) -> usize {
+        match self.supergraph() {
+            Supergraph::Knn { k } => k as usize,
+            _ => 1,
+        }
+    }
+
+    /// The `k` nearest inside every leaf.
+    pub(crate) fn begin_knn_radii(&mut self) {
+        self.finish_choice();
+        let k = self.k();
+        self.adjacency = Vec::new();
+        let lists = self.leaf_lists(k, Phase::KnnRadii);
+        self.exchange.knn = lists;
+    }
+
+    /// Squared distance of the k-th of a list, infinite if it is short.
+    fn kth(&self, list: &[Found]) -> f64 {
+        let k = self.k();
+        if list.len() < k { f64::INFINITY } else { list.iter().map(|f| f.0).fold(0.0, f64::max) }
+    }
+
+    /// The punt of the k-nearest balls.
+    pub(crate) fn begin_knn_probe(&mut self) {
+        let radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
+        let lists = std::mem::take(&mut self.exchange.knn);
+        let balls = self.balls(lists.clone(), |_, home| radii[home as usize], true);
+        self.exchange.knn = lists;
+        let wanted = self.k() as u32;
+        self.launch(Ask { wanted, probe: true, own_leaf: false }, balls);
+    }
+
+    /// All k-nearest balls. A ball starts from its own leaf's list alone: what a probe found is found
+    /// again, so that no leaf answers twice; only the radius it gave is kept.
+    pub(crate) fn begin_knn(&mut self) {
+        let mut radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
+        for (home, list) in self.land(Phase::KnnProbe) {
+            let at = home as usize;
+            radii[at] = radii[at].min(self.kth(&list));
+        }
+        let lists = std::mem::take(&mut self.exchange.knn);
+        let balls = self.balls(lists, |_, home| radii[home as usize], false);
+        let wanted = self.k() as u32;
+        self.launch(Ask { wanted, probe: false, own_leaf: false }, balls);
+    }
+
+    /// Keeps the k-nearest lists as graph neighbours, and their radii.
+    pub(crate) fn finish_knn(&mut self) {
+        if !matches!(self.supergraph(), Supergraph::Knn { .. }) || !self.config.counted {
+            return;
+        }
+        let mut adjacency = vec![Vec::new(); self.table.home as usize];
+        for (home, list) in self.land(Phase::Knn) {
+            self.table.radii2[home as usize] = self.kth(&list);
+            adjacency[home as usize] = list.into_iter().map(|f| f.1).collect();
+        }
+        self.adjacency = adjacency;
+        if self.config.sets == SetRule::Ghost {
+            self.send_reverse();
+        }
+    }
+
+    /// The other end of every edge: `j` is told that it is among the nearest of `i`.
+    fn send_reverse(&mut self) {
+        let mut batches: BTreeMap<Rank, (PointBatch<P>, Vec<u64>)> = BTreeMap::new();
+        let mut local = Vec::new();
+        for (home, list) in (0u32..).zip(&self.adjacency) {
+            for &j in list {
+                if self.table.is_home(j) {
+                    local.push((j, home));
+                } else {
+                    let (points, targets) = batches.entry(self.table.owners[j as usize]).or_default();
+                    self.table.export(home, points);
+                    targets.push(self.table.ids[j as usize]);
+                }
+            }
+        }
+        for (j, i) in local {
+            self.adjacency[j as usize].push(i);
+        }
+        for (to, (points, targets)) in batches {
+            let body = Body::Reverse { points, targets: Bulk(targets) };
+            self.out.send(to, NodeId::ROOT, 0, body);
+        }
+    }
+
+    pub(crate) fn on_reverse(&mut self, inbox: &mut Vec<Message<P>>) {
+        let mut received = Vec::new();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Reverse { points, targets } => {
+                received.push((std::mem::take(points), std::mem::take(&mut targets.0)));
+                false
+            }
+            _ => true,
+        });
+        for (points, targets) in received {
+            let numbers = self.table.intern_all(&points);
+            for (number, target) in numbers.into_iter().zip(targets) {
+                if let Some(home) = self.table.find(target).filter(|&h| self.table.is_home(h)) {
+                    self.adjacency[home as usize].push(number);
+                }
+            }
+        }
+    }
+}
+
+/// Squared radius above which a ball of this leaf probes.
+fn punt_limit(radii2: &[f64]) -> f64 {
+    if radii2.is_empty() {
+        return f64::INFINITY;
+    }
+    let mut sorted = radii2.to_vec();
+    let middle = sorted.len() / 2;
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    PUNT_RADIUS * PUNT_RADIUS * median
+}

@@ -1,0 +1,500 @@
+//! The partition tree: shared nodes in rounds of messages, a worker's own piece by itself.
+//!
+//! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random
+//! sphere splits the points; both sides are split in the same way, down to the floor. The tree is a
+//! function of (points, seed, parameters): which samples are taken, which spheres are drawn and which are
+//! accepted does not depend on the number of workers.
+//!
+//! **Rounds.** Four a level: samples to the leader; the sphere to the members; counts to the leader; the
+//! verdict to the members, who move the points and send the children's samples in the same step.
+//!
+//! **Work and depth.** O(m) and O(1) for a node of `m` points and each attempt, plus the draw.
+
+use std::ops::Range;
+
+use septet_geometry::cost::Cost;
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::separator::{DrawKey, Separator, Side, is_sample};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
+
+use crate::config::{WorkerConfig, map_in};
+use crate::leader::{MAX_ATTEMPTS, acceptable, by_node, draw_from, is_leaf, local_facts, separator_of};
+use crate::table::Table;
+use crate::tree::{Bounds, Inner, Leaf, Shared, Split, Tree, bounds};
+use crate::worker::{Holding, Worker};
+
+impl<P: Point> Worker<P> {
+    /// Sends the root's samples, or its points where one worker takes it whole.
+    pub(crate) fn begin_partition(&mut self) {
+        let Some(holding) = self.holdings.get_mut(&NodeId::ROOT) else { return };
+        holding.child.leaf = is_leaf(&self.config, NodeId::ROOT, self.population);
+        holding.population = self.population;
+        let child = holding.child;
+        if child.ranks == 1 || child.leaf {
+            let points = std::mem::take(&mut holding.points);
+            self.holdings.clear();
+            self.hand_over(NodeId::ROOT, &child, points);
+        } else {
+            let leader = septet_protocol::ids::COORDINATOR;
+            self.send_samples(NodeId::ROOT, leader, 0);
+        }
+    }
+
+    fn hand_over(&mut self, node: NodeId, child: &Child, points: PointBatch<P>) {
+        // The holder always hears from itself, so that it starts even if nobody else has points.
+        if !points.is_empty() || child.first == self.rank {
+            self.out.send(child.first, node, 0, Body::Move(points));
+        }
+    }
+
+    /// The node's samples among this worker's share, to the leader.
+    fn send_samples(&mut self, node: NodeId, leader: u32, attempt: u32) {
+        let holding = &self.holdings[&node];
+        let mut cost = Cost::ZERO;
+        let key = DrawKey { seed: self.config.seed, node: node.0, attempt };
+        let population = holding.population;
+        let samples = cost.pack(&holding.points.positions, |&x| is_sample(key, population, x));
+        // Members before and after a move both charge this step: only the count step states the items.
+        self.ledger.charge(Phase::Partition, node, cost, 0);
+        self.out.send(leader, node, attempt, Body::Samples(Bulk(samples)));
+    }
+
+    pub(crate) fn on_partition(&mut self, inbox: &mut Vec<Message<P>>) {
+        self.on_moves(inbox);
+        self.lead_partition(inbox);
+        let spheres = by_node(inbox, |m| match &mut m.body {
+            Body::Sphere(words) => Some((m.from, m.attempt, std::mem::take(&mut words.0))),
+            _ => None,
+        });
+        for (node, sphere) in spheres {
+            for (leader, attempt, words) in sphere {
+                self.count_sides(node, leader, attempt, &words);
+            }
+        }
+        let decisions = by_node(inbox, |m| match &mut m.body {
+            Body::Decision { verdict, boxes } => {
+                Some((m.from, verdict.clone(), std::mem::take(&mut boxes.0)))
+            }
+            _ => None,
+        });
+        for (node, all) in decisions {
+            for (leader, verdict, boxes) in all {
+                self.obey(node, leader, verdict, &boxes);
+            }
+        }
+    }
+
+    /// Points that arrive at a node: kept as its share, or, if it is this worker's alone, split here.
+    fn on_moves(&mut self, inbox: &mut Vec<Message<P>>) {
+        let moves = by_node(inbox, |m| match &mut m.body {
+            Body::Move(points) => Some(std::mem::take(points)),
+            _ => None,
+        });
+        for (node, batches) in moves {
+            let shared = self.holdings.get(&node).is_some_and(|h| h.child.ranks > 1 && !h.child.leaf);
+            if shared {
+                let Some(holding) = self.holdings.get_mut(&node) else { continue };
+                for batch in batches {
+                    append(&mut holding.points, batch);
+                }
+            } else {
+                let mut points = self.holdings.remove(&node).map_or_else(PointBatch::default, |h| h.points);
+                for batch in batches {
+                    append(&mut points, batch);
+                }
+                self.own(node, points);
+            }
+        }
+    }
+
+    fn lead_partition(&mut self, inbox: &mut Vec<Message<P>>) {
+        let plans = by_node(inbox, |m| match &mut m.body {
+            Body::Plan { nodes, leaves } => {
+                Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0)))
+            }
+            _ => None,
+        });
+        for (nodes, leaves) in plans.into_values().flatten() {
+            self.leader.plan(&nodes, &leaves);
+        }
+        lead_partition(inbox, &mut self.leader, &self.config, &mut self.out, &mut self.ledger, self.phase);
+    }
+
+    /// Counts this worker's points on either side of a sphere.
+    fn count_sides(&mut self, node: NodeId, leader: u32, attempt: u32, words: &[f64]) {
+        let Some(holding) = self.holdings.get_mut(&node) else { return };
+        let Some(separator) = separator_of::<P>(words) else {
+            let body = Body::Counts { inside: 0, outside: 0, boxes: Bulk(Vec::new()) };
+            self.out.send(leader, node, attempt, body);
+            return;
+        };
+        let mut cost = Cost::ZERO;
+        let counted = sides_of(&separator, &holding.points.positions, &mut cost);
+        let items = holding.points.len() as u64;
+        self.ledger.charge(Phase::Partition, node, cost, items);
+        let (inside, outside) = (counted.inside, counted.sides.len() as u64 - counted.inside);
+        let [a, b] = counted.boxes;
+        holding.sides = counted.sides;
+        holding.separator = Some(separator);
+        let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
+        self.out.send(leader, node, attempt, Body::Counts { inside, outside, boxes });
+    }
+
+    fn obey(&mut self, node: NodeId, leader: u32, verdict: Verdict, boxes: &[P]) {
+        let Some(holding) = self.holdings.get_mut(&node) else { return };
+        match verdict {
+            Verdict::Retry => {
+                holding.attempt += 1;
+                let attempt = holding.attempt;
+                self.send_samples(node, leader, attempt);
+            }
+            Verdict::Leaf => {
+                let points = std::mem::take(&mut holding.points);
+                let child = holding.child;
+                self.holdings.remove(&node);
+                self.relay = Some((node, child.first));
+                self.hand_over(node, &child, points);
+            }
+            Verdict::Split(children) => self.split(node, leader, children, boxes),
+        }
+    }
+
+    /// Moves the points to the children's groups and sends the children's samples.
+    fn split(&mut self, node: NodeId, leader: u32, children: [Child; 2], boxes: &[P]) {
+        let Some(holding) = self.holdings.remove(&node) else { return };
+        let (Some(separator), [a, b, c, d]) = (holding.separator, boxes) else { return };
+        let member = |side: usize| {
+            let child = &children[side];
+            (child.first..child.first + child.ranks).contains(&self.rank)
+        };
+        let shared = Shared {
+            id: node,
+            first: holding.child.first,
+            ranks: holding.child.ranks,
+            leader,
+            split: Split { separator, boxes: [(*a, *b), (*c, *d)] },
+            children,
+            mine: usize::from(!member(0)),
+            summaries: None,
+        };
+        let mut cost = Cost::ZERO;
+        let parts = split_batch(&holding.points, &holding.sides, &mut cost);
+        self.ledger.charge(Phase::Partition, node, cost, holding.points.len() as u64);
+        for (side, points) in parts.into_iter().enumerate() {
+            let (id, child) = (node.child(side), children[side]);
+            let whole = child.ranks == 1 || child.leaf;
+            let mine = shared.mine == side;
+            self.holdings.insert(id, Holding::of(points, child));
+            if !whole {
+                if child.first == self.rank {
+                    self.leader.lead(id, child.population, child.first, child.ranks);
+                }
+                self.send_samples(id, child.first, 0);
+            }
+            if whole || !mine {
+                let Some(holding) = self.holdings.remove(&id) else { continue };
+                let to = shared.member_below(self.rank, side);
+                if whole {
+                    self.hand_over(id, &child, holding.points);
+                } else if !holding.points.is_empty() {
+                    self.out.send(to, id, 0, Body::Move(holding.points));
+                }
+            }
+        }
+        self.path.push(shared);
+    }
+
+    /// Takes a node whole: splits it down to the floor (or not at all, if only the answer is wanted).
+    fn own(&mut self, node: NodeId, points: PointBatch<P>) {
+        let builder = Builder { config: &self.config, positions: &points.positions };
+        let everyone: Vec<u32> = (0..points.len() as u32).collect();
+        let mut grown = Grown::default();
+        if self.config.counted {
+            grown = builder.grow(node, everyone, &self.pool);
+        } else {
+            grown.leaves.push((node, everyone));
+            grown.tree.push(Sketch::Leaf);
+        }
+        for (node, cost, items) in &grown.charges {
+            self.ledger.charge(Phase::Partition, *node, *cost, *items);
+        }
+        for (node, facts) in grown.facts.nodes {
+            *self.ledger.facts(node) = facts;
+        }
+        self.settle(node, &points, grown.leaves, grown.tree);
+    }
+
+    /// Numbers the home points leaf by leaf, each leaf in lexicographic order.
+    fn settle(
+        &mut self,
+        node: NodeId,
+        points: &PointBatch<P>,
+        leaves: Vec<(NodeId, Vec<u32>)>,
+        sketch: Vec<Sketch<P>>,
+    ) {
+        let mut ids = Vec::with_capacity(points.len());
+        let mut positions = Vec::with_capacity(points.len());
+        let ordered = map_in(&self.pool, &leaves, |(_, members)| {
+            let mut members = members.clone();
+            members.sort_unstable_by(|&a, &b| {
+                lex_cmp(&points.positions[a as usize], &points.positions[b as usize])
+            });
+            members
+        });
+        for ((id, _), members) in leaves.iter().zip(&ordered) {
+            let start = ids.len() as u32;
+            ids.extend(members.iter().map(|&i| points.ids[i as usize]));
+            positions.extend(members.iter().map(|&i| points.positions[i as usize]));
+            let end = ids.len() as u32;
+            let of = |r: Range<u32>| bounds(positions[r.start as usize..r.end as usize].iter().copied());
+            self.leaves.push(Leaf {
+                id: *id,
+                start,
+                end,
+                bounds: of(start..end),
+                max_radius2: 0.0,
+                ghosts: Vec::new(),
+            });
+            self.ledger.facts(*id).population = u64::from(end - start);
+        }
+        self.table = Table::of_home(ids, positions, self.rank);
+        self.inner_ids.clear();
+        let (mut inner, mut leaf) = (Vec::new(), 0);
+        let mut sketch = sketch.into_iter();
+        let tree = raise(node, &mut sketch, &mut inner, &mut leaf);
+        self.inner_ids = inner;
+        self.tree = Some((node, tree));
+    }
+}
+
+/// What a leader (of any rank, the coordinator too) does in the partition phase.
+pub fn lead_partition<P: Point>(
+    inbox: &mut Vec<Message<P>>,
+    leader: &mut crate::leader::Leader<P>,
+    config: &WorkerConfig,
+    out: &mut crate::outbox::Outbox<P>,
+    ledger: &mut LedgerPart,
+    phase: Phase,
+) {
+    let samples = by_node(inbox, |m| match &mut m.body {
+        Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
+        _ => None,
+    });
+    for (node, parts) in samples {
+        let round = parts.first().map_or(0, |p| p.0);
+        let all = parts.into_iter().flat_map(|p| p.1).collect();
+        let tally = ledger.tally(round, phase);
+        tally.active += 1;
+        tally.separators += 1;
+        leader.on_samples(node, all, config, out, ledger);
+    }
+    let counts = by_node(inbox, |m| match &mut m.body {
+        Body::Counts { inside, outside, boxes } => {
+            Some((m.round, m.attempt, (*inside, *outside, std::mem::take(&mut boxes.0))))
+        }
+        _ => None,
+    });
+    for (node, parts) in counts {
+        let (round, attempt) = parts.first().map_or((0, 0), |p| (p.0, p.1));
+        let all: Vec<_> = parts.into_iter().map(|p| p.2).collect();
+        let tally = ledger.tally(round, phase);
+        tally.retries += u64::from(attempt > 0);
+        leader.on_counts(node, &all, config, out, ledger);
+    }
+}
+
+fn append<P: Copy>(to: &mut PointBatch<P>, mut from: PointBatch<P>) {
+    if to.is_empty() {
+        *to = from;
+        return;
+    }
+    to.ids.append(&mut from.ids);
+    to.positions.append(&mut from.positions);
+    to.owners.append(&mut from.owners);
+    to.radii2.append(&mut from.radii2);
+}
+
+/// Sides of points, how many lie inside, and the boxes of either side.
+struct Sides<P> {
+    sides: Vec<u8>,
+    inside: u64,
+    boxes: [Bounds<P>; 2],
+}
+
+/// The member's steps of an attempt: the separator to every point (a copy-scan), the side of every point
+/// (a vector step), counts and boxes (a scan).
+fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
+    let mut sides = vec![0u8; points.len()];
+    cost.broadcast(&mut sides, |_| {});
+    let sides = cost.map(points, |&x| u8::from(separator.side(x) == Side::Exterior));
+    let mut inside = 0;
+    let empty = bounds(std::iter::empty::<P>());
+    let mut at = 0;
+    let boxes = cost.reduce(points, [empty, empty], |mut boxes, &x| {
+        let side = usize::from(sides[at]);
+        at += 1;
+        inside += u64::from(side == 0);
+        for i in 0..P::DIM {
+            let (low, high) = &mut boxes[side];
+            low.set_coord(i, low.coord(i).min(x.coord(i)));
+            high.set_coord(i, high.coord(i).max(x.coord(i)));
+        }
+        boxes
+    });
+    Sides { sides, inside, boxes }
+}
+
+fn split_batch<P: Point>(points: &PointBatch<P>, sides: &[u8], cost: &mut Cost) -> [PointBatch<P>; 2] {
+    let everyone: Vec<usize> = (0..points.len()).collect();
+    let (inside, outside) = cost.split(&everyone, |&i| sides[i] == 0);
+    [inside, outside].map(|part| PointBatch {
+        ids: Bulk(part.iter().map(|&i| points.ids[i]).collect()),
+        positions: Bulk(part.iter().map(|&i| points.positions[i]).collect()),
+        owners: Bulk(part.iter().map(|&i| points.owners[i]).collect()),
+        radii2: Bulk(part.iter().map(|&i| points.radii2[i]).collect()),
+    })
+}
+
+/// A subtree in preorder.
+enum Sketch<P> {
+    Leaf,
+    Inner(Box<Split<P>>),
+}
+
+fn raise<P: Point>(
+    node: NodeId,
+    sketch: &mut impl Iterator<Item = Sketch<P>>,
+    inner: &mut Vec<NodeId>,
+    leaf: &mut usize,
+) -> Tree<P> {
+    match sketch.next() {
+        Some(Sketch::Inner(split)) => {
+            let number = inner.len();
+            inner.push(node);
+            let interior = raise(node.child(0), sketch, inner, leaf);
+            let exterior = raise(node.child(1), sketch, inner, leaf);
+            Tree::Node(Box::new(Inner {
+                id: node,
+                number,
+                split: *split,
+                children: [interior, exterior],
+                max_radius2: [f64::INFINITY; 2],
+                smallest: [0; 2],
+            }))
+        }
+        Some(Sketch::Leaf) | None => {
+            *leaf += 1;
+            Tree::Leaf(*leaf - 1)
+        }
+    }
+}
+
+/// What growing a subtree gives.
+struct Grown<P> {
+    leaves: Vec<(NodeId, Vec<u32>)>,
+    tree: Vec<Sketch<P>>,
+    charges: Vec<(NodeId, Cost, u64)>,
+    facts: LedgerPart,
+}
+
+impl<P> Default for Grown<P> {
+    fn default() -> Self {
+        Grown {
+            leaves: Vec::new(),
+            tree: Vec::new(),
+            charges: Vec::new(),
+            facts: LedgerPart::default(),
+        }
+    }
+}
+
+impl<P> Grown<P> {
+    fn append(&mut self, mut other: Grown<P>) {
+        self.leaves.append(&mut other.leaves);
+        self.tree.append(&mut other.tree);
+        self.charges.append(&mut other.charges);
+        self.facts.merge(&other.facts);
+    }
+}
+
+struct Builder<'a, P> {
+    config: &'a WorkerConfig,
+    positions: &'a [P],
+}
+
+impl<P: Point> Builder<'_, P> {
+    /// Splits a node and, at the same time where cores allow, its children.
+    fn grow(&self, node: NodeId, members: Vec<u32>, pool: &crate::config::Pool) -> Grown<P> {
+        match pool {
+            Some(pool) => pool.install(|| self.grow_here(node, members, true)),
+            None => self.grow_here(node, members, false),
+        }
+    }
+
+    fn grow_here(&self, node: NodeId, members: Vec<u32>, join: bool) -> Grown<P> {
+        let mut grown = Grown::default();
+        let population = members.len() as u64;
+        let split = if is_leaf(self.config, node, population) {
+            local_facts::<P>(grown.facts.facts(node), population, 0, None);
+            None
+        } else {
+            self.split(node, &members, &mut grown)
+        };
+        let Some((split, [inside, outside])) = split else {
+            grown.tree.push(Sketch::Leaf);
+            grown.leaves.push((node, members));
+            return grown;
+        };
+        drop(members);
+        grown.tree.push(Sketch::Inner(Box::new(split)));
+        let interior = || self.grow_here(node.child(0), inside, join);
+        let exterior = || self.grow_here(node.child(1), outside, join);
+        let (a, b) = if join { rayon::join(interior, exterior) } else { (interior(), exterior()) };
+        grown.append(a);
+        grown.append(b);
+        grown
+    }
+
+    /// The same steps as a shared node's, member's and leader's, by one worker.
+    fn split(
+        &self,
+        node: NodeId,
+        members: &[u32],
+        grown: &mut Grown<P>,
+    ) -> Option<(Split<P>, [Vec<u32>; 2])> {
+        let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
+        let population = points.len() as u64;
+        let mut cost = Cost::ZERO;
+        let mut found = None;
+        let mut attempts = 0;
+        while found.is_none() && attempts < MAX_ATTEMPTS {
+            let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
+            let mut samples = cost.pack(&points, |&x| is_sample(key, population, x));
+            let (separator, kind) =
+                draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
+            attempts += 1;
+            let Some(separator) = separator else { break };
+            let counted = sides_of(&separator, &points, &mut cost);
+            if acceptable::<P>(counted.inside, population - counted.inside) {
+                found = Some((separator, kind, counted));
+            }
+        }
+        let facts = grown.facts.facts(node);
+        let result = found.map(|(separator, kind, counted)| {
+            let accepted = Some((counted.inside, kind, &separator));
+            local_facts(facts, population, attempts, accepted);
+            let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.sides).collect();
+            let (a, b) = cost.split(&numbered, |m| m.1 == 0);
+            let strip = |v: Vec<(u32, u8)>| v.into_iter().map(|m| m.0).collect();
+            (Split { separator, boxes: counted.boxes }, [strip(a), strip(b)])
+        });
+        if result.is_none() {
+            local_facts::<P>(facts, population, attempts, None);
+        }
+        grown.charges.push((node, cost, population));
+        result
+    }
+}

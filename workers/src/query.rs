@@ -1,0 +1,499 @@
+//! Balls that look for points: the descent of neighbourhood balls through the partition tree.
+//!
+//! **Statement** (paper, Section 4.3, after Frieze, Miller and Teng 1993). Every ball starts with what its
+//! own leaf gave it. All balls go down from the root together; a ball that meets a separator goes to both
+//! sides; a leaf answers with its points inside the ball; the answers of a ball's replicas are combined on
+//! the way back up. With the levels that built the tree: three passes, `3 h` levels.
+//!
+//! **Departures.** (1) Frieze, Miller and Teng correct bottom-up, level by level; the descent of all balls
+//! together needs no recursion on heights (the naive correction is O(log^2 n)). (2) The punt: a ball much
+//! larger than its leaf's median first *probes*: at every node on its way home it looks at the one leaf
+//! beyond the separator in which its centre would lie. It shrinks, and only then descends. (3) A child is
+//! pruned by the separator and by the box of its home points.
+//!
+//! **Rounds.** A replica takes one message for each group it enters on its way down and one on its way
+//! back: at most twice the number of shared levels.
+//!
+//! **Work and depth.** At each node one vector step over its balls down and one over its replicated balls
+//! up; at a leaf one vector step over (ball, point) pairs and one segmented scan.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::neighbourhood::{Found, keep_nearest};
+use septet_geometry::point::{Point, dist2};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::message::{Body, ListBatch, Message, PointBatch, QueryBatch};
+
+use crate::config::map_in;
+use crate::table::Table;
+use crate::tree::{Leaf, Shared, Split, Tree};
+use crate::worker::Worker;
+
+/// What the balls of a phase ask for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Ask {
+    /// How many nearest points, ties included.
+    pub(crate) wanted: u32,
+    /// The punt: one leaf beyond each separator of the way home.
+    pub(crate) probe: bool,
+    /// Does the ball's own leaf answer too?
+    pub(crate) own_leaf: bool,
+}
+
+/// A ball of a home point.
+#[derive(Clone, Debug)]
+pub(crate) struct Ball {
+    pub(crate) home: u32,
+    pub(crate) leaf: usize,
+    pub(crate) radius2: f64,
+    /// What is known already.
+    pub(crate) list: Vec<Found>,
+}
+
+#[derive(Clone, Debug)]
+struct Pending {
+    origin: Option<(Rank, u32)>,
+    home: u32,
+    outstanding: u32,
+    radius2: f64,
+    list: Vec<Found>,
+}
+
+/// Queries under way.
+#[derive(Clone, Debug)]
+pub(crate) struct Engine<P> {
+    ask: Ask,
+    pending: Vec<Pending>,
+    /// Home points whose lists are complete.
+    pub(crate) done: Vec<(u32, Vec<Found>)>,
+    down: BTreeMap<NodeId, Sweep>,
+    up: BTreeMap<NodeId, Sweep>,
+    pairs: BTreeMap<NodeId, Sweep>,
+    marker: std::marker::PhantomData<P>,
+}
+
+impl<P> Default for Engine<P> {
+    fn default() -> Self {
+        Engine {
+            ask: Ask::default(),
+            pending: Vec::new(),
+            done: Vec::new(),
+            down: BTreeMap::new(),
+            up: BTreeMap::new(),
+            pairs: BTreeMap::new(),
+            marker: std::marker::PhantomData,
+        }
+    }
+}
+
+/// One walk of balls through what a worker knows of the tree, with its own counters.
+pub(crate) struct Walk<'a, P: Point> {
+    path: &'a [Shared<P>],
+    leaves: &'a [Leaf<P>],
+    table: &'a Table<P>,
+    stars: &'a crate::stars::Stars<P>,
+    ask: Ask,
+    shared: Vec<(Sweep, Sweep)>,
+    local: Vec<(Sweep, Sweep)>,
+    /// Pairs and visits of each leaf.
+    at_leaf: Vec<(Sweep, u64)>,
+}
+
+/// A ball under way.
+#[derive(Clone, Copy)]
+pub(crate) struct Probe<P> {
+    centre: P,
+    radius2: f64,
+    /// The leaf where it is at home, if that lies below.
+    home: Option<NodeId>,
+}
+
+impl<P: Point> Walk<'_, P> {
+    /// Which children a ball goes to.
+    fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>) -> [bool; 2] {
+        match ball.home {
+            Some(leaf) => {
+                let home = id.side_of(leaf);
+                let mut sides = [true; 2];
+                sides[1 - home] = split.reaches(ball.centre, ball.radius2, 1 - home);
+                sides
+            }
+            None if self.ask.probe => {
+                let mut sides = [false; 2];
+                sides[split.side(ball.centre)] = true;
+                sides
+            }
+            None => [0, 1].map(|side| split.reaches(ball.centre, ball.radius2, side)),
+        }
+    }
+
+    /// Follows the shared nodes from position `start`; collects the ways out of them. Does the ball
+    /// reach this worker's own piece?
+    fn along_path(&mut self, start: usize, ball: &Probe<P>, out: &mut Vec<(usize, usize)>) -> bool {
+        for i in start..self.path.len() {
+            let shared = &self.path[i];
+            let sides = self.sides(shared.id, &shared.split, ball);
+            self.shared[i].0.visit();
+            if sides[0] && sides[1] {
+                self.shared[i].1.visit();
+            }
+            if sides[1 - shared.mine] {
+                out.push((i, 1 - shared.mine));
+            }
+            if !sides[shared.mine] {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut Vec<Found>) {
+        match tree {
+            Tree::Leaf(at) => self.at_leaf(*at, ball, found),
+            Tree::Node(inner) => {
+                let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
+                let sides = self.sides(inner.id, &inner.split, &here);
+                self.local[inner.number].0.visit();
+                if sides[0] && sides[1] {
+                    self.local[inner.number].1.visit();
+                }
+                for (side, child) in inner.children.iter().enumerate() {
+                    if sides[side] {
+                        let on_way = here.home.filter(|&leaf| inner.id.side_of(leaf) == side);
+                        self.down(child, &Probe { home: on_way, ..here }, found);
+                    }
+                }
+            }
+        }
+    }
+
+    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut Vec<Found>) {
+        let leaf = &self.leaves[at];
+        if ball.home == Some(leaf.id) && !self.ask.own_leaf {
+            return;
+        }
+        let (pairs, visits) = &mut self.at_leaf[at];
+        *visits += 1;
+        if let Some(kernel) = self.stars.kernel() {
+            kernel.nearest(ball.centre, ball.radius2, self.ask.wanted as usize, found);
+            return;
+        }
+        let positions = &self.table.positions[leaf.start as usize..leaf.end as usize];
+        let mut number = leaf.start;
+        let mut limit2 = ball.radius2;
+        let single = self.ask.wanted == 1;
+        pairs.each(positions, |&x| {
+            let d2 = dist2(x, ball.centre);
+            // No two points coincide: distance zero is the centre itself.
+            if d2 <= limit2 && d2 > 0.0 {
+                if single {
+                    limit2 = d2;
+                }
+                found.push((d2, number));
+            }
+            number += 1;
+        });
+    }
+}
+
+/// What one group of balls found in this worker's part of the tree.
+struct Walked {
+    /// For each ball, its list and its ways out.
+    balls: Vec<(Vec<Found>, Vec<(usize, usize)>)>,
+    shared: Vec<(Sweep, Sweep)>,
+    local: Vec<(Sweep, Sweep)>,
+    at_leaf: Vec<(Sweep, u64)>,
+}
+
+impl<P: Point> Worker<P> {
+    fn walk(&self) -> Walk<'_, P> {
+        Walk {
+            path: &self.path,
+            leaves: &self.leaves,
+            table: &self.table,
+            stars: &self.stars,
+            ask: self.engine.ask,
+            shared: vec![Default::default(); self.path.len()],
+            local: vec![Default::default(); self.inner_ids.len()],
+            at_leaf: vec![Default::default(); self.leaves.len()],
+        }
+    }
+
+    /// Sends the balls of home points on their way.
+    pub(crate) fn launch(&mut self, ask: Ask, balls: Vec<Ball>) {
+        self.engine = Engine { ask, ..Engine::default() };
+        let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
+        let walked = map_in(&self.pool, &groups, |group| {
+            let mut walk = self.walk();
+            let balls = group.iter().map(|ball| {
+                let start = Probe {
+                    centre: self.table.positions[ball.home as usize],
+                    radius2: ball.radius2,
+                    home: Some(self.leaves[ball.leaf].id),
+                };
+                let (mut found, mut ways) = (ball.list.clone(), Vec::new());
+                if walk.along_path(0, &start, &mut ways)
+                    && let Some((_, tree)) = &self.tree
+                {
+                    walk.down(tree, &start, &mut found);
+                }
+                keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
+                (found, ways)
+            });
+            let balls = balls.collect();
+            Walked { balls, shared: walk.shared, local: walk.local, at_leaf: walk.at_leaf }
+        });
+        let mut forwards = Forwards::new(ask);
+        let mut balls = balls.into_iter();
+        for group in walked {
+            self.count_walk(&group.shared, &group.local, &group.at_leaf);
+            for ((found, ways), ball) in group.balls.into_iter().zip(&mut balls) {
+                if ways.is_empty() {
+                    self.engine.done.push((ball.home, found));
+                } else {
+                    let centre = self.table.positions[ball.home as usize];
+                    let pending = Pending {
+                        origin: None,
+                        home: ball.home,
+                        outstanding: ways.len() as u32,
+                        radius2: ball.radius2,
+                        list: found,
+                    };
+                    forwards.add(self, &ways, centre, ball.radius2);
+                    self.engine.pending.push(pending);
+                }
+            }
+        }
+        forwards.send(self);
+    }
+
+    fn count_walk(
+        &mut self,
+        shared: &[(Sweep, Sweep)],
+        local: &[(Sweep, Sweep)],
+        at_leaf: &[(Sweep, u64)],
+    ) {
+        let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
+        for (ids, sweeps) in [(&ids, shared), (&self.inner_ids, local)] {
+            for (&id, (down, up)) in ids.iter().zip(sweeps) {
+                if down.items() > 0 {
+                    self.engine.down.entry(id).or_default().join(down);
+                    self.engine.up.entry(id).or_default().join(up);
+                }
+            }
+        }
+        for (leaf, (pairs, visits)) in self.leaves.iter().zip(at_leaf) {
+            if *visits > 0 {
+                self.engine.pairs.entry(leaf.id).or_default().join(pairs);
+                self.ledger.facts(leaf.id).visits += visits;
+            }
+        }
+    }
+
+    /// Queries from other workers, and answers to own ones.
+    pub(crate) fn on_queries(&mut self, inbox: &mut Vec<Message<P>>) {
+        let mut answers: BTreeMap<Rank, ListBatch<P>> = BTreeMap::new();
+        let mut queries = Vec::new();
+        let mut lists = Vec::new();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Query(batch) => {
+                queries.push((m.from, m.node, std::mem::replace(batch, empty_queries())));
+                false
+            }
+            Body::Answer(batch) => {
+                lists.push(std::mem::replace(batch, empty_lists()));
+                false
+            }
+            _ => true,
+        });
+        let mut forwards = Forwards::new(self.engine.ask);
+        for (from, node, batch) in queries {
+            self.on_query(from, node, &batch, &mut forwards, &mut answers);
+        }
+        forwards.send(self);
+        for batch in lists {
+            self.on_answer(&batch, &mut answers);
+        }
+        for (to, batch) in answers {
+            self.out.send(to, NodeId::ROOT, 0, Body::Answer(batch));
+        }
+    }
+
+    fn on_query(
+        &mut self,
+        from: Rank,
+        node: NodeId,
+        batch: &QueryBatch<P>,
+        forwards: &mut Forwards<P>,
+        answers: &mut BTreeMap<Rank, ListBatch<P>>,
+    ) {
+        self.engine.ask.wanted = batch.wanted;
+        self.engine.ask.probe = batch.probe;
+        if let Some((at, holder)) = self.relay
+            && at == node
+            && holder != self.rank
+        {
+            self.relay_queries(from, node, holder, batch);
+            return;
+        }
+        let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
+        let mut walk = self.walk();
+        let mut results = Vec::with_capacity(batch.slots.len());
+        for (&centre, &radius2) in batch.centres.iter().zip(&batch.radii2.0) {
+            let ball = Probe { centre, radius2, home: None };
+            let (mut found, mut ways) = (Vec::new(), Vec::new());
+            if walk.along_path(start, &ball, &mut ways)
+                && let Some((_, tree)) = &self.tree
+            {
+                walk.down(tree, &ball, &mut found);
+            }
+            keep_nearest(&mut found, batch.wanted as usize, radius2);
+            results.push((found, ways));
+        }
+        let Walk { shared, local, at_leaf, .. } = walk;
+        self.count_walk(&shared, &local, &at_leaf);
+        for (i, (found, ways)) in results.into_iter().enumerate() {
+            let (slot, radius2) = (batch.slots[i], batch.radii2[i]);
+            if ways.is_empty() {
+                let answer = answers.entry(from).or_insert_with(empty_lists);
+                answer_list(&self.table, slot, &found, answer);
+            } else {
+                forwards.add(self, &ways, batch.centres[i], radius2);
+                self.engine.pending.push(Pending {
+                    origin: Some((from, slot)),
+                    home: u32::MAX,
+                    outstanding: ways.len() as u32,
+                    radius2,
+                    list: found,
+                });
+            }
+        }
+    }
+
+    /// Passes queries for a node that turned out a leaf on to the rank that holds it.
+    fn relay_queries(&mut self, from: Rank, node: NodeId, holder: Rank, batch: &QueryBatch<P>) {
+        let mut on = batch.clone();
+        for (slot, (&theirs, &radius2)) in on.slots.iter_mut().zip(batch.slots.iter().zip(&batch.radii2.0)) {
+            *slot = self.engine.pending.len() as u32;
+            self.engine.pending.push(Pending {
+                origin: Some((from, theirs)),
+                home: u32::MAX,
+                outstanding: 1,
+                radius2,
+                list: Vec::new(),
+            });
+        }
+        self.out.send(holder, node, 0, Body::Query(on));
+    }
+
+    fn on_answer(&mut self, batch: &ListBatch<P>, answers: &mut BTreeMap<Rank, ListBatch<P>>) {
+        let mut at = 0;
+        for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
+            let end = at + count as usize;
+            let Some(pending) = self.engine.pending.get_mut(slot as usize) else { return };
+            let centre = match pending.origin {
+                None => Some(self.table.positions[pending.home as usize]),
+                Some(_) => None,
+            };
+            for i in at..end.min(batch.points.len()) {
+                let b = &batch.points;
+                let number = self.table.intern(b.ids[i], b.positions[i], b.owners[i], f64::INFINITY);
+                // Answers carry the squared distance in the place of a radius.
+                let d2 = centre.map_or(b.radii2[i], |c| dist2(b.positions[i], c));
+                pending.list.push((d2, number));
+            }
+            at = end;
+            pending.outstanding -= 1;
+            if pending.outstanding == 0 {
+                let mut list = std::mem::take(&mut pending.list);
+                keep_nearest(&mut list, self.engine.ask.wanted as usize, pending.radius2);
+                match pending.origin {
+                    None => self.engine.done.push((pending.home, list)),
+                    Some((to, slot)) => {
+                        let answer = answers.entry(to).or_insert_with(empty_lists);
+                        answer_list(&self.table, slot, &list, answer);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Charges the phase that is over and takes the finished lists.
+    pub(crate) fn land(&mut self, phase: Phase) -> Vec<(u32, Vec<Found>)> {
+        let engine = std::mem::take(&mut self.engine);
+        for (node, down) in engine.down {
+            let mut cost = Cost::ZERO;
+            let items = down.items();
+            cost.swept(down);
+            cost.swept(engine.up.get(&node).copied().unwrap_or_default());
+            self.ledger.charge(phase, node, cost, items);
+        }
+        for (node, pairs) in engine.pairs {
+            let mut cost = Cost::ZERO;
+            let items = pairs.items();
+            cost.swept(pairs);
+            self.ledger.charge(phase, node, cost, items);
+        }
+        engine.done
+    }
+}
+
+fn answer_list<P: Point>(table: &Table<P>, slot: u32, list: &[Found], batch: &mut ListBatch<P>) {
+    batch.slots.push(slot);
+    batch.counts.push(list.len() as u32);
+    for &(d2, number) in list {
+        let i = number as usize;
+        batch.points.push(table.ids[i], table.positions[i], table.owners[i], d2);
+    }
+}
+
+/// An empty batch of lists.
+pub(crate) fn empty_lists<P>() -> ListBatch<P> {
+    ListBatch { slots: Bulk(Vec::new()), counts: Bulk(Vec::new()), points: PointBatch::default() }
+}
+
+fn empty_queries<P>() -> QueryBatch<P> {
+    QueryBatch {
+        slots: Bulk(Vec::new()),
+        centres: Bulk(Vec::new()),
+        radii2: Bulk(Vec::new()),
+        probe: false,
+        wanted: 0,
+    }
+}
+
+/// Replicas that leave, batched by child and member.
+struct Forwards<P> {
+    ask: Ask,
+    batches: BTreeMap<(NodeId, Rank), QueryBatch<P>>,
+}
+
+impl<P: Point> Forwards<P> {
+    fn new(ask: Ask) -> Self {
+        Forwards { ask, batches: BTreeMap::new() }
+    }
+
+    /// Adds a ball's ways out; its pending entry is pushed next.
+    fn add(&mut self, worker: &Worker<P>, ways: &[(usize, usize)], centre: P, radius2: f64) {
+        let slot = worker.engine.pending.len() as u32;
+        let ask = worker.engine.ask;
+        self.ask = ask;
+        for &(i, side) in ways {
+            let shared = &worker.path[i];
+            let to = shared.member_below(worker.rank, side);
+            let batch = self.batches.entry((shared.id.child(side), to)).or_insert_with(empty_queries);
+            batch.slots.push(slot);
+            batch.centres.push(centre);
+            batch.radii2.push(radius2);
+            (batch.probe, batch.wanted) = (ask.probe, ask.wanted);
+        }
+    }
+
+    fn send(self, worker: &mut Worker<P>) {
+        for ((node, to), batch) in self.batches {
+            worker.out.send(to, node, 0, Body::Query(batch));
+        }
+    }
+}

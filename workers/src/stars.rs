@@ -1,0 +1,428 @@
+//! The supergraph leaf by leaf, and the star of every home point from its graph neighbours.
+//!
+//! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the local hulls
+//! of all points from their graph neighbours are its stars. Whether it does is not assumed: stars may
+//! disagree, and then they exchange what they miss ([`crate::check`], [`crate::repair`]).
+//!
+//! Every star but that of the globally smallest point starts with a lexicographically smaller candidate:
+//! its predecessor in its leaf, or for a leaf's first point the smallest point of the nearest node above
+//! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
+//!
+//! Where only the answer is wanted, a worker triangulates its home points at once
+//! ([`septet_geometry::incremental`]), inserts its ghosts, and reads the stars off.
+
+use septet_geometry::complex::INFINITE;
+use septet_geometry::cost::Cost;
+use septet_geometry::graph::{Supergraph, graph_direct};
+use septet_geometry::hull::StarBuilder;
+use septet_geometry::incremental::{Incremental, insertion_order};
+use septet_geometry::neighbourhood::{Found, nearest_direct};
+use septet_geometry::point::{Point, Simplex as _, dist2, lex_cmp};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::message::Body;
+
+use crate::config::{SetRule, map_in};
+use crate::tree::{Leaf, Tree};
+use crate::worker::Worker;
+
+/// A star starts with at least this many candidates, if its leaf has them.
+const FEWEST_CANDIDATES: usize = 8;
+
+/// The links of all home points.
+#[derive(Debug)]
+pub(crate) struct Stars<P: Point> {
+    facets: Vec<P::Facet>,
+    ranges: Vec<(u32, u32)>,
+    kernel: Option<Kernel<P>>,
+}
+
+impl<P: Point> Default for Stars<P> {
+    fn default() -> Self {
+        Stars { facets: Vec::new(), ranges: Vec::new(), kernel: None }
+    }
+}
+
+impl<P: Point> Stars<P> {
+    /// The link of a home point: local numbers, infinite facets included.
+    pub(crate) fn link(&self, home: u32) -> &[P::Facet] {
+        let (start, len) = self.ranges[home as usize];
+        &self.facets[start as usize..(start + len) as usize]
+    }
+
+    /// Position of the link's first facet in the arena.
+    pub(crate) fn start(&self, home: u32) -> u32 {
+        self.ranges[home as usize].0
+    }
+
+    /// Length of the arena.
+    pub(crate) fn arena_len(&self) -> usize {
+        self.facets.len()
+    }
+
+    /// Appends the link of the next home point.
+    fn push(&mut self, link: &[P::Facet]) {
+        self.ranges.push((self.facets.len() as u32, link.len() as u32));
+        self.facets.extend_from_slice(link);
+    }
+
+    /// Replaces the link of a home point.
+    pub(crate) fn replace(&mut self, home: u32, link: &[P::Facet]) {
+        self.ranges[home as usize] = (self.facets.len() as u32, link.len() as u32);
+        self.facets.extend_from_slice(link);
+    }
+
+    /// The piece's own triangulation, if it is kept.
+    pub(crate) fn kernel(&self) -> Option<&Kernel<P>> {
+        self.kernel.as_ref()
+    }
+}
+
+/// The triangulation of a worker's piece.
+#[derive(Debug)]
+pub(crate) struct Kernel<P: Point> {
+    delaunay: Incremental<P>,
+    /// Local number of each vertex.
+    numbers: Vec<u32>,
+    /// Vertex of each home point.
+    vertices: Vec<u32>,
+}
+
+impl<P: Point> Kernel<P> {
+    /// Triangulates points given by local numbers, `home` of them at home.
+    fn new(positions: &[P], home: u32, frame: &[u32]) -> Option<Self> {
+        let own = &positions[..home as usize];
+        let order = insertion_order(own);
+        let mut numbers = order;
+        let mut points: Vec<P> = numbers.iter().map(|&i| own[i as usize]).collect();
+        let delaunay = match Incremental::build(points.clone(), None) {
+            Ok(d) => d,
+            Err(_) => {
+                // A flat piece: a frame of the whole set, whose points are real points, spans it.
+                let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
+                points.extend(extra.iter().map(|&f| positions[f as usize]));
+                numbers.extend(extra);
+                Incremental::build(points, None).ok()?
+            }
+        };
+        let mut vertices = vec![0u32; home as usize];
+        for (vertex, &number) in (0u32..).zip(&numbers) {
+            if number < home {
+                vertices[number as usize] = vertex;
+            }
+        }
+        Some(Kernel { delaunay, numbers, vertices })
+    }
+
+    /// Adds a ghost; one that is a vertex already changes nothing.
+    fn add(&mut self, number: u32, position: P) {
+        if self.delaunay.insert(position, None).is_ok() {
+            self.numbers.push(number);
+        }
+    }
+
+    /// The link of a home point in local numbers.
+    fn link(&self, home: u32, out: &mut Vec<P::Facet>) {
+        self.delaunay.link_of(self.vertices[home as usize], out);
+        for facet in out {
+            for v in facet.as_mut() {
+                if *v != INFINITE {
+                    *v = self.numbers[*v as usize];
+                }
+            }
+        }
+    }
+
+    /// The `wanted` vertices nearest to `centre` (itself excepted, ties included) within a ball. The
+    /// next nearest vertex is always a neighbour of the centre's cell or of a nearer one.
+    pub(crate) fn nearest(&self, centre: P, radius2: f64, wanted: usize, found: &mut Vec<Found>) {
+        let first = self.delaunay.nearest_vertex(centre, None);
+        let points = self.delaunay.vertices();
+        let key = |v: u32| (dist2(points[v as usize], centre).to_bits(), v);
+        let mut queue = std::collections::BTreeSet::from([key(first)]);
+        let mut seen = std::collections::BTreeSet::from([first]);
+        let mut star = Vec::new();
+        let mut taken = 0;
+        let mut last = f64::INFINITY;
+        while let Some((bits, v)) = queue.pop_first() {
+            let d2 = f64::from_bits(bits);
+            if d2 > radius2 || (taken >= wanted && d2 > last) {
+                break;
+            }
+            if d2 > 0.0 {
+                found.push((d2, self.numbers[v as usize]));
+                taken += 1;
+                if taken == wanted {
+                    last = d2;
+                }
+            }
+            self.delaunay.star(v, &mut star);
+            for &cell in &star {
+                for &w in self.delaunay.complex().cell(cell).as_ref() {
+                    if w != INFINITE && seen.insert(w) {
+                        queue.insert(key(w));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What one leaf's local hulls give.
+struct Hulled<P: Point> {
+    links: Vec<P::Facet>,
+    lengths: Vec<u32>,
+    cost: Cost,
+}
+
+impl<P: Point> Worker<P> {
+    /// Triangulates the home points and takes radii from the edges.
+    pub(crate) fn begin_fast_radii(&mut self) {
+        if self.table.home == 0 {
+            return;
+        }
+        let frame = self.table.intern_all(&self.frame);
+        self.stars.kernel = Kernel::new(&self.table.positions, self.table.home, &frame);
+        let Some(kernel) = &self.stars.kernel else { return };
+        let homes: Vec<u32> = (0..self.table.home).collect();
+        let groups: Vec<&[u32]> = homes.chunks(8192).collect();
+        let table = &self.table;
+        let radii = map_in(&self.pool, &groups, |group| {
+            let mut link = Vec::new();
+            let radius2 = |&home: &u32| {
+                kernel.link(home, &mut link);
+                let vertices = link.iter().flat_map(|f| f.as_ref()).filter(|&&v| v != INFINITE);
+                let x = table.positions[home as usize];
+                vertices.map(|&v| dist2(x, table.positions[v as usize])).fold(f64::INFINITY, f64::min)
+            };
+            group.iter().map(radius2).collect::<Vec<f64>>()
+        });
+        for (home, radius2) in radii.into_iter().flatten().enumerate() {
+            self.table.radii2[home] = radius2;
+        }
+    }
+
+    /// The supergraph of the home points.
+    pub(crate) fn begin_graph(&mut self) {
+        self.finish_sets();
+        if !self.config.counted {
+            return;
+        }
+        let positions = &self.table.positions;
+        for leaf in &mut self.leaves {
+            let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
+            leaf.ghosts.sort_unstable_by(rank);
+            leaf.ghosts.dedup();
+        }
+        if self.config.sets != SetRule::Ghost {
+            self.finish_set_recursion();
+        } else if matches!(self.supergraph(), Supergraph::Knn { .. }) {
+            for list in &mut self.adjacency {
+                list.sort_unstable();
+                list.dedup();
+            }
+            for leaf in &self.leaves {
+                self.ledger.facts(leaf.id).members += u64::from(leaf.end - leaf.start);
+            }
+        } else {
+            self.graph_of_leaves();
+        }
+        self.measure_graph();
+    }
+
+    /// All pairs of every leaf's home points with its members.
+    fn graph_of_leaves(&mut self) {
+        let (table, rule) = (&self.table, self.supergraph());
+        let results = map_in(&self.pool, &self.leaves, |leaf| {
+            let home: Vec<u32> = leaf.home().collect();
+            let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
+            let mut cost = Cost::ZERO;
+            let lists =
+                graph_direct(rule, &table.positions, &table.radii2, &home, &members, &mut cost);
+            (lists, cost, members.len() as u64)
+        });
+        let mut adjacency = Vec::with_capacity(self.table.home as usize);
+        for (leaf, (lists, cost, members)) in self.leaves.iter().zip(results) {
+            let pairs = members * u64::from(leaf.end - leaf.start);
+            self.ledger.charge(Phase::Graph, leaf.id, cost, pairs);
+            self.ledger.facts(leaf.id).members += members;
+            adjacency.extend(lists);
+        }
+        self.adjacency = adjacency;
+    }
+
+    /// Counts edges once, at their smaller end; sends them if asked for.
+    fn measure_graph(&mut self) {
+        let mut edges = Vec::new();
+        for leaf in &self.leaves {
+            let facts = self.ledger.nodes.entry(leaf.id).or_default();
+            for home in leaf.home() {
+                let list = &self.adjacency[home as usize];
+                facts.max_degree = facts.max_degree.max(list.len() as u64);
+                let x = self.table.positions[home as usize];
+                for &j in list {
+                    if lex_cmp(&x, &self.table.positions[j as usize]).is_lt() {
+                        facts.edges += 1;
+                        let pair = [self.table.ids[home as usize], self.table.ids[j as usize]];
+                        self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(edge_hash(pair));
+                        if self.config.collect_graph {
+                            edges.extend(pair);
+                        }
+                    }
+                }
+            }
+        }
+        if !edges.is_empty() {
+            self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(edges)));
+        }
+    }
+
+    /// For every leaf, the smaller point that its first point starts with.
+    fn leaf_seeds(&mut self) -> Vec<Option<u32>> {
+        let mut seed = None;
+        for shared in &self.path {
+            let Some(summaries) = &shared.summaries else { continue };
+            let (mine, other) = (&summaries[shared.mine].smallest, &summaries[1 - shared.mine].smallest);
+            let (Some(a), Some(b)) = (mine.positions.first(), other.positions.first()) else { continue };
+            if lex_cmp(b, a).is_lt() {
+                seed = Some(other.clone());
+            }
+        }
+        let above = seed.and_then(|point| self.table.intern_all(&point).first().copied());
+        let mut seeds = vec![above; self.leaves.len()];
+        if let Some((_, tree)) = &self.tree {
+            let positions = &self.table.positions;
+            let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
+            hand_down(tree, above, &less, &mut seeds);
+        }
+        seeds
+    }
+
+    /// The local hulls of all home points.
+    pub(crate) fn begin_hulls(&mut self) {
+        let seeds = self.leaf_seeds();
+        let frame = self.table.intern_all(&self.frame);
+        if !self.config.counted {
+            self.fast_hulls(&seeds);
+            return;
+        }
+        let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.leaves.iter().zip(seeds).collect();
+        let hulled = map_in(&self.pool, &leaves, |(leaf, seed)| self.hulls_of(leaf, *seed, &frame));
+        let ids: Vec<(NodeId, u64)> =
+            self.leaves.iter().map(|l| (l.id, u64::from(l.end - l.start))).collect();
+        for ((id, items), hulls) in ids.into_iter().zip(hulled) {
+            self.ledger.charge(Phase::Hulls, id, hulls.cost, items);
+            let mut at = 0;
+            for len in hulls.lengths {
+                let end = at + len as usize;
+                self.stars.push(&hulls.links[at..end]);
+                at = end;
+            }
+        }
+        self.adjacency = Vec::new();
+    }
+
+    /// One vector step over the stars of a leaf.
+    fn hulls_of(&self, leaf: &Leaf<P>, seed: Option<u32>, frame: &[u32]) -> Hulled<P> {
+        let mut cost = Cost::ZERO;
+        let nearest = self.supplement(leaf, &mut cost);
+        let mut builder = StarBuilder::default();
+        let (mut links, mut lengths) = (Vec::new(), Vec::new());
+        let homes: Vec<u32> = leaf.home().collect();
+        let mut candidates = Vec::new();
+        cost.map_nested(&homes, |&home, own| {
+            candidates.clear();
+            candidates.extend_from_slice(&self.adjacency[home as usize]);
+            if let Some(list) = nearest.get(&home) {
+                candidates.extend(list);
+            }
+            candidates.extend(if home > leaf.start { Some(home - 1) } else { seed });
+            if !builder.build(&self.table.positions, home, &candidates, own) {
+                candidates.extend_from_slice(frame);
+                builder.build(&self.table.positions, home, &candidates, own);
+            }
+            let before = links.len();
+            builder.facets(&mut links);
+            lengths.push((links.len() - before) as u32);
+        });
+        Hulled { links, lengths, cost }
+    }
+
+    /// Nearest members for points with few graph neighbours.
+    fn supplement(&self, leaf: &Leaf<P>, cost: &mut Cost) -> std::collections::BTreeMap<u32, Vec<u32>> {
+        let few = |h: &u32| self.adjacency[*h as usize].len() < FEWEST_CANDIDATES;
+        let rows: Vec<u32> = leaf.home().filter(few).collect();
+        if rows.is_empty() {
+            return std::collections::BTreeMap::new();
+        }
+        let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
+        let all = |_| f64::INFINITY;
+        let positions = &self.table.positions;
+        let lists = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
+        let numbers = |list: Vec<Found>| list.into_iter().map(|f| f.1).collect();
+        rows.into_iter().zip(lists.into_iter().map(numbers)).collect()
+    }
+
+    /// Inserts the ghosts into the piece's triangulation and reads the stars off.
+    fn fast_hulls(&mut self, seeds: &[Option<u32>]) {
+        let Some(mut kernel) = self.stars.kernel.take() else { return };
+        for (leaf, seed) in self.leaves.iter_mut().zip(seeds) {
+            let mut ghosts = std::mem::take(&mut leaf.ghosts);
+            ghosts.extend(seed);
+            ghosts.sort_unstable();
+            ghosts.dedup();
+            let positions: Vec<P> = ghosts.iter().map(|&g| self.table.positions[g as usize]).collect();
+            for i in insertion_order(&positions) {
+                kernel.add(ghosts[i as usize], positions[i as usize]);
+            }
+        }
+        let homes: Vec<u32> = (0..self.table.home).collect();
+        let groups: Vec<&[u32]> = homes.chunks(8192).collect();
+        let links = map_in(&self.pool, &groups, |group| {
+            let (mut all, mut lengths, mut link) = (Vec::new(), Vec::new(), Vec::new());
+            for &home in *group {
+                kernel.link(home, &mut link);
+                lengths.push(link.len() as u32);
+                all.extend_from_slice(&link);
+            }
+            (all, lengths)
+        });
+        drop(kernel);
+        self.stars.facets.reserve_exact(links.iter().map(|l| l.0.len()).sum());
+        for (all, lengths) in links {
+            let mut at = 0;
+            for len in lengths {
+                let end = at + len as usize;
+                self.stars.push(&all[at..end]);
+                at = end;
+            }
+        }
+    }
+}
+
+/// Hands the nearest smaller point above down to every leaf.
+fn hand_down<P: Point>(
+    tree: &Tree<P>,
+    above: Option<u32>,
+    less: &impl Fn(u32, u32) -> bool,
+    seeds: &mut [Option<u32>],
+) {
+    match tree {
+        Tree::Leaf(at) => seeds[*at] = above,
+        Tree::Node(inner) => {
+            let [a, b] = inner.smallest;
+            let pick = |own: u32, other: u32| if less(other, own) { Some(other) } else { above };
+            hand_down(&inner.children[0], pick(a, b), less, seeds);
+            hand_down(&inner.children[1], pick(b, a), less, seeds);
+        }
+    }
+}
+
+/// An order-free hash of an edge.
+fn edge_hash(pair: [u64; 2]) -> u64 {
+    let (a, b) = (pair[0].min(pair[1]), pair[0].max(pair[1]));
+    let mut h = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.rotate_left(32);
+    h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    h ^ (h >> 31)
+}

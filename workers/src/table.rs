@@ -1,0 +1,120 @@
+//! The points a worker holds: its home points first, then foreign ones it was sent.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use septet_geometry::point::Point;
+use septet_protocol::ids::Rank;
+use septet_protocol::message::PointBatch;
+
+/// Hashes one 64-bit id by multiplication. Never iterated over.
+#[derive(Default)]
+pub struct IdHasher(u64);
+
+impl Hasher for IdHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for &b in bytes {
+            self.write_u64(u64::from(b));
+        }
+    }
+    fn write_u64(&mut self, id: u64) {
+        self.0 = (self.0 ^ id).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
+    }
+}
+
+/// From an id to a position.
+pub type IdMap = HashMap<u64, u32, BuildHasherDefault<IdHasher>>;
+
+/// Points by local number: structure of arrays. Numbers below `home` are at home here.
+#[derive(Clone, Debug)]
+pub struct Table<P> {
+    /// Coordinates.
+    pub positions: Vec<P>,
+    /// Input indices.
+    pub ids: Vec<u64>,
+    /// The rank where each is at home.
+    pub owners: Vec<Rank>,
+    /// Squared radius of each ball; infinite while unknown.
+    pub radii2: Vec<f64>,
+    /// Number of home points.
+    pub home: u32,
+    index: IdMap,
+}
+
+impl<P> Default for Table<P> {
+    fn default() -> Self {
+        Table {
+            positions: Vec::new(),
+            ids: Vec::new(),
+            owners: Vec::new(),
+            radii2: Vec::new(),
+            home: 0,
+            index: IdMap::default(),
+        }
+    }
+}
+
+impl<P: Point> Table<P> {
+    /// A table of home points.
+    pub fn of_home(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
+        let n = ids.len();
+        let index = ids.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect();
+        Table {
+            positions,
+            ids,
+            owners: vec![rank; n],
+            radii2: vec![f64::INFINITY; n],
+            home: n as u32,
+            index,
+        }
+    }
+
+    /// The local number of a point, which is added as a foreign one if it is not here yet.
+    pub fn intern(&mut self, id: u64, position: P, owner: Rank, radius2: f64) -> u32 {
+        let next = self.ids.len() as u32;
+        match self.index.entry(id) {
+            std::collections::hash_map::Entry::Occupied(e) => {
+                let at = *e.get();
+                if at >= self.home {
+                    self.radii2[at as usize] = radius2;
+                }
+                at
+            }
+            std::collections::hash_map::Entry::Vacant(e) => {
+                e.insert(next);
+                self.ids.push(id);
+                self.positions.push(position);
+                self.owners.push(owner);
+                self.radii2.push(radius2);
+                next
+            }
+        }
+    }
+
+    /// Interns all points of a batch, in order.
+    pub fn intern_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
+        (0..batch.len())
+            .map(|i| self.intern(batch.ids[i], batch.positions[i], batch.owners[i], batch.radii2[i]))
+            .collect()
+    }
+
+    /// The local number of a point that is here.
+    pub fn find(&self, id: u64) -> Option<u32> {
+        self.index.get(&id).copied()
+    }
+
+    /// Is this point at home here?
+    #[inline]
+    pub fn is_home(&self, at: u32) -> bool {
+        at < self.home
+    }
+
+    /// Appends a point of the table to a batch.
+    pub fn export(&self, at: u32, batch: &mut PointBatch<P>) {
+        let i = at as usize;
+        batch.push(self.ids[i], self.positions[i], self.owners[i], self.radii2[i]);
+    }
+}

@@ -1,0 +1,42 @@
+//! Ways to reach workers: in threads over channels, or simulated on one thread.
+
+mod channel;
+
+mod sim;
+
+use std::sync::Arc;
+
+use septet_geometry::point::Point;
+use septet_protocol::transport::Transport;
+
+use crate::config::WorkerConfig;
+
+/// Which transport, for whoever starts a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TransportKind {
+    /// Workers in threads, every message through a channel.
+    Channel {
+        /// Threads that run workers.
+        threads: usize,
+    },
+    /// One thread; every message becomes bytes and is decoded by its receiver; the order of delivery is
+    /// drawn from a seed.
+    Sim {
+        /// Seed of the order.
+        delivery_seed: u64,
+    },
+}
+
+/// Starts the workers of a machine; returns the coordinator's end of it. Dropping it ends the workers.
+///
+/// # Errors
+/// If threads cannot be started.
+pub fn launch<P: Point>(
+    kind: TransportKind,
+    config: &Arc<WorkerConfig>,
+) -> std::io::Result<Box<dyn Transport<P>>> {
+    match kind {
+        TransportKind::Channel { threads } => Ok(Box::new(channel::Channel::launch(config, threads)?)),
+        TransportKind::Sim { delivery_seed } => Ok(Box::new(sim::Sim::new(config, delivery_seed))),
+    }
+}

@@ -1,0 +1,139 @@
+//! What a worker knows of the partition tree: the shared nodes from the root down to its own piece, and
+//! the subtree of that piece. Nobody holds the whole tree.
+
+use septet_geometry::neighbourhood::box_dist2;
+use septet_geometry::point::Point;
+use septet_geometry::separator::{Separator, Side};
+use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::message::{Child, Summary};
+
+/// Low and high corner of an axis-aligned box.
+pub type Bounds<P> = (P, P);
+
+/// The smallest box, or an empty one (infinite corners reversed), around points.
+pub fn bounds<P: Point>(points: impl Iterator<Item = P>) -> Bounds<P> {
+    let empty = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
+    points.fold(empty, |b, p| join_bounds(b, (p, p)))
+}
+
+/// The smallest box around two boxes.
+pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
+    let (mut low, mut high) = a;
+    for i in 0..P::DIM {
+        low.set_coord(i, low.coord(i).min(b.0.coord(i)));
+        high.set_coord(i, high.coord(i).max(b.1.coord(i)));
+    }
+    (low, high)
+}
+
+/// A split: the separator and the boxes of both children's home points.
+#[derive(Clone, Debug)]
+pub struct Split<P> {
+    /// The surface.
+    pub separator: Separator<P>,
+    /// Interior and exterior child's box.
+    pub boxes: [Bounds<P>; 2],
+}
+
+impl<P: Point> Split<P> {
+    /// 0 interior, 1 exterior.
+    #[inline]
+    pub fn side(&self, x: P) -> usize {
+        usize::from(self.separator.side(x) == Side::Exterior)
+    }
+
+    /// Can a ball around `x`, of squared radius `r2`, hold a home point of that child?
+    #[inline]
+    pub fn reaches(&self, x: P, r2: f64, side: usize) -> bool {
+        let (low, high) = self.boxes[side];
+        if box_dist2(x, low, high) > r2 {
+            return false;
+        }
+        let wanted = if side == 0 { Side::Interior } else { Side::Exterior };
+        self.separator.reaches(x, r2.sqrt() * (1.0 + 1e-12), wanted)
+    }
+}
+
+/// A node shared by a group of workers, as each of them knows it.
+#[derive(Clone, Debug)]
+pub struct Shared<P> {
+    /// Which.
+    pub id: NodeId,
+    /// First rank of the group.
+    pub first: Rank,
+    /// Number of ranks in it.
+    pub ranks: u32,
+    /// Who leads it: its lowest rank, or the coordinator for the root.
+    pub leader: Rank,
+    /// How it was split.
+    pub split: Split<P>,
+    /// The children's groups.
+    pub children: [Child; 2],
+    /// The child whose group this worker belongs to.
+    pub mine: usize,
+    /// What the children hold, once known.
+    pub summaries: Option<Box<[Summary<P>; 2]>>,
+}
+
+impl<P> Shared<P> {
+    /// The member of a child's group that takes what member `rank` of this group sends down: the one at
+    /// the same relative place, or the holder of a leaf.
+    pub fn member_below(&self, rank: Rank, side: usize) -> Rank {
+        let child = &self.children[side];
+        if child.leaf {
+            return child.first;
+        }
+        let place = u64::from(rank - self.first) * u64::from(child.ranks) / u64::from(self.ranks);
+        child.first + place as u32
+    }
+}
+
+/// A node of a worker's own subtree.
+#[derive(Clone, Debug)]
+pub enum Tree<P> {
+    /// A leaf, by its position among the worker's leaves.
+    Leaf(usize),
+    /// An inner node.
+    Node(Box<Inner<P>>),
+}
+
+/// An inner node of a worker's own subtree.
+#[derive(Clone, Debug)]
+pub struct Inner<P> {
+    /// Which.
+    pub id: NodeId,
+    /// Its position among the inner nodes of the subtree, in preorder.
+    pub number: usize,
+    /// How it is split.
+    pub split: Split<P>,
+    /// Interior and exterior child.
+    pub children: [Tree<P>; 2],
+    /// Largest squared radius of each child's home points, once known.
+    pub max_radius2: [f64; 2],
+    /// Local number of each child's lexicographically smallest home point, once known.
+    pub smallest: [u32; 2],
+}
+
+/// A leaf of the partition tree, held by one worker.
+#[derive(Clone, Debug)]
+pub struct Leaf<P> {
+    /// Which.
+    pub id: NodeId,
+    /// First home point.
+    pub start: u32,
+    /// One past the last.
+    pub end: u32,
+    /// Box of the home points.
+    pub bounds: Bounds<P>,
+    /// Largest squared radius of a home point, once known.
+    pub max_radius2: f64,
+    /// Foreign and other leaves' points that the graph can join to home points.
+    pub ghosts: Vec<u32>,
+}
+
+impl<P> Leaf<P> {
+    /// Its home points.
+    pub fn home(&self) -> std::ops::Range<u32> {
+        self.start..self.end
+    }
+}

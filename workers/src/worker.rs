@@ -1,0 +1,253 @@
+//! A worker: its state, and what it does with a round's messages.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use septet_geometry::complex::INFINITE;
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::{Point, Simplex};
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::message::{Body, Child, Message, PointBatch};
+use septet_protocol::transport::TransportError;
+
+use crate::check::Agreement;
+use crate::config::{Pool, Wanted, WorkerConfig};
+use crate::leader::Leader;
+use crate::outbox::Outbox;
+use crate::query::Engine;
+use crate::repair::Exchange;
+use crate::schedule::{Known, Outcome};
+use crate::sets::SetEngine;
+use crate::stars::Stars;
+use crate::table::Table;
+use crate::tree::{Leaf, Shared, Tree};
+
+/// One worker of the machine. Pure: what it does depends on its messages and its parameters alone.
+pub struct Worker<P: Point> {
+    pub(crate) rank: Rank,
+    pub(crate) config: Arc<WorkerConfig>,
+    pub(crate) pool: Pool,
+    pub(crate) out: Outbox<P>,
+    pub(crate) ledger: LedgerPart,
+    pub(crate) phase: Phase,
+    pub(crate) known: Known,
+    /// Steps since the phase began.
+    pub(crate) step: u32,
+    pub(crate) population: u64,
+    pub(crate) frame: PointBatch<P>,
+    pub(crate) leader: Leader<P>,
+    /// Home points of shared nodes on their way down.
+    pub(crate) holdings: BTreeMap<NodeId, Holding<P>>,
+    pub(crate) path: Vec<Shared<P>>,
+    /// A shared node of this worker's that turned out a leaf, and the rank that holds it.
+    pub(crate) relay: Option<(NodeId, Rank)>,
+    pub(crate) tree: Option<(NodeId, Tree<P>)>,
+    pub(crate) inner_ids: Vec<NodeId>,
+    pub(crate) leaves: Vec<Leaf<P>>,
+    pub(crate) table: Table<P>,
+    pub(crate) engine: Engine<P>,
+    pub(crate) sets: SetEngine,
+    /// Graph neighbours of home points, where they are kept as lists.
+    pub(crate) adjacency: Vec<Vec<u32>>,
+    pub(crate) stars: Stars<P>,
+    pub(crate) agreement: Agreement,
+    pub(crate) exchange: Exchange<P>,
+}
+
+/// A worker's share of a node that is being split.
+#[derive(Clone, Debug)]
+pub(crate) struct Holding<P> {
+    pub(crate) points: PointBatch<P>,
+    pub(crate) population: u64,
+    pub(crate) child: Child,
+    pub(crate) attempt: u32,
+    pub(crate) sides: Vec<u8>,
+    pub(crate) separator: Option<septet_geometry::separator::Separator<P>>,
+}
+
+impl<P: Point> Worker<P> {
+    /// A worker with no points yet.
+    pub fn new(rank: Rank, config: Arc<WorkerConfig>, pool: Pool) -> Self {
+        let known = Known {
+            supergraph: match config.wanted {
+                Wanted::Fixed(supergraph) => Some(supergraph),
+                _ => None,
+            },
+            outcome: Outcome::Passed,
+        };
+        Worker {
+            rank,
+            out: Outbox::new(config.run, rank),
+            config,
+            pool,
+            ledger: LedgerPart::default(),
+            phase: Phase::Load,
+            known,
+            step: 0,
+            population: 0,
+            frame: PointBatch::default(),
+            leader: Leader::default(),
+            holdings: BTreeMap::new(),
+            path: Vec::new(),
+            relay: None,
+            tree: None,
+            inner_ids: Vec::new(),
+            leaves: Vec::new(),
+            table: Table::default(),
+            engine: Engine::default(),
+            sets: SetEngine::default(),
+            adjacency: Vec::new(),
+            stars: Stars::default(),
+            agreement: Agreement::default(),
+            exchange: Exchange::default(),
+        }
+    }
+
+    /// Its rank.
+    pub fn rank(&self) -> Rank {
+        self.rank
+    }
+
+    /// What it knows of the run's course.
+    pub fn known(&self) -> &Known {
+        &self.known
+    }
+
+    /// Has it more to do although no message is on its way to it?
+    pub fn busy(&self) -> bool {
+        self.out.has_own() || self.exchange.is_pending() || self.sets.is_pending()
+    }
+
+    /// Begins a phase (the one before moved nothing any more). Returns what it sends.
+    ///
+    /// # Errors
+    /// If its state cannot go on; a fault of the program, not of the input.
+    pub fn begin(&mut self, phase: Phase, round: u32) -> Result<Vec<Message<P>>, TransportError> {
+        self.out.set_round(round);
+        self.phase = phase;
+        self.step = 0;
+        match phase {
+            Phase::Load | Phase::Done => {}
+            Phase::Partition => self.begin_partition(),
+            Phase::Radii => self.begin_radii(),
+            Phase::Probe => self.begin_probe(),
+            Phase::Neighbours => self.begin_neighbours(),
+            Phase::Summaries => self.begin_summaries(),
+            Phase::Choice => self.begin_choice(),
+            Phase::KnnRadii => self.begin_knn_radii(),
+            Phase::KnnProbe => self.begin_knn_probe(),
+            Phase::Knn => self.begin_knn(),
+            Phase::Sets => self.begin_sets(),
+            Phase::Graph => self.begin_graph(),
+            Phase::Hulls => self.begin_hulls(),
+            Phase::Check | Phase::Certificate => self.begin_check(),
+            Phase::Repair => self.begin_repair(),
+            Phase::Fallback => self.begin_fallback(),
+            Phase::Merge => self.begin_merge(),
+            Phase::Collect => self.begin_collect(),
+        }
+        Ok(self.out.take(self.phase, &mut self.ledger))
+    }
+
+    /// Handles a round's messages, in whatever order they came, and returns what it sends.
+    ///
+    /// # Errors
+    /// A message that does not belong to this run, or to the phase.
+    pub fn step(&mut self, round: u32, mut inbox: Vec<Message<P>>) -> Result<Vec<Message<P>>, TransportError> {
+        self.out.set_round(round);
+        self.step += 1;
+        inbox.extend(self.out.take_own());
+        inbox.sort_by_key(|m| (m.from, m.sequence));
+        inbox.dedup_by_key(|m| (m.from, m.sequence));
+        for message in &inbox {
+            if message.run != self.config.run || message.to != self.rank {
+                return Err(self.bad(message, "it belongs to another run or rank"));
+            }
+        }
+        match self.phase {
+            Phase::Load => self.on_load(&mut inbox),
+            Phase::Partition => self.on_partition(&mut inbox),
+            Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Choice | Phase::Knn => {
+                self.on_queries(&mut inbox);
+                self.on_choice(&mut inbox);
+            }
+            Phase::Summaries => self.on_summaries(&mut inbox),
+            Phase::Sets => {
+                self.on_ghosts(&mut inbox);
+                self.on_reverse(&mut inbox);
+                self.on_sets(&mut inbox);
+            }
+            Phase::Check | Phase::Certificate => self.on_check(&mut inbox),
+            Phase::Repair => self.on_repair(&mut inbox),
+            Phase::Fallback => self.on_fallback(&mut inbox),
+            Phase::Merge => self.on_merge(&mut inbox),
+            Phase::Collect => self.on_collect(&mut inbox),
+            Phase::Radii
+            | Phase::KnnRadii
+            | Phase::Graph
+            | Phase::Hulls
+            | Phase::Done => {}
+        }
+        if let Some(message) = inbox.first() {
+            return Err(self.bad(message, &format!("it has no place in phase {}", self.phase.name())));
+        }
+        Ok(self.out.take(self.phase, &mut self.ledger))
+    }
+
+    fn bad(&self, message: &Message<P>, why: &str) -> TransportError {
+        TransportError::BadMessage { from: message.from, reason: why.to_string() }
+    }
+
+    fn on_load(&mut self, inbox: &mut Vec<Message<P>>) {
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Start { population, frame } => {
+                self.population = *population;
+                self.frame = std::mem::take(frame);
+                false
+            }
+            Body::Block(points) => {
+                let points = std::mem::take(points);
+                let child = Child {
+                    population: self.population,
+                    first: 1,
+                    ranks: self.config.workers,
+                    leaf: false,
+                };
+                self.holdings.insert(NodeId::ROOT, Holding::of(points, child));
+                false
+            }
+            _ => true,
+        });
+    }
+
+    /// The supergraph; a density graph until one is chosen.
+    pub(crate) fn supergraph(&self) -> Supergraph {
+        self.known.supergraph.unwrap_or(Supergraph::Density { alpha: 2.5 })
+    }
+}
+
+impl<P> Holding<P> {
+    pub(crate) fn of(points: PointBatch<P>, child: Child) -> Self {
+        Holding {
+            points,
+            population: child.population,
+            child,
+            attempt: 0,
+            sides: Vec::new(),
+            separator: None,
+        }
+    }
+}
+
+/// The vertices of a cell `(centre, facet)`, or `None` if it is infinite.
+pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
+    let mut cell = P::Cell::splat(centre);
+    for (slot, &v) in facet.as_ref().iter().enumerate() {
+        if v == INFINITE {
+            return None;
+        }
+        cell.as_mut()[slot + 1] = v;
+    }
+    Some(cell)
+}
