@@ -53,7 +53,13 @@ pub(super) struct Indices<'a> {
 
 impl<'a> Indices<'a> {
     pub fn new(source: Source<'a>, width: usize, first: u64, limit: Option<u64>) -> Self {
-        Indices { source, width, first, limit, flat: Vec::new() }
+        Indices {
+            source,
+            width,
+            first,
+            limit,
+            flat: Vec::new(),
+        }
     }
 
     /// Complete rows.
@@ -74,7 +80,14 @@ impl<'a> Indices<'a> {
     /// An id that is no point's.
     pub fn out_of_range(&self, place: Place, value: i128) -> InputError {
         let (path, cell) = (self.source.path.to_owned(), self.rows());
-        InputError::OutOfRangeIndex { path, place, cell, value, first: self.first, limit: self.limit }
+        InputError::OutOfRangeIndex {
+            path,
+            place,
+            cell,
+            value,
+            first: self.first,
+            limit: self.limit,
+        }
     }
 
     /// Adds one row from the next words; what follows them is left alone.
@@ -92,12 +105,22 @@ impl<'a> Indices<'a> {
 
     /// The result.
     pub fn finish(self, notes: Vec<String>) -> CellFile {
-        CellFile { dimension: self.width - 1, cells: self.flat, first_id: self.first, notes }
+        CellFile {
+            dimension: self.width - 1,
+            cells: self.flat,
+            first_id: self.first,
+            notes,
+        }
     }
 }
 
 /// One point id of a cell of `width` points.
-pub(super) fn index(source: Source<'_>, line: &Line<'_>, word: Option<&[u8]>, width: usize) -> Result<i64, InputError> {
+pub(super) fn index(
+    source: Source<'_>,
+    line: &Line<'_>,
+    word: Option<&[u8]>,
+    width: usize,
+) -> Result<i64, InputError> {
     let word = word.ok_or_else(|| source.bad_line(line, format!("{width} point ids")))?;
     integer(word).ok_or_else(|| source.bad_word(line, word, "a point id"))
 }
@@ -106,16 +129,25 @@ pub(super) fn index(source: Source<'_>, line: &Line<'_>, word: Option<&[u8]>, wi
 pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     const HEADER: &str = "the header `cells corners attributes`";
     let mut lines = Lines::new(source.data);
-    let header = lines.next_data().ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
+    let header = lines
+        .next_data()
+        .ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
     let mut words = header.words();
     let announced = source.count(&header, words.next(), HEADER)?;
     let corners = source.count(&header, words.next(), HEADER)?;
     let width = match corners {
         3 | 6 => 3,
         4 | 10 => 4,
-        _ => return Err(source.bad_line(&header, "3 or 6 corners (triangles), 4 or 10 (tetrahedra)")),
+        _ => {
+            return Err(source.bad_line(&header, "3 or 6 corners (triangles), 4 or 10 (tetrahedra)"));
+        }
     };
-    let mut cells = Indices::new(source, width, options.base.unwrap_or(0), options.point_count);
+    let mut cells = Indices::new(
+        source,
+        width,
+        options.base.unwrap_or(0),
+        options.point_count,
+    );
     let mut first = 0;
     while let Some(line) = lines.next_data() {
         if cells.rows() == announced {
@@ -130,13 +162,27 @@ pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<Cell
         }
         let due = first + cells.rows();
         if id != Some(due) {
-            return Err(source.bad_word(&line, word, format!("the cell id {due}, ids rising by one from 0 or 1")));
+            return Err(source.bad_word(
+                &line,
+                word,
+                format!("the cell id {due}, ids rising by one from 0 or 1"),
+            ));
         }
         cells.push_words(&line, &mut words)?;
     }
     if cells.rows() < announced {
-        return Err(source.truncated(Place::Line(lines.number()), "cells", announced, cells.rows()));
+        return Err(source.truncated(
+            Place::Line(lines.number()),
+            "cells",
+            announced,
+            cells.rows(),
+        ));
     }
     let quadratic = corners as usize > width;
-    Ok(cells.finish(quadratic.then(|| "nodes on the edges of cells are ignored".to_owned()).into_iter().collect()))
+    Ok(cells.finish(
+        quadratic
+            .then(|| "nodes on the edges of cells are ignored".to_owned())
+            .into_iter()
+            .collect(),
+    ))
 }

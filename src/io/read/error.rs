@@ -255,5 +255,7 @@ fn at_column(column: Option<u64>) -> String {
 }
 
 fn of_points(limit: Option<u64>) -> String {
-    limit.map_or_else(String::new, |limit| format!(" and there are {limit} points"))
+    limit.map_or_else(String::new, |limit| {
+        format!(" and there are {limit} points")
+    })
 }

@@ -14,7 +14,10 @@ use arrays::{Arrays, DataArray};
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions { dimension: None, ..*options };
+    let options = &ReadOptions {
+        dimension: None,
+        ..*options
+    };
     let grid = arrays::open(source)?;
     let points = read_points(&grid, options)?;
     let mut mesh = Mesh::new(source, points, 0);
@@ -32,9 +35,17 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
     };
     if array.components != 3 {
         let place = Place::Byte(array.offset as u64);
-        return Err(InputError::UnsupportedDimension { path: source.path.to_owned(), place, found: array.components });
+        return Err(InputError::UnsupportedDimension {
+            path: source.path.to_owned(),
+            place,
+            found: array.components,
+        });
     }
-    let values = grid.values(array, |scalar, bytes, endian| scalar.float(bytes, endian), number)?;
+    let values = grid.values(
+        array,
+        |scalar, bytes, endian| scalar.float(bytes, endian),
+        number,
+    )?;
     let (found, over) = ((values.len() / 3) as u64, values.len() % 3 > 0);
     agree(grid, array, "points", grid.point_count, found, over)?;
     let place = Place::Byte(array.offset as u64);
@@ -67,7 +78,11 @@ fn agree(
 fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> {
     let source = grid.source;
     let integers = |array: &Option<DataArray<'_>>| match array {
-        Some(array) => grid.values(array, |scalar, bytes, endian| narrow(scalar.integer(bytes, endian)), integer),
+        Some(array) => grid.values(
+            array,
+            |scalar, bytes, endian| narrow(scalar.integer(bytes, endian)),
+            integer,
+        ),
         None if grid.cell_count == 0 => Ok(Vec::new()),
         None => Err(source.truncated(Place::Whole, "arrays connectivity, offsets and types", 3, 2)),
     };
@@ -76,16 +91,32 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     let types = integers(&grid.types)?;
     for (array, values) in [(&grid.offsets, &offsets), (&grid.types, &types)] {
         if let Some(array) = array {
-            agree(grid, array, "cells", grid.cell_count, values.len() as u64, false)?;
+            agree(
+                grid,
+                array,
+                "cells",
+                grid.cell_count,
+                values.len() as u64,
+                false,
+            )?;
         }
     }
-    let Some(array) = &grid.connectivity else { return Ok(()) };
+    let Some(array) = &grid.connectivity else {
+        return Ok(());
+    };
     let place = Place::Byte(array.offset as u64);
     let mut start = 0;
     for (end, cell) in offsets.iter().zip(&types) {
-        let range = usize::try_from(*end).ok().and_then(|end| connectivity.get(start..end));
+        let range = usize::try_from(*end)
+            .ok()
+            .and_then(|end| connectivity.get(start..end));
         let nodes = range.ok_or_else(|| {
-            source.truncated(place, "entries of connectivity", u64::try_from(*end).unwrap_or(0), connectivity.len() as u64)
+            source.truncated(
+                place,
+                "entries of connectivity",
+                u64::try_from(*end).unwrap_or(0),
+                connectivity.len() as u64,
+            )
         })?;
         start += nodes.len();
         let kind = match (cell, nodes.len()) {
@@ -95,7 +126,10 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
             _ => Kind::Other,
         };
         if kind == Kind::Other && mesh.other.is_none() {
-            mesh.other = Some((place, format!("a cell of VTK type {cell} with {} points", nodes.len())));
+            mesh.other = Some((
+                place,
+                format!("a cell of VTK type {cell} with {} points", nodes.len()),
+            ));
         }
         if let Some(list) = mesh.list(kind) {
             for node in nodes {

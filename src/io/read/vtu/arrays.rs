@@ -56,7 +56,8 @@ pub(super) struct Arrays<'a> {
 /// Finds the arrays.
 pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     let data = source.data;
-    let root = loop_to(data, b"VTKFile").ok_or_else(|| source.malformed(0, "no tag VTKFile", "a VTK XML file"))?;
+    let root = loop_to(data, b"VTKFile")
+        .ok_or_else(|| source.malformed(0, "no tag VTKFile", "a VTK XML file"))?;
     let mut grid = root_of(source, &root)?;
     let mut at = root.end;
     let mut section: &[u8] = b"";
@@ -73,7 +74,11 @@ pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                 section = if closing { b"" } else { tag.name };
             }
             (b"DataArray", false) => {
-                let (text, end) = if tag.empty { (b"".as_slice(), at) } else { content(source, &tag)? };
+                let (text, end) = if tag.empty {
+                    (b"".as_slice(), at)
+                } else {
+                    content(source, &tag)?
+                };
                 at = end;
                 let name = tag.attribute("Name").unwrap_or_default();
                 let slot = match (section, name) {
@@ -96,7 +101,11 @@ pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     match pieces {
         1 => Ok(grid),
         0 => Err(source.truncated(Place::Byte(data.len() as u64), "pieces", 1, 0)),
-        _ => Err(source.unsupported(Place::Byte(at as u64), format!("a .vtu file of {pieces} pieces"), "merge the pieces")),
+        _ => Err(source.unsupported(
+            Place::Byte(at as u64),
+            format!("a .vtu file of {pieces} pieces"),
+            "merge the pieces",
+        )),
     }
 }
 
@@ -112,7 +121,10 @@ fn loop_to<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
 fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputError> {
     let place = Place::Byte(root.start as u64);
     if root.attribute("type") != Some("UnstructuredGrid") {
-        let what = format!("VTK data of type {:?}", root.attribute("type").unwrap_or_default());
+        let what = format!(
+            "VTK data of type {:?}",
+            root.attribute("type").unwrap_or_default()
+        );
         return Err(source.unsupported(place, what, "save an unstructured grid (.vtu)"));
     }
     let compressor = root.attribute("compressor");
@@ -122,7 +134,11 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
     }
     Ok(Arrays {
         source,
-        endian: if root.attribute("byte_order") == Some("BigEndian") { Endian::Big } else { Endian::Little },
+        endian: if root.attribute("byte_order") == Some("BigEndian") {
+            Endian::Big
+        } else {
+            Endian::Little
+        },
         wide_header: root.attribute("header_type") == Some("UInt64"),
         zlib: compressor.is_some_and(|c| !c.is_empty()),
         point_count: 0,
@@ -135,17 +151,35 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
     })
 }
 
-fn attribute_count(source: Source<'_>, tag: &Tag<'_>, name: &'static str) -> Result<u64, InputError> {
+fn attribute_count(
+    source: Source<'_>,
+    tag: &Tag<'_>,
+    name: &'static str,
+) -> Result<u64, InputError> {
     let value = tag.attribute(name);
-    let shown = || format!("{name} = {:?}", excerpt(value.unwrap_or_default().as_bytes()));
-    value.and_then(|v| v.trim().parse().ok()).ok_or_else(|| source.malformed(tag.start, shown(), "a count"))
+    let shown = || {
+        format!(
+            "{name} = {:?}",
+            excerpt(value.unwrap_or_default().as_bytes())
+        )
+    };
+    value
+        .and_then(|v| v.trim().parse().ok())
+        .ok_or_else(|| source.malformed(tag.start, shown(), "a count"))
 }
 
 /// The longest text directly inside an array, and where the array ends.
 fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize), InputError> {
     let (mut at, mut depth, mut text) = (opening.end, 0_usize, b"".as_slice());
     loop {
-        let missing = || source.truncated(Place::Byte(opening.start as u64), "tag closing a DataArray", 1, 0);
+        let missing = || {
+            source.truncated(
+                Place::Byte(opening.start as u64),
+                "tag closing a DataArray",
+                1,
+                0,
+            )
+        };
         let tag = next_tag(source.data, at).ok_or_else(missing)?;
         let run = source.data[at..tag.start].trim_ascii();
         if depth == 0 && run.len() > text.len() {
@@ -161,10 +195,16 @@ fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize
     }
 }
 
-fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<DataArray<'a>, InputError> {
+fn declared<'a>(
+    source: Source<'_>,
+    tag: &Tag<'_>,
+    text: &'a [u8],
+) -> Result<DataArray<'a>, InputError> {
     let kind = tag.attribute("type").unwrap_or_default();
     let scalar = Scalar::of_vtk(kind);
-    let scalar = scalar.ok_or_else(|| source.malformed(tag.start, format!("type {kind:?}"), "a VTK number type"))?;
+    let scalar = scalar.ok_or_else(|| {
+        source.malformed(tag.start, format!("type {kind:?}"), "a VTK number type")
+    })?;
     let components = match tag.attribute("NumberOfComponents") {
         Some(_) => attribute_count(source, tag, "NumberOfComponents")?,
         None => 1,
@@ -173,9 +213,21 @@ fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<Dat
         "ascii" => Storage::Ascii,
         "binary" => Storage::Base64,
         "appended" => Storage::Appended(attribute_count(source, tag, "offset")?),
-        other => return Err(source.malformed(tag.start, format!("format {other:?}"), "ascii, binary or appended")),
+        other => {
+            return Err(source.malformed(
+                tag.start,
+                format!("format {other:?}"),
+                "ascii, binary or appended",
+            ));
+        }
     };
-    Ok(DataArray { scalar, components, storage, text, offset: tag.start })
+    Ok(DataArray {
+        scalar,
+        components,
+        storage,
+        text,
+        offset: tag.start,
+    })
 }
 
 fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, InputError> {
@@ -190,10 +242,18 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
     let rest = &source.data[tag.end..];
     let blanks = rest.iter().take_while(|b| b.is_ascii_whitespace()).count();
     if rest.get(blanks) != Some(&b'_') {
-        return Err(source.malformed(tag.end + blanks, "no underscore", "an underscore before the appended data"));
+        return Err(source.malformed(
+            tag.end + blanks,
+            "no underscore",
+            "an underscore before the appended data",
+        ));
     }
     let offset = tag.end + blanks + 1;
-    Ok(Appended { raw, data: &source.data[offset..], offset })
+    Ok(Appended {
+        raw,
+        data: &source.data[offset..],
+        offset,
+    })
 }
 
 impl<'a> Arrays<'a> {
@@ -206,54 +266,99 @@ impl<'a> Arrays<'a> {
     ) -> Result<Vec<T>, InputError> {
         let source = self.source;
         if array.storage == Storage::Ascii {
-            let words = array.text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
+            let words = array
+                .text
+                .split(u8::is_ascii_whitespace)
+                .filter(|w| !w.is_empty());
             let value = |word: &[u8]| {
                 let offset = (word.as_ptr() as usize).wrapping_sub(source.data.as_ptr() as usize);
-                from_word(word).ok_or_else(|| source.malformed(offset, format!("\"{}\"", excerpt(word)), NUMBER))
+                from_word(word).ok_or_else(|| {
+                    source.malformed(offset, format!("\"{}\"", excerpt(word)), NUMBER)
+                })
             };
             return words.map(value).collect();
         }
         let (bytes, offset) = self.bytes(array)?;
         let numbers = bytes.chunks_exact(array.scalar.size());
         if !numbers.remainder().is_empty() {
-            return Err(source.malformed(offset, format!("{} bytes", bytes.len()), "a whole number of array elements"));
+            return Err(source.malformed(
+                offset,
+                format!("{} bytes", bytes.len()),
+                "a whole number of array elements",
+            ));
         }
-        Ok(numbers.map(|b| from_bytes(array.scalar, b, self.endian)).collect())
+        Ok(numbers
+            .map(|b| from_bytes(array.scalar, b, self.endian))
+            .collect())
     }
 
     /// The bytes of an array without their counts, and where they begin.
     fn bytes(&self, array: &DataArray<'a>) -> Result<(Cow<'a, [u8]>, usize), InputError> {
         let source = self.source;
         let text = |text: &[u8], offset: usize| {
-            base64::decode(text).ok_or_else(|| source.malformed(offset, "damaged base64", "base64 in groups of four"))
+            base64::decode(text).ok_or_else(|| {
+                source.malformed(offset, "damaged base64", "base64 in groups of four")
+            })
         };
         let (stored, offset): (Cow<'a, [u8]>, usize) = match array.storage {
-            Storage::Ascii | Storage::Base64 => (text(array.text, array.offset)?.into(), array.offset),
+            Storage::Ascii | Storage::Base64 => {
+                (text(array.text, array.offset)?.into(), array.offset)
+            }
             Storage::Appended(at) => {
-                let missing = || source.truncated(Place::Byte(array.offset as u64), "sections of appended data", 1, 0);
+                let missing = || {
+                    source.truncated(
+                        Place::Byte(array.offset as u64),
+                        "sections of appended data",
+                        1,
+                        0,
+                    )
+                };
                 let appended = self.appended.as_ref().ok_or_else(missing)?;
                 let length = appended.data.len() as u64;
-                let rest = usize::try_from(at).ok().and_then(|at| appended.data.get(at..));
+                let rest = usize::try_from(at)
+                    .ok()
+                    .and_then(|at| appended.data.get(at..));
                 let place = Place::Byte(array.offset as u64);
-                let rest = rest.ok_or_else(|| source.truncated(place, "bytes of appended data", at, length))?;
+                let rest = rest
+                    .ok_or_else(|| source.truncated(place, "bytes of appended data", at, length))?;
                 let offset = appended.offset + at as usize;
-                if appended.raw { (rest.into(), offset) } else { (text(rest, offset)?.into(), offset) }
+                if appended.raw {
+                    (rest.into(), offset)
+                } else {
+                    (text(rest, offset)?.into(), offset)
+                }
             }
         };
-        let taken = if self.zlib { self.inflate(&stored, offset)?.into() } else { self.plain(stored, offset)? };
+        let taken = if self.zlib {
+            self.inflate(&stored, offset)?.into()
+        } else {
+            self.plain(stored, offset)?
+        };
         Ok((taken, offset))
     }
 
     /// A count, and what follows it.
     fn count<'s>(&self, stored: &'s [u8], offset: usize) -> Result<(u64, &'s [u8]), InputError> {
-        let scalar = if self.wide_header { Scalar::U64 } else { Scalar::U32 };
+        let scalar = if self.wide_header {
+            Scalar::U64
+        } else {
+            Scalar::U32
+        };
         let short = || self.short(offset, scalar.size() as u64, stored.len() as u64);
         let (head, rest) = stored.split_at_checked(scalar.size()).ok_or_else(short)?;
-        Ok((u64::try_from(scalar.integer(head, self.endian)).unwrap_or(u64::MAX), rest))
+        Ok((
+            u64::try_from(scalar.integer(head, self.endian)).unwrap_or(u64::MAX),
+            rest,
+        ))
     }
 
     fn short(&self, offset: usize, expected: u64, found: u64) -> InputError {
-        self.source.truncated(Place::Byte(offset as u64), "bytes of an array", expected, found)
+        self.source.truncated(
+            Place::Byte(offset as u64),
+            "bytes of an array",
+            expected,
+            found,
+        )
     }
 
     fn plain(&self, stored: Cow<'a, [u8]>, offset: usize) -> Result<Cow<'a, [u8]>, InputError> {
@@ -276,19 +381,31 @@ impl<'a> Arrays<'a> {
         let (block_size, rest) = self.count(rest, offset)?;
         let (_last, mut table) = self.count(rest, offset)?;
         let entry = if self.wide_header { 8 } else { 4 };
-        let start = usize::try_from(blocks).ok().and_then(|n| n.checked_mul(entry)).filter(|n| *n <= table.len());
-        let start = start.ok_or_else(|| self.short(offset, blocks, (table.len() / entry) as u64))?;
+        let start = usize::try_from(blocks)
+            .ok()
+            .and_then(|n| n.checked_mul(entry))
+            .filter(|n| *n <= table.len());
+        let start =
+            start.ok_or_else(|| self.short(offset, blocks, (table.len() / entry) as u64))?;
         let mut data = &table[start..];
         let mut bytes = Vec::new();
         for _ in 0..blocks {
             let length;
             (length, table) = self.count(table, offset)?;
             let short = || self.short(offset, length, data.len() as u64);
-            let split = usize::try_from(length).ok().and_then(|n| data.split_at_checked(n));
+            let split = usize::try_from(length)
+                .ok()
+                .and_then(|n| data.split_at_checked(n));
             let (block, rest) = split.ok_or_else(short)?;
             data = rest;
-            let damaged = |_| self.source.malformed(offset, "damaged zlib data", "a zlib block");
-            ZlibDecoder::new(block).take(block_size).read_to_end(&mut bytes).map_err(damaged)?;
+            let damaged = |_| {
+                self.source
+                    .malformed(offset, "damaged zlib data", "a zlib block")
+            };
+            ZlibDecoder::new(block)
+                .take(block_size)
+                .read_to_end(&mut bytes)
+                .map_err(damaged)?;
         }
         Ok(bytes)
     }
