@@ -91,10 +91,10 @@ impl<'a> Indices<'a> {
     }
 
     /// Adds one row from the next words; what follows them is left alone.
-    pub fn push_words<'w>(
+    pub fn push_words(
         &mut self,
         line: &Line<'_>,
-        words: &mut dyn Iterator<Item = &'w [u8]>,
+        words: &mut dyn Iterator<Item = &[u8]>,
     ) -> Result<(), InputError> {
         for _ in 0..self.width {
             let value = index(self.source, line, words.next(), self.width)?;
@@ -139,7 +139,9 @@ pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<Cell
         3 | 6 => 3,
         4 | 10 => 4,
         _ => {
-            return Err(source.bad_line(&header, "3 or 6 corners (triangles), 4 or 10 (tetrahedra)"));
+            return Err(
+                source.bad_line(&header, "3 or 6 corners (triangles), 4 or 10 (tetrahedra)")
+            );
         }
     };
     let mut cells = Indices::new(

@@ -117,10 +117,10 @@ impl<'a> Collector<'a> {
     }
 
     /// Adds the point whose coordinates are the next words; what follows them is left alone.
-    pub fn push_words<'w>(
+    pub fn push_words(
         &mut self,
         line: &Line<'_>,
-        words: &mut dyn Iterator<Item = &'w [u8]>,
+        words: &mut dyn Iterator<Item = &[u8]>,
     ) -> Result<(), InputError> {
         let mut at = [0.0; 3];
         let dimension = self.dimension();

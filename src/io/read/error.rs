@@ -204,6 +204,14 @@ impl InputError {
         }
     }
 
+    /// The same fault, its place known better.
+    pub(super) fn at(mut self, better: Place) -> Self {
+        if let Self::NotFinite { place, .. } | Self::OutOfRangeIndex { place, .. } = &mut self {
+            *place = better;
+        }
+        self
+    }
+
     /// Where in the file the fault is.
     pub fn place(&self) -> Place {
         match self {

@@ -105,7 +105,7 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
         match (keyword.as_str(), version, &mut nodes) {
             ("$meshformat", None, _) => version = Some(format(source, &mut lines)?),
             ("$nodes", Some(version), None) => {
-                nodes = Some(read_nodes(source, options, &mut lines, version)?)
+                nodes = Some(read_nodes(source, options, &mut lines, version)?);
             }
             ("$elements", Some(version), Some((mesh, tags))) => {
                 let section = Section {
@@ -290,13 +290,13 @@ fn read_elements(
     section.end("$endelements", announced, found)
 }
 
-fn push<'w>(
+fn push(
     source: Source<'_>,
     mesh: &mut Mesh<'_>,
     tags: &Tags,
     element: i64,
     line: &Line<'_>,
-    words: &mut dyn Iterator<Item = &'w [u8]>,
+    words: &mut dyn Iterator<Item = &[u8]>,
 ) -> Result<(), InputError> {
     let kind = kind(element);
     if kind == Kind::Other && mesh.other.is_none() {

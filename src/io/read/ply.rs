@@ -53,7 +53,13 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         size,
     )?;
     match header.endian {
-        None => read_ascii(source, &mut lines, before, (vertex, &axes), &mut points)?,
+        None => {
+            read_ascii(source, &mut lines, before, (vertex, &axes), &mut points)?;
+            let last = header.elements.len() == at + 1;
+            if let Some(line) = lines.find(|line| last && line.words().next().is_some()) {
+                return Err(source.surplus(line.place(), "points", vertex.count));
+            }
+        }
         Some(endian) => {
             let offset = source.data.len() - lines.rest().len();
             let mut cursor = Cursor {
@@ -67,9 +73,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
             read_binary(&mut cursor, (vertex, &axes), &mut points)?;
         }
     }
-    if points.dimension() == 3 {
-        points.note_if_flat();
-    }
+    points.note_if_flat();
     Ok(points.finish())
 }
 

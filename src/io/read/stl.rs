@@ -32,8 +32,8 @@ struct Welder<'a> {
     corners: u64,
 }
 
-/// The corners of all facets, each once, in order of first appearance. If invalid corners are
-/// dropped, points are counted by facet corners.
+/// The corners of all facets, each once, in order of first appearance; indices count them after
+/// welding, invalid corners one by one.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
     let mut welder = Welder {
@@ -115,7 +115,7 @@ fn read_ascii(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputEr
     let mut ended = false;
     let mut in_facet = 0;
     let mut lines = Lines::new(source.data);
-    while let Some(line) = lines.next() {
+    for line in lines.by_ref() {
         match line.keyword().as_str() {
             "vertex" => {
                 in_facet += 1;
@@ -157,13 +157,11 @@ fn push_vertex(
                 format!("three coordinates after `vertex`, not {found}"),
             ));
         };
-        match number(word) {
-            Some(value) => *slot = value,
-            None => {
-                welder.corners += 1;
-                return welder.points.malformed(line, word);
-            }
-        }
+        let Some(value) = number(word) else {
+            welder.corners += 1;
+            return welder.points.malformed(line, word);
+        };
+        *slot = value;
     }
     if words.next().is_some() {
         return Err(source.bad_line(

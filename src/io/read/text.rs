@@ -231,6 +231,23 @@ impl Source<'_> {
         }
     }
 
+    /// The line of a byte.
+    pub fn line_at(&self, offset: usize) -> u64 {
+        let before = &self.data[..offset.min(self.data.len())];
+        before.split(|b| *b == b'\n').count() as u64
+    }
+
+    /// Something at a byte of a text is wrong.
+    pub fn bad_at(&self, offset: usize, text: impl Into<String>, expected: &str) -> InputError {
+        InputError::Syntax {
+            path: self.path.to_owned(),
+            line: self.line_at(offset),
+            column: None,
+            text: text.into(),
+            expected: expected.to_owned(),
+        }
+    }
+
     /// The word as a count: zero or more.
     pub fn count(
         &self,

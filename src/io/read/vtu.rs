@@ -3,12 +3,14 @@
 
 mod arrays;
 mod base64;
+mod decode;
 mod xml;
 
 use super::ReadOptions;
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::mesh::{Kind, Mesh};
+use super::scalar::Scalar;
 use super::text::{Source, integer, number};
 use arrays::{Arrays, DataArray};
 
@@ -34,24 +36,22 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
         return Err(source.truncated(Place::Whole, "point arrays", 1, 0));
     };
     if array.components != 3 {
-        let place = Place::Byte(array.offset as u64);
+        let place = array.place();
         return Err(InputError::UnsupportedDimension {
             path: source.path.to_owned(),
             place,
             found: array.components,
         });
     }
-    let values = grid.values(
-        array,
-        |scalar, bytes, endian| scalar.float(bytes, endian),
-        number,
-    )?;
+    let values = grid.values(array, Scalar::float, number)?;
     let (found, over) = ((values.len() / 3) as u64, values.len() % 3 > 0);
     agree(grid, array, "points", grid.point_count, found, over)?;
-    let place = Place::Byte(array.offset as u64);
+    let place = array.place();
     let mut points = Collector::new(source, options, (place, 3), (found, values.len(), 3))?;
-    for at in values.chunks_exact(3) {
-        points.push(place, at)?;
+    for (i, at) in values.chunks_exact(3).enumerate() {
+        let axis = at.iter().position(|c| !c.is_finite()).unwrap_or(0);
+        let pushed = points.push(place, at);
+        pushed.map_err(|error| error.at(grid.locate(array, 3 * i + axis)))?;
     }
     Ok(points)
 }
@@ -65,7 +65,7 @@ fn agree(
     found: u64,
     over: bool,
 ) -> Result<(), InputError> {
-    let place = Place::Byte(array.offset as u64);
+    let place = array.place();
     if found < announced {
         return Err(grid.source.truncated(place, what, announced, found));
     }
@@ -104,7 +104,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     let Some(array) = &grid.connectivity else {
         return Ok(());
     };
-    let place = Place::Byte(array.offset as u64);
+    let place = array.place();
     let mut start = 0;
     for (end, cell) in offsets.iter().zip(&types) {
         let range = usize::try_from(*end)
@@ -132,8 +132,9 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
             ));
         }
         if let Some(list) = mesh.list(kind) {
-            for node in nodes {
-                list.push(place, i128::from(*node))?;
+            for (i, node) in (start - nodes.len()..).zip(nodes) {
+                let pushed = list.push(place, i128::from(*node));
+                pushed.map_err(|error| error.at(grid.locate(array, i)))?;
             }
         }
     }

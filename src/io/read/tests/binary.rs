@@ -231,3 +231,50 @@ fn vtu_in_all_encodings() {
         bad("a.vtu", ascii.replace(from, to));
     }
 }
+
+#[test]
+fn vtu_appended_base64_and_places() {
+    let mut appended = String::new();
+    let mut offsets = Vec::new();
+    vtu_inline("", "binary", |bytes, _| {
+        offsets.push(appended.len());
+        appended += &base64(&[&(bytes.len() as u32).to_le_bytes(), bytes].concat());
+        String::new()
+    });
+    let array = |kind: &str, name: &str, at: usize| {
+        format!(
+            "<DataArray type='{kind}' Name='{name}' NumberOfComponents='{}' format='appended' offset='{}'/>",
+            if at == 0 { 3 } else { 1 },
+            offsets[at]
+        )
+    };
+    let file = format!(
+        "<VTKFile type='UnstructuredGrid'><UnstructuredGrid><Piece NumberOfPoints='4' NumberOfCells='2'>\
+         <Points>{}</Points><Cells>{}{}{}</Cells></Piece></UnstructuredGrid>\
+         <AppendedData encoding='base64'>_{appended}</AppendedData></VTKFile>",
+        array("Float64", "p", 0),
+        array("Int64", "connectivity", 1),
+        array("Int64", "offsets", 2),
+        array("UInt8", "types", 3)
+    );
+    assert_eq!(space(&good("a.vtu", &file)), CORNERS);
+    assert_eq!(good_cells("a.vtu", &file).cells, [0, 1, 2, 3]);
+    bad("a.vtu", file.replace("_YAAA", "_YAA"));
+
+    let ascii = vtu_inline("", "ascii", |_, text| text.to_owned());
+    assert_eq!(bad("a.vtu", ascii.replace("0.25", "nan")).line(), Some(3));
+    assert_eq!(bad("a.vtu", ascii.replace("0.25", "0,25")).line(), Some(3));
+    let mut raw = vtu_raw(true);
+    let needle = (-2.0_f64).to_le_bytes();
+    let at = raw.windows(8).position(|w| w == needle).unwrap_or(0);
+    raw[at..at + 8].copy_from_slice(&f64::INFINITY.to_le_bytes());
+    let error = bad("a.vtu", &raw);
+    assert!(
+        matches!(error, InputError::NotFinite { place: Place::Byte(b), index: 3, .. } if b == at as u64),
+        "{error}"
+    );
+    assert_eq!(
+        good_with("a.vtu", &raw, &SKIP).source_index,
+        Some(vec![0, 1, 2])
+    );
+}

@@ -1,5 +1,7 @@
 //! Cut, flipped and random bytes: errors, never panics.
 
+use std::fmt::Write as _;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -171,7 +173,10 @@ proptest! {
     #[test]
     fn written_numbers_are_read_back(points in prop::collection::vec(any::<[f64; 3]>(), 1..20)) {
         let finite: Vec<[f64; 3]> = points.into_iter().filter(|p| p.iter().all(|c| c.is_finite())).collect();
-        let text: String = finite.iter().map(|p| format!("{:?} {:e} {}\n", p[0], p[1], p[2])).collect();
+        let mut text = String::new();
+        for [x, y, z] in &finite {
+            let _ = writeln!(text, "{x:?} {y:e} {z}");
+        }
         prop_assert_eq!(space(&good("a.xyz", text)), finite);
     }
 }

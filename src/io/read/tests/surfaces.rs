@@ -66,6 +66,10 @@ fn ply_ascii() {
         InputError::Truncated { found: 1, .. }
     ));
     assert_eq!(bad("a.ply", format!("{z}1 2 3\n4 5\n")).line(), Some(9));
+    assert_eq!(
+        bad("a.ply", format!("{z}1 2 3\n4 5 6\n\n7 8 9\n")).line(),
+        Some(11)
+    );
     assert!(matches!(
         bad("a.ply", format!("{z}1 2 3\n4 nan 5\n")),
         InputError::NotFinite { index: 1, .. }

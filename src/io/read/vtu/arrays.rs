@@ -1,19 +1,13 @@
-//! The arrays of a `.vtu` file and their numbers.
-
-use std::borrow::Cow;
-use std::io::Read;
-
-use flate2::read::ZlibDecoder;
+//! The arrays of a `.vtu` file: where they are and how they are stored.
 
 use super::super::error::{InputError, Place};
 use super::super::scalar::{Endian, Scalar};
-use super::super::text::{NUMBER, Source, excerpt};
-use super::base64;
+use super::super::text::{Source, excerpt};
 use super::xml::{Tag, next_tag};
 
 /// How the numbers of an array are stored.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Storage {
+pub(super) enum Storage {
     Ascii,
     Base64,
     Appended(u64),
@@ -21,43 +15,44 @@ enum Storage {
 
 /// One array, not yet decoded.
 pub(super) struct DataArray<'a> {
-    scalar: Scalar,
+    pub scalar: Scalar,
     /// Numbers per row.
     pub components: u64,
-    storage: Storage,
+    pub storage: Storage,
     /// What stands between its tags.
-    text: &'a [u8],
-    /// Where it is declared.
+    pub text: &'a [u8],
+    /// Where it is declared, and on which line.
     pub offset: usize,
+    pub line: u64,
 }
 
 /// The appended data: after the underscore.
-struct Appended<'a> {
-    raw: bool,
-    data: &'a [u8],
-    offset: usize,
+pub(super) struct Appended<'a> {
+    pub raw: bool,
+    pub data: &'a [u8],
+    pub offset: usize,
 }
 
 /// The file's arrays that matter.
 pub(super) struct Arrays<'a> {
     pub source: Source<'a>,
-    endian: Endian,
-    wide_header: bool,
-    zlib: bool,
+    pub endian: Endian,
+    pub wide_header: bool,
+    pub zlib: bool,
     pub point_count: u64,
     pub cell_count: u64,
     pub points: Option<DataArray<'a>>,
     pub connectivity: Option<DataArray<'a>>,
     pub offsets: Option<DataArray<'a>>,
     pub types: Option<DataArray<'a>>,
-    appended: Option<Appended<'a>>,
+    pub appended: Option<Appended<'a>>,
 }
 
 /// Finds the arrays.
 pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     let data = source.data;
-    let root = loop_to(data, b"VTKFile")
-        .ok_or_else(|| source.malformed(0, "no tag VTKFile", "a VTK XML file"))?;
+    let root = first_tag(data, b"VTKFile")
+        .ok_or_else(|| source.bad_at(0, "no tag VTKFile", "a VTK XML file"))?;
     let mut grid = root_of(source, &root)?;
     let mut at = root.end;
     let mut section: &[u8] = b"";
@@ -100,9 +95,9 @@ pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     }
     match pieces {
         1 => Ok(grid),
-        0 => Err(source.truncated(Place::Byte(data.len() as u64), "pieces", 1, 0)),
+        0 => Err(source.truncated(Place::Line(source.line_at(data.len())), "pieces", 1, 0)),
         _ => Err(source.unsupported(
-            Place::Byte(at as u64),
+            Place::Line(source.line_at(at)),
             format!("a .vtu file of {pieces} pieces"),
             "merge the pieces",
         )),
@@ -110,7 +105,7 @@ pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
 }
 
 /// The first tag of this name.
-fn loop_to<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
+fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
     let mut tag = next_tag(data, 0)?;
     while tag.name != name {
         tag = next_tag(data, tag.end)?;
@@ -119,17 +114,17 @@ fn loop_to<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
 }
 
 fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputError> {
-    let place = Place::Byte(root.start as u64);
+    let place = Place::Line(source.line_at(root.start));
     if root.attribute("type") != Some("UnstructuredGrid") {
         let what = format!(
-            "VTK data of type {:?}",
+            "VTK data of type {}",
             root.attribute("type").unwrap_or_default()
         );
         return Err(source.unsupported(place, what, "save an unstructured grid (.vtu)"));
     }
     let compressor = root.attribute("compressor");
     if compressor.is_some_and(|c| c != "vtkZLibDataCompressor" && !c.is_empty()) {
-        let what = format!("compression by {:?}", compressor.unwrap_or_default());
+        let what = format!("compression by {}", compressor.unwrap_or_default());
         return Err(source.unsupported(place, what, "save it uncompressed or with zlib"));
     }
     Ok(Arrays {
@@ -157,15 +152,10 @@ fn attribute_count(
     name: &'static str,
 ) -> Result<u64, InputError> {
     let value = tag.attribute(name);
-    let shown = || {
-        format!(
-            "{name} = {:?}",
-            excerpt(value.unwrap_or_default().as_bytes())
-        )
-    };
+    let shown = || format!("{name} = {}", excerpt(value.unwrap_or_default().as_bytes()));
     value
         .and_then(|v| v.trim().parse().ok())
-        .ok_or_else(|| source.malformed(tag.start, shown(), "a count"))
+        .ok_or_else(|| source.bad_at(tag.start, shown(), "a count"))
 }
 
 /// The longest text directly inside an array, and where the array ends.
@@ -174,7 +164,7 @@ fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize
     loop {
         let missing = || {
             source.truncated(
-                Place::Byte(opening.start as u64),
+                Place::Line(source.line_at(opening.start)),
                 "tag closing a DataArray",
                 1,
                 0,
@@ -202,9 +192,8 @@ fn declared<'a>(
 ) -> Result<DataArray<'a>, InputError> {
     let kind = tag.attribute("type").unwrap_or_default();
     let scalar = Scalar::of_vtk(kind);
-    let scalar = scalar.ok_or_else(|| {
-        source.malformed(tag.start, format!("type {kind:?}"), "a VTK number type")
-    })?;
+    let scalar = scalar
+        .ok_or_else(|| source.bad_at(tag.start, format!("type {kind}"), "a VTK number type"))?;
     let components = match tag.attribute("NumberOfComponents") {
         Some(_) => attribute_count(source, tag, "NumberOfComponents")?,
         None => 1,
@@ -214,9 +203,9 @@ fn declared<'a>(
         "binary" => Storage::Base64,
         "appended" => Storage::Appended(attribute_count(source, tag, "offset")?),
         other => {
-            return Err(source.malformed(
+            return Err(source.bad_at(
                 tag.start,
-                format!("format {other:?}"),
+                format!("format {other}"),
                 "ascii, binary or appended",
             ));
         }
@@ -227,6 +216,7 @@ fn declared<'a>(
         storage,
         text,
         offset: tag.start,
+        line: source.line_at(tag.start),
     })
 }
 
@@ -235,14 +225,14 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
         Some("raw") => true,
         Some("base64") => false,
         other => {
-            let found = format!("encoding {:?}", other.unwrap_or_default());
-            return Err(source.malformed(tag.start, found, "raw or base64"));
+            let found = format!("encoding {}", other.unwrap_or_default());
+            return Err(source.bad_at(tag.start, found, "raw or base64"));
         }
     };
     let rest = &source.data[tag.end..];
     let blanks = rest.iter().take_while(|b| b.is_ascii_whitespace()).count();
     if rest.get(blanks) != Some(&b'_') {
-        return Err(source.malformed(
+        return Err(source.bad_at(
             tag.end + blanks,
             "no underscore",
             "an underscore before the appended data",
@@ -256,157 +246,9 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
     })
 }
 
-impl<'a> Arrays<'a> {
-    /// All numbers of an array.
-    pub fn values<T>(
-        &self,
-        array: &DataArray<'a>,
-        from_bytes: impl Fn(Scalar, &[u8], Endian) -> T,
-        from_word: impl Fn(&[u8]) -> Option<T>,
-    ) -> Result<Vec<T>, InputError> {
-        let source = self.source;
-        if array.storage == Storage::Ascii {
-            let words = array
-                .text
-                .split(u8::is_ascii_whitespace)
-                .filter(|w| !w.is_empty());
-            let value = |word: &[u8]| {
-                let offset = (word.as_ptr() as usize).wrapping_sub(source.data.as_ptr() as usize);
-                from_word(word).ok_or_else(|| {
-                    source.malformed(offset, format!("\"{}\"", excerpt(word)), NUMBER)
-                })
-            };
-            return words.map(value).collect();
-        }
-        let (bytes, offset) = self.bytes(array)?;
-        let numbers = bytes.chunks_exact(array.scalar.size());
-        if !numbers.remainder().is_empty() {
-            return Err(source.malformed(
-                offset,
-                format!("{} bytes", bytes.len()),
-                "a whole number of array elements",
-            ));
-        }
-        Ok(numbers
-            .map(|b| from_bytes(array.scalar, b, self.endian))
-            .collect())
-    }
-
-    /// The bytes of an array without their counts, and where they begin.
-    fn bytes(&self, array: &DataArray<'a>) -> Result<(Cow<'a, [u8]>, usize), InputError> {
-        let source = self.source;
-        let text = |text: &[u8], offset: usize| {
-            base64::decode(text).ok_or_else(|| {
-                source.malformed(offset, "damaged base64", "base64 in groups of four")
-            })
-        };
-        let (stored, offset): (Cow<'a, [u8]>, usize) = match array.storage {
-            Storage::Ascii | Storage::Base64 => {
-                (text(array.text, array.offset)?.into(), array.offset)
-            }
-            Storage::Appended(at) => {
-                let missing = || {
-                    source.truncated(
-                        Place::Byte(array.offset as u64),
-                        "sections of appended data",
-                        1,
-                        0,
-                    )
-                };
-                let appended = self.appended.as_ref().ok_or_else(missing)?;
-                let length = appended.data.len() as u64;
-                let rest = usize::try_from(at)
-                    .ok()
-                    .and_then(|at| appended.data.get(at..));
-                let place = Place::Byte(array.offset as u64);
-                let rest = rest
-                    .ok_or_else(|| source.truncated(place, "bytes of appended data", at, length))?;
-                let offset = appended.offset + at as usize;
-                if appended.raw {
-                    (rest.into(), offset)
-                } else {
-                    (text(rest, offset)?.into(), offset)
-                }
-            }
-        };
-        let taken = if self.zlib {
-            self.inflate(&stored, offset)?.into()
-        } else {
-            self.plain(stored, offset)?
-        };
-        Ok((taken, offset))
-    }
-
-    /// A count, and what follows it.
-    fn count<'s>(&self, stored: &'s [u8], offset: usize) -> Result<(u64, &'s [u8]), InputError> {
-        let scalar = if self.wide_header {
-            Scalar::U64
-        } else {
-            Scalar::U32
-        };
-        let short = || self.short(offset, scalar.size() as u64, stored.len() as u64);
-        let (head, rest) = stored.split_at_checked(scalar.size()).ok_or_else(short)?;
-        Ok((
-            u64::try_from(scalar.integer(head, self.endian)).unwrap_or(u64::MAX),
-            rest,
-        ))
-    }
-
-    fn short(&self, offset: usize, expected: u64, found: u64) -> InputError {
-        self.source.truncated(
-            Place::Byte(offset as u64),
-            "bytes of an array",
-            expected,
-            found,
-        )
-    }
-
-    fn plain(&self, stored: Cow<'a, [u8]>, offset: usize) -> Result<Cow<'a, [u8]>, InputError> {
-        let (length, rest) = self.count(&stored, offset)?;
-        let found = rest.len() as u64;
-        if length > found {
-            return Err(self.short(offset, length, found));
-        }
-        let start = stored.len() - rest.len();
-        let range = start..start + length as usize;
-        Ok(match stored {
-            Cow::Borrowed(stored) => Cow::Borrowed(&stored[range]),
-            Cow::Owned(stored) => Cow::Owned(stored[range].to_vec()),
-        })
-    }
-
-    /// Blocks, each preceded in a table by its compressed length.
-    fn inflate(&self, stored: &[u8], offset: usize) -> Result<Vec<u8>, InputError> {
-        let (blocks, rest) = self.count(stored, offset)?;
-        let (block_size, rest) = self.count(rest, offset)?;
-        let (_last, mut table) = self.count(rest, offset)?;
-        let entry = if self.wide_header { 8 } else { 4 };
-        let start = usize::try_from(blocks)
-            .ok()
-            .and_then(|n| n.checked_mul(entry))
-            .filter(|n| *n <= table.len());
-        let start =
-            start.ok_or_else(|| self.short(offset, blocks, (table.len() / entry) as u64))?;
-        let mut data = &table[start..];
-        let mut bytes = Vec::new();
-        for _ in 0..blocks {
-            let length;
-            (length, table) = self.count(table, offset)?;
-            let short = || self.short(offset, length, data.len() as u64);
-            let split = usize::try_from(length)
-                .ok()
-                .and_then(|n| data.split_at_checked(n));
-            let (block, rest) = split.ok_or_else(short)?;
-            data = rest;
-            let damaged = |_| {
-                self.source
-                    .malformed(offset, "damaged zlib data", "a zlib block")
-            };
-            ZlibDecoder::new(block)
-                .take(block_size)
-                .read_to_end(&mut bytes)
-                .map_err(damaged)?;
-        }
-        Ok(bytes)
+impl DataArray<'_> {
+    /// The line that declares it.
+    pub fn place(&self) -> Place {
+        Place::Line(self.line)
     }
 }
