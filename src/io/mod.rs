@@ -1,0 +1,3 @@
+//! Files: reading point sets and cell lists, writing triangulations.
+
+pub mod read;

@@ -1,0 +1,199 @@
+//! Gathering points: finiteness, signed zeros, dropped rows, and memory in bounds.
+
+use glam::{DVec2, DVec3};
+
+use super::error::{InputError, Place};
+use super::text::{Line, NUMBER, Source, number};
+use super::{PointFile, ReadOptions};
+use crate::model::Points;
+
+/// The points read so far.
+pub(super) struct Collector<'a> {
+    source: Source<'a>,
+    points: Points,
+    skip_invalid: bool,
+    /// Points met, dropped ones included.
+    pub met: u64,
+    skipped: usize,
+    /// Filled from the first dropped point on.
+    kept: Vec<u64>,
+    pub notes: Vec<String>,
+    pub first_id: u64,
+}
+
+impl<'a> Collector<'a> {
+    /// For points of `dimension` coordinates of which the options may ask for fewer. `announced`
+    /// points are believed only as far as `bytes` of file, at `least` bytes a point, can hold them.
+    pub fn new(
+        source: Source<'a>,
+        options: &ReadOptions,
+        (place, dimension): (Place, usize),
+        (announced, bytes, least): (u64, usize, usize),
+    ) -> Result<Self, InputError> {
+        let path = || source.path.to_owned();
+        if dimension < 2 {
+            return Err(InputError::UnsupportedDimension {
+                path: path(),
+                place,
+                found: dimension as u64,
+            });
+        }
+        let used = options.dimension.unwrap_or(dimension.min(3));
+        if used > dimension {
+            return Err(InputError::MixedDimension {
+                path: path(),
+                place,
+                expected: used,
+                found: dimension,
+            });
+        }
+        let capacity = usize::try_from(announced)
+            .unwrap_or(usize::MAX)
+            .min(bytes / least.max(1) + 1);
+        let (mut plane, mut space) = (Vec::new(), Vec::new());
+        let reserved = if used == 2 {
+            plane.try_reserve(capacity)
+        } else {
+            space.try_reserve(capacity)
+        };
+        if reserved.is_err() {
+            let bytes = (capacity as u64).saturating_mul(8 * used as u64);
+            return Err(InputError::OutOfMemory {
+                path: path(),
+                bytes,
+            });
+        }
+        let points = if used == 2 {
+            Points::Plane(plane)
+        } else {
+            Points::Space(space)
+        };
+        Ok(Collector {
+            source,
+            points,
+            skip_invalid: options.skip_invalid,
+            met: 0,
+            skipped: 0,
+            kept: Vec::new(),
+            notes: Vec::new(),
+            first_id: 0,
+        })
+    }
+
+    /// Coordinates kept of each point: 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.points.dimension()
+    }
+
+    /// Adds a point of at least `dimension` coordinates.
+    pub fn push(&mut self, place: Place, at: &[f64]) -> Result<(), InputError> {
+        let found = at.len();
+        let at = at
+            .get(..self.dimension())
+            .ok_or_else(|| self.mixed(place, found))?;
+        if let Some(value) = at.iter().find(|c| !c.is_finite()) {
+            if self.skip_invalid {
+                self.drop_one();
+                return Ok(());
+            }
+            let (path, index) = (self.source.path.to_owned(), self.met);
+            return Err(InputError::NotFinite {
+                path,
+                place,
+                index,
+                value: *value,
+            });
+        }
+        // Adding zero makes 0.0 of -0.0 and leaves every other number alone.
+        match &mut self.points {
+            Points::Plane(points) => points.push(DVec2::new(at[0] + 0.0, at[1] + 0.0)),
+            Points::Space(points) => points.push(DVec3::new(at[0] + 0.0, at[1] + 0.0, at[2] + 0.0)),
+        }
+        if self.skipped > 0 {
+            self.kept.push(self.met);
+        }
+        self.met += 1;
+        Ok(())
+    }
+
+    /// Adds the point whose coordinates are the next words; what follows them is left alone.
+    pub fn push_words(
+        &mut self,
+        line: &Line<'_>,
+        words: &mut dyn Iterator<Item = &[u8]>,
+    ) -> Result<(), InputError> {
+        let mut at = [0.0; 3];
+        let dimension = self.dimension();
+        let mut bad = None;
+        for (found, slot) in at[..dimension].iter_mut().enumerate() {
+            let Some(word) = words.next() else {
+                return Err(self.mixed(line.place(), found));
+            };
+            match number(word) {
+                Some(value) => *slot = value,
+                None => bad = bad.or(Some(word)),
+            }
+        }
+        match bad {
+            None => self.push(line.place(), &at[..dimension]),
+            Some(word) => self.malformed(line, word),
+        }
+    }
+
+    /// A row whose number cannot be read: dropped where that is allowed.
+    pub fn malformed(&mut self, line: &Line<'_>, word: &[u8]) -> Result<(), InputError> {
+        if !self.skip_invalid {
+            return Err(self.source.bad_word(line, word, NUMBER));
+        }
+        self.drop_one();
+        Ok(())
+    }
+
+    fn drop_one(&mut self) {
+        if self.skipped == 0 {
+            self.kept.extend(0..self.met);
+        }
+        self.skipped += 1;
+        self.met += 1;
+    }
+
+    /// A row with another number of coordinates.
+    pub fn mixed(&self, place: Place, found: usize) -> InputError {
+        InputError::MixedDimension {
+            path: self.source.path.to_owned(),
+            place,
+            expected: self.dimension(),
+            found,
+        }
+    }
+
+    /// All announced points must have been met.
+    pub fn complete(&self, place: Place, announced: u64) -> Result<(), InputError> {
+        if self.met < announced {
+            return Err(self.source.truncated(place, "points", announced, self.met));
+        }
+        Ok(())
+    }
+
+    /// A line for the user if space was given but everything lies at z = 0.
+    pub fn note_if_flat(&mut self) {
+        if let Points::Space(points) = &self.points
+            && !points.is_empty()
+            && points.iter().all(|p| p.z == 0.0)
+        {
+            self.notes
+                .push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
+        }
+    }
+
+    /// The result.
+    pub fn finish(self) -> PointFile {
+        PointFile {
+            points: self.points,
+            notes: self.notes,
+            skipped: self.skipped,
+            source_index: (self.skipped > 0).then_some(self.kept),
+            first_id: self.first_id,
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Getting the bytes: files, standard input, gzip, progress.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+use super::Progress;
+use super::error::InputError;
+
+/// Bytes between two calls of the progress function.
+const STEP: usize = 1 << 20;
+
+/// Counts what passes, and tells the progress function about it.
+struct Counting<'a, R> {
+    inner: R,
+    read: u64,
+    told: u64,
+    total: Option<u64>,
+    progress: &'a mut Progress<'a>,
+    /// Did the reader itself fail (and not the decoder behind it)?
+    failed: bool,
+}
+
+impl<R: Read> Read for Counting<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let got = self.inner.read(buffer).inspect_err(|error| {
+            self.failed = error.kind() != io::ErrorKind::Interrupted;
+        })?;
+        self.read += got as u64;
+        if self.read - self.told >= STEP as u64 || (got == 0 && self.read > self.told) {
+            self.told = self.read;
+            (self.progress)(self.read, self.total);
+        }
+        Ok(got)
+    }
+}
+
+/// All bytes of a file (`-`: standard input), gunzipped where it begins as gzip.
+pub(super) fn load(
+    path: &Path,
+    zipped: bool,
+    progress: &mut Progress<'_>,
+) -> Result<Vec<u8>, InputError> {
+    if path.as_os_str() == "-" {
+        return load_from(io::stdin().lock(), path, None, zipped, progress);
+    }
+    let unreadable = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => InputError::Missing {
+            path: path.to_owned(),
+        },
+        _ => InputError::Unreadable {
+            path: path.to_owned(),
+            source,
+        },
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let meta = file.metadata().map_err(unreadable)?;
+    if meta.is_dir() {
+        return Err(unreadable(io::Error::from(io::ErrorKind::IsADirectory)));
+    }
+    let total = meta.is_file().then_some(meta.len());
+    load_from(file, path, total, zipped, progress)
+}
+
+/// All bytes of a reader, gunzipped where they begin as gzip. `zipped`: the name promises gzip.
+pub(super) fn load_from<R: Read>(
+    reader: R,
+    path: &Path,
+    total: Option<u64>,
+    zipped: bool,
+    progress: &mut Progress<'_>,
+) -> Result<Vec<u8>, InputError> {
+    let mut step = |read: u64, total: Option<u64>| progress(read, total);
+    let mut input = Counting {
+        inner: reader,
+        read: 0,
+        told: 0,
+        total,
+        progress: &mut step,
+        failed: false,
+    };
+    let unreadable = |source| InputError::Unreadable {
+        path: path.to_owned(),
+        source,
+    };
+    let mut head = Vec::new();
+    input
+        .by_ref()
+        .take(2)
+        .read_to_end(&mut head)
+        .map_err(unreadable)?;
+    if head == [0x1f, 0x8b] {
+        let mut data = Vec::new();
+        let drained = drain(
+            &mut MultiGzDecoder::new(head.as_slice().chain(&mut input)),
+            &mut data,
+            path,
+        );
+        return match drained {
+            Ok(()) => Ok(data),
+            Err(InputError::Unreadable { path, source }) if !input.failed => {
+                Err(InputError::Gzip { path, source })
+            }
+            Err(error) => Err(error),
+        };
+    }
+    if zipped {
+        let source = io::Error::new(
+            io::ErrorKind::InvalidData,
+            "the file does not begin as gzip",
+        );
+        return Err(InputError::Gzip {
+            path: path.to_owned(),
+            source,
+        });
+    }
+    let mut data = head;
+    reserve(&mut data, total.unwrap_or(0), path)?;
+    drain(&mut input, &mut data, path)?;
+    Ok(data)
+}
+
+/// Reads to the end in large steps, refusing (not aborting) when memory runs out.
+fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(), InputError> {
+    loop {
+        if data.capacity() - data.len() < STEP {
+            let more = data.len().max(STEP) as u64;
+            reserve(data, more, path)?;
+        }
+        let before = data.len();
+        let got = reader.by_ref().take(STEP as u64).read_to_end(data);
+        got.map_err(|source| InputError::Unreadable {
+            path: path.to_owned(),
+            source,
+        })?;
+        if data.len() == before {
+            return Ok(());
+        }
+    }
+}
+
+fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
+    let refused = || InputError::OutOfMemory {
+        path: path.to_owned(),
+        bytes,
+    };
+    // One step more, so that finding the end needs no growth.
+    let wanted = usize::try_from(bytes)
+        .map_err(|_| refused())?
+        .saturating_add(STEP);
+    data.try_reserve(wanted).map_err(|_| refused())
+}

@@ -1,0 +1,124 @@
+//! Files of points and cells together, seen as either.
+
+use super::cells::{CellFile, CellOptions, Indices};
+use super::collect::Collector;
+use super::error::{InputError, Place};
+use super::text::Source;
+use super::{PointFile, ReadOptions};
+use crate::model::Points;
+
+/// A mesh as read.
+pub(super) struct Mesh<'a> {
+    pub source: Source<'a>,
+    pub points: Collector<'a>,
+    pub triangles: Indices<'a>,
+    pub tetrahedra: Indices<'a>,
+    /// The first cell that is neither triangle nor tetrahedron (nor point nor line), and its name.
+    pub other: Option<(Place, String)>,
+}
+
+/// The kinds of cell that matter.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Points and lines: passed over.
+    Lower,
+    Triangle,
+    Tetrahedron,
+    Other,
+}
+
+impl<'a> Mesh<'a> {
+    /// A mesh of these points, its cells yet to come; `first` is the file's id of point 0.
+    pub fn new(source: Source<'a>, points: Collector<'a>, first: u64) -> Self {
+        let limit = Some(points.met);
+        let list = |width| Indices::new(source, width, first, limit);
+        Mesh {
+            source,
+            points,
+            triangles: list(3),
+            tetrahedra: list(4),
+            other: None,
+        }
+    }
+
+    /// The list a cell of this kind belongs to.
+    pub fn list(&mut self, kind: Kind) -> Option<&mut Indices<'a>> {
+        match kind {
+            Kind::Triangle => Some(&mut self.triangles),
+            Kind::Tetrahedron => Some(&mut self.tetrahedra),
+            Kind::Lower | Kind::Other => None,
+        }
+    }
+
+    /// The points; those of a triangle mesh at z = 0 are points of the plane.
+    pub fn into_points(self, options: &ReadOptions) -> Result<PointFile, InputError> {
+        let planar =
+            self.triangles.rows() > 0 && self.tetrahedra.rows() == 0 && self.other.is_none();
+        let mut file = self.points.finish();
+        let Points::Space(space) = &file.points else {
+            if options.dimension == Some(3) {
+                let path = self.source.path.to_owned();
+                return Err(InputError::MixedDimension {
+                    path,
+                    place: Place::Whole,
+                    expected: 3,
+                    found: 2,
+                });
+            }
+            return Ok(file);
+        };
+        let lifted = space.iter().filter(|p| p.z != 0.0).count();
+        let plane = match options.dimension {
+            Some(dimension) => dimension == 2,
+            None => planar && lifted == 0,
+        };
+        if plane {
+            if lifted > 0 {
+                file.notes.push(format!(
+                    "z is dropped, though it is not 0 for {lifted} points"
+                ));
+            }
+            file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
+        } else if lifted == 0 && !space.is_empty() {
+            file.notes
+                .push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
+        }
+        Ok(file)
+    }
+
+    /// The cells: tetrahedra if there are any (or are asked for), else triangles.
+    pub fn into_cells(self, options: &CellOptions) -> Result<CellFile, InputError> {
+        let solid = self.tetrahedra.rows() > 0;
+        let dimension = options
+            .dimension
+            .unwrap_or(if solid || self.triangles.rows() == 0 {
+                3
+            } else {
+                2
+            });
+        if let Some((place, what)) = self.other {
+            return Err(self.source.unsupported(
+                place,
+                what,
+                "only triangles and tetrahedra can be verified",
+            ));
+        }
+        let mut notes = Vec::new();
+        if dimension == 3 {
+            if self.triangles.rows() > 0 {
+                notes.push(format!(
+                    "{} triangles beside the tetrahedra are ignored",
+                    self.triangles.rows()
+                ));
+            }
+            return Ok(self.tetrahedra.finish(notes));
+        }
+        if solid {
+            notes.push(format!(
+                "{} tetrahedra beside the triangles are ignored",
+                self.tetrahedra.rows()
+            ));
+        }
+        Ok(self.triangles.finish(notes))
+    }
+}

@@ -1,0 +1,67 @@
+//! TetGen and Triangle `.node` points.
+
+use super::collect::Collector;
+use super::error::{InputError, Place};
+use super::text::{Lines, Source, integer};
+use super::{PointFile, ReadOptions};
+
+/// `count dimension [attributes [marker]]`, then `id x y [z] …` with ids rising by one from 0 or 1.
+pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
+    const HEADER: &str = "the header `points dimension attributes marker`";
+    let mut lines = Lines::new(source.data);
+    let header = lines
+        .next_data()
+        .ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
+    let mut words = header.words();
+    let announced = source.count(&header, words.next(), HEADER)?;
+    let dimension = source.count(&header, words.next(), HEADER)?;
+    let attributes = words
+        .next()
+        .map_or(Ok(0), |w| source.count(&header, Some(w), HEADER))?;
+    let marker = words
+        .next()
+        .map_or(Ok(0), |w| source.count(&header, Some(w), HEADER))?;
+    if !(2..=3).contains(&dimension) {
+        let (path, place) = (source.path.to_owned(), header.place());
+        return Err(InputError::UnsupportedDimension {
+            path,
+            place,
+            found: dimension,
+        });
+    }
+    let dimension = dimension as usize;
+    let size = (announced, lines.rest().len(), 2 + 2 * dimension);
+    let mut points = Collector::new(source, options, (header.place(), dimension), size)?;
+    while let Some(line) = lines.next_data() {
+        if points.met == announced {
+            return Err(source.surplus(line.place(), "points", announced));
+        }
+        let mut words = line.words();
+        let word = words.next().unwrap_or_default();
+        let id = integer(word).and_then(|id| u64::try_from(id).ok());
+        if points.met == 0 && matches!(id, Some(0 | 1)) {
+            points.first_id = id.unwrap_or(0);
+        }
+        let due = points.first_id + points.met;
+        if id != Some(due) {
+            let expected = if points.met == 0 {
+                "the point id 0 or 1".to_owned()
+            } else {
+                format!("the point id {due}")
+            };
+            return Err(source.bad_word(&line, word, expected));
+        }
+        if line.words().count() <= dimension {
+            let found = line.words().count() - 1;
+            return Err(points.mixed(line.place(), found));
+        }
+        points.push_words(&line, &mut words)?;
+    }
+    points.complete(Place::Line(lines.number()), announced)?;
+    if attributes > 0 || marker > 0 {
+        points.notes.push(format!(
+            "{attributes} attributes and {marker} boundary markers a point are ignored"
+        ));
+    }
+    Ok(points.finish())
+}

@@ -1,0 +1,129 @@
+//! Geomview `.off`: vertices, and triangles as cells of the plane.
+
+use super::cells::{CellFile, Indices};
+use super::collect::Collector;
+use super::error::{InputError, Place};
+use super::text::{Line, Lines, NUMBER, Source, excerpt, number};
+use super::{PointFile, ReadOptions};
+
+/// Is the word `OFF` with any of the prefixes `ST`, `C`, `N`, `4`, `n`?
+pub(super) fn is_keyword(word: &[u8]) -> bool {
+    let prefix = word.strip_suffix(b"OFF");
+    prefix.is_some_and(|p| {
+        p.len() <= 6
+            && p.iter()
+                .all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'))
+    })
+}
+
+/// Where the counts stand, and the numbers of vertices and faces.
+struct Header<'a> {
+    line: Line<'a>,
+    vertices: u64,
+    faces: u64,
+}
+
+fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, InputError> {
+    const COUNTS: &str = "the counts of vertices, faces and edges";
+    let missing = || source.truncated(Place::Line(1), "header line", 1, 0);
+    let mut line = lines.next_data().ok_or_else(missing)?;
+    let mut words = line.words();
+    let mut word = words.next();
+    if let Some(keyword) = word.filter(|w| is_keyword(w)) {
+        if keyword.contains(&b'4') || keyword.contains(&b'n') {
+            let what = format!(
+                "{}, points of homogeneous or free dimension,",
+                excerpt(keyword)
+            );
+            return Err(source.unsupported(line.place(), what, "save as plain OFF"));
+        }
+        word = words.next();
+        if word == Some(b"BINARY".as_slice()) {
+            return Err(source.unsupported(
+                line.place(),
+                "binary OFF",
+                "save as ASCII OFF, or as PLY",
+            ));
+        }
+        if word.is_none() {
+            line = lines.next_data().ok_or_else(|| {
+                source.truncated(Place::Line(lines.number()), "header line", 1, 0)
+            })?;
+            words = line.words();
+            word = words.next();
+        }
+    } else if word.and_then(number).is_none() {
+        return Err(source.bad_line(&line, "the keyword OFF"));
+    }
+    let vertices = source.count(&line, word, COUNTS)?;
+    let faces = source.count(&line, words.next(), COUNTS)?;
+    Ok(Header {
+        line,
+        vertices,
+        faces,
+    })
+}
+
+/// The vertices.
+pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
+    let mut lines = Lines::new(source.data);
+    let header = header(source, &mut lines)?;
+    let size = (header.vertices, lines.rest().len(), 6);
+    let mut points = Collector::new(source, options, (header.line.place(), 3), size)?;
+    let mut extra = false;
+    while points.met < header.vertices {
+        let Some(line) = lines.next_data() else { break };
+        let mut words = line.words();
+        points.push_words(&line, &mut words)?;
+        extra |= words.next().is_some() && points.dimension() == 3;
+    }
+    points.complete(Place::Line(lines.number()), header.vertices)?;
+    if header.faces == 0
+        && let Some(line) = lines.next_data()
+    {
+        return Err(source.surplus(line.place(), "points", header.vertices));
+    }
+    if extra {
+        points
+            .notes
+            .push("colours or normals after the coordinates are ignored".to_owned());
+    }
+    points.note_if_flat();
+    Ok(points.finish())
+}
+
+/// The faces, all of which must be triangles.
+pub(super) fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
+    let mut lines = Lines::new(source.data);
+    let header = header(source, &mut lines)?;
+    for found in 0..header.vertices {
+        let Some(line) = lines.next_data() else {
+            return Err(source.truncated(
+                Place::Line(lines.number()),
+                "points",
+                header.vertices,
+                found,
+            ));
+        };
+        if line.words().next().and_then(number).is_none() {
+            return Err(source.bad_line(&line, NUMBER));
+        }
+    }
+    let mut cells = Indices::new(source, 3, 0, Some(header.vertices));
+    while cells.rows() < header.faces {
+        let Some(line) = lines.next_data() else {
+            return Err(source.truncated(
+                Place::Line(lines.number()),
+                "faces",
+                header.faces,
+                cells.rows(),
+            ));
+        };
+        let mut words = line.words();
+        if words.next() != Some(b"3".as_slice()) {
+            return Err(source.bad_line(&line, "a triangle `3 a b c` (only triangles are cells)"));
+        }
+        cells.push_words(&line, &mut words)?;
+    }
+    Ok(cells.finish(Vec::new()))
+}

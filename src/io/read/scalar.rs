@@ -1,0 +1,133 @@
+//! Numbers of binary files.
+
+/// Order of the bytes of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Endian {
+    Little,
+    Big,
+}
+
+/// A number type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    /// By the name in a PLY header.
+    pub fn of_ply(name: &[u8]) -> Option<Scalar> {
+        Some(match name {
+            b"char" | b"int8" => Scalar::I8,
+            b"uchar" | b"uint8" => Scalar::U8,
+            b"short" | b"int16" => Scalar::I16,
+            b"ushort" | b"uint16" => Scalar::U16,
+            b"int" | b"int32" => Scalar::I32,
+            b"uint" | b"uint32" => Scalar::U32,
+            b"float" | b"float32" => Scalar::F32,
+            b"double" | b"float64" => Scalar::F64,
+            b"int64" => Scalar::I64,
+            b"uint64" => Scalar::U64,
+            _ => return None,
+        })
+    }
+
+    /// By the name in a VTK file.
+    pub fn of_vtk(name: &str) -> Option<Scalar> {
+        Some(match name {
+            "Int8" => Scalar::I8,
+            "UInt8" => Scalar::U8,
+            "Int16" => Scalar::I16,
+            "UInt16" => Scalar::U16,
+            "Int32" => Scalar::I32,
+            "UInt32" => Scalar::U32,
+            "Int64" => Scalar::I64,
+            "UInt64" => Scalar::U64,
+            "Float32" => Scalar::F32,
+            "Float64" => Scalar::F64,
+            _ => return None,
+        })
+    }
+
+    /// By the kind and size in a `NumPy` type, the byte order taken away.
+    pub fn of_numpy(name: &[u8]) -> Option<Scalar> {
+        Some(match name {
+            b"i1" => Scalar::I8,
+            b"u1" => Scalar::U8,
+            b"i2" => Scalar::I16,
+            b"u2" => Scalar::U16,
+            b"i4" => Scalar::I32,
+            b"u4" => Scalar::U32,
+            b"i8" => Scalar::I64,
+            b"u8" => Scalar::U64,
+            b"f4" => Scalar::F32,
+            b"f8" => Scalar::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of one number.
+    pub fn size(self) -> usize {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
+        }
+    }
+
+    pub fn is_integer(self) -> bool {
+        !matches!(self, Scalar::F32 | Scalar::F64)
+    }
+
+    /// The bits of the number, the first `size` bytes of `bytes` (fewer count as zeros).
+    fn bits(self, bytes: &[u8], endian: Endian) -> u64 {
+        let size = self.size().min(bytes.len());
+        let mut all = [0; 8];
+        all[..size].copy_from_slice(&bytes[..size]);
+        if endian == Endian::Big {
+            all[..size].reverse();
+        }
+        u64::from_le_bytes(all)
+    }
+
+    /// The number as a double.
+    pub fn float(self, bytes: &[u8], endian: Endian) -> f64 {
+        let bits = self.bits(bytes, endian);
+        match self {
+            Scalar::F64 => f64::from_bits(bits),
+            Scalar::F32 => f64::from(f32::from_bits(bits as u32)),
+            _ => self.integer(bytes, endian) as f64,
+        }
+    }
+
+    /// The number as a whole number, reals cut off.
+    pub fn integer(self, bytes: &[u8], endian: Endian) -> i128 {
+        let bits = self.bits(bytes, endian);
+        match self {
+            Scalar::I8 => i128::from(bits as u8 as i8),
+            Scalar::I16 => i128::from(bits as u16 as i16),
+            Scalar::I32 => i128::from(bits as u32 as i32),
+            Scalar::I64 => i128::from(bits as i64),
+            Scalar::U8 | Scalar::U16 | Scalar::U32 | Scalar::U64 => i128::from(bits),
+            Scalar::F32 => f32::from_bits(bits as u32) as i128,
+            Scalar::F64 => f64::from_bits(bits) as i128,
+        }
+    }
+
+    /// Is the number a whole number that no double equals?
+    pub fn rounds(self, bytes: &[u8], endian: Endian) -> bool {
+        matches!(self, Scalar::I64 | Scalar::U64) && {
+            let exact = self.integer(bytes, endian);
+            exact as f64 as i128 != exact
+        }
+    }
+}

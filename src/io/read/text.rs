@@ -1,0 +1,263 @@
+//! Lines, words and numbers of text files, and the errors that point at them.
+
+use std::path::Path;
+
+use super::error::{InputError, Place};
+
+/// The bytes of a file and its name.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub path: &'a Path,
+    pub data: &'a [u8],
+}
+
+/// One line of text without its end.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    /// From 1.
+    pub number: u64,
+    pub text: &'a [u8],
+}
+
+impl<'a> Line<'a> {
+    pub fn place(&self) -> Place {
+        Place::Line(self.number)
+    }
+
+    /// The words, separated by blanks.
+    pub fn words(&self) -> Words<'a> {
+        Words { rest: self.text }
+    }
+
+    /// The first word in lower case, for keywords; empty if there is none.
+    pub fn keyword(&self) -> String {
+        let word = self.words().next().unwrap_or_default();
+        String::from_utf8_lossy(word).to_ascii_lowercase()
+    }
+}
+
+/// Words of a line.
+#[derive(Clone)]
+pub(super) struct Words<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let start = self.rest.iter().position(|b| !is_blank(*b))?;
+        let rest = &self.rest[start..];
+        let end = rest.iter().position(|b| is_blank(*b)).unwrap_or(rest.len());
+        let (word, rest) = rest.split_at(end);
+        self.rest = rest;
+        Some(word)
+    }
+}
+
+fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
+}
+
+/// All lines of a text, ending in a line feed, a carriage return or both; a byte order mark is dropped.
+#[derive(Clone)]
+pub(super) struct Lines<'a> {
+    rest: &'a [u8],
+    number: u64,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(data: &'a [u8]) -> Self {
+        let rest = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(data);
+        Lines { rest, number: 0 }
+    }
+
+    /// The number of the last line given out.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Bytes not yet given out.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
+    /// The next line that is not blank, up to a `#`.
+    pub fn next_data(&mut self) -> Option<Line<'a>> {
+        loop {
+            let mut line = self.next()?;
+            if let Some(end) = line.text.iter().position(|b| *b == b'#') {
+                line.text = &line.text[..end];
+            }
+            if line.text.iter().any(|b| !is_blank(*b)) {
+                return Some(line);
+            }
+        }
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = Line<'a>;
+
+    fn next(&mut self) -> Option<Line<'a>> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = self
+            .rest
+            .iter()
+            .position(|b| matches!(b, b'\n' | b'\r'))
+            .unwrap_or(self.rest.len());
+        let (text, rest) = self.rest.split_at(end);
+        self.rest = match rest {
+            [b'\r', b'\n', rest @ ..] | [b'\r' | b'\n', rest @ ..] | rest => rest,
+        };
+        self.number += 1;
+        Some(Line {
+            number: self.number,
+            text,
+        })
+    }
+}
+
+/// A real number, exactly rounded: `1`, `-.5`, `1e-3`, also `nan` and `inf`; never `1,5`.
+pub(super) fn number(word: &[u8]) -> Option<f64> {
+    std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// A whole number.
+pub(super) fn integer(word: &[u8]) -> Option<i64> {
+    std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// What a number must look like, for messages.
+pub(super) const NUMBER: &str =
+    "a number with a decimal point (decimal commas and thousands marks are not read)";
+
+/// Words kept short and printable for messages.
+pub(super) fn excerpt(text: &[u8]) -> String {
+    const LONGEST: usize = 60;
+    let short = &text[..text.len().min(LONGEST)];
+    let mut shown: String = String::from_utf8_lossy(short)
+        .chars()
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    if text.len() > LONGEST {
+        shown.push('…');
+    }
+    shown
+}
+
+impl Source<'_> {
+    /// A whole line is wrong.
+    pub fn bad_line(&self, line: &Line<'_>, expected: impl Into<String>) -> InputError {
+        InputError::Syntax {
+            path: self.path.to_owned(),
+            line: line.number,
+            column: None,
+            text: excerpt(line.text.trim_ascii()),
+            expected: expected.into(),
+        }
+    }
+
+    /// One word of a line is wrong; the word must be a part of the line.
+    pub fn bad_word(
+        &self,
+        line: &Line<'_>,
+        word: &[u8],
+        expected: impl Into<String>,
+    ) -> InputError {
+        let offset = (word.as_ptr() as usize).wrapping_sub(line.text.as_ptr() as usize);
+        InputError::Syntax {
+            path: self.path.to_owned(),
+            line: line.number,
+            column: (offset <= line.text.len()).then_some(offset as u64 + 1),
+            text: excerpt(word),
+            expected: expected.into(),
+        }
+    }
+
+    pub fn truncated(
+        &self,
+        place: Place,
+        what: &'static str,
+        expected: u64,
+        found: u64,
+    ) -> InputError {
+        InputError::Truncated {
+            path: self.path.to_owned(),
+            place,
+            expected,
+            found,
+            what,
+        }
+    }
+
+    pub fn surplus(&self, place: Place, what: &'static str, expected: u64) -> InputError {
+        InputError::Count {
+            path: self.path.to_owned(),
+            place,
+            expected,
+            what,
+        }
+    }
+
+    pub fn unsupported(
+        &self,
+        place: Place,
+        what: impl Into<String>,
+        advice: &'static str,
+    ) -> InputError {
+        InputError::Unsupported {
+            path: self.path.to_owned(),
+            place,
+            what: what.into(),
+            advice,
+        }
+    }
+
+    pub fn malformed(
+        &self,
+        offset: usize,
+        found: impl Into<String>,
+        expected: &'static str,
+    ) -> InputError {
+        let offset = offset as u64;
+        InputError::Malformed {
+            path: self.path.to_owned(),
+            offset,
+            found: found.into(),
+            expected,
+        }
+    }
+
+    /// The line of a byte.
+    pub fn line_at(&self, offset: usize) -> u64 {
+        let before = &self.data[..offset.min(self.data.len())];
+        before.split(|b| *b == b'\n').count() as u64
+    }
+
+    /// Something at a byte of a text is wrong.
+    pub fn bad_at(&self, offset: usize, text: impl Into<String>, expected: &str) -> InputError {
+        InputError::Syntax {
+            path: self.path.to_owned(),
+            line: self.line_at(offset),
+            column: None,
+            text: text.into(),
+            expected: expected.to_owned(),
+        }
+    }
+
+    /// The word as a count: zero or more.
+    pub fn count(
+        &self,
+        line: &Line<'_>,
+        word: Option<&[u8]>,
+        what: &str,
+    ) -> Result<u64, InputError> {
+        let word = word.ok_or_else(|| self.bad_line(line, what))?;
+        integer(word)
+            .and_then(|n| u64::try_from(n).ok())
+            .ok_or_else(|| self.bad_word(line, word, what))
+    }
+}
