@@ -1,0 +1,3 @@
+//! Files in and out: the formats of mesh generators, viewers and array libraries.
+
+pub mod write;
