@@ -145,3 +145,7 @@ fn write_ply(
     })?;
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "points_tests.rs"]
+mod tests;
