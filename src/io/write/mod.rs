@@ -138,5 +138,4 @@ fn check_first_id(first_id: u64) -> Result<(), OutputError> {
 }
 
 #[cfg(test)]
-#[path = "write_tests.rs"]
 mod tests;

@@ -109,7 +109,7 @@ fn files_equal_streams_and_empty_sets_are_written() {
             let mut last = (1, 0);
             let mut report = |done, total| last = (done, total);
             let files = write_points(&path, &points, &options, &mut report).unwrap();
-            assert_eq!(files, [path.clone()]);
+            assert_eq!(files, std::slice::from_ref(&path));
             assert_eq!(last.0, last.1);
             assert_eq!(fs::read(&path).unwrap(), stream(format, &points), "{name}");
         }

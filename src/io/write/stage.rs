@@ -170,7 +170,7 @@ mod tests {
             .write(&target, |out| Ok(out.write_all(b"new")?))
             .unwrap();
         assert_eq!(fs::read(&target).unwrap(), b"old");
-        assert_eq!(stage.commit().unwrap(), [target.clone()]);
+        assert_eq!(stage.commit().unwrap(), std::slice::from_ref(&target));
         assert_eq!(fs::read(&target).unwrap(), b"new");
         assert_eq!(names(directory.path()), ["a.off"]);
     }
@@ -186,7 +186,7 @@ mod tests {
         let full = || io::Error::from(ErrorKind::StorageFull);
         let error = stage
             .write(&target, |out| {
-                out.write_all(&[0; 1 << 20])?;
+                out.write_all(&vec![0; 1 << 20])?;
                 Err(full().into())
             })
             .unwrap_err();
