@@ -9,10 +9,11 @@ all formats, all files named `mesh.*`. `expected.json` gives `dimension`, `point
 arrays as little-endian numbers, row after row.
 
 Python packages: vtk meshio gmsh numpy (from PyPI).
-The wheel of gmsh loads shared libraries of these Debian packages:
-  libglu1-mesa libgl1 libopengl0 libxft2 libxcursor1 libxinerama1 libxrender1 libxfixes3 libxext6
-  libx11-6 libfontconfig1 libfreetype6 libgomp1
-The wheel of vtk: libgl1 libxrender1 libx11-6 (none for reading files in most versions).
+The wheel of gmsh loads shared libraries of these Debian packages (those of vtk need none of them
+to read files):
+  libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxext6 libxft2 libfontconfig1
+  libxinerama1 libx11-6 libgomp1 zlib1g
+Tried on Debian 12 with vtk 9.7.2, meshio 5.3.5, gmsh 4.15.2, numpy 2.4.6.
 """
 
 import json
@@ -119,6 +120,40 @@ def check_numpy(mesh):
     assert cells.dtype == np.dtype("<i8") and cells.flags.c_contiguous
     assert cells.shape == mesh.cells.shape
     same_integers(cells, mesh.cells, "cells")
+
+
+def check_tables(mesh):
+    """The files of TetGen as plain tables."""
+
+    def table(extension):
+        path = mesh.path(extension)
+        count = int(path.read_text().split(maxsplit=1)[0])
+        rows = np.loadtxt(path, skiprows=1, ndmin=2) if count else np.zeros((0, 0))
+        assert len(rows) == count, f"{extension}: {len(rows)} rows, not {count}"
+        if count:
+            ids = np.arange(count) + mesh.first_id
+            same_integers(rows[:, 0], ids, f"{extension}: ids")
+        return rows[:, 1:]
+
+    same_bits(table(".node"), mesh.points, "points")
+    same_integers(table(".ele"), mesh.cells + mesh.first_id, "cells")
+    if not len(mesh.cells):
+        return
+    edges = table(".edge")
+    hull_edges = edges[edges[:, 2] == 1, :2].astype(np.int64) - mesh.first_id
+    if mesh.dimension == 3:
+        faces = table(".face")
+        assert np.all(faces[:, 3] == 1)
+        check_hull(mesh, faces[:, :3].astype(np.int64) - mesh.first_id, "faces")
+    else:
+        check_hull(mesh, hull_edges, "hull edges")
+    neighbours = table(".neigh").astype(np.int64)
+    assert (neighbours == -1).sum() == mesh.hull
+    for cell, row in zip(mesh.cells, neighbours):
+        for vertex, other in zip(cell, row):
+            if other >= 0:
+                shared = set(cell) & set(mesh.cells[other - mesh.first_id])
+                assert shared == set(cell) - {vertex}, "neighbours"
 
 
 def check_vtk(mesh):
@@ -234,6 +269,7 @@ def check_gmsh(extension):
 
 def checks(mesh):
     yield "numpy .npy", check_numpy
+    yield "numpy .node .ele .face .edge .neigh", check_tables
     yield "vtk .vtu", check_vtk
     yield "meshio .mesh", check_meshio(".mesh", "medit", flat=True)
     yield "meshio .msh22", check_meshio(".msh22", "gmsh")
