@@ -1,3 +1,5 @@
-//! Files: reading point sets and cell lists, writing triangulations.
+//! Files in and out: the formats of mesh generators, viewers and array libraries.
 
 pub mod read;
+
+pub mod write;

@@ -1,0 +1,121 @@
+//! Counting sort into many small buckets.
+
+use rayon::prelude::*;
+
+/// Buckets per unit of parallel work.
+const CHUNK: usize = 2048;
+
+/// Units worked on before their results are used; bounds the memory held.
+const BATCH: usize = 64;
+
+/// An index stored in as few bytes as will do.
+pub(super) trait Item: Copy + Ord + Default + Send + Sync {
+    /// Stores an index that is known to fit.
+    fn narrow(value: u64) -> Self;
+    /// The index.
+    fn wide(self) -> u64;
+}
+
+impl Item for u32 {
+    fn narrow(value: u64) -> Self {
+        value as u32
+    }
+    fn wide(self) -> u64 {
+        u64::from(self)
+    }
+}
+
+impl Item for u64 {
+    fn narrow(value: u64) -> Self {
+        value
+    }
+    fn wide(self) -> u64 {
+        self
+    }
+}
+
+/// Items grouped by a small key.
+pub(super) struct Buckets<T> {
+    /// Bucket `k` is `items[starts[k]..starts[k + 1]]`.
+    starts: Vec<usize>,
+    items: Vec<T>,
+}
+
+impl<T: Item> Buckets<T> {
+    /// Sorts what `source` shows its visitor, in two passes; items of a bucket keep their order.
+    pub(super) fn fill(count: usize, source: impl Fn(&mut dyn FnMut(usize, u64))) -> Self {
+        let mut starts = vec![0usize; count + 1];
+        source(&mut |bucket, _| starts[bucket + 1] += 1);
+        let mut total = 0;
+        for start in &mut starts {
+            total += *start;
+            *start = total;
+        }
+        let mut items = vec![T::default(); total];
+        let mut next = starts.clone();
+        source(&mut |bucket, item| {
+            items[next[bucket]] = T::narrow(item);
+            next[bucket] += 1;
+        });
+        Self { starts, items }
+    }
+
+    /// The buckets in order.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[T]> {
+        self.starts.windows(2).map(|w| &self.items[w[0]..w[1]])
+    }
+
+    /// Sorts the items of every bucket.
+    pub(super) fn sort_each(&mut self) {
+        let mut rest = self.items.as_mut_slice();
+        let mut slices = Vec::new();
+        for bounds in self
+            .starts
+            .chunks(CHUNK)
+            .zip(self.starts[1..].chunks(CHUNK))
+        {
+            let (begin, end) = (bounds.0[0], bounds.1[bounds.1.len() - 1]);
+            let (slice, tail) = rest.split_at_mut(end - begin);
+            slices.push((bounds, slice));
+            rest = tail;
+        }
+        slices
+            .into_par_iter()
+            .for_each(|((starts, ends), mut slice)| {
+                for (start, end) in starts.iter().zip(ends) {
+                    let (bucket, tail) = std::mem::take(&mut slice).split_at_mut(end - start);
+                    bucket.sort_unstable();
+                    slice = tail;
+                }
+            });
+    }
+
+    /// Works on all buckets in parallel and hands the results on in the order of the buckets. The
+    /// error of the first bucket that has one is returned.
+    pub(super) fn for_each_batch<R: Send, E: Send>(
+        &self,
+        work: impl Fn(&[T], &mut Vec<R>) -> Result<(), E> + Sync,
+        mut accept: impl FnMut(Vec<R>),
+    ) -> Result<(), E> {
+        let count = self.starts.len() - 1;
+        for start in (0..count).step_by(CHUNK * BATCH) {
+            let end = count.min(start + CHUNK * BATCH);
+            let results: Vec<Result<Vec<R>, E>> = (start..end)
+                .into_par_iter()
+                .step_by(CHUNK)
+                .map(|first| {
+                    let mut results = Vec::new();
+                    for bucket in first..end.min(first + CHUNK) {
+                        let range = self.starts[bucket]..self.starts[bucket + 1];
+                        work(&self.items[range], &mut results)?;
+                    }
+                    Ok(results)
+                })
+                .collect();
+            for result in results {
+                accept(result?);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,141 @@
+//! Writers of triangulations and point sets.
+//!
+//! A file appears under its name only when it is complete; the files of a set appear together. The
+//! bytes depend on the mesh and the options alone, not on the number of threads.
+
+mod buckets;
+mod error;
+mod format;
+mod medit;
+mod msh;
+mod npy;
+mod off;
+mod points;
+mod quality;
+mod records;
+#[cfg(test)]
+mod samples;
+mod stage;
+mod tetgen;
+pub mod topology;
+mod vtu;
+
+use std::path::{Path, PathBuf};
+
+use crate::model::MeshView;
+
+pub use error::OutputError;
+pub use format::{MshVersion, OutputFormat, PointFormat};
+pub use points::{check_points_output, write_points, write_points_to};
+pub use quality::radius_edge_ratio;
+
+use records::Progress;
+use stage::Stage;
+
+/// What may be chosen about a file besides its format.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Write who owned each cell and its home leaf, where the mesh knows them (`.vtu` only).
+    pub with_owner: bool,
+    /// The id of the first point and of the first cell in the files of `TetGen`: 0 or 1, as in the
+    /// `.node` file the points came from.
+    pub first_id: u64,
+    /// The version of a file named `.msh`.
+    pub msh: MshVersion,
+}
+
+/// Checks before any work starts that the path can be written and its extension is known.
+///
+/// # Errors
+/// An [`OutputError`] that tells what stands in the way.
+pub fn check_output(path: &Path) -> Result<OutputFormat, OutputError> {
+    let format = OutputFormat::of(path)?;
+    stage::probe(path)?;
+    if format == OutputFormat::TetGen {
+        for file in tetgen::siblings(path) {
+            stage::probe(&file)?;
+        }
+    }
+    Ok(format)
+}
+
+/// Writes one output; returns the files written. Naming any one of `.node`, `.ele`, `.face`,
+/// `.edge` and `.neigh` writes the whole set beside it (in the plane there is no `.face`).
+///
+/// `progress` hears how many of how many records are done.
+///
+/// # Errors
+/// An [`OutputError`]; the files that were there before remain as they were.
+pub fn write(
+    path: &Path,
+    mesh: &MeshView<'_>,
+    options: &WriteOptions,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<PathBuf>, OutputError> {
+    let format = OutputFormat::of(path)?;
+    check_mesh(mesh)?;
+    check_first_id(options.first_id)?;
+    let total = match format {
+        OutputFormat::Vtu => vtu::records(mesh),
+        OutputFormat::TetGen => tetgen::records(mesh),
+        OutputFormat::Npy => mesh.cell_count() as u64,
+        OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
+            (mesh.point_count() + mesh.cell_count()) as u64
+        }
+    };
+    let mut progress = Progress::new(total, progress);
+    let mut stage = Stage::default();
+    match format {
+        OutputFormat::TetGen => tetgen::write(path, mesh, options, &mut stage, &mut progress)?,
+        _ => stage.write(path, |out| match format {
+            OutputFormat::Vtu => vtu::write(out, mesh, options, &mut progress),
+            OutputFormat::Msh(version) => {
+                msh::write(out, mesh, version.unwrap_or(options.msh), &mut progress)
+            }
+            OutputFormat::Medit => medit::write(out, mesh, &mut progress),
+            OutputFormat::Npy => npy::write_cells(out, mesh, &mut progress),
+            OutputFormat::Off | OutputFormat::TetGen => off::write(out, mesh, &mut progress),
+        })?,
+    }
+    let files = stage.commit()?;
+    progress.finish();
+    Ok(files)
+}
+
+/// Do the arrays fit together?
+fn check_mesh(mesh: &MeshView<'_>) -> Result<(), OutputError> {
+    let invalid = |reason: String| Err(OutputError::InvalidMesh { reason });
+    let (dimension, length) = (mesh.dimension, mesh.coordinates.len());
+    if !(2..=3).contains(&dimension) {
+        return invalid(format!("dimension {dimension} is neither 2 nor 3"));
+    }
+    if !length.is_multiple_of(dimension) {
+        return invalid(format!("{length} coordinates do not make whole points"));
+    }
+    if let Err(error) = topology::check_cells(dimension, mesh.point_count(), mesh.cells) {
+        return invalid(error.to_string());
+    }
+    let cells = mesh.cell_count();
+    let lengths = [
+        ("owners", mesh.owner.map(<[u32]>::len)),
+        ("home leaves", mesh.home_leaf.map(<[u64]>::len)),
+    ];
+    for (what, length) in lengths {
+        if let Some(length) = length
+            && length != cells
+        {
+            return invalid(format!("{length} {what} for {cells} cells"));
+        }
+    }
+    Ok(())
+}
+
+fn check_first_id(first_id: u64) -> Result<(), OutputError> {
+    if first_id > 1 {
+        return Err(OutputError::FirstId { first_id });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

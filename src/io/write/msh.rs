@@ -1,0 +1,133 @@
+//! `.msh` of Gmsh, text, versions 4.1 and 2.2. One entity of the dimension of the mesh, tag 1,
+//! physical group 1.
+
+use std::io::Write;
+
+use super::error::Fault;
+use super::format::MshVersion;
+use super::records::{Progress, push_float, push_indices, push_integer, push_point, write_records};
+use crate::model::MeshView;
+
+/// Writes a triangulation.
+pub(super) fn write(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    version: MshVersion,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    match version {
+        MshVersion::V41 => write_41(out, mesh, progress),
+        MshVersion::V22 => write_22(out, mesh, progress),
+    }
+}
+
+/// The element types of Gmsh: triangle 2, tetrahedron 4.
+fn element_type(dimension: usize) -> usize {
+    if dimension == 3 { 4 } else { 2 }
+}
+
+fn write_22(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
+    let (points, cells) = (mesh.point_count(), mesh.cell_count());
+    write!(
+        out,
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{points}\n"
+    )?;
+    write_records(out, points, progress, |buffer, i| {
+        push_integer(buffer, i as u64 + 1);
+        buffer.push(b' ');
+        push_point(
+            buffer,
+            &mesh.coordinates[i * dimension..(i + 1) * dimension],
+            b' ',
+            true,
+        );
+        buffer.push(b'\n');
+    })?;
+    write!(out, "$EndNodes\n$Elements\n{cells}\n")?;
+    let tags = format!(" {} 2 1 1", element_type(dimension));
+    write_records(out, cells, progress, |buffer, i| {
+        push_integer(buffer, i as u64 + 1);
+        buffer.extend_from_slice(tags.as_bytes());
+        push_indices(buffer, &mesh.cells[i * corners..(i + 1) * corners], 1);
+        buffer.push(b'\n');
+    })?;
+    writeln!(out, "$EndElements")?;
+    Ok(())
+}
+
+fn write_41(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
+    let (points, cells) = (mesh.point_count(), mesh.cell_count());
+    write!(out, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n")?;
+    let counts = if dimension == 3 { "0 0 0 1" } else { "0 0 1 0" };
+    writeln!(out, "{counts}\n1 {} 1 1 0", bounding_box(mesh))?;
+    write!(out, "$EndEntities\n$Nodes\n")?;
+    // Without points there is no block: one with the tags 1 to 0 is not accepted everywhere.
+    if points > 0 {
+        write!(out, "1 {points} 1 {points}\n{dimension} 1 0 {points}\n")?;
+    } else {
+        writeln!(out, "0 0 0 0")?;
+    }
+    let mut silent = |_, _| {};
+    write_records(
+        out,
+        points,
+        &mut Progress::new(points as u64, &mut silent),
+        |buffer, i| {
+            push_integer(buffer, i as u64 + 1);
+            buffer.push(b'\n');
+        },
+    )?;
+    write_records(out, points, progress, |buffer, i| {
+        push_point(
+            buffer,
+            &mesh.coordinates[i * dimension..(i + 1) * dimension],
+            b' ',
+            true,
+        );
+        buffer.push(b'\n');
+    })?;
+    write!(out, "$EndNodes\n$Elements\n")?;
+    if cells > 0 {
+        let kind = element_type(dimension);
+        write!(out, "1 {cells} 1 {cells}\n{dimension} 1 {kind} {cells}\n")?;
+    } else {
+        writeln!(out, "0 0 0 0")?;
+    }
+    write_records(out, cells, progress, |buffer, i| {
+        push_integer(buffer, i as u64 + 1);
+        push_indices(buffer, &mesh.cells[i * corners..(i + 1) * corners], 1);
+        buffer.push(b'\n');
+    })?;
+    writeln!(out, "$EndElements")?;
+    Ok(())
+}
+
+/// The smallest and then the largest coordinates, three each; zeros where there are no points.
+fn bounding_box(mesh: &MeshView<'_>) -> String {
+    let mut low = [0.0f64; 3];
+    let mut high = [0.0f64; 3];
+    for (i, point) in mesh.coordinates.chunks_exact(mesh.dimension).enumerate() {
+        for (axis, &c) in point.iter().enumerate() {
+            low[axis] = if i == 0 { c } else { low[axis].min(c) };
+            high[axis] = if i == 0 { c } else { high[axis].max(c) };
+        }
+    }
+    let mut text = Vec::new();
+    for (i, c) in low.into_iter().chain(high).enumerate() {
+        if i > 0 {
+            text.push(b' ');
+        }
+        push_float(&mut text, c);
+    }
+    String::from_utf8_lossy(&text).into_owned()
+}

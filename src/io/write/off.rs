@@ -1,0 +1,86 @@
+//! `.off`: in space the hull, oriented outward, with only its own points in the order of their
+//! indices; in the plane all points and triangles, z = 0.
+
+use std::io::Write;
+
+use rayon::prelude::*;
+
+use super::error::Fault;
+use super::records::{Progress, push_indices, push_point, write_records};
+use super::topology;
+use crate::model::{MeshView, Points};
+
+/// Writes a surface.
+pub(super) fn write(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    if mesh.dimension == 2 {
+        write_head(out, mesh.point_count(), mesh.cell_count())?;
+        write_vertices(out, 2, mesh.coordinates, progress)?;
+        return write_triangles(out, mesh.cells, progress);
+    }
+    let mut hull = topology::hull(3, mesh.point_count(), mesh.cells)?;
+    let mut used = hull.clone();
+    used.par_sort_unstable();
+    used.dedup();
+    hull.par_iter_mut().for_each(|vertex| {
+        // Every vertex of the hull is in the list of them.
+        *vertex = used
+            .binary_search(vertex)
+            .map_or(0, |position| position as u64);
+    });
+    write_head(out, used.len(), hull.len() / 3)?;
+    write_records(out, used.len(), progress, |buffer, i| {
+        let start = used[i] as usize * 3;
+        push_point(buffer, &mesh.coordinates[start..start + 3], b' ', true);
+        buffer.push(b'\n');
+    })?;
+    write_triangles(out, &hull, progress)
+}
+
+/// Writes points without faces.
+pub(super) fn write_points(
+    out: &mut dyn Write,
+    points: &Points,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    write_head(out, points.len(), 0)?;
+    write_vertices(out, points.dimension(), points.coordinates(), progress)
+}
+
+fn write_head(out: &mut dyn Write, points: usize, faces: usize) -> Result<(), Fault> {
+    Ok(write!(out, "OFF\n{points} {faces} 0\n")?)
+}
+
+fn write_vertices(
+    out: &mut dyn Write,
+    dimension: usize,
+    coordinates: &[f64],
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    write_records(out, coordinates.len() / dimension, progress, |buffer, i| {
+        push_point(
+            buffer,
+            &coordinates[i * dimension..(i + 1) * dimension],
+            b' ',
+            true,
+        );
+        buffer.push(b'\n');
+    })?;
+    Ok(())
+}
+
+fn write_triangles(
+    out: &mut dyn Write,
+    triangles: &[u64],
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    write_records(out, triangles.len() / 3, progress, |buffer, i| {
+        buffer.push(b'3');
+        push_indices(buffer, &triangles[3 * i..3 * i + 3], 0);
+        buffer.push(b'\n');
+    })?;
+    Ok(())
+}

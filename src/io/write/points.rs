@@ -1,0 +1,151 @@
+//! Point sets in all their formats.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::error::{Fault, OutputError};
+use super::format::PointFormat;
+use super::records::{Progress, push_point, write_records};
+use super::stage::{self, Stage};
+use super::{WriteOptions, check_first_id, npy, off, tetgen, vtu};
+use crate::model::Points;
+
+/// Checks before any work starts that points can be written under this path. `-` is always good and
+/// means `.xyz` text for [`write_points_to`].
+///
+/// # Errors
+/// An [`OutputError`] that tells what stands in the way.
+pub fn check_points_output(path: &Path) -> Result<PointFormat, OutputError> {
+    let format = PointFormat::of(path)?;
+    if path.as_os_str() != "-" {
+        stage::probe(path)?;
+    }
+    Ok(format)
+}
+
+/// Writes points to a file in the format its name asks for; returns the file written.
+///
+/// # Errors
+/// An [`OutputError`]; a file that was there before remains as it was. The path `-` names no file
+/// and is refused as an unknown format.
+pub fn write_points(
+    path: &Path,
+    points: &Points,
+    options: &WriteOptions,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<PathBuf>, OutputError> {
+    let format = PointFormat::of(path)?;
+    check_first_id(options.first_id)?;
+    if path.as_os_str() == "-" {
+        let known = "those of files; standard output needs a writer".to_owned();
+        return Err(OutputError::UnknownFormat {
+            path: path.to_path_buf(),
+            known,
+        });
+    }
+    let mut progress = Progress::new(total(format, points), progress);
+    let mut stage = Stage::default();
+    stage.write(path, |out| {
+        write_body(out, format, points, options, &mut progress)
+    })?;
+    let files = stage.commit()?;
+    progress.finish();
+    Ok(files)
+}
+
+/// Writes points to a stream, for instance standard output.
+///
+/// # Errors
+/// [`OutputError::Stream`] where the stream refuses data.
+pub fn write_points_to(
+    writer: &mut dyn Write,
+    format: PointFormat,
+    points: &Points,
+    options: &WriteOptions,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<(), OutputError> {
+    check_first_id(options.first_id)?;
+    let mut progress = Progress::new(total(format, points), progress);
+    let written = write_body(writer, format, points, options, &mut progress);
+    written
+        .and_then(|()| Ok(writer.flush()?))
+        .map_err(|fault| match fault {
+            Fault::Io(source) => OutputError::Stream { source },
+            other @ Fault::Topology(_) => other.at(Path::new("-")),
+        })?;
+    progress.finish();
+    Ok(())
+}
+
+/// How many records are written.
+fn total(format: PointFormat, points: &Points) -> u64 {
+    let arrays = if format == PointFormat::Vtu { 5 } else { 1 };
+    arrays * points.len() as u64
+}
+
+fn write_body(
+    out: &mut dyn Write,
+    format: PointFormat,
+    points: &Points,
+    options: &WriteOptions,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let (dimension, coordinates) = (points.dimension(), points.coordinates());
+    match format {
+        PointFormat::Node => {
+            tetgen::write_nodes(out, dimension, coordinates, options.first_id, progress)
+        }
+        PointFormat::Xyz => write_lines(out, points, b"", b' ', false, progress),
+        PointFormat::Csv => write_lines(out, points, b"", b',', false, progress),
+        PointFormat::Obj => write_lines(out, points, b"v ", b' ', true, progress),
+        PointFormat::Npy => npy::write_points(out, points, progress),
+        PointFormat::Off => off::write_points(out, points, progress),
+        PointFormat::Vtu => vtu::write_points(out, points, progress),
+        PointFormat::Ply => write_ply(out, points, progress),
+    }
+}
+
+fn write_lines(
+    out: &mut dyn Write,
+    points: &Points,
+    prefix: &[u8],
+    separator: u8,
+    space: bool,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let (dimension, coordinates) = (points.dimension(), points.coordinates());
+    write_records(out, points.len(), progress, |buffer, i| {
+        buffer.extend_from_slice(prefix);
+        let point = &coordinates[i * dimension..(i + 1) * dimension];
+        push_point(buffer, point, separator, space);
+        buffer.push(b'\n');
+    })?;
+    Ok(())
+}
+
+fn write_ply(
+    out: &mut dyn Write,
+    points: &Points,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let (dimension, coordinates) = (points.dimension(), points.coordinates());
+    write!(
+        out,
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n",
+        points.len()
+    )?;
+    out.write_all(b"property double x\nproperty double y\nproperty double z\nend_header\n")?;
+    write_records(out, points.len(), progress, |buffer, i| {
+        for coordinate in &coordinates[i * dimension..(i + 1) * dimension] {
+            buffer.extend_from_slice(&coordinate.to_le_bytes());
+        }
+        if dimension == 2 {
+            buffer.extend_from_slice(&0.0f64.to_le_bytes());
+        }
+    })?;
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "points_tests.rs"]
+mod tests;

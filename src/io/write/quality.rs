@@ -1,0 +1,143 @@
+//! The shape of cells.
+
+/// Circumradius divided by the length of the shortest edge.
+///
+/// The origin is moved to an end of the shortest edge and all lengths are divided by the largest
+/// coordinate difference, so neither large nor tiny meshes overflow. With u, v, w the edges from
+/// that origin, the circumradius of a tetrahedron is
+/// |u² (v × w) + v² (w × u) + w² (u × v)| / (2 |u · (v × w)|), that of a triangle
+/// |u| |v| |u − v| / (2 |u × v|). Infinite where the cell is flat or has two equal vertices.
+pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
+    let corners = cell.len().min(4);
+    let mut points = [[0.0; 3]; 4];
+    for (point, &vertex) in points.iter_mut().zip(cell) {
+        let start = vertex as usize * dimension;
+        point[..dimension].copy_from_slice(&coordinates[start..start + dimension]);
+    }
+    let points = &mut points[..corners];
+    if points.iter().flatten().any(|c| c.abs() > f64::MAX / 4.0) {
+        // Differences could overflow; the ratio does not depend on the scale.
+        points.iter_mut().flatten().for_each(|c| *c /= 4.0);
+    }
+    let Some(origin) = shortest_edge_end(points) else {
+        return f64::INFINITY;
+    };
+    let mut edges = [[0.0; 3]; 3];
+    let others = (0..corners).filter(|&i| i != origin);
+    for (edge, i) in edges.iter_mut().zip(others) {
+        *edge = minus(points[i], points[origin]);
+    }
+    let scale = edges.iter().flatten().fold(0.0f64, |m, c| m.max(c.abs()));
+    edges.iter_mut().flatten().for_each(|c| *c /= scale);
+    let [u, v, w] = edges;
+    let radius = if corners == 4 {
+        tetrahedron_radius(u, v, w)
+    } else {
+        triangle_radius(u, v)
+    };
+    let from_origin = edges[..corners - 1].iter().map(|&edge| norm(edge));
+    let ratio = radius / from_origin.fold(f64::INFINITY, f64::min);
+    if ratio.is_nan() { f64::INFINITY } else { ratio }
+}
+
+/// An end of the shortest edge; nothing where two points are equal.
+fn shortest_edge_end(points: &[[f64; 3]]) -> Option<usize> {
+    let mut best = (0, f64::INFINITY);
+    for i in 0..points.len() {
+        for j in i + 1..points.len() {
+            let length = norm(minus(points[j], points[i]));
+            if length < best.1 {
+                best = (i, length);
+            }
+        }
+    }
+    (best.1 > 0.0).then_some(best.0)
+}
+
+fn tetrahedron_radius(u: [f64; 3], v: [f64; 3], w: [f64; 3]) -> f64 {
+    let terms = [(cross(v, w), u), (cross(w, u), v), (cross(u, v), w)];
+    let mut sum = [0.0; 3];
+    for (normal, edge) in terms {
+        let square = dot(edge, edge);
+        for axis in 0..3 {
+            sum[axis] += square * normal[axis];
+        }
+    }
+    norm(sum) / (2.0 * dot(u, cross(v, w)).abs())
+}
+
+fn triangle_radius(u: [f64; 3], v: [f64; 3]) -> f64 {
+    norm(u) * norm(v) * norm(minus(u, v)) / (2.0 * norm(cross(u, v)))
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// The length, without overflow or underflow on the way.
+fn norm(a: [f64; 3]) -> f64 {
+    let scale = a.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+    if scale == 0.0 || !scale.is_finite() {
+        return scale;
+    }
+    let b = a.map(|c| c / scale);
+    scale * dot(b, b).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: f64, b: f64) {
+        assert!((a - b).abs() <= 1e-12 * b, "{a} {b}");
+    }
+
+    #[test]
+    fn regular_cells_have_the_known_ratio() {
+        let regular = [
+            1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0,
+        ];
+        let expected = (3.0f64 / 8.0).sqrt();
+        for scale in [1.0, 1e-300, 5e-324, 1e300, 1e308] {
+            let scaled = regular.map(|c: f64| c * scale);
+            close(radius_edge_ratio(3, &scaled, &[0, 1, 2, 3]), expected);
+        }
+        let triangle = [0.0, 0.0, 1.0, 0.0, 0.5, 0.75f64.sqrt()];
+        close(
+            radius_edge_ratio(2, &triangle, &[0, 1, 2]),
+            1.0 / 3.0f64.sqrt(),
+        );
+        let corner = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        close(radius_edge_ratio(3, &corner, &[1, 3, 0, 2]), 0.75f64.sqrt());
+    }
+
+    #[test]
+    fn a_short_edge_far_from_the_first_vertex_keeps_its_accuracy() {
+        // Right angle at the short edge: the hypotenuse is the diameter.
+        let points = [0.0, 0.0, 1.0, 0.0, 1.0, 1e-9];
+        close(radius_edge_ratio(2, &points, &[0, 1, 2]), 0.5e9);
+    }
+
+    #[test]
+    fn flat_cells_are_infinite() {
+        let square = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+        assert_eq!(radius_edge_ratio(3, &square, &[0, 1, 2, 3]), f64::INFINITY);
+        let line = [0.0, 0.0, 1.0, 1.0, 2.0, 2.0];
+        assert_eq!(radius_edge_ratio(2, &line, &[0, 1, 2]), f64::INFINITY);
+        assert_eq!(radius_edge_ratio(2, &[1.0; 6], &[0, 1, 2]), f64::INFINITY);
+        let twice = [0.0, 0.0, 0.0, 0.0, 2.0, 2.0];
+        assert_eq!(radius_edge_ratio(2, &twice, &[0, 1, 2]), f64::INFINITY);
+    }
+}

@@ -1,0 +1,189 @@
+//! Streams of records: formatted in parallel, written in order.
+
+use std::io::{self, Write};
+
+use rayon::prelude::*;
+
+/// Records per unit of parallel work. Fixed, so that the bytes do not depend on the machine.
+const CHUNK: usize = 4096;
+
+/// Units formatted before they are written; bounds the memory held.
+const BATCH: usize = 64;
+
+/// Counts what has been written and reports it.
+pub(super) struct Progress<'a> {
+    done: u64,
+    total: u64,
+    report: &'a mut dyn FnMut(u64, u64),
+}
+
+impl<'a> Progress<'a> {
+    /// Starts at nothing of `total`.
+    pub(super) fn new(total: u64, report: &'a mut dyn FnMut(u64, u64)) -> Self {
+        report(0, total);
+        Self {
+            done: 0,
+            total,
+            report,
+        }
+    }
+
+    /// `count` more records are done.
+    pub(super) fn advance(&mut self, count: u64) {
+        self.done = (self.done + count).min(self.total);
+        (self.report)(self.done, self.total);
+    }
+
+    /// All is done, also what an estimate of the total had too much.
+    pub(super) fn finish(mut self) {
+        let rest = self.total - self.done;
+        if rest > 0 {
+            self.advance(rest);
+        }
+    }
+}
+
+/// Writes records `0..count`; `format` appends one record to a buffer.
+pub(super) fn write_records(
+    out: &mut dyn Write,
+    count: usize,
+    progress: &mut Progress<'_>,
+    format: impl Fn(&mut Vec<u8>, usize) + Sync,
+) -> io::Result<()> {
+    let mut start = 0;
+    while start < count {
+        let end = count.min(start + CHUNK * BATCH);
+        let chunks: Vec<Vec<u8>> = (start..end)
+            .into_par_iter()
+            .step_by(CHUNK)
+            .map(|first| {
+                let mut buffer = Vec::new();
+                for index in first..end.min(first + CHUNK) {
+                    format(&mut buffer, index);
+                }
+                buffer
+            })
+            .collect();
+        for chunk in chunks {
+            out.write_all(&chunk)?;
+        }
+        progress.advance((end - start) as u64);
+        start = end;
+    }
+    Ok(())
+}
+
+/// Appends a number in decimal digits.
+pub(super) fn push_integer(buffer: &mut Vec<u8>, mut value: u64) {
+    let mut digits = [0u8; 20];
+    let mut start = digits.len();
+    loop {
+        start -= 1;
+        digits[start] = b'0' + (value % 10) as u8;
+        value /= 10;
+        if value == 0 {
+            break;
+        }
+    }
+    buffer.extend_from_slice(&digits[start..]);
+}
+
+/// Appends the fewest decimal digits that read back as the same double; very small and very large
+/// numbers with an exponent.
+pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {
+    let size = value.abs();
+    // Writing to a vector cannot fail.
+    let _ = if size == 0.0 || (1e-3..1e17).contains(&size) {
+        write!(buffer, "{value}")
+    } else {
+        write!(buffer, "{value:e}")
+    };
+}
+
+/// Appends the coordinates of a point, separated; a point of the plane gets z = 0 where `space`.
+pub(super) fn push_point(buffer: &mut Vec<u8>, point: &[f64], separator: u8, space: bool) {
+    for (axis, &coordinate) in point.iter().enumerate() {
+        if axis > 0 {
+            buffer.push(separator);
+        }
+        push_float(buffer, coordinate);
+    }
+    if space && point.len() == 2 {
+        buffer.push(separator);
+        buffer.push(b'0');
+    }
+}
+
+/// Appends a blank and each index, raised by `base`.
+pub(super) fn push_indices(buffer: &mut Vec<u8>, indices: &[u64], base: u64) {
+    for &index in indices {
+        buffer.push(b' ');
+        push_integer(buffer, index + base);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn float(value: f64) -> String {
+        let mut buffer = Vec::new();
+        push_float(&mut buffer, value);
+        String::from_utf8(buffer).unwrap()
+    }
+
+    #[test]
+    fn floats_are_short() {
+        assert_eq!(float(0.1), "0.1");
+        assert_eq!(float(-2.0), "-2");
+        assert_eq!(float(0.0), "0");
+        assert_eq!(float(-0.0), "-0");
+        assert_eq!(float(1e-120), "1e-120");
+        assert_eq!(float(-1.5e200), "-1.5e200");
+        assert_eq!(float(5e-324), "5e-324");
+        assert_eq!(float(f64::MAX), "1.7976931348623157e308");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn floats_read_back_bit_for_bit(bits in proptest::num::u64::ANY) {
+            let value = f64::from_bits(bits);
+            if value.is_finite() {
+                let text = float(value);
+                proptest::prop_assert_eq!(text.parse::<f64>().unwrap().to_bits(), bits);
+                proptest::prop_assert!(text.len() <= 24, "{}", text);
+            }
+        }
+
+        #[test]
+        fn integers_are_decimal(value in proptest::num::u64::ANY) {
+            let mut buffer = Vec::new();
+            push_integer(&mut buffer, value);
+            proptest::prop_assert_eq!(String::from_utf8(buffer).unwrap(), value.to_string());
+        }
+    }
+
+    #[test]
+    fn records_come_in_order_and_are_counted() {
+        let count = CHUNK * BATCH * 2 + 17;
+        let mut reports = Vec::new();
+        let mut report = |done, total| reports.push((done, total));
+        let mut progress = Progress::new(count as u64, &mut report);
+        let mut out = Vec::new();
+        write_records(&mut out, count, &mut progress, |buffer, index| {
+            push_integer(buffer, index as u64);
+            buffer.push(b'\n');
+        })
+        .unwrap();
+        progress.finish();
+        let text = String::from_utf8(out).unwrap();
+        assert!(
+            text.lines()
+                .enumerate()
+                .all(|(i, line)| line == i.to_string())
+        );
+        assert_eq!(text.lines().count(), count);
+        assert_eq!(reports.len(), 4);
+        assert_eq!(reports[3], (count as u64, count as u64));
+    }
+}

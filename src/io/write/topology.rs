@@ -1,0 +1,317 @@
+//! What the cells imply: neighbours, hull facets, edges.
+//!
+//! Facets and edges are sorted into one bucket per smallest vertex, so that memory stays near one
+//! index per facet or edge of a cell and buckets can be worked on in parallel. All results depend
+//! on the cells alone, not on the number of threads.
+
+use rayon::prelude::*;
+
+use super::buckets::{Buckets, Item};
+
+/// The neighbour of a facet on the hull.
+pub const OUTSIDE: u64 = u64::MAX;
+
+/// Why cells do not form a mesh.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TopologyError {
+    /// Only the plane and space have meshes.
+    #[error("dimension {dimension} is neither 2 nor 3")]
+    Dimension {
+        /// The dimension given.
+        dimension: usize,
+    },
+    /// The number of indices is no multiple of the number of vertices per cell.
+    #[error("{length} indices do not make whole cells")]
+    PartialCell {
+        /// Number of indices.
+        length: usize,
+    },
+    /// A cell names a point that does not exist.
+    #[error("cell {cell} has vertex {vertex}, but there are only {points} points")]
+    VertexOutOfRange {
+        /// Row of the cell.
+        cell: u64,
+        /// The index given.
+        vertex: u64,
+        /// Number of points.
+        points: u64,
+    },
+    /// A cell names a point twice.
+    #[error("cell {cell} has vertex {vertex} twice")]
+    RepeatedVertex {
+        /// Row of the cell.
+        cell: u64,
+        /// The vertex.
+        vertex: u64,
+    },
+    /// A facet belongs to more than two cells.
+    #[error("the facet {vertices:?} belongs to {count} cells")]
+    CrowdedFacet {
+        /// Its vertices in increasing order.
+        vertices: Vec<u64>,
+        /// How many cells have it.
+        count: usize,
+    },
+    /// Two cells lie on the same side of a common facet.
+    #[error("cells {first} and {second} lie on the same side of the facet {vertices:?}")]
+    SameSide {
+        /// Row of one cell.
+        first: u64,
+        /// Row of the other cell.
+        second: u64,
+        /// The vertices of the facet in increasing order.
+        vertices: Vec<u64>,
+    },
+}
+
+/// The facets of a triangulation.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Adjacency {
+    /// For every cell and every i the row of the cell across the facet opposite vertex i, or
+    /// [`OUTSIDE`]. Empty where only the hull was asked for.
+    pub neighbours: Vec<u64>,
+    /// The facets that belong to one cell only, `dimension` vertices each, in the order of their
+    /// sorted vertices. Triangles are oriented outward and begin with their smallest vertex; edges
+    /// of the plane are directed with the inside on the left.
+    pub hull: Vec<u64>,
+}
+
+/// Neighbours and hull.
+///
+/// # Errors
+/// A [`TopologyError`] where the cells are malformed or a facet has too many or inconsistent cells.
+pub fn adjacency(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+) -> Result<Adjacency, TopologyError> {
+    facets(dimension, point_count, cells, true)
+}
+
+/// The hull facets alone, as in [`Adjacency::hull`].
+///
+/// # Errors
+/// As for [`adjacency`].
+pub fn hull(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+) -> Result<Vec<u64>, TopologyError> {
+    Ok(facets(dimension, point_count, cells, false)?.hull)
+}
+
+/// All edges, smaller vertex first, sorted.
+///
+/// # Errors
+/// A [`TopologyError`] where the cells are malformed.
+pub fn edges(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+) -> Result<Vec<[u64; 2]>, TopologyError> {
+    check_cells(dimension, point_count, cells)?;
+    if u32::try_from(point_count).is_ok() {
+        Ok(edges_with::<u32>(dimension, point_count, cells))
+    } else {
+        Ok(edges_with::<u64>(dimension, point_count, cells))
+    }
+}
+
+/// The edges of hull facets, smaller vertex first, sorted.
+pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
+    let mut edges = Vec::with_capacity(hull.len());
+    for facet in hull.chunks_exact(dimension) {
+        for (i, &a) in facet.iter().enumerate() {
+            edges.extend(facet[i + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
+        }
+    }
+    edges.par_sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// Are all indices in range and the vertices of each cell distinct?
+pub(super) fn check_cells(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+) -> Result<(), TopologyError> {
+    if !(2..=3).contains(&dimension) {
+        return Err(TopologyError::Dimension { dimension });
+    }
+    if !cells.len().is_multiple_of(dimension + 1) {
+        return Err(TopologyError::PartialCell {
+            length: cells.len(),
+        });
+    }
+    let points = point_count as u64;
+    let fault = cells
+        .par_chunks_exact(dimension + 1)
+        .enumerate()
+        .find_map_first(|(row, cell)| {
+            let row = row as u64;
+            if let Some(&vertex) = cell.iter().find(|&&vertex| vertex >= points) {
+                return Some(TopologyError::VertexOutOfRange {
+                    cell: row,
+                    vertex,
+                    points,
+                });
+            }
+            let repeated = (1..cell.len()).find(|&i| cell[..i].contains(&cell[i]));
+            repeated.map(|i| TopologyError::RepeatedVertex {
+                cell: row,
+                vertex: cell[i],
+            })
+        });
+    fault.map_or(Ok(()), Err)
+}
+
+/// The facet opposite vertex `i` of a positively oriented cell, seen from outside; an edge of the
+/// plane is filled up with [`OUTSIDE`].
+fn facet(cell: &[u64], i: usize) -> [u64; 3] {
+    if cell.len() == 3 {
+        return [cell[(i + 1) % 3], cell[(i + 2) % 3], OUTSIDE];
+    }
+    let [a, b, c] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]][i];
+    [cell[a], cell[b], cell[c]]
+}
+
+/// The vertices in increasing order, and whether an odd number of exchanges was needed.
+fn sorted([mut a, mut b, mut c]: [u64; 3]) -> ([u64; 3], bool) {
+    let mut odd = false;
+    let mut order = |x: &mut u64, y: &mut u64| {
+        if x > y {
+            std::mem::swap(x, y);
+            odd = !odd;
+        }
+    };
+    order(&mut a, &mut b);
+    order(&mut b, &mut c);
+    order(&mut a, &mut b);
+    ([a, b, c], odd)
+}
+
+fn facets(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+    with_neighbours: bool,
+) -> Result<Adjacency, TopologyError> {
+    check_cells(dimension, point_count, cells)?;
+    if u32::try_from(cells.len()).is_ok() {
+        facets_with::<u32>(dimension, point_count, cells, with_neighbours)
+    } else {
+        facets_with::<u64>(dimension, point_count, cells, with_neighbours)
+    }
+}
+
+/// Facets are numbered like the entries of `cells`: that of an entry lies opposite its vertex.
+fn facets_with<T: Item>(
+    dimension: usize,
+    point_count: usize,
+    cells: &[u64],
+    with_neighbours: bool,
+) -> Result<Adjacency, TopologyError> {
+    let corners = dimension + 1;
+    let facet_of = |entry: usize| {
+        let row = entry / corners * corners;
+        facet(&cells[row..row + corners], entry % corners)
+    };
+    let buckets = Buckets::<T>::fill(point_count, |visit| {
+        for entry in 0..cells.len() {
+            visit(sorted(facet_of(entry)).0[0] as usize, entry as u64);
+        }
+    });
+    let mut result = Adjacency::default();
+    if with_neighbours {
+        result.neighbours = vec![OUTSIDE; cells.len()];
+    }
+    buckets.for_each_batch(
+        |entries, pairs| pair_up(dimension, entries, &facet_of, pairs),
+        |pairs| {
+            for [first, second] in pairs {
+                if second == OUTSIDE {
+                    push_hull_facet(&mut result.hull, dimension, facet_of(first as usize));
+                } else if with_neighbours {
+                    result.neighbours[first as usize] = second / corners as u64;
+                    result.neighbours[second as usize] = first / corners as u64;
+                }
+            }
+        },
+    )?;
+    Ok(result)
+}
+
+/// Finds the entries of one bucket that are the same facet; appends pairs, hull facets with
+/// [`OUTSIDE`].
+fn pair_up<T: Item>(
+    dimension: usize,
+    entries: &[T],
+    facet_of: &impl Fn(usize) -> [u64; 3],
+    pairs: &mut Vec<[u64; 2]>,
+) -> Result<(), TopologyError> {
+    let mut keyed: Vec<([u64; 3], u64, bool)> = entries
+        .iter()
+        .map(|&entry| {
+            let (key, odd) = sorted(facet_of(entry.wide() as usize));
+            (key, entry.wide(), odd)
+        })
+        .collect();
+    keyed.sort_unstable();
+    for group in keyed.chunk_by(|a, b| a.0 == b.0) {
+        let vertices = || group[0].0[..dimension].to_vec();
+        match *group {
+            [(_, entry, _)] => pairs.push([entry, OUTSIDE]),
+            [(_, first, a), (_, second, b)] if a != b => pairs.push([first, second]),
+            [(_, first, _), (_, second, _)] => {
+                let corners = dimension as u64 + 1;
+                let (first, second) = (first / corners, second / corners);
+                return Err(TopologyError::SameSide {
+                    first,
+                    second,
+                    vertices: vertices(),
+                });
+            }
+            _ => {
+                let count = group.len();
+                return Err(TopologyError::CrowdedFacet {
+                    vertices: vertices(),
+                    count,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn push_hull_facet(hull: &mut Vec<u64>, dimension: usize, mut facet: [u64; 3]) {
+    if dimension == 3 {
+        let smallest = (0..3).min_by_key(|&i| facet[i]).unwrap_or(0);
+        facet.rotate_left(smallest);
+    }
+    hull.extend_from_slice(&facet[..dimension]);
+}
+
+fn edges_with<T: Item>(dimension: usize, point_count: usize, cells: &[u64]) -> Vec<[u64; 2]> {
+    let mut buckets = Buckets::<T>::fill(point_count, |visit| {
+        for cell in cells.chunks_exact(dimension + 1) {
+            for (i, &a) in cell.iter().enumerate() {
+                for &b in &cell[i + 1..] {
+                    visit(a.min(b) as usize, a.max(b));
+                }
+            }
+        }
+    });
+    buckets.sort_each();
+    let mut edges = Vec::new();
+    for (smaller, larger) in buckets.iter().enumerate() {
+        for run in larger.chunk_by(|a, b| a == b) {
+            edges.push([smaller as u64, run[0].wide()]);
+        }
+    }
+    edges
+}
+
+#[cfg(test)]
+#[path = "topology_tests.rs"]
+mod tests;

@@ -1,0 +1,304 @@
+//! `.vtu`: an unstructured grid of VTK, raw appended data.
+//!
+//! All sizes are known beforehand, so the XML head with the offsets comes first and the arrays
+//! stream behind it. Point sets of the plane get z = 0.
+
+use std::io::{self, Write};
+
+use super::WriteOptions;
+use super::error::Fault;
+use super::quality::radius_edge_ratio;
+use super::records::{Progress, write_records};
+use crate::model::{MeshView, Points};
+
+/// Cell types of VTK.
+const VERTEX: u8 = 1;
+const TRIANGLE: u8 = 5;
+const TETRAHEDRON: u8 = 10;
+
+/// The part of the file an array belongs to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Section {
+    PointData,
+    CellData,
+    Points,
+    Cells,
+}
+
+type Record<'a> = Box<dyn Fn(&mut Vec<u8>, usize) + Sync + 'a>;
+
+/// One array: how it is declared and what its records are.
+struct Array<'a> {
+    section: Section,
+    name: &'static str,
+    /// The type as VTK calls it.
+    kind: &'static str,
+    /// Further XML attributes, with a leading blank.
+    attributes: &'static str,
+    /// Number of records, and bytes per record.
+    count: usize,
+    width: usize,
+    record: Record<'a>,
+}
+
+/// How many records [`write`] reports, with owners or without.
+pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
+    (2 * mesh.point_count() + 5 * mesh.cell_count()) as u64
+}
+
+/// Writes a triangulation.
+pub(super) fn write(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    options: &WriteOptions,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let corners = mesh.dimension + 1;
+    let (cells, count) = (mesh.cells, mesh.cell_count());
+    let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
+    let kind = if dimension == 3 {
+        TETRAHEDRON
+    } else {
+        TRIANGLE
+    };
+    let ratio: Record<'_> = Box::new(move |buffer, i| {
+        let cell = &cells[i * corners..(i + 1) * corners];
+        let ratio = radius_edge_ratio(dimension, coordinates, cell);
+        buffer.extend_from_slice(&ratio.to_le_bytes());
+    });
+    let connectivity: Record<'_> = Box::new(move |buffer, i| {
+        for vertex in &cells[i * corners..(i + 1) * corners] {
+            buffer.extend_from_slice(&vertex.to_le_bytes());
+        }
+    });
+    let mut arrays = vec![point_ids(mesh.point_count()), cell_ids(count)];
+    arrays.push(cell_array(
+        Section::CellData,
+        "radius_edge_ratio",
+        "Float64",
+        (count, 8),
+        ratio,
+    ));
+    if options.with_owner {
+        arrays.extend(owners(mesh));
+    }
+    arrays.push(points(dimension, coordinates));
+    let width = 8 * corners;
+    arrays.push(cell_array(
+        Section::Cells,
+        "connectivity",
+        "Int64",
+        (count, width),
+        connectivity,
+    ));
+    arrays.extend(offsets_and_types(count, corners, kind));
+    Ok(write_arrays(
+        out,
+        mesh.point_count(),
+        count,
+        &arrays,
+        progress,
+    )?)
+}
+
+/// Writes points, each also a vertex cell.
+pub(super) fn write_points(
+    out: &mut dyn Write,
+    set: &Points,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let count = set.len();
+    let index: Record<'_> =
+        Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
+    let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
+    arrays.push(cell_array(
+        Section::Cells,
+        "connectivity",
+        "Int64",
+        (count, 8),
+        index,
+    ));
+    arrays.extend(offsets_and_types(count, 1, VERTEX));
+    Ok(write_arrays(out, count, count, &arrays, progress)?)
+}
+
+fn cell_array<'a>(
+    section: Section,
+    name: &'static str,
+    kind: &'static str,
+    (count, width): (usize, usize),
+    record: Record<'a>,
+) -> Array<'a> {
+    Array {
+        section,
+        name,
+        kind,
+        attributes: "",
+        count,
+        width,
+        record,
+    }
+}
+
+fn ids(section: Section, name: &'static str, count: usize) -> Array<'static> {
+    let record: Record<'_> =
+        Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
+    let attributes = " IdType=\"1\"";
+    Array {
+        section,
+        name,
+        kind: "Int64",
+        attributes,
+        count,
+        width: 8,
+        record,
+    }
+}
+
+fn point_ids(count: usize) -> Array<'static> {
+    ids(Section::PointData, "GlobalPointIds", count)
+}
+
+fn cell_ids(count: usize) -> Array<'static> {
+    ids(Section::CellData, "GlobalCellIds", count)
+}
+
+fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
+    let count = mesh.cell_count();
+    let mut arrays = Vec::new();
+    if let Some(owner) = mesh.owner {
+        let record: Record<'a> =
+            Box::new(|buffer, i| buffer.extend_from_slice(&owner[i].to_le_bytes()));
+        arrays.push(cell_array(
+            Section::CellData,
+            "owner",
+            "UInt32",
+            (count, 4),
+            record,
+        ));
+    }
+    if let Some(leaf) = mesh.home_leaf {
+        let record: Record<'a> =
+            Box::new(|buffer, i| buffer.extend_from_slice(&leaf[i].to_le_bytes()));
+        arrays.push(cell_array(
+            Section::CellData,
+            "home_leaf",
+            "UInt64",
+            (count, 8),
+            record,
+        ));
+    }
+    arrays
+}
+
+fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
+    let record: Record<'_> = Box::new(move |buffer, i| {
+        for axis in 0..3 {
+            let value = if axis < dimension {
+                coordinates[i * dimension + axis]
+            } else {
+                0.0
+            };
+            buffer.extend_from_slice(&value.to_le_bytes());
+        }
+    });
+    let count = coordinates.len() / dimension;
+    let attributes = " NumberOfComponents=\"3\"";
+    let (name, kind, width) = ("Points", "Float64", 24);
+    Array {
+        section: Section::Points,
+        name,
+        kind,
+        attributes,
+        count,
+        width,
+        record,
+    }
+}
+
+/// The offsets are those of the ends of the cells.
+fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>; 2] {
+    let end: Record<'_> = Box::new(move |buffer, i| {
+        buffer.extend_from_slice(&((i as u64 + 1) * corners as u64).to_le_bytes());
+    });
+    [
+        cell_array(Section::Cells, "offsets", "Int64", (count, 8), end),
+        cell_array(
+            Section::Cells,
+            "types",
+            "UInt8",
+            (count, 1),
+            Box::new(move |b, _| b.push(kind)),
+        ),
+    ]
+}
+
+fn write_arrays(
+    out: &mut dyn Write,
+    points: usize,
+    cells: usize,
+    arrays: &[Array<'_>],
+    progress: &mut Progress<'_>,
+) -> io::Result<()> {
+    write_head(out, points, cells, arrays)?;
+    for array in arrays {
+        out.write_all(&((array.count * array.width) as u64).to_le_bytes())?;
+        write_records(out, array.count, progress, &*array.record)?;
+    }
+    out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
+}
+
+/// Everything up to the underscore that begins the data.
+fn write_head(
+    out: &mut dyn Write,
+    points: usize,
+    cells: usize,
+    arrays: &[Array<'_>],
+) -> io::Result<()> {
+    let has = |name| arrays.iter().any(|array: &Array<'_>| array.name == name);
+    let cell_data = if has("GlobalCellIds") {
+        "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\""
+    } else {
+        "CellData"
+    };
+    let sections = [
+        (Section::PointData, "PointData GlobalIds=\"GlobalPointIds\""),
+        (Section::CellData, cell_data),
+        (Section::Points, "Points"),
+        (Section::Cells, "Cells"),
+    ];
+    writeln!(out, "<?xml version=\"1.0\"?>")?;
+    write!(out, "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" ")?;
+    writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
+    writeln!(out, "  <UnstructuredGrid>")?;
+    writeln!(
+        out,
+        "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">"
+    )?;
+    let mut offset = 0;
+    for (section, tag) in sections {
+        writeln!(out, "      <{tag}>")?;
+        for Array {
+            name,
+            kind,
+            attributes,
+            count,
+            width,
+            ..
+        } in arrays.iter().filter(|array| array.section == section)
+        {
+            write!(
+                out,
+                "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" "
+            )?;
+            writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
+            offset += 8 + count * width;
+        }
+        let name = tag.split(' ').next().unwrap_or(tag);
+        writeln!(out, "      </{name}>")?;
+    }
+    write!(
+        out,
+        "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _"
+    )
+}
