@@ -1,3 +1,4 @@
 //! septet: Delaunay triangulation by sphere separators, density graphs and local convex hulls.
 
 pub mod model;
+pub mod verify;
