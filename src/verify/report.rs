@@ -186,7 +186,7 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    /// The faults of the levels after `structure`.
+    /// The faults of the levels `orientation` and `manifold`.
     fn fmt_geometric(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::Flat { cell } => write!(f, "cell {cell} is flat"),
@@ -221,6 +221,13 @@ impl Fault {
                 f,
                 "the link of vertex {vertex} is neither disc nor sphere (Euler characteristic {euler}, {boundary} boundary facets)"
             ),
+            global => global.fmt_global(f),
+        }
+    }
+
+    /// The faults of the levels after `manifold`.
+    fn fmt_global(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
             Fault::OpenRidge { ridge, count } => write!(
                 f,
                 "boundary ridge {ridge:?} lies in {count} boundary facets, not in two"
@@ -261,7 +268,7 @@ impl Fault {
                 f,
                 "cell {cell} reaches beyond the boundary facet {facet:?} of cell {other}"
             ),
-            structural => write!(f, "{structural:?}"),
+            other => write!(f, "{other:?}"),
         }
     }
 }
