@@ -195,44 +195,50 @@ impl Numbers {
     }
 }
 
-/// `side^3` cubes of six tetrahedra each (Kuhn), Delaunay for the cubic lattice. `place` moves points.
-pub fn kuhn(side: usize, mut place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
-    let at = |p: [usize; 3]| ((p[0] * (side + 1) + p[1]) * (side + 1) + p[2]) as u64;
+/// The corners of the unit cube, number `4 x + 2 y + z`.
+pub fn cube() -> Vec<[f64; 3]> {
+    (0..8u32)
+        .map(|i| [i / 4, i / 2 % 2, i % 2].map(f64::from))
+        .collect()
+}
+
+/// `side^3` cubes, each cut like the unit cube in `rows`. `place` moves points.
+pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
+    let triple = |i: usize, side: usize| [i / (side * side), i / side % side, i % side];
     let mut mesh = Mesh {
         dimension: 3,
         coordinates: Vec::new(),
         cells: Vec::new(),
     };
     for i in 0..(side + 1).pow(3) {
-        let p = [
-            i / (side + 1).pow(2),
-            i / (side + 1) % (side + 1),
-            i % (side + 1),
-        ];
-        mesh.coordinates.extend(place(p.map(|x| x as f64)));
+        mesh.coordinates
+            .extend(place(triple(i, side + 1).map(|x| x as f64)));
     }
-    let paths = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [2, 1, 0],
-        [1, 0, 2],
-    ];
-    for i in 0..side.pow(3) {
-        let corner = [i / side.pow(2), i / side % side, i % side];
-        for (k, path) in paths.iter().enumerate() {
-            let mut p = corner;
-            let mut row = vec![at(p)];
-            for &axis in path {
-                p[axis] += 1;
-                row.push(at(p));
-            }
-            if k > 2 {
-                row.swap(2, 3);
-            }
-            mesh.cells.extend(row);
+    for corner in (0..side.pow(3)).map(|i| triple(i, side)) {
+        for &v in rows {
+            let [x, y, z] = triple(v as usize, 2);
+            let at = ((corner[0] + x) * (side + 1) + corner[1] + y) * (side + 1) + corner[2] + z;
+            mesh.cells.push(at as u64);
         }
     }
     mesh
+}
+
+/// `side^3` cubes of six tetrahedra each around a diagonal (Kuhn), Delaunay for the cubic lattice.
+pub fn kuhn(side: usize, place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
+    let rows = [
+        [0, 4, 6, 7],
+        [0, 2, 3, 7],
+        [0, 1, 5, 7],
+        [0, 5, 4, 7],
+        [0, 3, 1, 7],
+        [0, 6, 2, 7],
+    ];
+    tiled(side, rows.as_flattened(), place)
+}
+
+/// The canonical triangulation of the cubic lattice: the perturbation knows no translation, so that
+/// it is that of one cube, repeated.
+pub fn canonical_lattice(side: usize) -> Mesh {
+    tiled(side, &brute(&cube()).cells, |p| p)
 }

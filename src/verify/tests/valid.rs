@@ -1,6 +1,6 @@
 //! What is Delaunay is accepted.
 
-use super::fixtures::{Mesh, Numbers, PERTURBED, brute, failed, kuhn};
+use super::fixtures::{Mesh, Numbers, PERTURBED, brute, canonical_lattice, failed, kuhn};
 use crate::verify::VerifyOptions;
 
 fn accepted(mesh: &Mesh) {
@@ -151,6 +151,13 @@ fn the_kuhn_lattice_is_delaunay_for_any_number_of_threads() {
         (6 * 216, 6 * 2 * 36)
     );
     assert!(reports.iter().all(|report| *report == reports[0]));
+    // Not the canonical one, though; that one passes in either mode.
+    let canonical = VerifyOptions {
+        any_order: true,
+        ..PERTURBED
+    };
+    assert_eq!(failed(&mesh.verify(canonical)), ["empty spheres"]);
+    accepted(&canonical_lattice(4));
     // A squeezed and jittered lattice has faults, the same for any number of threads.
     let mut numbers = Numbers(3);
     let bad = kuhn(6, |p| p.map(|x| x + numbers.below(1000) as f64 / 2500.0));
