@@ -1,7 +1,8 @@
 //! An independent verifier of Delaunay triangulations, for septet's files and anybody's.
 //!
 //! It shares no code with what builds triangulations: it has its own arithmetic (dyadic big
-//! integers behind its own `f64` filter, [`exact`] and [`predicates`]), and it trusts nothing but the
+//! integers behind its own `f64` filter, modules `exact` and
+//! `predicates`), and it trusts nothing but the
 //! coordinates and the list of cells.
 //!
 //! # Theorem

@@ -211,10 +211,22 @@ fn holes_and_outlines() {
     let mut notch = lattice.clone();
     notch.cells.drain(4 * 6 * 4..5 * 6 * 4);
     assert!(notch.failed().contains(&"hull"));
-    // A fold: a boundary edge runs back along its predecessor.
-    let points = [[0.0, 0.0], [9.0, 0.0], [3.0, 3.0], [3.0, 0.0], [9.0, -4.0]];
-    let fold = Mesh::new(&points, &[[0, 1, 2], [1, 3, 4]]);
-    assert!(!fold.failed().is_empty());
+    // A slit: the cells at the origin go all the way round, and the last edge lies on the first.
+    let points = [
+        [0.0, 0.0],
+        [-4.0, 0.0],
+        [0.0, 4.0],
+        [4.0, 0.0],
+        [0.0, -4.0],
+        [-2.0, 0.0],
+    ];
+    let slit = Mesh::new(&points, &[[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 5, 4]]);
+    let report = slit.verify(VerifyOptions::default());
+    let folded = Fault::Folded {
+        ridge: vec![0],
+        cells: [0, 3],
+    };
+    assert!(report.levels[3].faults.contains(&folded), "{report:?}");
 }
 
 #[test]

@@ -74,3 +74,33 @@ fn jittered_lattice() {
     });
     timed("jittered lattice", &mesh, true);
 }
+
+/// Points renumbered and cells reordered at random: no locality left.
+#[test]
+#[ignore = "a timing"]
+fn shuffled_lattice() {
+    let mut numbers = Numbers(2);
+    let mut permutation = |n: usize| {
+        let mut order: Vec<u64> = (0..n as u64).collect();
+        for i in (1..n).rev() {
+            order.swap(i, numbers.below(i as u64 + 1) as usize);
+        }
+        order
+    };
+    let mesh = canonical_lattice(side());
+    let (points, cells) = (
+        permutation(mesh.coordinates.len() / 3),
+        permutation(mesh.cells.len() / 4),
+    );
+    let mut shuffled = mesh.clone();
+    for (i, p) in mesh.coordinates.chunks_exact(3).enumerate() {
+        let at = 3 * points[i] as usize;
+        shuffled.coordinates[at..at + 3].copy_from_slice(p);
+    }
+    for (i, row) in mesh.cells.chunks_exact(4).enumerate() {
+        let at = 4 * cells[i] as usize;
+        let row: Vec<u64> = row.iter().map(|&v| points[v as usize]).collect();
+        shuffled.cells[at..at + 4].copy_from_slice(&row);
+    }
+    assert!(timed("shuffled lattice", &shuffled, true).passed());
+}
