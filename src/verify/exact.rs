@@ -1,0 +1,291 @@
+//! The determinants of the verifier, over any ring, and their exact signs.
+//!
+//! **Statement.** For points `p_0 .. p_d` of `R^d`, the orientation is `det(p_i - p_0)`, positive for
+//! counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`. For a
+//! positively oriented cell and a query `q`, the in-sphere form is the determinant of the rows
+//! `(p_i - q, |p_i - q|^2)`, its sign chosen so that it is positive exactly when `q` lies strictly
+//! inside the circumsphere.
+//!
+//! **Source.** The forms are classical (Guibas and Stolfi 1985). A finite `f64` is a dyadic integer
+//! `m 2^e`; multiplying all coordinates of one call by a common power of two makes them integers and
+//! multiplies a homogeneous form by a positive number.
+//!
+//! **Work.** O(1) ring operations. With differences below `2^b` the forms are sums of so few terms
+//! that [`bits`] bounds every partial sum: then `i64` or `i128` hold them without overflow; otherwise
+//! [`BigInt`] does, at any spread of exponents that `f64` allows (about 2,100 bits).
+
+use std::array::from_fn;
+use std::cmp::Ordering;
+
+use num_bigint::BigInt;
+
+/// What the determinants need of a number.
+pub(super) trait Ring: Clone {
+    /// `self + other`.
+    fn plus(&self, other: &Self) -> Self;
+    /// `self - other`.
+    fn minus(&self, other: &Self) -> Self;
+    /// `self * other`.
+    fn times(&self, other: &Self) -> Self;
+}
+
+impl Ring for f64 {
+    #[inline]
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+    #[inline]
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+    #[inline]
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+}
+
+/// Machine integers: the caller has bounded every partial sum by [`bits`], so that wrapping never
+/// wraps; it only spares the check.
+macro_rules! machine_ring {
+    ($($int:ty),*) => {$(
+        impl Ring for $int {
+            #[inline]
+            fn plus(&self, other: &Self) -> Self {
+                self.wrapping_add(*other)
+            }
+            #[inline]
+            fn minus(&self, other: &Self) -> Self {
+                self.wrapping_sub(*other)
+            }
+            #[inline]
+            fn times(&self, other: &Self) -> Self {
+                self.wrapping_mul(*other)
+            }
+        }
+    )*};
+}
+machine_ring!(i64, i128);
+
+impl Ring for BigInt {
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+}
+
+#[inline]
+fn det2<R: Ring>(a: &[R], b: &[R], i: usize, j: usize) -> R {
+    a[i].times(&b[j]).minus(&a[j].times(&b[i]))
+}
+
+#[inline]
+fn det3<R: Ring>(a: &[R], b: &[R], c: &[R]) -> R {
+    let first = a[0].times(&det2(b, c, 1, 2));
+    let second = a[1].times(&det2(b, c, 0, 2));
+    let third = a[2].times(&det2(b, c, 0, 1));
+    first.minus(&second).plus(&third)
+}
+
+#[inline]
+fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
+    let planar = a[0].times(&a[0]).plus(&a[1].times(&a[1]));
+    if D == 2 {
+        planar
+    } else {
+        planar.plus(&a[2].times(&a[2]))
+    }
+}
+
+/// The form of `K` rows of differences: with `K = D` the orientation of the base point and the rows,
+/// with `K = D + 1` the in-sphere form of the rows' cell and the base point. `D` is 2 or 3.
+#[inline]
+pub(super) fn form<R: Ring, const D: usize, const K: usize>(rows: &[[R; D]; K]) -> R {
+    match (D, K) {
+        (2, 2) => det2(&rows[0], &rows[1], 0, 1),
+        (2, _) => {
+            let (a, b, c) = (&rows[0], &rows[1], &rows[2]);
+            let first = norm(a).times(&det2(b, c, 0, 1));
+            let second = norm(b).times(&det2(a, c, 0, 1));
+            let third = norm(c).times(&det2(a, b, 0, 1));
+            first.minus(&second).plus(&third)
+        }
+        (_, 3) => det3(&rows[0], &rows[1], &rows[2]),
+        _ => {
+            let (a, b, c, d) = (&rows[0], &rows[1], &rows[2], &rows[3]);
+            let first = norm(a).times(&det3(b, c, d));
+            let second = norm(b).times(&det3(a, c, d));
+            let third = norm(c).times(&det3(a, b, d));
+            let fourth = norm(d).times(&det3(a, b, c));
+            first.minus(&second).plus(&third).minus(&fourth)
+        }
+    }
+}
+
+/// Degree of the form and the binary logarithm, rounded up, of the number of its monomials: 2, 6,
+/// 12 (three minors of two, times two squares) and 72 (four minors of six, times three squares).
+const fn size(d: usize, k: usize) -> (u32, u32) {
+    match (d, k) {
+        (2, 2) => (2, 1),
+        (2, _) => (4, 4),
+        (_, 3) => (3, 3),
+        _ => (5, 7),
+    }
+}
+
+/// Every partial sum of the form is below `2^bits` if the differences are below `2^b` in size.
+const fn bits(d: usize, k: usize, b: u32) -> u32 {
+    let (degree, terms) = size(d, k);
+    degree * b + terms
+}
+
+/// `x` as `m 2^e` with `m` odd, or `(0, 0)`. `x` is finite.
+#[inline]
+fn split(x: f64) -> (i64, i32) {
+    if x == 0.0 {
+        return (0, 0);
+    }
+    let raw = x.to_bits();
+    let biased = ((raw >> 52) & 0x7ff) as i32;
+    let fraction = (raw & ((1 << 52) - 1)) as i64;
+    let (m, e) = if biased == 0 {
+        (fraction, -1074)
+    } else {
+        (fraction | (1 << 52), biased - 1075)
+    };
+    let shift = m.trailing_zeros();
+    let m = m >> shift;
+    (if raw >> 63 == 1 { -m } else { m }, e + shift as i32)
+}
+
+/// `2^k` for `k` in `-1022..=1023`.
+pub(super) fn power_of_two(k: i32) -> f64 {
+    f64::from_bits(((1023 + k) as u64) << 52)
+}
+
+/// The lowest exponent and the end of the highest bit over nonzero coordinates.
+#[inline]
+fn span(parts: impl Iterator<Item = (i64, i32)>) -> (i32, i32) {
+    let mut low = i32::MAX;
+    let mut high = i32::MIN;
+    for (m, e) in parts.filter(|&(m, _)| m != 0) {
+        low = low.min(e);
+        high = high.max(e + (64 - m.unsigned_abs().leading_zeros()) as i32);
+    }
+    (low, high)
+}
+
+/// Points as integers: all coordinates times one common power of two.
+pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> {
+    let (low, _) = span(points.iter().flatten().map(|&x| split(x)));
+    let big = |x: f64| {
+        let (m, e) = split(x);
+        if m == 0 {
+            BigInt::ZERO
+        } else {
+            BigInt::from(m) << (e - low)
+        }
+    };
+    points.iter().map(|p| from_fn(|k| big(p[k]))).collect()
+}
+
+/// The sign of a big integer.
+pub(super) fn sign_of(x: &BigInt) -> Ordering {
+    x.cmp(&BigInt::ZERO)
+}
+
+/// The exact sign of the form of `others - base`.
+pub(super) fn exact_sign<const D: usize, const K: usize>(
+    base: &[f64; D],
+    others: &[[f64; D]; K],
+) -> Ordering {
+    let origin: [(i64, i32); D] = from_fn(|k| split(base[k]));
+    let parts: [[(i64, i32); D]; K] = from_fn(|i| from_fn(|k| split(others[i][k])));
+    let (low, high) = span(origin.iter().chain(parts.iter().flatten()).copied());
+    // i64 arithmetic: the span decides, so that no spread of exponents can overflow it.
+    if i64::from(high) - i64::from(low) > 62 {
+        return wide_sign(base, others);
+    }
+    let whole = |(m, e): (i64, i32)| if m == 0 { 0 } else { m << (e - low) };
+    let rows: [[i64; D]; K] = from_fn(|i| from_fn(|k| whole(parts[i][k]) - whole(origin[k])));
+    let largest = rows
+        .iter()
+        .flatten()
+        .map(|x| x.unsigned_abs())
+        .max()
+        .unwrap_or(0);
+    let need = bits(D, K, 64 - largest.leading_zeros());
+    if need <= 63 {
+        form(&rows).cmp(&0)
+    } else if need <= 127 {
+        form(&rows.map(|r| r.map(i128::from))).cmp(&0)
+    } else {
+        sign_of(&form(&rows.map(|r| r.map(BigInt::from))))
+    }
+}
+
+/// The exact sign, at any spread of exponents.
+#[cold]
+fn wide_sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
+    let mut all = others.to_vec();
+    all.push(*base);
+    let whole = integers(&all);
+    let rows: [[BigInt; D]; K] = from_fn(|i| from_fn(|k| &whole[i][k] - &whole[K][k]));
+    sign_of(&form(&rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn splits_every_kind_of_float() {
+        for x in [
+            1.0,
+            -3.5,
+            0.1,
+            f64::MIN_POSITIVE,
+            5e-324,
+            -f64::MAX,
+            1e300,
+            6.0,
+        ] {
+            let (m, e) = split(x);
+            assert_eq!(m & 1, 1);
+            let half = (e / 2, e - e / 2);
+            assert_eq!(m as f64 * 2f64.powi(half.0) * 2f64.powi(half.1), x);
+        }
+        assert_eq!(split(0.0), (0, 0));
+    }
+
+    #[test]
+    fn the_widths_agree() {
+        // A unit cell whose last vertex is raised by what needs i64, i128, and BigInt from i64. The
+        // far corner of the cube lies on the sphere before, and inside of it after.
+        let cell = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
+        for bits in [8, 20, 50] {
+            let mut raised = cell;
+            raised[3][2] += 2f64.powi(-bits);
+            assert_eq!(exact_sign(&[1.0; 3], &cell), Ordering::Equal);
+            assert_eq!(exact_sign(&[1.0; 3], &raised), Ordering::Greater);
+            assert_eq!(
+                exact_sign(&[1.0, 1.0, 1.0 + 2f64.powi(-bits)], &raised),
+                Ordering::Equal
+            );
+        }
+        // A spread of 1,950 bits: q is off the plane by the smallest of amounts.
+        let (far, near) = (2f64.powi(950), 2f64.powi(-1000));
+        let flat = [[far, 0.0, 0.0], [0.0, far, 0.0], [far, far, near]];
+        assert_eq!(exact_sign(&[0.0; 3], &flat), Ordering::Greater);
+        assert_eq!(exact_sign(&[0.0, 0.0, near], &flat), Ordering::Greater);
+    }
+}

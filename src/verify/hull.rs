@@ -1,0 +1,103 @@
+//! The fourth level: the boundary is closed and locally convex.
+//!
+//! **Statement.** Every ridge (a vertex in the plane, an edge in space) of a boundary facet lies in
+//! exactly two boundary facets, and the far vertex of the one is not strictly beyond the plane of the
+//! other: the ridges infinite|infinite of the lifted hull. Coplanar facets are allowed, and must not
+//! be folded onto each other. One of the two directions of the test suffices: both ask whether the
+//! angle between the facets, measured through the cells, exceeds 180 degrees.
+//!
+//! **Work.** Sorting the ridges.
+
+use std::cmp::Ordering;
+
+use rayon::prelude::*;
+
+use super::predicates::replaced;
+use super::report::{Fault, Tally};
+use super::runner::Runner;
+use super::soup::Soup;
+
+/// A ridge in a boundary facet: its vertices, the facet, the far vertex of the facet.
+type Ridge = ([u32; 2], u32, u32);
+
+/// The ridges of one boundary facet. In the plane a ridge is a vertex, given twice.
+fn ridges<const D: usize, const N: usize>(
+    soup: &Soup<D, N>,
+    facet: u32,
+) -> impl Iterator<Item = Ridge> {
+    let row = soup.cells[(facet / N as u32) as usize];
+    let slot = facet as usize % N;
+    (0..N).filter(move |&far| far != slot).map(move |far| {
+        let mut rest = (0..N).filter(|&i| i != slot && i != far).map(|i| row[i]);
+        let a = rest.next().unwrap_or_default();
+        let b = rest.next().unwrap_or(a);
+        ([a.min(b), a.max(b)], facet, row[far])
+    })
+}
+
+/// The level `hull`.
+pub(super) fn check<const D: usize, const N: usize>(
+    soup: &Soup<D, N>,
+    boundary: &[u32],
+    runner: &mut Runner<'_>,
+) -> Tally {
+    let sorted: Vec<Ridge> = runner.on_threads(|| {
+        let mut all: Vec<Ridge> = boundary
+            .par_iter()
+            .flat_map_iter(|&f| ridges(soup, f))
+            .collect();
+        all.par_sort_unstable();
+        all
+    });
+    let groups: Vec<&[Ridge]> = sorted.chunk_by(|a, b| a.0 == b.0).collect();
+    runner.each("hull", groups.len(), |range, tally| {
+        for group in &groups[range] {
+            tally.checked += 1;
+            if let [one, other] = group {
+                check_ridge(soup, one, other, tally);
+            } else {
+                let count = group.len() as u64;
+                tally.fault(Fault::OpenRidge {
+                    ridge: named::<D>(one_of(group)),
+                    count,
+                });
+            }
+        }
+    })
+}
+
+fn one_of(group: &[Ridge]) -> [u32; 2] {
+    group.first().map_or([0, 0], |ridge| ridge.0)
+}
+
+/// The ridge's vertices as input indices.
+fn named<const D: usize>(ridge: [u32; 2]) -> Vec<u64> {
+    ridge[..D - 1].iter().map(|&v| v as u64).collect()
+}
+
+/// One ridge with its two boundary facets.
+fn check_ridge<const D: usize, const N: usize>(
+    soup: &Soup<D, N>,
+    one: &Ridge,
+    other: &Ridge,
+    tally: &mut Tally,
+) {
+    let (cell, slot) = (one.1 / N as u32, one.1 as usize % N);
+    let (next, inner) = (other.1 / N as u32, other.1 as usize % N);
+    if soup.is_flat(cell) || soup.is_flat(next) {
+        return;
+    }
+    let corners = soup.corners(cell);
+    let side = |v: u32| replaced(&corners, slot, &soup.points[v as usize]);
+    let (ridge, cells) = (named::<D>(one.0), [cell as u64, next as u64]);
+    match side(other.2) {
+        Ordering::Greater => {}
+        Ordering::Less => tally.fault(Fault::Reflex { ridge, cells }),
+        // Coplanar: then the cells lie on the same side of the plane, or the facets are folded.
+        Ordering::Equal => {
+            if side(soup.cells[next as usize][inner]).is_lt() {
+                tally.fault(Fault::Folded { ridge, cells });
+            }
+        }
+    }
+}

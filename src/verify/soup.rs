@@ -1,0 +1,274 @@
+//! The mesh as the verifier holds it, and the first two levels: structure and orientation.
+//!
+//! Coordinates are copied with `-0.0` as `0.0`, and multiplied by a power of two that brings the
+//! largest near one, where that is exact for all of them: no sign changes, and the filter of
+//! [`super::predicates`] stays in its range at any unit of length.
+
+use std::array::from_fn;
+use std::cmp::Ordering;
+
+use rayon::prelude::*;
+
+use super::exact::power_of_two;
+use super::predicates::{lexicographic, orientation};
+use super::report::{Fault, Tally};
+use super::runner::Runner;
+use crate::model::MeshView;
+
+/// Points and cells; `N = D + 1`.
+pub(super) struct Soup<const D: usize, const N: usize> {
+    /// All points.
+    pub points: Vec<[f64; D]>,
+    /// Vertices of the cells; from the level `orientation` on, positively oriented unless flat.
+    pub cells: Vec<[u32; N]>,
+    /// The flat cells, ascending.
+    pub flat: Vec<u32>,
+    /// Is the point a vertex?
+    pub used: Vec<bool>,
+    /// Number of points that coincide with one of smaller index.
+    pub duplicates: u64,
+    /// The dimension of the points' affine hull.
+    pub dimension: i32,
+}
+
+/// Multiplies all coordinates by a power of two, if that is exact and worth it.
+fn normalise(coordinates: &mut [f64]) {
+    let largest = coordinates.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let exponent = ((largest.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    if largest == 0.0 || exponent.abs() <= 60 {
+        return;
+    }
+    let (half, rest) = (-exponent / 2, -exponent - -exponent / 2);
+    let (up, up_rest) = (power_of_two(half), power_of_two(rest));
+    let (down, down_rest) = (power_of_two(-half), power_of_two(-rest));
+    let scaled = |x: f64| x * up * up_rest;
+    if coordinates
+        .iter()
+        .all(|&x| scaled(x) * down_rest * down == x)
+    {
+        for x in coordinates {
+            *x = scaled(*x);
+        }
+    }
+}
+
+impl<const D: usize, const N: usize> Soup<D, N> {
+    /// The points and, if the indices allow it, the cells; faults of shape, range and repetition.
+    pub fn load(mesh: &MeshView<'_>, runner: &mut Runner<'_>) -> (Self, Tally) {
+        let mut coordinates: Vec<f64> = mesh.coordinates.iter().map(|x| x + 0.0).collect();
+        let count = coordinates.len() / D;
+        let mut tally = runner.each("points", count, |range, tally| {
+            tally.checked += range.len() as u64;
+            for i in range {
+                if !mesh.coordinates[i * D..(i + 1) * D]
+                    .iter()
+                    .all(|x| x.is_finite())
+                {
+                    tally.fault(Fault::NotFinite { point: i as u64 });
+                }
+            }
+        });
+        let m = mesh.cells.len() / N;
+        tally.append(runner.each("cells", m, |range, tally| {
+            tally.checked += range.len() as u64;
+            for cell in range {
+                check_row(
+                    cell as u64,
+                    &mesh.cells[cell * N..(cell + 1) * N],
+                    count,
+                    tally,
+                );
+            }
+        }));
+        let mut cells = Vec::new();
+        if tally.count == 0 {
+            normalise(&mut coordinates);
+            cells = mesh
+                .cells
+                .chunks_exact(N)
+                .map(|row| from_fn(|i| row[i] as u32))
+                .collect();
+        }
+        let points = coordinates
+            .chunks_exact(D)
+            .map(|p| from_fn(|k| p[k]))
+            .collect();
+        let used = vec![false; count];
+        (
+            Self {
+                points,
+                cells,
+                flat: Vec::new(),
+                used,
+                duplicates: 0,
+                dimension: -1,
+            },
+            tally,
+        )
+    }
+
+    /// The coordinates of a cell's vertices.
+    #[inline]
+    pub fn corners(&self, cell: u32) -> [[f64; D]; N] {
+        self.cells[cell as usize].map(|v| self.points[v as usize])
+    }
+
+    /// The vertices of a facet, the one opposite to `slot`, as input indices.
+    pub fn facet(&self, cell: u32, slot: usize) -> Vec<u64> {
+        let row = self.cells[cell as usize];
+        let mut facet: Vec<u64> = (0..N)
+            .filter(|&i| i != slot)
+            .map(|i| row[i] as u64)
+            .collect();
+        facet.sort_unstable();
+        facet
+    }
+
+    /// Is the cell flat?
+    #[inline]
+    pub fn is_flat(&self, cell: u32) -> bool {
+        !self.flat.is_empty() && self.flat.binary_search(&cell).is_ok()
+    }
+
+    /// The rest of the level `structure`: repeated cells, unused and coincident points.
+    pub fn structure(&mut self, perturbed: bool, runner: &mut Runner<'_>) -> Tally {
+        let mut tally = Tally::default();
+        self.repeated_cells(runner, &mut tally);
+        for &v in self.cells.as_flattened() {
+            self.used[v as usize] = true;
+        }
+        let mut order: Vec<u32> = (0..self.points.len() as u32).collect();
+        let points = &self.points;
+        let by_place = |&i: &u32, &j: &u32| {
+            lexicographic(&points[i as usize], &points[j as usize]).then(i.cmp(&j))
+        };
+        runner.on_threads(|| order.par_sort_unstable_by(by_place));
+        self.dimension = affine_dimension::<D, N>(points, &order);
+        let empty = self.cells.is_empty();
+        if empty && self.dimension == D as i32 {
+            tally.fault(Fault::NoCells);
+        }
+        for group in order.chunk_by(|&i, &j| points[i as usize] == points[j as usize]) {
+            self.duplicates += group.len() as u64 - 1;
+            if !empty {
+                check_group(group, &self.used, perturbed, &mut tally);
+            }
+        }
+        tally
+    }
+
+    /// Cells with the same vertices, by sorting.
+    fn repeated_cells(&self, runner: &Runner<'_>, tally: &mut Tally) {
+        let sorted = runner.on_threads(|| {
+            let mut rows: Vec<([u32; N], u32)> = (self.cells.par_iter().enumerate())
+                .map(|(i, row)| {
+                    let mut row = *row;
+                    row.sort_unstable();
+                    (row, i as u32)
+                })
+                .collect();
+            rows.par_sort_unstable();
+            rows
+        });
+        for pair in sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            tally.fault(Fault::CellTwice {
+                cells: [pair[0].1 as u64, pair[1].1 as u64],
+            });
+        }
+    }
+
+    /// The level `orientation`: no cell is flat, and (where the order of rows matters) none is
+    /// negative. Leaves all cells that are not flat positively oriented.
+    pub fn orient(&mut self, any_order: bool, runner: &mut Runner<'_>) -> Tally {
+        let signs: Vec<Ordering> = runner.on_threads(|| {
+            (0..self.cells.len() as u32)
+                .into_par_iter()
+                .map(|c| orientation(&self.corners(c)))
+                .collect()
+        });
+        let mut tally = Tally {
+            checked: signs.len() as u64,
+            ..Tally::default()
+        };
+        for (cell, sign) in signs.into_iter().enumerate() {
+            match sign {
+                Ordering::Greater => {}
+                Ordering::Equal => {
+                    self.flat.push(cell as u32);
+                    tally.fault(Fault::Flat { cell: cell as u64 });
+                }
+                Ordering::Less => {
+                    self.cells[cell].swap(N - 2, N - 1);
+                    if !any_order {
+                        tally.fault(Fault::Negative { cell: cell as u64 });
+                    }
+                }
+            }
+        }
+        runner.report("orientation", self.cells.len(), self.cells.len());
+        tally
+    }
+}
+
+/// Indices in range, no vertex twice.
+fn check_row(cell: u64, row: &[u64], count: usize, tally: &mut Tally) {
+    if let Some(&index) = row.iter().find(|&&v| v >= count as u64) {
+        tally.fault(Fault::OutOfRange { cell, index });
+    }
+    let repeated = (1..row.len()).find(|&i| row[..i].contains(&row[i]));
+    if let Some(i) = repeated {
+        tally.fault(Fault::RepeatedVertex {
+            cell,
+            vertex: row[i],
+        });
+    }
+}
+
+/// Coincident points, ascending by index: exactly one is a vertex.
+fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally) {
+    let smallest = group[0] as u64;
+    let mut vertices = group
+        .iter()
+        .filter(|&&i| used[i as usize])
+        .map(|&i| i as u64);
+    match (vertices.next(), vertices.next()) {
+        (None, _) => tally.fault(Fault::Unused { point: smallest }),
+        (Some(a), Some(b)) => tally.fault(Fault::CoincidentVertices { points: [a, b] }),
+        (Some(vertex), None) if perturbed && vertex != smallest => {
+            tally.fault(Fault::NotRepresentative { vertex, smallest });
+        }
+        _ => {}
+    }
+}
+
+/// The dimension of the affine hull, exactly: the first point in lexicographic order, the last, one
+/// off their line, one off their plane.
+fn affine_dimension<const D: usize, const N: usize>(points: &[[f64; D]], order: &[u32]) -> i32 {
+    let (Some(&first), Some(&last)) = (order.first(), order.last()) else {
+        return -1;
+    };
+    let mut frame = [points[first as usize]; N];
+    frame[1] = points[last as usize];
+    if frame[0] == frame[1] {
+        return 0;
+    }
+    let Some(third) = points.iter().find(|p| !collinear(&frame[0], &frame[1], p)) else {
+        return 1;
+    };
+    if D == 2 {
+        return 2;
+    }
+    frame[2] = *third;
+    let spanned = points.iter().any(|p| {
+        let mut cell = frame;
+        cell[N - 1] = *p;
+        orientation(&cell).is_ne()
+    });
+    if spanned { 3 } else { 2 }
+}
+
+/// Three points are collinear if their projections to all pairs of axes are.
+fn collinear<const D: usize>(a: &[f64; D], b: &[f64; D], c: &[f64; D]) -> bool {
+    let mut axes = (0..D).flat_map(|i| (0..i).map(move |j| [i, j]));
+    axes.all(|pair| orientation(&[a, b, c].map(|p| pair.map(|k| p[k]))).is_eq())
+}

@@ -1,0 +1,54 @@
+//! The fifth level: every interior facet is locally Delaunay.
+//!
+//! **Statement.** The far vertex of the neighbour is not strictly inside the circumsphere of the
+//! cell: the ridges finite|finite of the lifted hull. The sign is the same from either side. Where it
+//! is zero and the perturbation is required, the perturbed sign must be outside, too.
+//!
+//! **Work.** O(1) per facet.
+
+use std::cmp::Ordering;
+
+use super::facets::{BROKEN, Facets};
+use super::predicates::{in_sphere, tie_inside};
+use super::report::{Fault, Tally};
+use super::runner::Runner;
+use super::soup::Soup;
+
+/// The level `empty spheres`.
+pub(super) fn check<const D: usize, const N: usize>(
+    soup: &Soup<D, N>,
+    facets: &Facets,
+    perturbed: bool,
+    runner: &mut Runner<'_>,
+) -> Tally {
+    runner.each("empty spheres", soup.cells.len(), |range, tally| {
+        for cell in range {
+            let corners = soup.corners(cell as u32);
+            for slot in 0..N {
+                let facet = cell * N + slot;
+                let twin = facets.twin[facet];
+                let next = twin / N as u32;
+                if twin < BROKEN
+                    && facet < twin as usize
+                    && !soup.is_flat(cell as u32)
+                    && !soup.is_flat(next)
+                {
+                    tally.checked += 1;
+                    let far = soup.cells[next as usize][twin as usize % N];
+                    let q = &soup.points[far as usize];
+                    let (cells, vertex) = ([cell as u64, next as u64], far as u64);
+                    match in_sphere(&corners, q) {
+                        Ordering::Less => {}
+                        Ordering::Greater => tally.fault(Fault::NotEmpty { cells, vertex }),
+                        Ordering::Equal => {
+                            tally.ties += 1;
+                            if perturbed && tie_inside(&corners, q) {
+                                tally.fault(Fault::TieBrokenOtherwise { cells, vertex });
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    })
+}

@@ -1,0 +1,244 @@
+//! Meshes for the tests.
+
+use num_bigint::BigInt;
+
+use crate::model::MeshView;
+use crate::verify::exact::integers;
+use crate::verify::{Fault, Report, VerifyOptions, verify};
+
+/// A mesh that owns its arrays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    pub dimension: usize,
+    pub coordinates: Vec<f64>,
+    pub cells: Vec<u64>,
+}
+
+impl Mesh {
+    pub fn new<const D: usize, const N: usize>(points: &[[f64; D]], cells: &[[u64; N]]) -> Self {
+        let (coordinates, cells) = (
+            points.as_flattened().to_vec(),
+            cells.as_flattened().to_vec(),
+        );
+        Self {
+            dimension: D,
+            coordinates,
+            cells,
+        }
+    }
+
+    pub fn view(&self) -> MeshView<'_> {
+        MeshView {
+            dimension: self.dimension,
+            coordinates: &self.coordinates,
+            cells: &self.cells,
+            owner: None,
+            home_leaf: None,
+        }
+    }
+
+    pub fn verify(&self, options: VerifyOptions) -> Report {
+        verify(&self.view(), &options, &mut |_, _, _| {})
+    }
+
+    /// The levels that ran and failed, by default options.
+    pub fn failed(&self) -> Vec<&'static str> {
+        failed(&self.verify(VerifyOptions::default()))
+    }
+
+    /// The first fault of a level.
+    pub fn fault(&self, level: &str) -> Fault {
+        let report = self.verify(VerifyOptions::default());
+        report.level(level).unwrap().faults[0].clone()
+    }
+
+    /// The rows, each sorted, in order: the mesh as a set of simplices.
+    pub fn as_set(&self) -> Vec<Vec<u64>> {
+        let sorted = |row: &[u64]| {
+            let mut row = row.to_vec();
+            row.sort_unstable();
+            row
+        };
+        let mut rows: Vec<_> = self
+            .cells
+            .chunks_exact(self.dimension + 1)
+            .map(sorted)
+            .collect();
+        rows.sort_unstable();
+        rows
+    }
+
+    /// Appends another mesh of the same dimension.
+    pub fn append(&mut self, other: &Mesh) {
+        let shift = (self.coordinates.len() / self.dimension) as u64;
+        self.coordinates.extend_from_slice(&other.coordinates);
+        self.cells.extend(other.cells.iter().map(|v| v + shift));
+    }
+}
+
+pub fn failed(report: &Report) -> Vec<&'static str> {
+    let bad = report
+        .levels
+        .iter()
+        .filter(|level| !level.passed && level.stopped_by.is_none());
+    bad.map(|level| level.name).collect()
+}
+
+pub const PERTURBED: VerifyOptions = VerifyOptions {
+    perturbed: true,
+    any_order: false,
+    threads: 1,
+};
+
+/// A determinant by Laplace's rule.
+fn determinant(rows: &[Vec<BigInt>]) -> BigInt {
+    let Some((first, rest)) = rows.split_first() else {
+        return BigInt::from(1);
+    };
+    let mut sum = BigInt::ZERO;
+    for (k, x) in first.iter().enumerate() {
+        let without = |row: &Vec<BigInt>| {
+            let mut row = row.clone();
+            row.remove(k);
+            row
+        };
+        let minor: Vec<_> = rest.iter().map(without).collect();
+        let term = x * determinant(&minor);
+        sum = if k % 2 == 0 { sum + term } else { sum - term };
+    }
+    sum
+}
+
+/// Increasing `k`-subsets of `items`.
+fn subsets(items: &[usize], k: usize) -> Vec<Vec<usize>> {
+    if k == 0 {
+        return vec![Vec::new()];
+    }
+    let mut all = Vec::new();
+    for (i, &first) in items.iter().enumerate() {
+        for rest in subsets(&items[i + 1..], k - 1) {
+            all.push([vec![first], rest].concat());
+        }
+    }
+    all
+}
+
+/// The canonical Delaunay triangulation of few points: the lower hull of the heights
+/// `|p|^2 B^(n+1) + B^rank`, written out for a large `B`, by trying all simplices on all points.
+pub fn brute<const D: usize>(points: &[[f64; D]]) -> Mesh {
+    let whole = integers(points);
+    let n = points.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| whole[i].cmp(&whole[j]).then(i.cmp(&j)));
+    order.dedup_by(|i, j| whole[*i] == whole[*j]);
+    let width = 16 + 8 * whole.iter().flatten().map(BigInt::bits).max().unwrap_or(0);
+    let mut lifted: Vec<Vec<BigInt>> = whole.iter().map(|p| p.to_vec()).collect();
+    for p in &mut lifted {
+        let square: BigInt = p.iter().map(|x| x * x).sum();
+        p.push(square << (width * (n as u64 + 1)));
+    }
+    for (rank, &i) in order.iter().enumerate() {
+        lifted[i][D] += BigInt::from(1) << (width * (rank as u64 + 1));
+    }
+    let row = |i: usize, j: usize, size: usize| -> Vec<BigInt> {
+        (0..size).map(|k| &lifted[i][k] - &lifted[j][k]).collect()
+    };
+    let mut cells = Vec::new();
+    for mut cell in subsets(&order, D + 1) {
+        let flat: Vec<_> = cell[1..].iter().map(|&i| row(i, cell[0], D)).collect();
+        let volume = determinant(&flat);
+        if volume == BigInt::ZERO {
+            continue;
+        }
+        if volume < BigInt::ZERO {
+            cell.swap(D - 1, D);
+        }
+        let mut rows: Vec<_> = cell[1..].iter().map(|&i| row(i, cell[0], D + 1)).collect();
+        let empty = order.iter().filter(|i| !cell.contains(i)).all(|&q| {
+            rows.push(row(q, cell[0], D + 1));
+            let above = determinant(&rows);
+            rows.pop();
+            above > BigInt::ZERO
+        });
+        if empty {
+            cells.extend(cell.iter().map(|&i| i as u64));
+        }
+    }
+    Mesh {
+        dimension: D,
+        coordinates: points.as_flattened().to_vec(),
+        cells,
+    }
+}
+
+/// A small generator of numbers (splitmix64).
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, end: u64) -> u64 {
+        self.next() % end
+    }
+
+    /// Points with integer coordinates below `end`.
+    pub fn points<const D: usize>(&mut self, count: usize, end: u64) -> Vec<[f64; D]> {
+        (0..count)
+            .map(|_| std::array::from_fn(|_| self.below(end) as f64))
+            .collect()
+    }
+}
+
+/// The corners of the unit cube, number `4 x + 2 y + z`.
+pub fn cube() -> Vec<[f64; 3]> {
+    (0..8u32)
+        .map(|i| [i / 4, i / 2 % 2, i % 2].map(f64::from))
+        .collect()
+}
+
+/// `side^3` cubes, each cut like the unit cube in `rows`. `place` moves points.
+pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
+    let triple = |i: usize, side: usize| [i / (side * side), i / side % side, i % side];
+    let mut mesh = Mesh {
+        dimension: 3,
+        coordinates: Vec::new(),
+        cells: Vec::new(),
+    };
+    for i in 0..(side + 1).pow(3) {
+        mesh.coordinates
+            .extend(place(triple(i, side + 1).map(|x| x as f64)));
+    }
+    for corner in (0..side.pow(3)).map(|i| triple(i, side)) {
+        for &v in rows {
+            let [x, y, z] = triple(v as usize, 2);
+            let at = ((corner[0] + x) * (side + 1) + corner[1] + y) * (side + 1) + corner[2] + z;
+            mesh.cells.push(at as u64);
+        }
+    }
+    mesh
+}
+
+/// `side^3` cubes of six tetrahedra each around a diagonal (Kuhn), Delaunay for the cubic lattice.
+pub fn kuhn(side: usize, place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
+    let rows = [
+        [0, 4, 6, 7],
+        [0, 2, 3, 7],
+        [0, 1, 5, 7],
+        [0, 5, 4, 7],
+        [0, 3, 1, 7],
+        [0, 6, 2, 7],
+    ];
+    tiled(side, rows.as_flattened(), place)
+}
+
+/// The canonical triangulation of the cubic lattice: the perturbation knows no translation, so that
+/// it is that of one cube, repeated.
+pub fn canonical_lattice(side: usize) -> Mesh {
+    tiled(side, &brute(&cube()).cells, |p| p)
+}
