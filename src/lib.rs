@@ -1,5 +1,53 @@
 //! septet: Delaunay triangulation by sphere separators, density graphs and local convex hulls.
+//!
+//! The parallel algorithm of Miller, Talmor, Teng, Walkington and Wang's *Delaunay Tetrahedralization and
+//! Parallel Three Dimensional Mesh Generation*, run as a message-passing machine whose rounds, messages,
+//! bytes, work and depth are counted; exact for every input, and the same bytes for any number of workers.
+//!
+//! ```
+//! use glam::DVec3;
+//! use septet::{Config, simulate, triangulate};
+//!
+//! // The corners of a cube: all eight on one sphere. Ties are broken in one canonical way.
+//! let cube: Vec<DVec3> =
+//!     (0..8).map(|i| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64)).collect();
+//! let run = triangulate(&cube, &Config::default())?;
+//! assert_eq!(run.points.used, 8);
+//! assert_eq!(run.hull_facets, 12);
+//!
+//! // The same triangulation by the paper's recursion, with work and depth counted.
+//! let counted = simulate(&cube, &Config::default())?;
+//! assert_eq!(counted.cells, run.cells);
+//! assert!(counted.ledger.paper.depth > 0 && counted.ledger.paper.depth < counted.ledger.paper.work);
+//! # Ok::<(), septet::Error>(())
+//! ```
+//!
+//! The modules stand in the order of the flow: configuration and input, the machine seen from its
+//! coordinator, the result and what is made of it.
+
+pub mod config;
+
+pub mod model;
+
+mod error;
+
+mod prepare;
+
+mod coordinator;
+
+mod canonical;
+
+pub mod memory;
+
+mod run;
+
+pub mod verify;
 
 pub mod io;
-pub mod model;
-pub mod verify;
+
+pub use config::Config;
+pub use error::Error;
+pub use run::{Accounting, Run, Settled, simulate, triangulate};
+
+pub use septet_geometry as geometry;
+pub use septet_protocol as protocol;

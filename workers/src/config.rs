@@ -45,6 +45,8 @@ pub struct WorkerConfig {
     pub sets: SetRule,
     /// Send the graph's edges to the coordinator.
     pub collect_graph: bool,
+    /// Stop after this phase and collect the counts alone.
+    pub until: Option<septet_protocol::ids::Phase>,
     /// Send the home leaf of every cell with it.
     pub with_leaves: bool,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.

@@ -39,7 +39,9 @@ impl<P: Point> Worker<P> {
         for (node, cost) in charges {
             self.ledger.charge(Phase::Merge, node, cost, 0);
         }
-        all.disagreements += disagreements.len() as u64;
+        // Fingerprints that differ although the lists agree would be a collision in the lists.
+        let unexplained = if disagreements.is_empty() { self.agreement.differing } else { 0 };
+        all.disagreements += disagreements.len() as u64 + unexplained;
         all.exchange_rounds = u64::from(self.exchange.rounds);
         self.send_merged(root, all);
     }
@@ -124,7 +126,7 @@ impl<P: Point> Worker<P> {
 
     /// Sends the cells this worker owns, as rows of ids, then its ledger.
     pub(crate) fn begin_collect(&mut self) {
-        if self.known.outcome == Outcome::Passed {
+        if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
             self.send_cells();
         }
         // The ledger follows in the next step, when the cells are billed.

@@ -45,6 +45,9 @@ impl Outcome {
 
 /// The phase after `phase`.
 pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
+    if config.until == Some(phase) {
+        return Phase::Collect;
+    }
     let knn = config.counted && matches!(known.supergraph, Some(Supergraph::Knn { .. }));
     match phase {
         Phase::Load => Phase::Partition,

@@ -17,7 +17,7 @@ use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::neighbourhood::{Found, nearest_direct};
-use septet_geometry::point::{Point, Simplex as _, dist2, lex_cmp};
+use septet_geometry::point::{Point, dist2, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;

@@ -110,6 +110,8 @@ pub trait Point: Vector + Pod + Default {
     type Facet: Simplex;
     /// `[u32; DIM + 1]`: a cell (triangle or tetrahedron).
     type Cell: Simplex;
+    /// `[u64; DIM + 1]`: a cell by input indices, a row of a file.
+    type Row: Pod + Ord + Send + Sync + AsMut<[u64]> + AsRef<[u64]>;
 
     /// Exact sign of the orientation determinant of `DIM + 1` points: positive for
     /// counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
@@ -134,6 +136,7 @@ impl Point for DVec2 {
     type Lifted = DVec3;
     type Facet = [u32; 2];
     type Cell = [u32; 3];
+    type Row = [u64; 3];
 
     #[inline]
     fn orient_raw(c: &[Self]) -> f64 {
@@ -176,6 +179,7 @@ impl Point for DVec3 {
     type Lifted = DVec4;
     type Facet = [u32; 3];
     type Cell = [u32; 4];
+    type Row = [u64; 4];
 
     #[inline]
     fn orient_raw(c: &[Self]) -> f64 {

@@ -1,0 +1,31 @@
+//! How much memory a run takes: a forecast before it starts, and the peak that was measured.
+
+/// Bytes a point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
+/// rounded up.
+const BYTES_PER_POINT: [u64; 2] = [2400, 700];
+
+/// The same of `simulate`.
+const COUNTED_BYTES_PER_POINT: [u64; 2] = [3600, 1100];
+
+/// Expected peak memory of a run over `points` points, in bytes.
+pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {
+    let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
+    (64 << 20) + points * row[usize::from(dimension == 2)]
+}
+
+/// Peak resident memory of this process in bytes, where the system tells.
+pub fn peak_rss() -> Option<u64> {
+    status("VmHWM:")
+}
+
+/// Present resident memory of this process in bytes, where the system tells.
+pub fn rss() -> Option<u64> {
+    status("VmRSS:")
+}
+
+fn status(key: &str) -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|l| l.starts_with(key))?;
+    let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib * 1024)
+}

@@ -1,0 +1,334 @@
+//! A run: points and parameters in, a certified triangulation and its counts out.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::Ledger;
+use septet_workers::config::{Wanted, WorkerConfig};
+use septet_workers::transport::launch;
+
+use crate::canonical::{Cells, canonicalise};
+use crate::config::{Alpha, Config, ConfigError, GraphKind, Neighbours, Workers, alpha_of_spacing};
+use crate::coordinator::{Collected, Coordinator, Plan};
+use crate::error::Error;
+use crate::memory::forecast;
+use crate::model::MeshView;
+use crate::prepare::{Prepared, prepare};
+
+/// What became of every input point.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Accounting {
+    /// Points given.
+    pub input: u64,
+    /// Vertices of the triangulation.
+    pub used: u64,
+    /// Coincident points: index, and the index that stands for it.
+    pub duplicates: Vec<(u64, u64)>,
+    /// Indices of points dropped because they were not finite.
+    pub refused: Vec<u64>,
+}
+
+/// The parameters that a run settled on.
+#[derive(Clone, Debug)]
+pub struct Settled {
+    /// Number of workers.
+    pub workers: u32,
+    /// Largest leaf.
+    pub leaf: u64,
+    /// The supergraph, if there was one to build.
+    pub supergraph: Option<Supergraph>,
+    /// Why this one.
+    pub why: String,
+    /// Did the run split to the floor and count work and depth?
+    pub counted: bool,
+}
+
+/// The result of a run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// 2 or 3: that of the points' type.
+    pub space: usize,
+    /// Dimension of the points' affine hull, -1 for no points. Below `space` there are no cells.
+    pub dimension: isize,
+    /// What became of every point.
+    pub points: Accounting,
+    /// Cells in canonical order: `space + 1` input indices a row.
+    pub cells: Vec<u64>,
+    /// Worker of each cell, if kept.
+    pub owner: Option<Vec<u32>>,
+    /// Home leaf of each cell, if kept.
+    pub home_leaf: Option<Vec<u64>>,
+    /// Edges of the supergraph as pairs of input indices, smaller first, sorted, if kept.
+    pub graph: Option<Vec<(u64, u64)>>,
+    /// Number of facets of the convex hull.
+    pub hull_facets: u64,
+    /// Stars proved by a ball of the known radius alone.
+    pub stars_local: u64,
+    /// Stars that the exchange changed.
+    pub stars_repaired: u64,
+    /// Rounds of exchange.
+    pub exchange_rounds: u64,
+    /// Why and how many points were gathered, if the exchange was cut short.
+    pub fallback: Option<(String, u64)>,
+    /// The counts.
+    pub ledger: Ledger,
+    /// What was run.
+    pub settled: Settled,
+    /// Measured wall-clock seconds of each phase that occurred, in order.
+    pub phase_seconds: Vec<(Phase, f64)>,
+    /// Measured seconds from points in memory to certified stars on the workers, canonical order not
+    /// included.
+    pub triangulate_seconds: f64,
+    /// Measured seconds of the whole call.
+    pub total_seconds: f64,
+}
+
+impl Run {
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len() / (self.space + 1)
+    }
+
+    /// The triangulation over the coordinates it was made from, as files see it.
+    pub fn view<'a>(&'a self, coordinates: &'a [f64]) -> MeshView<'a> {
+        MeshView {
+            dimension: self.space,
+            coordinates,
+            cells: &self.cells,
+            owner: self.owner.as_deref(),
+            home_leaf: self.home_leaf.as_deref(),
+        }
+    }
+}
+
+/// The Delaunay triangulation of `points`, exact, certified, and the same for every number of workers,
+/// threads and every transport.
+///
+/// Coincident points count once (see [`Run::points`]); points that span less than the space give no cells.
+/// Work and depth are not counted: see [`simulate`].
+///
+/// # Errors
+/// See [`Error`].
+pub fn triangulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
+    run(points, config, false)
+}
+
+/// The same triangulation by the paper's recursion to its floor, with every count on.
+///
+/// # Errors
+/// See [`Error`].
+pub fn simulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
+    run(points, config, true)
+}
+
+fn run<P: Point>(points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
+    let start = Instant::now();
+    config.check()?;
+    if let Some(limit) = config.max_memory {
+        let forecast = forecast(points.len() as u64, P::DIM, counted);
+        if forecast > limit {
+            return Err(Error::Memory { forecast, limit, points: points.len() as u64 });
+        }
+    }
+    let ready = prepare(points, config.skip_invalid)?;
+    let (wanted, why) = settle::<P>(config, ready.positions.len() as u64)?;
+    let alpha = match wanted {
+        Wanted::Fixed(Supergraph::Density { alpha } | Supergraph::Overlap { alpha }) => Some(alpha),
+        _ => None,
+    };
+    let mut machine = WorkerConfig {
+        run: config.seed,
+        seed: config.seed,
+        workers: 1,
+        leaf: config.leaf_size(P::DIM, alpha),
+        counted,
+        wanted,
+        sets: config.sets,
+        collect_graph: config.keep_graph && counted,
+        until: None,
+        with_leaves: config.with_owner,
+        exchange_cap: config.exchange_cap,
+    };
+    if ready.dimension < P::DIM as isize {
+        machine.workers = match config.workers {
+            Workers::Count(p) => p,
+            Workers::Leaves => 1,
+        };
+        return Ok(flat_result::<P>(points.len(), ready, &machine, why, start));
+    }
+    let plan = match config.workers {
+        Workers::Count(p) => {
+            machine.workers = p;
+            Plan::new()
+        }
+        Workers::Leaves => {
+            let plan = plan_leaves(config, &machine, &ready)?;
+            machine.workers = plan.get(&NodeId::ROOT).copied().unwrap_or(1);
+            plan
+        }
+    };
+    let machine = Arc::new(machine);
+    let mut transport = launch::<P>(config.transport, &machine)?;
+    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
+    drop(transport);
+    finish::<P>(points.len(), ready, collected, &machine, why, start)
+}
+
+/// The supergraph asked for, and why.
+fn settle<P: Point>(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
+    let spaced = config.spacing.map(alpha_of_spacing);
+    let by_alpha = |alpha: f64| match config.graph {
+        GraphKind::Overlap => Supergraph::Overlap { alpha },
+        _ => Supergraph::Density { alpha },
+    };
+    let most = points.saturating_sub(1).max(1);
+    Ok(match (config.graph, config.alpha) {
+        (GraphKind::Knn, _) => {
+            let (k, why) = match config.k {
+                Neighbours::Auto => (64.min(most), "64 nearest neighbours, or all there are".to_string()),
+                Neighbours::Count(k) if k == 0 || u64::from(k) > most => {
+                    return Err(ConfigError::K { k: u64::from(k), points }.into());
+                }
+                Neighbours::Count(k) => (u64::from(k), "k as given".to_string()),
+                Neighbours::Log(c) => {
+                    let k = (c * (points.max(2) as f64).ln()).ceil() as u64;
+                    (k.clamp(1, most), format!("ceil({c} ln n)"))
+                }
+            };
+            (Wanted::Fixed(Supergraph::Knn { k: k as u32 }), why)
+        }
+        (_, Alpha::Value(alpha)) => (Wanted::Fixed(by_alpha(alpha)), "alpha as given".to_string()),
+        (_, Alpha::Auto) => match (spaced, config.spacing) {
+            (Some(alpha), Some(lipschitz)) => {
+                let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");
+                (Wanted::Fixed(by_alpha(alpha)), why)
+            }
+            _ if config.graph == GraphKind::Overlap => (Wanted::AutoOverlap, String::new()),
+            _ => (Wanted::AutoDensity, String::new()),
+        },
+    })
+}
+
+/// Grows the tree once, on one worker, to learn how many leaves lie below each node.
+fn plan_leaves<P: Point>(
+    config: &Config,
+    machine: &WorkerConfig,
+    ready: &Prepared<P>,
+) -> Result<Plan, Error> {
+    let machine = WorkerConfig { counted: true, until: Some(Phase::Partition), ..machine.clone() };
+    let machine = Arc::new(machine);
+    let mut transport = launch::<P>(config.transport, &machine)?;
+    let grown = Coordinator::new(config, machine).run(transport.as_mut(), ready, &Plan::new())?;
+    let mut plan = Plan::new();
+    for (node, _) in grown.ledger.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
+        let mut at = Some(*node);
+        while let Some(n) = at {
+            *plan.entry(n).or_default() += 1;
+            at = n.parent();
+        }
+    }
+    Ok(plan)
+}
+
+fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
+    Settled { workers: machine.workers, leaf: machine.leaf, supergraph, why, counted: machine.counted }
+}
+
+/// The result for points that span less than the space: no cells, nothing run.
+fn flat_result<P: Point>(
+    input: usize,
+    ready: Prepared<P>,
+    machine: &WorkerConfig,
+    why: String,
+    start: Instant,
+) -> Run {
+    let seconds = start.elapsed().as_secs_f64();
+    let why = if why.is_empty() { "nothing to triangulate".to_string() } else { why };
+    Run {
+        space: P::DIM,
+        dimension: ready.dimension,
+        points: accounting(input, ready),
+        cells: Vec::new(),
+        owner: None,
+        home_leaf: None,
+        graph: None,
+        hull_facets: 0,
+        stars_local: 0,
+        stars_repaired: 0,
+        exchange_rounds: 0,
+        fallback: None,
+        ledger: Ledger::default(),
+        settled: settled(machine, None, why),
+        phase_seconds: Vec::new(),
+        triangulate_seconds: seconds,
+        total_seconds: seconds,
+    }
+}
+
+fn accounting<P>(input: usize, ready: Prepared<P>) -> Accounting {
+    Accounting {
+        input: input as u64,
+        used: ready.ids.len() as u64,
+        duplicates: ready.duplicates,
+        refused: ready.refused,
+    }
+}
+
+fn finish<P: Point>(
+    input: usize,
+    ready: Prepared<P>,
+    collected: Collected,
+    machine: &WorkerConfig,
+    why: String,
+    start: Instant,
+) -> Result<Run, Error> {
+    let population = ready.positions.len() as u64;
+    let merged = collected.merged;
+    if merged.stars != population || merged.disagreements > 0 || merged.minima != 1 {
+        return Err(Error::NotCertified {
+            disagreements: merged.disagreements,
+            minima: merged.minima,
+            stars: merged.stars,
+            points: population,
+        });
+    }
+    let triangulate_seconds = start.elapsed().as_secs_f64()
+        - collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum::<f64>();
+    let with_owner = machine.with_leaves;
+    let cells = Cells {
+        rows: collected.cells,
+        owner: with_owner.then_some(collected.owner),
+        leaf: with_owner.then_some(collected.leaves),
+    };
+    let cells = canonicalise::<P>(cells);
+    let why = collected.why.unwrap_or(why);
+    Ok(Run {
+        space: P::DIM,
+        dimension: P::DIM as isize,
+        points: accounting(input, ready),
+        cells: cells.rows,
+        owner: cells.owner,
+        home_leaf: cells.leaf,
+        graph: machine.collect_graph.then(|| sorted_edges(&collected.edges)),
+        hull_facets: merged.hull_facets,
+        stars_local: merged.local,
+        stars_repaired: merged.repaired,
+        exchange_rounds: merged.exchange_rounds,
+        fallback: collected.fallback,
+        ledger: Ledger::finish(collected.ledger, population),
+        settled: settled(machine, collected.supergraph, why),
+        phase_seconds: collected.seconds,
+        triangulate_seconds,
+        total_seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
+    let mut edges: Vec<(u64, u64)> =
+        flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
+    edges.sort_unstable();
+    edges
+}
