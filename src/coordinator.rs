@@ -58,6 +58,7 @@ pub(crate) struct Coordinator<'a, P: Point> {
     phase: Phase,
     known: Known,
     population: u64,
+    frame: PointBatch<P>,
     samples: (u32, Vec<u64>),
     gathered: (u32, PointBatch<P>),
     certificates: u32,
@@ -78,6 +79,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
             phase: Phase::Load,
             known: Known { supergraph, outcome: Outcome::Passed },
             population: 0,
+            frame: PointBatch::default(),
             samples: (0, Vec::new()),
             gathered: (0, PointBatch::default()),
             certificates: 0,
@@ -168,6 +170,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
     fn step(&mut self, mut inbox: Vec<Message<P>>) -> Result<(), Error> {
         inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));
+        if self.phase == Phase::Summaries {
+            self.on_frame(&mut inbox);
+        }
         let ledger = &mut self.result.ledger;
         match self.phase {
             Phase::Partition => {
@@ -205,6 +210,26 @@ impl<'a, P: Point> Coordinator<'a, P> {
                 reason: format!("it has no place at the coordinator in phase {}", self.phase.name()),
             }
             .into()),
+        }
+    }
+
+    /// Collects where the frame's points are at home; tells all when it knows.
+    fn on_frame(&mut self, inbox: &mut Vec<Message<P>>) {
+        let frame = &mut self.frame;
+        let before = frame.len();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Frame(homes) => {
+                frame.ids.append(&mut homes.ids);
+                frame.positions.append(&mut homes.positions);
+                frame.owners.append(&mut homes.owners);
+                frame.radii2.append(&mut homes.radii2);
+                false
+            }
+            _ => true,
+        });
+        if before <= P::DIM && frame.len() == P::DIM + 1 {
+            let body = Body::Frame(frame.clone());
+            self.broadcast(&body);
         }
     }
 

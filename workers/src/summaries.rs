@@ -3,7 +3,7 @@
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Message, PointBatch, Summary};
 
 use crate::leader::by_node;
@@ -14,6 +14,7 @@ use crate::worker::Worker;
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_summaries(&mut self) {
         self.shrink(Phase::Neighbours);
+        self.report_frame();
         let mut charges = Vec::new();
         for leaf in &mut self.leaves {
             let radii = &self.table.radii2[leaf.start as usize..leaf.end as usize];
@@ -35,6 +36,37 @@ impl<P: Point> Worker<P> {
         self.send_summary(root, Summary { max_radius2: max2, smallest: point });
     }
 
+    /// Tells the coordinator which points of the frame are at home here.
+    fn report_frame(&mut self) {
+        let mut homes = PointBatch::default();
+        for &id in &self.frame.ids.0 {
+            if let Some(at) = self.table.find(id).filter(|&at| self.table.is_home(at)) {
+                self.table.export(at, &mut homes);
+            }
+        }
+        if !homes.is_empty() {
+            self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Frame(homes));
+        }
+    }
+
+    /// Learns where the points of the frame are at home.
+    fn learn_frame(&mut self, inbox: &mut Vec<Message<P>>) {
+        let mut frames = Vec::new();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Frame(frame) => {
+                frames.push(std::mem::take(frame));
+                false
+            }
+            _ => true,
+        });
+        for frame in frames {
+            for (&id, &owner) in frame.ids.iter().zip(&frame.owners.0) {
+                self.table.set_owner(id, owner);
+            }
+            self.frame = frame;
+        }
+    }
+
     fn send_summary(&mut self, node: NodeId, summary: Summary<P>) {
         let parent = node.parent();
         if let Some(shared) = self.path.iter().find(|s| Some(s.id) == parent) {
@@ -43,6 +75,7 @@ impl<P: Point> Worker<P> {
     }
 
     pub(crate) fn on_summaries(&mut self, inbox: &mut Vec<Message<P>>) {
+        self.learn_frame(inbox);
         let below = by_node(inbox, |m| match &mut m.body {
             Body::Summary(summary) => Some(summary.clone()),
             _ => None,

@@ -94,6 +94,13 @@ impl<P: Point> Table<P> {
         }
     }
 
+    /// Corrects where a foreign point is at home.
+    pub fn set_owner(&mut self, id: u64, owner: Rank) {
+        if let Some(at) = self.find(id).filter(|&at| !self.is_home(at)) {
+            self.owners[at as usize] = owner;
+        }
+    }
+
     /// Interns all points of a batch, in order.
     pub fn intern_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
         (0..batch.len())

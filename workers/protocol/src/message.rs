@@ -255,6 +255,8 @@ pub enum Body<P> {
     Summary(Summary<P>),
     /// Leader to members: what both children hold.
     Children(Box<[Summary<P>; 2]>),
+    /// Worker to coordinator, and coordinator to all: where the frame's points are at home.
+    Frame(PointBatch<P>),
     /// Worker to coordinator: sampled stars, and how many the radii 2.5, 3, 4, 6 certify.
     SampleStars(Bulk<u64>),
     /// Coordinator to worker: the supergraph (0 density, 1 overlap, 2 knn) and its parameter.
