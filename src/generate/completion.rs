@@ -1,0 +1,227 @@
+//! Completion: no empty ball centred in the domain stays larger than f.
+//!
+//! **Statement.** While some Delaunay cell has its circumcentre `c` in the (closed) domain and
+//! `R > (1 + 1e-9) f(c)`, a point is added within the ball: `c` keeps distance `R > f(c)` from all
+//! points, so the set stays f-spaced, and since a bounded domain holds finitely many f-spaced points,
+//! this ends. Then `R <= f(c) / (1 - 1e-9)` for every cell with centre in the domain.
+//!
+//! **Work.** O(1) expected insertions into the triangulation per point added.
+//!
+//! **Departures.** The centre itself, added close to a face, would make a flat cell with a far centre
+//! outside. In order, whichever first keeps the spacing: its projection on the face; the centre
+//! lifted out of the zone, or half-way out; the centre. And *caps*: above a facet whose circumradius
+//! leaves no room for a point of the zone to be covered, a point is placed at the height of the zone
+//! before the random ones come (the worst facets first). So almost no centre near a face violates at
+//! all.
+
+use glam::DVec2;
+use septet_geometry::complex::INFINITE;
+use septet_geometry::incremental::{Incremental, IncrementalError, insertion_order};
+use septet_geometry::point::{Point, Simplex, lex_cmp};
+
+use super::sizing::Spaced;
+use super::spaced::{Face, ZONE};
+
+/// Slack of every radius test, so that rounding cannot make an addition conflict.
+const SLACK: f64 = 1.0 + 1e-9;
+
+/// A segment of an edge or a triangle of a face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet<P> {
+    centre: P,
+    radius: f64,
+}
+
+/// Circumcentre and radius of a cell, relative to its first corner; not finite for flat cells.
+pub(super) fn circumsphere<Q: Point>(corners: &[Q]) -> (Q, f64) {
+    let mut rel = [Q::default(); 3];
+    for (r, &c) in rel.iter_mut().zip(&corners[1..]) {
+        *r = c - corners[0];
+    }
+    let (w, v) = Q::sphere_plane(&rel[..Q::DIM]);
+    let offset = v / (2.0 * w);
+    (corners[0] + offset, offset.norm2().sqrt())
+}
+
+pub(super) fn in_domain<Q: Point>(q: &Q) -> bool {
+    (0..Q::DIM).all(|i| (0.0..=1.0).contains(&q.coord(i)))
+}
+
+/// Completes an edge by halving gaps wider than `2f`, and lists its segments.
+pub(super) fn edge<P: Point>(set: &mut Spaced<P>, face: &Face<P>, facets: &mut Vec<Facet<P>>) {
+    let Some(axis) = face.axes().next() else {
+        return;
+    };
+    let mut along: Vec<f64> =
+        set.points().filter(|p| on_face(face, p)).map(|p| p.coord(axis)).collect();
+    along.sort_unstable_by(f64::total_cmp);
+    let mut gaps: Vec<(f64, f64)> = along.windows(2).map(|w| (w[0], w[1])).collect();
+    while let Some((from, to)) = gaps.pop() {
+        let mut centre = face.base;
+        centre.set_coord(axis, f64::midpoint(from, to));
+        let radius = (to - from) / 2.0;
+        if radius > SLACK * set.sizing().at(&centre) && set.offer(centre) {
+            let middle = centre.coord(axis);
+            gaps.extend([(from, middle), (middle, to)]);
+        } else {
+            facets.push(Facet { centre, radius });
+        }
+    }
+}
+
+fn on_face<P: Point>(face: &Face<P>, p: &P) -> bool {
+    (0..P::DIM).all(|i| face.free[i] || p.coord(i) == face.base.coord(i))
+}
+
+/// Completes a face of a cube in its own plane, and lists its triangles.
+pub(super) fn face<P: Point>(
+    set: &mut Spaced<P>,
+    face: &Face<P>,
+    facets: &mut Vec<Facet<P>>,
+) -> Result<(), IncrementalError> {
+    let flat: Vec<DVec2> = set.points().filter_map(|p| face.project(&p)).collect();
+    let triangulation = complete(set, face, &flat)?;
+    for cell in triangulation.cells() {
+        let corners = cell.map(|v| triangulation.vertices()[v as usize]);
+        let (centre, radius) = circumsphere(&corners);
+        facets.push(Facet { centre: face.embed(&centre), radius });
+    }
+    Ok(())
+}
+
+/// Completes the whole domain.
+pub(super) fn volume<P: Point>(set: &mut Spaced<P>) -> Result<(), IncrementalError> {
+    let points: Vec<P> = set.points().collect();
+    for face in Face::all(P::DIM) {
+        complete(set, &face, &points)?;
+    }
+    Ok(())
+}
+
+/// A cell whose ball is too large.
+struct Violation<Q: Point> {
+    priority: u64,
+    cell: u32,
+    vertices: Q::Cell,
+    centre: Q,
+}
+
+/// Completes a face given by its points; coordinates `Q` are those along its free axes.
+fn complete<P: Point, Q: Point>(
+    set: &mut Spaced<P>,
+    face: &Face<P>,
+    points: &[Q],
+) -> Result<Incremental<Q>, IncrementalError> {
+    let sorted = insertion_order(points).into_iter().map(|i| points[i as usize]).collect();
+    let mut triangulation = Incremental::build(sorted, None)?;
+    let mut pending: Vec<u32> = triangulation.complex().live_cells().collect();
+    loop {
+        let mut violations: Vec<Violation<Q>> = pending
+            .iter()
+            .filter_map(|&cell| violation(&triangulation, cell, |q| set.sizing().at(&face.embed(q))))
+            .collect();
+        if violations.is_empty() {
+            return Ok(triangulation);
+        }
+        violations.sort_unstable_by(|a, b| {
+            a.priority.cmp(&b.priority).then_with(|| lex_cmp(&a.centre, &b.centre))
+        });
+        pending.clear();
+        for found in violations {
+            let complex = triangulation.complex();
+            if !complex.is_live(found.cell) || *complex.cell(found.cell) != found.vertices {
+                continue;
+            }
+            if let Some(q) = settle(set, face, &found.centre) {
+                triangulation.insert(q, Some(found.cell))?;
+                pending.extend_from_slice(triangulation.complex().created());
+            }
+        }
+    }
+}
+
+fn violation<Q: Point>(
+    triangulation: &Incremental<Q>,
+    cell: u32,
+    size: impl Fn(&Q) -> f64,
+) -> Option<Violation<Q>> {
+    let complex = triangulation.complex();
+    if !complex.is_live(cell) || complex.infinite_slot(cell).is_some() {
+        return None;
+    }
+    let vertices = *complex.cell(cell);
+    debug_assert!(!vertices.as_ref().contains(&INFINITE));
+    let (centre, radius) = circumsphere(&triangulation.corners(cell)[..Q::Cell::LEN]);
+    let too_large = in_domain(&centre) && radius > SLACK * size(&centre);
+    too_large.then(|| Violation { priority: priority(&centre), cell, vertices, centre })
+}
+
+/// A pseudo-random number of a place.
+fn priority<Q: Point>(q: &Q) -> u64 {
+    (0..Q::DIM).fold(0x9E37_79B9_7F4A_7C15, |hash, i| {
+        let x = (hash ^ q.coord(i).to_bits()).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        x ^ x >> 31
+    })
+}
+
+/// Adds the best place for covering the centre of a ball that is too large.
+fn settle<P: Point, Q: Point>(set: &mut Spaced<P>, face: &Face<P>, centre: &Q) -> Option<Q> {
+    let p = face.embed(centre);
+    let zone = ZONE * set.sizing().at(&p);
+    let tries = [0.0, 1.0, 0.5, 0.25].map(|height| moved(face, &p, zone, height * zone));
+    let chosen = tries.into_iter().find(|q| set.offer(*q)).or_else(|| set.offer(p).then_some(p))?;
+    face.project(&chosen)
+}
+
+/// The point with every free coordinate that is closer than `zone` to a bounding face moved to
+/// `height` above it, if that is farther than before or the face itself.
+fn moved<P: Point>(face: &Face<P>, p: &P, zone: f64, height: f64) -> P {
+    let mut q = *p;
+    for i in face.axes() {
+        let x = p.coord(i);
+        if x < zone && (height == 0.0 || x < height) {
+            q.set_coord(i, height);
+        } else if 1.0 - x < zone && (height == 0.0 || 1.0 - x < height) {
+            q.set_coord(i, 1.0 - height);
+        }
+    }
+    q
+}
+
+/// Covers the facets of dimension `k - 1` that are so wide that a point above them and within the
+/// zone may be farther than f from their corners: a point at the height of the zone, in every face of
+/// dimension `k` beside them.
+pub(super) fn cap<P: Point>(set: &mut Spaced<P>, k: usize, facets: &[Facet<P>]) {
+    let widest = (1.0 - ZONE * ZONE).sqrt();
+    let mut wide: Vec<(f64, P)> = facets
+        .iter()
+        .map(|facet| (facet.radius / set.sizing().at(&facet.centre), facet.centre))
+        .filter(|&(ratio, centre)| ratio > widest && in_domain(&centre))
+        .collect();
+    wide.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| lex_cmp(&a.1, &b.1)));
+    for (_, centre) in wide {
+        for face in Face::<P>::all(k).filter(|face| on_face(face, &centre)) {
+            for height in [1.0, 0.85, 1.2] {
+                let height = height * ZONE * set.sizing().at(&centre);
+                let p = lifted(&face, &centre, height);
+                let inside = face.axes().all(|i| p.coord(i).min(1.0 - p.coord(i)) >= 0.8 * height);
+                if inside && set.offer(p) {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// The point moved into the face by `height` from every face of it that it lies on.
+fn lifted<P: Point>(face: &Face<P>, p: &P, height: f64) -> P {
+    let mut q = *p;
+    for i in face.axes() {
+        if p.coord(i) == 0.0 {
+            q.set_coord(i, height);
+        } else if p.coord(i) == 1.0 {
+            q.set_coord(i, 1.0 - height);
+        }
+    }
+    q
+}
