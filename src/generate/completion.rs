@@ -47,25 +47,51 @@ pub(super) fn in_domain<Q: Point>(q: &Q) -> bool {
     (0..Q::DIM).all(|i| (0.0..=1.0).contains(&q.coord(i)))
 }
 
-/// Completes an edge by halving gaps wider than `2f`, and lists its segments.
+/// Divides an edge evenly: every two neighbours are `t min(f, f)` apart, with the least `t >= 1` that
+/// ends at the far corner. Lists the segments.
 pub(super) fn edge<P: Point>(set: &mut Spaced<P>, face: &Face<P>, facets: &mut Vec<Facet<P>>) {
     let Some(axis) = face.axes().next() else {
         return;
     };
-    let mut along: Vec<f64> =
-        set.points().filter(|p| on_face(face, p)).map(|p| p.coord(axis)).collect();
-    along.sort_unstable_by(f64::total_cmp);
-    let mut gaps: Vec<(f64, f64)> = along.windows(2).map(|w| (w[0], w[1])).collect();
-    while let Some((from, to)) = gaps.pop() {
-        let mut centre = face.base;
-        centre.set_coord(axis, f64::midpoint(from, to));
-        let radius = (to - from) / 2.0;
-        if radius > SLACK * set.sizing().at(&centre) && set.offer(centre) {
-            let middle = centre.coord(axis);
-            gaps.extend([(from, middle), (middle, to)]);
-        } else {
-            facets.push(Facet { centre, radius });
+    let sizing = *set.sizing();
+    let at = |x: f64| {
+        let mut p = face.base;
+        p.set_coord(axis, x);
+        p
+    };
+    let size = |x: f64| sizing.at(&at(x));
+    let pieces = march(&size, 1.0).len().max(1);
+    // Wider steps need fewer pieces: bisect for the widest march that still makes as many.
+    let (mut low, mut high) = (1.0, 2.0);
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        if march(&size, middle).len() >= pieces { low = middle } else { high = middle }
+    }
+    let mut stops = march(&size, low);
+    stops.truncate(pieces - 1);
+    let mut before = 0.0;
+    for x in stops.into_iter().filter(|&x| set.offer(at(x))).chain([1.0]) {
+        facets.push(Facet { centre: at(f64::midpoint(before, x)), radius: (x - before) / 2.0 });
+        before = x;
+    }
+}
+
+/// The places met on the way from 0 to 1 by steps of `t` times the smaller size of the two ends.
+fn march(size: &impl Fn(f64) -> f64, t: f64) -> Vec<f64> {
+    let mut stops = Vec::new();
+    let mut x = 0.0;
+    loop {
+        // The step shrinks towards its fixed point, since sizes are Lipschitz with a constant below 1.
+        let here = size(x);
+        let mut step = here;
+        for _ in 0..60 {
+            step = here.min(size(x + t * step));
         }
+        x += t * step * SLACK;
+        if x > 1.0 {
+            return stops;
+        }
+        stops.push(x);
     }
 }
 
@@ -158,19 +184,63 @@ fn violation<Q: Point>(
 
 /// A pseudo-random number of a place.
 fn priority<Q: Point>(q: &Q) -> u64 {
-    (0..Q::DIM).fold(0x9E37_79B9_7F4A_7C15, |hash, i| {
-        let x = (hash ^ q.coord(i).to_bits()).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x ^ x >> 31
-    })
+    (0..Q::DIM).fold(0, |hash, i| mix(hash ^ q.coord(i).to_bits()))
 }
 
-/// Adds the best place for covering the centre of a ball that is too large.
+/// Adds the best place for covering the centre of a ball that is too large: its projection if the
+/// centre is in the zone of a face, else the centre lifted out of the zone, else the highest place
+/// found near it, else the centre.
 fn settle<P: Point, Q: Point>(set: &mut Spaced<P>, face: &Face<P>, centre: &Q) -> Option<Q> {
     let p = face.embed(centre);
-    let zone = ZONE * set.sizing().at(&p);
-    let tries = [0.0, 1.0, 0.5, 0.25].map(|height| moved(face, &p, zone, height * zone));
-    let chosen = tries.into_iter().find(|q| set.offer(*q)).or_else(|| set.offer(p).then_some(p))?;
-    face.project(&chosen)
+    let size = set.sizing().at(&p);
+    let zone = ZONE * size;
+    let clear = face.is_clear(&p, size);
+    let heights = [0.0, 1.0, 0.9, 0.8].map(|height| moved(face, &p, zone, height * zone));
+    let direct = if clear { [p; 4] } else { heights };
+    let chosen = direct.into_iter().find(|q| !set.conflicts(q));
+    let chosen = chosen.or_else(|| highest(set, face, &moved(face, &p, zone, zone), &p, zone));
+    let chosen = chosen.unwrap_or(p);
+    if set.offer(chosen) { face.project(&chosen) } else { None }
+}
+
+/// Places tried around the lifted centre, and how far away, in units of the zone.
+const PLACES: u64 = 256;
+const REACH: f64 = 0.9;
+
+/// The place near `lifted` that keeps the spacing and is highest above all faces, if it is higher
+/// than `least`, and nearer than f to that: so it hits every ball about `least` larger than f.
+fn highest<P: Point>(
+    set: &Spaced<P>,
+    face: &Face<P>,
+    lifted: &P,
+    least: &P,
+    zone: f64,
+) -> Option<P> {
+    let height = |p: &P| {
+        face.axes().map(|i| p.coord(i).min(1.0 - p.coord(i))).fold(zone, f64::min)
+    };
+    let mut state = priority(lifted);
+    let mut best = (height(least), None);
+    for _ in 0..PLACES {
+        let mut p = *lifted;
+        for i in face.axes() {
+            state = mix(state);
+            let unit = (state >> 11) as f64 / (1u64 << 53) as f64;
+            p.set_coord(i, p.coord(i) + (2.0 * unit - 1.0) * REACH * zone);
+        }
+        let near = (p - *least).norm2() * (ZONE * ZONE) < zone * zone;
+        if near && height(&p) > best.0 && !set.conflicts(&p) {
+            best = (height(&p), Some(p));
+        }
+    }
+    best.1
+}
+
+fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    x ^ (x >> 31)
 }
 
 /// The point with every free coordinate that is closer than `zone` to a bounding face moved to
@@ -201,17 +271,24 @@ pub(super) fn cap<P: Point>(set: &mut Spaced<P>, k: usize, facets: &[Facet<P>]) 
     wide.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| lex_cmp(&a.1, &b.1)));
     for (_, centre) in wide {
         for face in Face::<P>::all(k).filter(|face| on_face(face, &centre)) {
-            for height in [1.0, 0.85, 1.2] {
-                let height = height * ZONE * set.sizing().at(&centre);
-                let p = lifted(&face, &centre, height);
-                let inside = face.axes().all(|i| p.coord(i).min(1.0 - p.coord(i)) >= 0.8 * height);
-                if inside && set.offer(p) {
-                    break;
-                }
+            let zone = ZONE * set.sizing().at(&centre);
+            let full = lifted(&face, &centre, zone);
+            let direct = [1.0, 0.9, 1.1].map(|height| lifted(&face, &centre, height * zone));
+            let clear = |p: &P| {
+                face.axes().all(|i| p.coord(i).min(1.0 - p.coord(i)) >= CAP * zone)
+            };
+            let chosen = direct.into_iter().find(|p| clear(p) && !set.conflicts(p));
+            let chosen = chosen
+                .or_else(|| highest(set, &face, &full, &lifted(&face, &centre, CAP * zone), zone));
+            if let Some(p) = chosen.filter(clear) {
+                set.add(p);
             }
         }
     }
 }
+
+/// Caps lower than this, in units of the zone, are not placed.
+const CAP: f64 = 0.8;
 
 /// The point moved into the face by `height` from every face of it that it lies on.
 fn lifted<P: Point>(face: &Face<P>, p: &P, height: f64) -> P {

@@ -19,8 +19,9 @@ use super::{GenerateError, Kind, Progress, Request};
 /// Full-size sets built at most.
 const TRIALS: usize = 4;
 
-/// Points per `f^k` on faces of dimension `k`.
-const DENSITY: [f64; 4] = [1.0, 0.78, 0.80, 0.86];
+/// Points per `f^k` on faces of dimension `k`, in the plane and in space. Below the full dimension,
+/// what the boundary adds to the interior count.
+const DENSITY: [[f64; 4]; 2] = [[1.0, 0.58, 0.6965, 0.0], [1.0, 0.98, 0.265, 0.7613]];
 
 /// The size of the set that calibrates the estimate for larger ones.
 const PILOT: f64 = 20_000.0;
@@ -134,7 +135,7 @@ fn invert<P: Point>(wanted: f64, low: f64, high: f64, at: impl Fn(f64) -> Sizing
 /// The number of points to expect.
 pub(super) fn estimate<P: Point>(sizing: &Sizing) -> f64 {
     let mut sum = 0.0;
-    for (k, density) in DENSITY.iter().enumerate().take(P::DIM + 1) {
+    for (k, density) in DENSITY[P::DIM - 2].iter().enumerate().take(P::DIM + 1) {
         for face in Face::<P>::all(k) {
             if sizing.slope == 0.0 {
                 sum += density / power(sizing.least, k);

@@ -27,7 +27,7 @@ use super::sizing::{Sizing, Spaced};
 pub(super) const ZONE: f64 = 0.6;
 
 /// Candidates per `f^k` on faces of dimension `k`, by `k`.
-const PASSES: [u64; 4] = [1, 20, 15, 10];
+const PASSES: [u64; 4] = [0, 0, 15, 10];
 
 /// A face of the unit square or cube, of any dimension: some axes free, the others at 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
