@@ -198,7 +198,8 @@ fn settle<P: Point, Q: Point>(set: &mut Spaced<P>, face: &Face<P>, centre: &Q) -
     let heights = [0.0, 1.0, 0.9, 0.8].map(|height| moved(face, &p, zone, height * zone));
     let direct = if clear { [p; 4] } else { heights };
     let chosen = direct.into_iter().find(|q| !set.conflicts(q));
-    let chosen = chosen.or_else(|| highest(set, face, &moved(face, &p, zone, zone), &p, zone));
+    let low = height_above(face, &p);
+    let chosen = chosen.or_else(|| highest(set, face, &moved(face, &p, zone, zone), &p, low, zone));
     let chosen = chosen.unwrap_or(p);
     if set.offer(chosen) { face.project(&chosen) } else { None }
 }
@@ -208,19 +209,17 @@ const PLACES: u64 = 256;
 const REACH: f64 = 0.9;
 
 /// The place near `lifted` that keeps the spacing and is highest above all faces, if it is higher
-/// than `least`, and nearer than f to that: so it hits every ball about `least` larger than f.
+/// than `low`, and nearer to `target` than f: so it hits every ball about that larger than f.
 fn highest<P: Point>(
     set: &Spaced<P>,
     face: &Face<P>,
     lifted: &P,
-    least: &P,
+    target: &P,
+    low: f64,
     zone: f64,
 ) -> Option<P> {
-    let height = |p: &P| {
-        face.axes().map(|i| p.coord(i).min(1.0 - p.coord(i))).fold(zone, f64::min)
-    };
     let mut state = priority(lifted);
-    let mut best = (height(least), None);
+    let mut best = (low, None);
     for _ in 0..PLACES {
         let mut p = *lifted;
         for i in face.axes() {
@@ -228,12 +227,18 @@ fn highest<P: Point>(
             let unit = (state >> 11) as f64 / (1u64 << 53) as f64;
             p.set_coord(i, p.coord(i) + (2.0 * unit - 1.0) * REACH * zone);
         }
-        let near = (p - *least).norm2() * (ZONE * ZONE) < zone * zone;
-        if near && height(&p) > best.0 && !set.conflicts(&p) {
-            best = (height(&p), Some(p));
+        let near = (p - *target).norm2() * (ZONE * ZONE) < 0.9 * zone * zone;
+        let height = height_above(face, &p).min(zone);
+        if near && height > best.0 && !set.conflicts(&p) {
+            best = (height, Some(p));
         }
     }
     best.1
+}
+
+/// Distance from the faces that bound a face.
+fn height_above<P: Point>(face: &Face<P>, p: &P) -> f64 {
+    face.axes().map(|i| p.coord(i).min(1.0 - p.coord(i))).fold(1.0, f64::min)
 }
 
 fn mix(x: u64) -> u64 {
@@ -259,8 +264,10 @@ fn moved<P: Point>(face: &Face<P>, p: &P, zone: f64, height: f64) -> P {
 }
 
 /// Covers the facets of dimension `k - 1` that are so wide that a point above them and within the
-/// zone may be farther than f from their corners: a point at the height of the zone, in every face of
-/// dimension `k` beside them.
+/// zone may be farther than f from their corners, the widest first: a point at the height of the zone,
+/// or as high as possible, in every face of dimension `k` beside them. Where two faces meet one cap
+/// can block another and cover nothing of what that one would: then all is taken back, and the
+/// facets left exposed go first.
 pub(super) fn cap<P: Point>(set: &mut Spaced<P>, k: usize, facets: &[Facet<P>]) {
     let widest = (1.0 - ZONE * ZONE).sqrt();
     let mut wide: Vec<(f64, P)> = facets
@@ -269,26 +276,50 @@ pub(super) fn cap<P: Point>(set: &mut Spaced<P>, k: usize, facets: &[Facet<P>]) 
         .filter(|&(ratio, centre)| ratio > widest && in_domain(&centre))
         .collect();
     wide.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| lex_cmp(&a.1, &b.1)));
-    for (_, centre) in wide {
-        for face in Face::<P>::all(k).filter(|face| on_face(face, &centre)) {
-            let zone = ZONE * set.sizing().at(&centre);
-            let full = lifted(&face, &centre, zone);
-            let direct = [1.0, 0.9, 1.1].map(|height| lifted(&face, &centre, height * zone));
-            let clear = |p: &P| {
-                face.axes().all(|i| p.coord(i).min(1.0 - p.coord(i)) >= CAP * zone)
-            };
-            let chosen = direct.into_iter().find(|p| clear(p) && !set.conflicts(p));
-            let chosen = chosen
-                .or_else(|| highest(set, &face, &full, &lifted(&face, &centre, CAP * zone), zone));
-            if let Some(p) = chosen.filter(clear) {
+    let centres = wide.into_iter().map(|(_, centre)| centre);
+    let beside = |c: P| Face::<P>::all(k).filter(move |face| on_face(face, &c)).map(move |f| (f, c));
+    let mut order: Vec<(Face<P>, P)> = centres.flat_map(beside).collect();
+    let before = set.len();
+    for attempt in 0..CAP_ATTEMPTS {
+        for (face, centre) in &order {
+            let zone = ZONE * set.sizing().at(centre);
+            if let Some(p) = above(set, face, centre, zone) {
                 set.add(p);
             }
         }
+        let (exposed, covered): (Vec<_>, Vec<_>) =
+            order.iter().copied().partition(|(face, centre)| is_exposed(set, face, centre));
+        if exposed.is_empty() || attempt + 1 == CAP_ATTEMPTS {
+            return;
+        }
+        set.truncate(before);
+        order = exposed;
+        order.extend(covered);
     }
 }
 
-/// Caps lower than this, in units of the zone, are not placed.
-const CAP: f64 = 0.8;
+/// Orders in which caps are tried at most.
+const CAP_ATTEMPTS: usize = 16;
+
+/// Could a point low above the facet still be added?
+fn is_exposed<P: Point>(set: &Spaced<P>, face: &Face<P>, centre: &P) -> bool {
+    let size = set.sizing().at(centre);
+    (0..12).any(|step| !set.conflicts(&lifted(face, centre, f64::from(step) * 0.035 * size)))
+}
+
+/// A place for a cap: straight above the centre at the height of the zone, else near there, else
+/// straight above but lower.
+fn above<P: Point>(set: &Spaced<P>, face: &Face<P>, centre: &P, zone: f64) -> Option<P> {
+    let at = |height: f64| lifted(face, centre, height * zone);
+    let first = |heights: &[f64]| {
+        let inside = |p: &P, height: f64| height_above(face, p) >= 0.999 * height.min(1.0) * zone;
+        let free = |&&height: &&f64| inside(&at(height), height) && !set.conflicts(&at(height));
+        heights.iter().find(free).map(|&height| at(height))
+    };
+    first(&[1.0, 0.95, 0.9, 1.1])
+        .or_else(|| highest(set, face, &at(1.0), centre, 0.75 * zone, zone))
+        .or_else(|| first(&[0.8, 0.76, 0.72, 0.68, 0.64, 0.6, 0.56, 0.52]))
+}
 
 /// The point moved into the face by `height` from every face of it that it lies on.
 fn lifted<P: Point>(face: &Face<P>, p: &P, height: f64) -> P {
