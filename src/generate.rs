@@ -143,10 +143,11 @@ fn typed<P: Point>(
 ) -> Result<Generated, GenerateError> {
     let mut notes = Vec::new();
     let mut spacing = None;
-    let points = if request.kind.is_spaced() {
+    let spaced = request.kind.is_spaced();
+    let points = if spaced {
         let found = search::spaced_set::<P>(request, progress)?;
-        spacing = Some(Spacing { lipschitz: found.lipschitz });
-        notes.extend(found.notes);
+        spacing = Some(Spacing { lipschitz: found.sizing.slope });
+        notes = found.notes;
         found.points
     } else {
         progress(request.kind.name(), 0, request.n);
@@ -154,7 +155,7 @@ fn typed<P: Point>(
         progress(request.kind.name(), request.n, request.n);
         points
     };
-    if points.len() as u64 != request.n {
+    if !spaced && points.len() as u64 != request.n {
         let (made, asked) = (points.len(), request.n);
         notes.push(format!("{made} points, {asked} asked for: {}", request.kind.count_rule()));
     }

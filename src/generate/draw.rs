@@ -117,6 +117,7 @@ impl Draw {
 mod tests {
     use super::*;
     use glam::DVec3;
+    use septet_geometry::point::Vector;
 
     #[test]
     fn variates_have_their_moments() {
@@ -134,7 +135,6 @@ mod tests {
         assert!((mean - 100.0).abs() < 1.0 && (variance - 100.0).abs() < 12.0);
         let bell: f64 = (0..n).map(|_| draw.bell::<DVec3>().norm2()).sum::<f64>() / f64::from(n);
         assert!((bell - 3.0).abs() < 0.05);
-        use septet_geometry::point::Vector;
     }
 
     #[test]

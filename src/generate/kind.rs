@@ -102,7 +102,7 @@ impl Kind {
             Kind::Poisson => "the number of points of a Poisson process is random",
             Kind::Grid | Kind::Jittered => "the nearest power of a whole side",
             Kind::Fcc => "the nearest whole number of lattice cells per side",
-            _ => "the size function is scaled until the number is within 5 %",
+            _ => "the number is as asked for, or within 5 %",
         }
     }
 }

@@ -16,6 +16,9 @@ use super::sizing::{Centre, Sizing};
 use super::spaced::{self, Face};
 use super::{GenerateError, Kind, Progress, Request};
 
+/// Accepted relative difference from the number asked for.
+const TOLERANCE: f64 = 0.05;
+
 /// Full-size sets built at most.
 const TRIALS: usize = 4;
 
@@ -30,8 +33,8 @@ const PILOT: f64 = 20_000.0;
 pub(super) struct Found<P> {
     /// The points.
     pub points: Vec<P>,
-    /// The slope used.
-    pub lipschitz: f64,
+    /// The size function used.
+    pub sizing: Sizing,
     /// Remarks.
     pub notes: Vec<String>,
 }
@@ -42,15 +45,16 @@ pub(super) fn spaced_set<P: Point>(
     progress: &mut Progress,
 ) -> Result<Found<P>, GenerateError> {
     let family = Family::of(request);
-    let mut found = Found { points: Vec::new(), lipschitz: family.slope, notes: Vec::new() };
+    let wanted = request.n as f64;
+    let first = family.sizing::<P>(wanted.max(1.0), None);
+    let mut found = Found { points: Vec::new(), sizing: first, notes: Vec::new() };
     if request.n == 0 {
         return Ok(found);
     }
-    let wanted = request.n as f64;
     let mut factor = 1.0;
     let mut best = f64::MAX;
     if wanted > 2.0 * PILOT {
-        let pilot = family.sizing::<P>(PILOT, Some(family.sizing::<P>(wanted, None).slope));
+        let pilot = family.sizing::<P>(PILOT, Some(first.slope));
         let points: Vec<P> = spaced::build(pilot, request.seed, &mut |_| {})?;
         factor = points.len() as f64 / estimate::<P>(&pilot);
     }
@@ -64,14 +68,18 @@ pub(super) fn spaced_set<P: Point>(
         if error < best {
             best = error;
             found.points = points;
-            found.lipschitz = sizing.slope;
+            found.sizing = sizing;
         }
-        if best <= 0.05 {
+        if best <= TOLERANCE {
             break;
         }
     }
-    if found.lipschitz < family.slope {
-        let (used, asked) = (found.lipschitz, family.slope);
+    if best > TOLERANCE {
+        let (made, asked) = (found.points.len(), request.n);
+        found.notes.push(format!("{made} points, {asked} asked for: no size function came nearer"));
+    }
+    if found.sizing.slope < family.slope {
+        let (used, asked) = (found.sizing.slope, family.slope);
         found.notes.push(format!(
             "size function with slope {used:.4}: with {asked} there are not that many points"
         ));
@@ -118,7 +126,7 @@ impl Family {
 }
 
 /// The member of a family of growing size functions with an estimate of `wanted` points, by bisection
-/// of the square of the parameter's ratio.
+/// of the parameter's ratio.
 fn invert<P: Point>(wanted: f64, low: f64, high: f64, at: impl Fn(f64) -> Sizing) -> Sizing {
     let (mut low, mut high) = (low, high);
     for _ in 0..40 {

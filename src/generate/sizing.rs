@@ -83,7 +83,7 @@ impl Sizing {
 const NONE: u32 = u32::MAX;
 
 /// The points whose sizes share an exponent.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Level<P> {
     low: P,
     inverse_side: f64,
@@ -116,7 +116,7 @@ struct Node<P> {
 }
 
 /// A set of points in which no two conflict.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Spaced<P> {
     sizing: Sizing,
     nodes: Vec<Node<P>>,
