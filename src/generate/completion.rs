@@ -144,7 +144,9 @@ fn complete<P: Point, Q: Point>(
     loop {
         let mut violations: Vec<Violation<Q>> = pending
             .iter()
-            .filter_map(|&cell| violation(&triangulation, cell, |q| set.sizing().at(&face.embed(q))))
+            .filter_map(|&cell| {
+                violation(&triangulation, cell, |q| set.sizing().at(&face.embed(q)))
+            })
             .collect();
         if violations.is_empty() {
             return Ok(triangulation);
@@ -277,7 +279,8 @@ pub(super) fn cap<P: Point>(set: &mut Spaced<P>, k: usize, facets: &[Facet<P>]) 
         .collect();
     wide.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| lex_cmp(&a.1, &b.1)));
     let centres = wide.into_iter().map(|(_, centre)| centre);
-    let beside = |c: P| Face::<P>::all(k).filter(move |face| on_face(face, &c)).map(move |f| (f, c));
+    let beside =
+        |c: P| Face::<P>::all(k).filter(move |face| on_face(face, &c)).map(move |f| (f, c));
     let mut order: Vec<(Face<P>, P)> = centres.flat_map(beside).collect();
     let before = set.len();
     for attempt in 0..CAP_ATTEMPTS {

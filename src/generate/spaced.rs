@@ -130,10 +130,10 @@ pub(super) fn build<P: Point>(
         set.offer(corner.base);
     }
     let mut facets = Vec::new();
-    for k in 1..=P::DIM {
+    for (k, &passes) in PASSES.iter().enumerate().take(P::DIM + 1).skip(1) {
         completion::cap(&mut set, k, &facets);
         let mut draw = Draw::sub(seed, Purpose::Candidates, k as u64);
-        for _ in 0..PASSES[k] {
+        for _ in 0..passes {
             pass(&mut set, k, &mut draw);
             progress(set.len() as u64);
         }

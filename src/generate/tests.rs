@@ -213,6 +213,12 @@ fn impossible_requests_are_refused() {
 #[test]
 #[ignore = "a measurement"]
 fn measure() {
+    for kind in Kind::all().filter(|&kind| kind != Kind::MomentCurve) {
+        let start = std::time::Instant::now();
+        let set = made(&request(kind, 1_000_000, 3, None));
+        let seconds = start.elapsed().as_secs_f64();
+        println!("{kind}: {} points in {seconds:.1} s; {:?}", set.points.len(), set.notes);
+    }
     let constant = |least| Sizing { centre: Centre::Point, slope: 0.0, least };
     for least in [0.08, 0.04, 0.025, 0.0093] {
         measure_one::<DVec3>(constant(least));

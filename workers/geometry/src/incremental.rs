@@ -124,9 +124,7 @@ impl<P: Point> Incremental<P> {
             }
         }
         if basis.len() <= P::DIM {
-            return Err(IncrementalError::Flat {
-                dimension: basis.len() as isize - 1,
-            });
+            return Err(IncrementalError::Flat { dimension: basis.len() as isize - 1 });
         }
         let mut cell = P::Cell::splat(0);
         cell.as_mut().copy_from_slice(&frame);
@@ -174,16 +172,11 @@ impl<P: Point> Incremental<P> {
         // Only the cell that holds a point can have it as a vertex.
         for &v in self.complex.cell(seed).as_ref() {
             if v != INFINITE && self.points[v as usize] == q {
-                return Err(IncrementalError::Coincident {
-                    point: vertex,
-                    vertex: v,
-                });
+                return Err(IncrementalError::Coincident { point: vertex, vertex: v });
             }
         }
         let points = &self.points;
-        self.complex.insert(vertex, seed, |complex, cell| {
-            conflicts(complex, points, cell, q)
-        });
+        self.complex.insert(vertex, seed, |complex, cell| conflicts(complex, points, cell, q));
         for &cell in self.complex.created() {
             for &v in self.complex.cell(cell).as_ref() {
                 if v != INFINITE {
@@ -246,10 +239,7 @@ impl<P: Point> Incremental<P> {
     /// The finite cells, positively oriented, in slot order.
     pub fn cells(&self) -> impl Iterator<Item = P::Cell> + '_ {
         let finite = |&cell: &u32| self.complex.infinite_slot(cell).is_none();
-        self.complex
-            .live_cells()
-            .filter(finite)
-            .map(|cell| *self.complex.cell(cell))
+        self.complex.live_cells().filter(finite).map(|cell| *self.complex.cell(cell))
     }
 
     /// The coordinates of a finite cell, in its first `DIM + 1` entries.
@@ -282,10 +272,7 @@ impl<P: Point> Incremental<P> {
         let mut star = Vec::with_capacity(SHORT);
         self.star(vertex, &mut star);
         out.clear();
-        out.extend(
-            star.iter()
-                .map(|&cell| facet_without::<P>(self.complex.cell(cell), vertex)),
-        );
+        out.extend(star.iter().map(|&cell| facet_without::<P>(self.complex.cell(cell), vertex)));
     }
 
     /// A vertex nearest to `q` (one of them), the walk starting as in [`Incremental::locate`].
