@@ -100,7 +100,7 @@ impl Family {
         let slope = request.lipschitz.unwrap_or(0.25);
         match request.kind {
             Kind::GradedPoint => Family { centre: Centre::Point, slope, sharpest: 0.001 },
-            Kind::GradedLine => Family { centre: Centre::Line, slope, sharpest: 0.001 },
+            Kind::GradedLine => Family { centre: Centre::Line, slope, sharpest: 0.0001 },
             _ => Family { centre: Centre::Point, slope: 0.0, sharpest: 0.0 },
         }
     }

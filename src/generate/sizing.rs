@@ -194,34 +194,19 @@ impl<P: Point> Spaced<P> {
         false
     }
 
-    /// The level and the cell in which a point is kept.
-    fn home(&self, p: &P, size: f64) -> (usize, usize) {
-        let k = self.sizing.level(size).min(self.levels.len() - 1);
-        let level = &self.levels[k];
-        let mut at = level.cell(p, 0.0);
-        for (a, &cells) in at.iter_mut().zip(&level.cells) {
-            *a = (*a).clamp(0, cells - 1);
-        }
-        (k, level.index(at))
-    }
-
     /// Adds a point, which must lie in the domain and not conflict.
     pub fn add(&mut self, p: P) {
         let size = self.sizing.at(&p);
-        let (k, index) = self.home(&p, size);
-        let new = self.nodes.len() as u32;
-        let next = std::mem::replace(&mut self.levels[k].heads[index], new);
-        self.nodes.push(Node { point: p, size, next });
-    }
-
-    /// Takes back the points added after the first `len`.
-    pub fn truncate(&mut self, len: usize) {
-        while self.nodes.len() > len
-            && let Some(node) = self.nodes.pop()
-        {
-            let (k, index) = self.home(&node.point, node.size);
-            self.levels[k].heads[index] = node.next;
+        let last = self.levels.len() - 1;
+        let level = &mut self.levels[self.sizing.level(size).min(last)];
+        let mut at = level.cell(&p, 0.0);
+        for (a, &cells) in at.iter_mut().zip(&level.cells) {
+            *a = (*a).clamp(0, cells - 1);
         }
+        let index = level.index(at);
+        let new = self.nodes.len() as u32;
+        let next = std::mem::replace(&mut level.heads[index], new);
+        self.nodes.push(Node { point: p, size, next });
     }
 
     /// Adds the point if it does not conflict; was it added?

@@ -5,9 +5,9 @@
 //! set is f-spaced (Definition 5.2 read with `>=`). Random samples alone never make it maximal, so
 //! each stage is *completed* ([`super::completion`]): in the end every ball that is empty of points
 //! and centred in the domain has `R <= f(c) / (1 - 1e-9)`, hence radius-edge ratio at most
-//! `1 / (1 - L)` there, and Delaunay edges `|uv| <= 2(1+L)/(1-L) min(nn_u, nn_v)`. At the boundary both
-//! are measured, not proved: the edge bound was met by every set tried, with a quarter to spare for
-//! callers who multiply by 1.25, and for constant f the radius-edge ratio of all cells was below 1.25.
+//! `1 / (1 - L)` there, and Delaunay edges `|uv| <= 2(1+L)/(1-L) min(nn_u, nn_v)`. At the boundary the
+//! edge bound is measured, not proved: every set tried met it, so callers who multiply it by 1.25 have
+//! that much to spare.
 //!
 //! **Work.** O(n) expected: about 10 candidates per `f^d`, each O(1), then the completion.
 //!
