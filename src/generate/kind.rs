@@ -91,7 +91,7 @@ impl Kind {
             // t^d has to be a 53-bit integer.
             (Kind::MomentCurve, 2) => 1 << 26,
             (Kind::MomentCurve, _) => 1 << 17,
-            (kind, _) if kind.is_spaced() => 1 << 26,
+            (kind, _) if kind.is_spaced() => 1 << 25,
             _ => 1 << 31,
         }
     }

@@ -50,8 +50,8 @@ pub enum IncrementalError {
         /// The number of the point.
         point: u32,
     },
-    /// More points than vertex numbers.
-    #[error("more than 2^27 points in one triangulation")]
+    /// More points or cells than one triangulation can number.
+    #[error("more than 2^26 points or 2^29 cells in one triangulation")]
     TooMany,
 }
 
@@ -65,8 +65,11 @@ pub struct Incremental<P: Point> {
     last: u32,
 }
 
-/// Keeps the number of cells of any well-behaved set below the limit of the complex.
-const MOST_POINTS: usize = 1 << 27;
+/// Random points in space have 6.8 cells each: at this number less than [`MOST_CELLS`].
+const MOST_POINTS: usize = 1 << 26;
+
+/// Half of what the complex can number: one insertion adds at most two cells per vertex.
+const MOST_CELLS: u32 = 1 << 29;
 
 impl<P: Point> Incremental<P> {
     /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with
@@ -167,6 +170,9 @@ impl<P: Point> Incremental<P> {
     }
 
     fn insert_vertex(&mut self, vertex: u32, start: u32) -> Result<(), IncrementalError> {
+        if self.complex.slots() > MOST_CELLS {
+            return Err(IncrementalError::TooMany);
+        }
         let q = self.points[vertex as usize];
         let seed = self.walk(q, start);
         // Only the cell that holds a point can have it as a vertex.
