@@ -29,6 +29,8 @@ pub mod config;
 
 pub mod model;
 
+pub mod generate;
+
 mod error;
 
 mod prepare;

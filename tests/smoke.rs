@@ -38,8 +38,8 @@ fn go<P: geometry::point::Point>(pts: &[P]) {
                     assert!(report.passed(), "{report:?}");
                     reference = Some(run.clone()); }
                 if counted {
-                    let c = (run.ledger.paper, run.ledger.repair, run.graph.clone(), run.ledger.part.edge_hash);
-                    match &counts { Some((g, c0)) if *g == (graph, sets) => { let c0: &(_, _, _, _) = c0; assert_eq!(c0.0, c.0, "{graph:?} {sets:?} p{p} sim {sim}"); assert_eq!(c0.1, c.1, "{graph:?} {sets:?} p{p} sim {sim}"); assert!(c0.2 == c.2); assert_eq!(c0.3, c.3); }
+                    let c = (run.ledger.paper, run.ledger.repair, run.graph.clone(), run.ledger.part.edge_hash, run.ledger.clone());
+                    match &counts { Some((g, c0)) if *g == (graph, sets) => { let c0: &(_, _, _, _, septet::protocol::ledger::Ledger) = c0; for (k, v) in &c0.4.part.charges { if run.ledger.part.charges.get(k) != Some(v) { println!("{k:?} {v:?} {:?}", run.ledger.part.charges.get(k)); } } for (k, v) in &c0.4.part.nodes { if run.ledger.part.nodes.get(k) != Some(v) { println!("{k:?} {v:?} {:?}", run.ledger.part.nodes.get(k)); } } assert_eq!(c0.0, c.0, "{graph:?} {sets:?} p{p} sim {sim}"); assert_eq!(c0.1, c.1, "{graph:?} {sets:?} p{p} sim {sim}"); assert!(c0.2 == c.2); assert_eq!(c0.3, c.3); }
                         _ => counts = Some(((graph, sets), c)) }
                 }
                 }

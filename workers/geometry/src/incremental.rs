@@ -50,8 +50,8 @@ pub enum IncrementalError {
         /// The number of the point.
         point: u32,
     },
-    /// More points than vertex numbers.
-    #[error("more than 2^27 points in one triangulation")]
+    /// More points or cells than one triangulation can number.
+    #[error("more than 2^26 points or 2^29 cells in one triangulation")]
     TooMany,
 }
 
@@ -65,8 +65,11 @@ pub struct Incremental<P: Point> {
     last: u32,
 }
 
-/// Keeps the number of cells of any well-behaved set below the limit of the complex.
-const MOST_POINTS: usize = 1 << 27;
+/// Random points in space have 6.8 cells each: at this number less than [`MOST_CELLS`].
+const MOST_POINTS: usize = 1 << 26;
+
+/// Half of what the complex can number: one insertion adds at most two cells per vertex.
+const MOST_CELLS: u32 = 1 << 29;
 
 impl<P: Point> Incremental<P> {
     /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with
@@ -124,9 +127,7 @@ impl<P: Point> Incremental<P> {
             }
         }
         if basis.len() <= P::DIM {
-            return Err(IncrementalError::Flat {
-                dimension: basis.len() as isize - 1,
-            });
+            return Err(IncrementalError::Flat { dimension: basis.len() as isize - 1 });
         }
         let mut cell = P::Cell::splat(0);
         cell.as_mut().copy_from_slice(&frame);
@@ -169,21 +170,19 @@ impl<P: Point> Incremental<P> {
     }
 
     fn insert_vertex(&mut self, vertex: u32, start: u32) -> Result<(), IncrementalError> {
+        if self.complex.slots() > MOST_CELLS {
+            return Err(IncrementalError::TooMany);
+        }
         let q = self.points[vertex as usize];
         let seed = self.walk(q, start);
         // Only the cell that holds a point can have it as a vertex.
         for &v in self.complex.cell(seed).as_ref() {
             if v != INFINITE && self.points[v as usize] == q {
-                return Err(IncrementalError::Coincident {
-                    point: vertex,
-                    vertex: v,
-                });
+                return Err(IncrementalError::Coincident { point: vertex, vertex: v });
             }
         }
         let points = &self.points;
-        self.complex.insert(vertex, seed, |complex, cell| {
-            conflicts(complex, points, cell, q)
-        });
+        self.complex.insert(vertex, seed, |complex, cell| conflicts(complex, points, cell, q));
         for &cell in self.complex.created() {
             for &v in self.complex.cell(cell).as_ref() {
                 if v != INFINITE {
@@ -246,10 +245,7 @@ impl<P: Point> Incremental<P> {
     /// The finite cells, positively oriented, in slot order.
     pub fn cells(&self) -> impl Iterator<Item = P::Cell> + '_ {
         let finite = |&cell: &u32| self.complex.infinite_slot(cell).is_none();
-        self.complex
-            .live_cells()
-            .filter(finite)
-            .map(|cell| *self.complex.cell(cell))
+        self.complex.live_cells().filter(finite).map(|cell| *self.complex.cell(cell))
     }
 
     /// The coordinates of a finite cell, in its first `DIM + 1` entries.
@@ -282,10 +278,7 @@ impl<P: Point> Incremental<P> {
         let mut star = Vec::with_capacity(SHORT);
         self.star(vertex, &mut star);
         out.clear();
-        out.extend(
-            star.iter()
-                .map(|&cell| facet_without::<P>(self.complex.cell(cell), vertex)),
-        );
+        out.extend(star.iter().map(|&cell| facet_without::<P>(self.complex.cell(cell), vertex)));
     }
 
     /// A vertex nearest to `q` (one of them), the walk starting as in [`Incremental::locate`].

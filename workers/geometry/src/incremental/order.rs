@@ -22,10 +22,8 @@ const fn bits(dimension: usize) -> u32 {
 /// input gives the same sequence of points (coincident points in the order of their numbers).
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let curve = Curve::over(points);
-    let mut keyed: Vec<(u8, u64, u32)> = (0u32..)
-        .zip(points)
-        .map(|(i, p)| (round(p), curve.key(p), i))
-        .collect();
+    let mut keyed: Vec<(u8, u64, u32)> =
+        (0u32..).zip(points).map(|(i, p)| (round(p), curve.key(p), i)).collect();
     keyed.sort_unstable_by(|a, b| {
         let by_key = (a.0, a.1).cmp(&(b.0, b.1));
         by_key
@@ -68,14 +66,9 @@ impl<P: Point> Curve<P> {
                 high.set_coord(i, high.coord(i).max(p.coord(i)));
             }
         }
-        let extent = (0..P::DIM)
-            .map(|i| high.coord(i) - low.coord(i))
-            .fold(0.0, f64::max);
+        let extent = (0..P::DIM).map(|i| high.coord(i) - low.coord(i)).fold(0.0, f64::max);
         let scale = ((1u64 << bits(P::DIM)) - 1) as f64 / extent;
-        Curve {
-            low,
-            scale: if scale.is_finite() { scale } else { 0.0 },
-        }
+        Curve { low, scale: if scale.is_finite() { scale } else { 0.0 } }
     }
 
     /// The position of `p` along the curve.
@@ -141,56 +134,30 @@ mod tests {
         let side = 16u32;
         let points: Vec<DVec3> = (0..side.pow(3))
             .map(|i| {
-                DVec3::new(
-                    (i % side).into(),
-                    (i / side % side).into(),
-                    (i / side / side).into(),
-                )
+                DVec3::new((i % side).into(), (i / side % side).into(), (i / side / side).into())
             })
             .collect();
-        let curve = Curve {
-            low: DVec3::ZERO,
-            scale: f64::from(1u32 << (bits(3) - 4)),
-        };
+        let curve = Curve { low: DVec3::ZERO, scale: f64::from(1u32 << (bits(3) - 4)) };
         let mut along = points.clone();
         along.sort_by_key(|p| curve.key(p));
-        assert!(
-            along
-                .windows(2)
-                .all(|w| (w[1] - w[0]).length_squared() == 1.0)
-        );
-        let plane: Vec<DVec2> = points
-            .iter()
-            .filter(|p| p.z == 0.0)
-            .map(|p| p.truncate())
-            .collect();
-        let curve = Curve {
-            low: DVec2::ZERO,
-            scale: f64::from(1u32 << (bits(2) - 4)),
-        };
+        assert!(along.windows(2).all(|w| (w[1] - w[0]).length_squared() == 1.0));
+        let plane: Vec<DVec2> =
+            points.iter().filter(|p| p.z == 0.0).map(|p| p.truncate()).collect();
+        let curve = Curve { low: DVec2::ZERO, scale: f64::from(1u32 << (bits(2) - 4)) };
         let mut along = plane.clone();
         along.sort_by_key(|p| curve.key(p));
-        assert!(
-            along
-                .windows(2)
-                .all(|w| (w[1] - w[0]).length_squared() == 1.0)
-        );
+        assert!(along.windows(2).all(|w| (w[1] - w[0]).length_squared() == 1.0));
     }
 
     #[test]
     fn the_order_is_a_function_of_the_coordinates() {
-        let points: Vec<DVec2> = (0..200u32)
-            .map(|i| DVec2::new((i * 37 % 101).into(), (i * 61 % 97).into()))
-            .collect();
+        let points: Vec<DVec2> =
+            (0..200u32).map(|i| DVec2::new((i * 37 % 101).into(), (i * 61 % 97).into())).collect();
         let reversed: Vec<DVec2> = points.iter().rev().copied().collect();
-        let first: Vec<DVec2> = insertion_order(&points)
-            .iter()
-            .map(|&i| points[i as usize])
-            .collect();
-        let second: Vec<DVec2> = insertion_order(&reversed)
-            .iter()
-            .map(|&i| reversed[i as usize])
-            .collect();
+        let first: Vec<DVec2> =
+            insertion_order(&points).iter().map(|&i| points[i as usize]).collect();
+        let second: Vec<DVec2> =
+            insertion_order(&reversed).iter().map(|&i| reversed[i as usize]).collect();
         assert_eq!(first, second);
         assert!(insertion_order::<DVec2>(&[]).is_empty());
         assert_eq!(insertion_order(&[DVec2::ONE, DVec2::ONE]), [0, 1]);

@@ -8,11 +8,8 @@ use crate::point::lex_cmp;
 
 /// Cells as sorted rows of coordinate bits: what must not depend on numbering.
 fn by_coordinates<P: Point>(dt: &Incremental<P>) -> Vec<Vec<Vec<u64>>> {
-    let bits = |&v: &u32| {
-        (0..P::DIM)
-            .map(|i| dt.vertices()[v as usize].coord(i).to_bits())
-            .collect()
-    };
+    let bits =
+        |&v: &u32| (0..P::DIM).map(|i| dt.vertices()[v as usize].coord(i).to_bits()).collect();
     let mut rows: Vec<Vec<Vec<u64>>> = dt
         .cells()
         .map(|cell| {
@@ -80,10 +77,7 @@ fn check<P: Point>(dt: &Incremental<P>) {
     for v in 0..dt.vertices().len() as u32 {
         dt.star(v, &mut star);
         incidences += star.len();
-        assert!(
-            star.iter()
-                .all(|&c| complex.is_live(c) && complex.cell(c).as_ref().contains(&v))
-        );
+        assert!(star.iter().all(|&c| complex.is_live(c) && complex.cell(c).as_ref().contains(&v)));
         dt.link_of(v, &mut link);
         for (facet, &cell) in link.iter().zip(&star) {
             if facet.as_ref().contains(&INFINITE) {
@@ -97,14 +91,7 @@ fn check<P: Point>(dt: &Incremental<P>) {
     }
     let expected: usize = complex
         .live_cells()
-        .map(|c| {
-            complex
-                .cell(c)
-                .as_ref()
-                .iter()
-                .filter(|&&v| v != INFINITE)
-                .count()
-        })
+        .map(|c| complex.cell(c).as_ref().iter().filter(|&&v| v != INFINITE).count())
         .sum();
     assert_eq!(incidences, expected);
     for cell in complex.live_cells() {
@@ -116,12 +103,7 @@ fn check<P: Point>(dt: &Incremental<P>) {
             let (next, back) = complex.neighbour(cell, slot);
             let opposite = complex.cell(next).as_ref()[back];
             if opposite != INFINITE {
-                assert!(!conflicts(
-                    complex,
-                    dt.vertices(),
-                    cell,
-                    dt.vertices()[opposite as usize]
-                ));
+                assert!(!conflicts(complex, dt.vertices(), cell, dt.vertices()[opposite as usize]));
             }
         }
     }
@@ -143,9 +125,7 @@ fn grid3(k: u32) -> Vec<DVec3> {
 }
 
 fn grid2(k: u32) -> Vec<DVec2> {
-    (0..k * k)
-        .map(|i| DVec2::new((i % k).into(), (i / k).into()))
-        .collect()
+    (0..k * k).map(|i| DVec2::new((i % k).into(), (i / k).into())).collect()
 }
 
 /// A small generator of test orders and coordinates.
@@ -153,10 +133,8 @@ struct Lcg(u64);
 
 impl Lcg {
     fn below(&mut self, n: usize) -> usize {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as usize % n
     }
 
@@ -190,11 +168,7 @@ fn flat_prefixes_and_collinear_runs_agree_with_brute_force() {
     ]);
     agrees_with_brute_force(&points);
     let mut plane: Vec<DVec2> = (0..9).map(|i| DVec2::X * f64::from(i)).collect();
-    plane.extend([
-        DVec2::new(4.0, 1.0),
-        DVec2::new(4.0, -2.0),
-        DVec2::new(4.0, 5.0),
-    ]);
+    plane.extend([DVec2::new(4.0, 1.0), DVec2::new(4.0, -2.0), DVec2::new(4.0, 5.0)]);
     agrees_with_brute_force(&plane);
 }
 
@@ -230,19 +204,14 @@ fn a_grid_has_one_triangulation_whatever_the_order() {
     let points = grid3(8);
     let dt = Incremental::new(points.clone()).unwrap();
     check(&dt);
-    let volume: f64 = dt
-        .cells()
-        .map(|c| DVec3::orient_raw(&c.map(|v| points[v as usize])) / 6.0)
-        .sum();
+    let volume: f64 =
+        dt.cells().map(|c| DVec3::orient_raw(&c.map(|v| points[v as usize])) / 6.0).sum();
     assert!((volume - 343.0).abs() < 1e-9);
     let mut random = Lcg(1);
     for _ in 0..3 {
         let mut shuffled = points.clone();
         random.shuffle(&mut shuffled);
-        for dt2 in [
-            Incremental::new(shuffled.clone()),
-            Incremental::build(shuffled, None),
-        ] {
+        for dt2 in [Incremental::new(shuffled.clone()), Incremental::build(shuffled, None)] {
             assert_eq!(by_coordinates(&dt2.unwrap()), by_coordinates(&dt));
         }
     }
@@ -260,9 +229,8 @@ fn a_grid_has_one_triangulation_whatever_the_order() {
 #[test]
 fn random_points_satisfy_the_invariants() {
     let mut random = Lcg(7);
-    let points: Vec<DVec3> = (0..1500)
-        .map(|_| DVec3::new(random.unit(), random.unit(), random.unit()))
-        .collect();
+    let points: Vec<DVec3> =
+        (0..1500).map(|_| DVec3::new(random.unit(), random.unit(), random.unit())).collect();
     let dt = Incremental::new(points.clone()).unwrap();
     check(&dt);
     for _ in 0..50 {
@@ -284,11 +252,7 @@ fn a_star_of_many_cells_is_complete() {
     let mut points: Vec<DVec3> = Vec::new();
     for i in 0..200 {
         let t = f64::from(i) / 100.0 - 1.0;
-        points.push(DVec3::new(
-            (1.0 - t * t) / (1.0 + t * t),
-            2.0 * t / (1.0 + t * t),
-            0.0,
-        ));
+        points.push(DVec3::new((1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t), 0.0));
     }
     points.push(DVec3::new(0.0, 0.0, 1.0));
     points.push(DVec3::new(0.0, 0.0, -1.0));
@@ -301,12 +265,7 @@ fn a_star_of_many_cells_is_complete() {
 
 #[test]
 fn refusals_name_their_reason() {
-    let flat = Incremental::new(vec![
-        DVec3::ZERO,
-        DVec3::X,
-        DVec3::Y,
-        DVec3::ONE.with_z(0.0),
-    ]);
+    let flat = Incremental::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE.with_z(0.0)]);
     assert_eq!(flat.unwrap_err(), IncrementalError::Flat { dimension: 2 });
     let none = Incremental::<DVec2>::new(Vec::new());
     assert_eq!(none.unwrap_err(), IncrementalError::Flat { dimension: -1 });
@@ -314,22 +273,10 @@ fn refusals_name_their_reason() {
     assert_eq!(nan.unwrap_err(), IncrementalError::NotFinite { point: 1 });
     let twice = vec![DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::new(-0.0, 1.0)];
     let twice = Incremental::build(twice, None);
-    assert_eq!(
-        twice.unwrap_err(),
-        IncrementalError::Coincident {
-            point: 3,
-            vertex: 2
-        }
-    );
+    assert_eq!(twice.unwrap_err(), IncrementalError::Coincident { point: 3, vertex: 2 });
     let mut dt = Incremental::new(vec![DVec2::ZERO, DVec2::X, DVec2::Y]).unwrap();
     let again = dt.insert(DVec2::X, None);
-    assert_eq!(
-        again,
-        Err(IncrementalError::Coincident {
-            point: 3,
-            vertex: 1
-        })
-    );
+    assert_eq!(again, Err(IncrementalError::Coincident { point: 3, vertex: 1 }));
     assert_eq!(dt.insert(DVec2::ONE, Some(77)), Ok(3));
     assert_eq!(dt.insert(DVec2::splat(0.25), Some(0)), Ok(4));
     check(&dt);
@@ -341,9 +288,8 @@ fn refusals_name_their_reason() {
 fn speed() {
     let mut random = Lcg(3);
     for n in [1_000, 100_000, 1_000_000] {
-        let points: Vec<DVec3> = (0..n)
-            .map(|_| DVec3::new(random.unit(), random.unit(), random.unit()))
-            .collect();
+        let points: Vec<DVec3> =
+            (0..n).map(|_| DVec3::new(random.unit(), random.unit(), random.unit())).collect();
         let start = std::time::Instant::now();
         let order = insertion_order(&points);
         let sorted = start.elapsed().as_secs_f64();

@@ -1,0 +1,153 @@
+//! Random draws that are the same on every machine: `ChaCha` and the four operations.
+//!
+//! **Statement.** Every draw is a function of (seed, purpose, number of the draw). No logarithm or
+//! other library function is called: exponential variates come from comparisons alone (von Neumann,
+//! "Various techniques used in connection with random digits", 1951), a Poisson number from counting
+//! exponential gaps, bell-shaped offsets from sums of twelve uniform ones.
+//!
+//! **Work.** O(1) expected per variate; a Poisson number of mean `n` costs O(n).
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use septet_geometry::point::Point;
+
+/// What a stream of draws is for: streams never overlap.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Purpose {
+    /// Coordinates.
+    Points = 1,
+    /// A random number of points.
+    Count = 2,
+    /// Centres of clusters.
+    Centres = 3,
+    /// Candidates on edges, faces and in the volume: one stream per dimension from here on.
+    Candidates = 16,
+}
+
+/// A stream of draws.
+pub(super) struct Draw(ChaCha8Rng);
+
+impl Draw {
+    /// The stream of one seed and purpose.
+    pub fn new(seed: u64, purpose: Purpose) -> Self {
+        Self::sub(seed, purpose, 0)
+    }
+
+    /// The `part`-th stream of a purpose that has several.
+    pub fn sub(seed: u64, purpose: Purpose, part: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(purpose as u64 + part);
+        Draw(rng)
+    }
+
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
+    /// Uniform in `[0, 1)`, a multiple of 2^-53.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in the unit square or cube.
+    pub fn point<P: Point>(&mut self) -> P {
+        let mut p = P::default();
+        for i in 0..P::DIM {
+            p.set_coord(i, self.unit());
+        }
+        p
+    }
+
+    /// Uniform in the ball of radius 1 about the origin, by rejection.
+    pub fn in_ball<P: Point>(&mut self) -> P {
+        loop {
+            let p = self.point::<P>() * 2.0 - P::splat(1.0);
+            if p.norm2() <= 1.0 {
+                return p;
+            }
+        }
+    }
+
+    /// Bell-shaped with variance 1 in every coordinate, within 6 of 0.
+    pub fn bell<P: Point>(&mut self) -> P {
+        let mut sum = P::splat(-6.0);
+        for _ in 0..12 {
+            sum = sum + self.point();
+        }
+        sum
+    }
+
+    /// Exponential with mean 1. A run of falling uniform draws has odd length with probability
+    /// `exp(-u)`, `u` being its first; each run of even length adds 1.
+    pub fn exponential(&mut self) -> f64 {
+        let mut whole = 0.0;
+        loop {
+            let first = self.unit();
+            let mut last = first;
+            let mut odd = true;
+            loop {
+                let next = self.unit();
+                if next >= last {
+                    break;
+                }
+                last = next;
+                odd = !odd;
+            }
+            if odd {
+                return whole + first;
+            }
+            whole += 1.0;
+        }
+    }
+
+    /// A Poisson number: the exponential gaps that fit into `mean`.
+    pub fn poisson(&mut self, mean: u64) -> u64 {
+        let mut count = 0;
+        let mut time = self.exponential();
+        while time <= mean as f64 {
+            count += 1;
+            time += self.exponential();
+        }
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use septet_geometry::point::Vector;
+
+    #[test]
+    fn variates_have_their_moments() {
+        let mut draw = Draw::new(5, Purpose::Points);
+        let n = 100_000;
+        let values: Vec<f64> = (0..n).map(|_| draw.exponential()).collect();
+        let mean = values.iter().sum::<f64>() / f64::from(n);
+        let square = values.iter().map(|x| x * x).sum::<f64>() / f64::from(n);
+        assert!((mean - 1.0).abs() < 0.02 && (square - 2.0).abs() < 0.1);
+        let above: Vec<&f64> = values.iter().filter(|&&x| x > 2.0).collect();
+        assert!((above.len() as f64 / f64::from(n) - 0.135_335).abs() < 0.005);
+        let counts: Vec<f64> = (0..2_000).map(|_| draw.poisson(100) as f64).collect();
+        let mean = counts.iter().sum::<f64>() / 2_000.0;
+        let variance = counts.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 2_000.0;
+        assert!((mean - 100.0).abs() < 1.0 && (variance - 100.0).abs() < 12.0);
+        let bell: f64 = (0..n).map(|_| draw.bell::<DVec3>().norm2()).sum::<f64>() / f64::from(n);
+        assert!((bell - 3.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn streams_differ() {
+        let mut all: Vec<u64> = vec![
+            Draw::new(1, Purpose::Points).bits(),
+            Draw::new(2, Purpose::Points).bits(),
+            Draw::new(1, Purpose::Count).bits(),
+            Draw::sub(1, Purpose::Candidates, 2).bits(),
+        ];
+        all.dedup();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), 4);
+    }
+}

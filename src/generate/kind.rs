@@ -1,0 +1,167 @@
+//! The kinds of point sets: names, limits, and how they are written on a command line.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::{GenerateError, Request};
+
+/// A kind of point set in the unit square or cube.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Kind {
+    /// Independent and uniform.
+    Uniform,
+    /// A homogeneous Poisson process: the number of points is random with mean `n`.
+    Poisson,
+    /// Uniform in the ball (disc) of radius 1/2.
+    Ball,
+    /// Uniform on the sphere (circle) of radius 1/2, up to rounding.
+    Sphere,
+    /// Integer points `0..k` in every axis over a power of two, so that ties are exact; `k^d` points.
+    Grid,
+    /// Integer points with an even sum over a power of two: face-centred cubic in space, its planar
+    /// analogue (the centred square lattice) in the plane; `4 m^3` and `2 m^2` points.
+    Fcc,
+    /// A grid of `k^d` cells with one point in the middle half of each.
+    Jittered,
+    /// Ten bell-shaped clusters far apart, each half as wide as the one before.
+    Clusters,
+    /// Uniform, with thickness 1/1000 along the last axis.
+    Slab,
+    /// Uniform within 1/1000 of points of a slanted segment.
+    Line,
+    /// Points `(t, t^2, t^3)` for `t = 0..n`, each axis over a power of two: in space every two of
+    /// them are neighbours.
+    MomentCurve,
+    /// f-spaced with constant f, with boundary.
+    WellSpaced,
+    /// f-spaced, f growing linearly with the distance from the centre, with boundary.
+    GradedPoint,
+    /// f-spaced, f growing linearly with the distance from the line through the centre along the last
+    /// axis, with boundary.
+    GradedLine,
+}
+
+/// All kinds with their names, in the order of the help text.
+const NAMES: [(Kind, &str); 14] = [
+    (Kind::Uniform, "uniform"),
+    (Kind::Poisson, "poisson"),
+    (Kind::Ball, "ball"),
+    (Kind::Sphere, "sphere"),
+    (Kind::Grid, "grid"),
+    (Kind::Fcc, "fcc"),
+    (Kind::Jittered, "jittered"),
+    (Kind::Clusters, "clusters"),
+    (Kind::Slab, "slab"),
+    (Kind::Line, "line"),
+    (Kind::MomentCurve, "moment-curve"),
+    (Kind::WellSpaced, "well-spaced"),
+    (Kind::GradedPoint, "graded"),
+    (Kind::GradedLine, "graded-line"),
+];
+
+/// The names of all kinds, separated by commas.
+pub(super) fn names() -> String {
+    NAMES.map(|(_, name)| name).join(", ")
+}
+
+impl Kind {
+    /// Every kind.
+    pub fn all() -> impl Iterator<Item = Kind> {
+        NAMES.into_iter().map(|(kind, _)| kind)
+    }
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        NAMES.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
+    }
+
+    /// Is the set f-spaced?
+    pub fn is_spaced(self) -> bool {
+        matches!(self, Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine)
+    }
+
+    /// Does the size function grow, so that a Lipschitz constant means something?
+    pub fn is_graded(self) -> bool {
+        matches!(self, Kind::GradedPoint | Kind::GradedLine)
+    }
+
+    /// The largest number of points: what memory, exact coordinates or vertex numbers allow.
+    pub(super) fn limit(self, dimension: usize) -> u64 {
+        match (self, dimension) {
+            // t^d has to be a 53-bit integer.
+            (Kind::MomentCurve, 2) => 1 << 26,
+            (Kind::MomentCurve, _) => 1 << 17,
+            (kind, _) if kind.is_spaced() => 1 << 25,
+            _ => 1 << 31,
+        }
+    }
+
+    /// Why the number of points may differ from the request.
+    pub(super) fn count_rule(self) -> &'static str {
+        match self {
+            Kind::Poisson => "the number of points of a Poisson process is random",
+            Kind::Grid | Kind::Jittered => "the nearest power of a whole side",
+            Kind::Fcc => "the nearest whole number of lattice cells per side",
+            _ => "the number is as asked for, or within 5 %",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Kind {
+    type Err = GenerateError;
+
+    fn from_str(name: &str) -> Result<Self, GenerateError> {
+        let wanted = if name == "graded-point" { "graded" } else { name };
+        let found = NAMES.iter().find(|(_, known)| *known == wanted);
+        found.map(|(kind, _)| *kind).ok_or_else(|| GenerateError::UnknownKind { name: name.into() })
+    }
+}
+
+/// Reads `KIND:N[,d=2][,seed=7][,lipschitz=0.25]`; without them, dimension 3, seed 0 and the default
+/// constant. `N` may be written with an exponent, as in `1e6`.
+///
+/// # Errors
+///
+/// Names the part that cannot be read, and refuses an unknown kind. Ranges are checked by
+/// [`super::generate`].
+pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
+    let fail = |reason: String| GenerateError::Spec { spec: spec.into(), reason };
+    let (kind, rest) =
+        spec.split_once(':').ok_or_else(|| fail("expected KIND:N, such as uniform:1000".into()))?;
+    let kind = kind.trim().parse()?;
+    let mut parts = rest.split(',').map(str::trim);
+    let count = parts.next().unwrap_or_default();
+    let n = parse_count(count)
+        .ok_or_else(|| fail(format!("`{count}` is not a number of points, such as 1000 or 1e6")))?;
+    let mut request = Request { kind, n, dimension: 3, seed: 0, lipschitz: None };
+    for part in parts {
+        let (key, value) = part
+            .split_once('=')
+            .ok_or_else(|| fail(format!("expected KEY=VALUE in place of `{part}`")))?;
+        let bad = || fail(format!("`{value}` is no value for {key}"));
+        match key {
+            "d" => request.dimension = value.parse().map_err(|_| bad())?,
+            "seed" => request.seed = value.parse().map_err(|_| bad())?,
+            "lipschitz" => request.lipschitz = Some(value.parse().map_err(|_| bad())?),
+            _ => return Err(fail(format!("unknown key `{key}`: d, seed or lipschitz"))),
+        }
+    }
+    Ok(request)
+}
+
+/// A whole number, with an exponent if need be.
+fn parse_count(text: &str) -> Option<u64> {
+    match text.split_once(['e', 'E']) {
+        None => text.parse().ok(),
+        Some((mantissa, exponent)) => {
+            let power = 10u64.checked_pow(exponent.parse().ok()?)?;
+            mantissa.parse::<u64>().ok()?.checked_mul(power)
+        }
+    }
+}

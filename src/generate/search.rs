@@ -1,0 +1,161 @@
+//! The size function whose f-spaced set has the number of points asked for.
+//!
+//! **Statement.** A completed f-spaced set has about `sum over faces F of c_k * integral of f^-k over F`
+//! points, `k` the dimension of `F`, with constants `c_k` that were measured. That estimate is inverted
+//! by bisection and corrected by what a first, smaller set of the same slope came to; a set within 5 %
+//! of the request is accepted, after at most [`TRIALS`] trials the nearest one.
+//!
+//! **Work.** O(n) per trial.
+//!
+//! **Departures.** With the slope L given, a set graded to a point has only O(L^-d log(1/least))
+//! points. Beyond that the slope is lowered, which keeps f L-Lipschitz; the slope used is reported.
+
+use septet_geometry::point::Point;
+
+use super::sizing::{Centre, Sizing};
+use super::spaced::{self, Face};
+use super::{GenerateError, Kind, Progress, Request};
+
+/// Accepted relative difference from the number asked for.
+const TOLERANCE: f64 = 0.05;
+
+/// Full-size sets built at most.
+const TRIALS: usize = 4;
+
+/// Points per `f^k` on faces of dimension `k`, in the plane and in space. Below the full dimension,
+/// what the boundary adds to the interior count.
+const DENSITY: [[f64; 4]; 2] = [[1.0, 0.58, 0.6965, 0.0], [1.0, 0.98, 0.265, 0.7613]];
+
+/// The size of the set that calibrates the estimate for larger ones.
+const PILOT: f64 = 20_000.0;
+
+/// A set and what to say of it.
+pub(super) struct Found<P> {
+    /// The points.
+    pub points: Vec<P>,
+    /// The size function used.
+    pub sizing: Sizing,
+    /// Remarks.
+    pub notes: Vec<String>,
+}
+
+/// Builds the f-spaced set of a checked request.
+pub(super) fn spaced_set<P: Point>(
+    request: &Request,
+    progress: &mut Progress,
+) -> Result<Found<P>, GenerateError> {
+    let family = Family::of(request);
+    let wanted = request.n as f64;
+    let first = family.sizing::<P>(wanted.max(1.0), None);
+    let mut found = Found { points: Vec::new(), sizing: first, notes: Vec::new() };
+    if request.n == 0 {
+        return Ok(found);
+    }
+    let mut factor = 1.0;
+    let mut best = f64::MAX;
+    if wanted > 2.0 * PILOT {
+        let pilot = family.sizing::<P>(PILOT, Some(first.slope));
+        let points: Vec<P> = spaced::build(pilot, request.seed, &mut |_| {})?;
+        factor = points.len() as f64 / estimate::<P>(&pilot);
+    }
+    for _ in 0..TRIALS {
+        let sizing = family.sizing::<P>(wanted / factor, None);
+        let mut report = |done: u64| progress(request.kind.name(), done.min(request.n), request.n);
+        let points: Vec<P> = spaced::build(sizing, request.seed, &mut report)?;
+        let made = points.len() as f64;
+        factor = made / estimate::<P>(&sizing);
+        let error = (made / wanted - 1.0).abs();
+        if error < best {
+            best = error;
+            found.points = points;
+            found.sizing = sizing;
+        }
+        if best <= TOLERANCE {
+            break;
+        }
+    }
+    if best > TOLERANCE {
+        let (made, asked) = (found.points.len(), request.n);
+        found.notes.push(format!("{made} points, {asked} asked for: no size function came nearer"));
+    }
+    if found.sizing.slope < family.slope {
+        let (used, asked) = (found.sizing.slope, family.slope);
+        found.notes.push(format!(
+            "size function with slope {used:.4}: with {asked} there are not that many points"
+        ));
+    }
+    Ok(found)
+}
+
+/// The size functions of a kind.
+struct Family {
+    centre: Centre,
+    slope: f64,
+    /// The least `least / slope` there is: how sharply sizes fall.
+    sharpest: f64,
+}
+
+impl Family {
+    fn of(request: &Request) -> Self {
+        let slope = request.lipschitz.unwrap_or(0.25);
+        match request.kind {
+            Kind::GradedPoint => Family { centre: Centre::Point, slope, sharpest: 0.001 },
+            Kind::GradedLine => Family { centre: Centre::Line, slope, sharpest: 0.0001 },
+            _ => Family { centre: Centre::Point, slope: 0.0, sharpest: 0.0 },
+        }
+    }
+
+    /// The size function with an estimate of `wanted` points, of a fixed slope if given.
+    fn sizing<P: Point>(&self, wanted: f64, slope: Option<f64>) -> Sizing {
+        let centre = self.centre;
+        if self.slope == 0.0 {
+            let at = |least| Sizing { centre, slope: 0.0, least };
+            return invert::<P>(wanted, 1e-5, 1.0, at);
+        }
+        let slope = slope.unwrap_or(self.slope);
+        let at = |offset: f64| Sizing { centre, slope, least: slope * offset };
+        let sharpest = at(self.sharpest);
+        if estimate::<P>(&sharpest) >= wanted {
+            // Sizes at the corners must not exceed their distance, 1.
+            let corner = sharpest.distance(&P::splat(0.0));
+            return invert::<P>(wanted, self.sharpest, 1.0 / slope - corner, at);
+        }
+        let flatter = |slope: f64| Sizing { centre, slope, least: slope * self.sharpest };
+        invert::<P>(wanted, 1e-5, slope, flatter)
+    }
+}
+
+/// The member of a family of growing size functions with an estimate of `wanted` points, by bisection
+/// of the parameter's ratio.
+fn invert<P: Point>(wanted: f64, low: f64, high: f64, at: impl Fn(f64) -> Sizing) -> Sizing {
+    let (mut low, mut high) = (low, high);
+    for _ in 0..40 {
+        let middle = (low * high).sqrt();
+        if estimate::<P>(&at(middle)) > wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    at(high)
+}
+
+/// The number of points to expect.
+pub(super) fn estimate<P: Point>(sizing: &Sizing) -> f64 {
+    let mut sum = 0.0;
+    for (k, density) in DENSITY[P::DIM - 2].iter().enumerate().take(P::DIM + 1) {
+        for face in Face::<P>::all(k) {
+            if sizing.slope == 0.0 {
+                sum += density / power(sizing.least, k);
+                continue;
+            }
+            let step = |p: &P| 0.5 * sizing.at(p) / sizing.slope;
+            face.tile(step, |middle, side| sum += density * power(side / sizing.at(&middle), k));
+        }
+    }
+    sum
+}
+
+fn power(x: f64, k: usize) -> f64 {
+    (0..k).fold(1.0, |product, _| product * x)
+}

@@ -1,0 +1,251 @@
+//! Determinism, counts, spacing, completion and quality of the generated sets.
+
+use septet_geometry::incremental::Incremental;
+use septet_geometry::point::{Simplex, dist2};
+
+use super::completion::{circumsphere, in_domain};
+use super::sizing::{Centre, Sizing};
+use super::*;
+
+/// What the theorems speak about, measured.
+#[derive(Debug, Default)]
+struct Quality {
+    /// Greatest `R / f(c)` over cells with centre in the domain.
+    gap: f64,
+    /// Greatest radius-edge ratio over those cells.
+    inner_ratio: f64,
+    /// Greatest radius-edge ratio over all cells.
+    ratio: f64,
+    /// Greatest `|uv| / min(nn_u, nn_v)` over Delaunay edges.
+    alpha: f64,
+}
+
+fn quality<P: Point>(points: &[P], sizing: &Sizing) -> Quality {
+    let dt = Incremental::new(points.to_vec()).unwrap();
+    let mut nearest = vec![f64::MAX; points.len()];
+    let mut out = Quality::default();
+    for pass in 0..2 {
+        for cell in dt.complex().live_cells() {
+            if dt.complex().infinite_slot(cell).is_some() {
+                continue;
+            }
+            let ids = dt.complex().cell(cell).as_ref();
+            let mut shortest = f64::MAX;
+            for (i, &u) in ids.iter().enumerate() {
+                for &v in &ids[..i] {
+                    let length = dist2(points[u as usize], points[v as usize]).sqrt();
+                    shortest = shortest.min(length);
+                    let (u, v) = (u as usize, v as usize);
+                    if pass == 0 {
+                        nearest[u] = nearest[u].min(length);
+                        nearest[v] = nearest[v].min(length);
+                    } else {
+                        out.alpha = out.alpha.max(length / nearest[u].min(nearest[v]));
+                    }
+                }
+            }
+            let (centre, radius) = circumsphere(&dt.corners(cell)[..P::Cell::LEN]);
+            out.ratio = out.ratio.max(radius / shortest);
+            if in_domain(&centre) {
+                out.inner_ratio = out.inner_ratio.max(radius / shortest);
+                out.gap = out.gap.max(radius / sizing.at(&centre));
+            }
+        }
+    }
+    out
+}
+
+fn request(kind: Kind, n: u64, dimension: usize, lipschitz: Option<f64>) -> Request {
+    Request { kind, n, dimension, seed: 1, lipschitz }
+}
+
+fn made(request: &Request) -> Generated {
+    generate(request, &mut |_, _, _| {}).unwrap()
+}
+
+/// Spacing, completion and quality of the set of a request; returns its number of points.
+fn check_spaced<P: Point>(request: &Request) -> usize {
+    let found = search::spaced_set::<P>(request, &mut |_, _, _| {}).unwrap();
+    let (points, sizing) = (found.points, found.sizing);
+    for (i, p) in points.iter().enumerate() {
+        assert!(in_domain(p));
+        for q in &points[..i] {
+            let apart = sizing.at(p).min(sizing.at(q));
+            assert!(dist2(*p, *q) >= apart * apart, "{p:?} {q:?} {apart}");
+        }
+    }
+    let slope = sizing.slope;
+    let q = quality(&points, &sizing);
+    let what = format!("{request:?}: {} points, {q:?}", points.len());
+    assert!(q.gap <= 1.0 / (1.0 - 1e-9), "{what}");
+    assert!(q.inner_ratio <= (1.0 + 1e-8) / (1.0 - slope), "{what}");
+    assert!(q.alpha <= 2.5 * (1.0 + slope) / (1.0 - slope), "{what}");
+    if slope == 0.0 {
+        assert!(q.ratio <= 1.3, "{what}");
+    }
+    points.len()
+}
+
+#[test]
+fn well_spaced_sets_are_spaced_complete_and_well_shaped() {
+    for n in [9, 100, 1000, 3000] {
+        let request = request(Kind::WellSpaced, n, 3, None);
+        let count = check_spaced::<DVec3>(&request) as f64;
+        assert!(n < 1000 || (count / n as f64 - 1.0).abs() <= 0.05);
+        let count = check_spaced::<DVec2>(&request) as f64;
+        assert!(n < 1000 || (count / n as f64 - 1.0).abs() <= 0.05);
+    }
+}
+
+#[test]
+fn graded_sets_are_spaced_complete_and_well_shaped() {
+    for kind in [Kind::GradedPoint, Kind::GradedLine] {
+        for lipschitz in [0.06, 0.25, 0.5] {
+            let request = request(kind, 1500, 3, Some(lipschitz));
+            let count = check_spaced::<DVec3>(&request) as f64;
+            assert!((count / 1500.0 - 1.0).abs() <= 0.05, "{kind} {lipschitz}: {count}");
+            let count = check_spaced::<DVec2>(&request) as f64;
+            assert!((count / 1500.0 - 1.0).abs() <= 0.05, "{kind} {lipschitz}: {count}");
+        }
+    }
+}
+
+#[test]
+fn larger_spaced_sets_have_the_number_asked_for() {
+    for kind in [Kind::WellSpaced, Kind::GradedPoint, Kind::GradedLine] {
+        let set = made(&request(kind, 50_000, 3, None));
+        let count = set.points.len() as f64;
+        assert!((count / 50_000.0 - 1.0).abs() <= 0.05, "{kind}: {count}");
+        let spacing = set.spacing.unwrap();
+        assert!(spacing.lipschitz <= 0.25);
+        // Only a point cannot carry that many at the slope asked for.
+        assert_eq!(set.notes.is_empty(), kind != Kind::GradedPoint, "{:?}", set.notes);
+    }
+}
+
+#[test]
+fn every_kind_is_repeatable_and_lives_in_the_unit_cube() {
+    for kind in Kind::all() {
+        for dimension in [2, 3] {
+            let ask = request(kind, 700, dimension, None);
+            let set = made(&ask);
+            assert_eq!(set, made(&ask), "{kind}");
+            assert_eq!(set.points.dimension(), dimension);
+            assert!(set.points.coordinates().iter().all(|x| (0.0..=1.0).contains(x)), "{kind}");
+            let count = set.points.len() as f64;
+            assert!((count / 700.0 - 1.0).abs() < 0.35, "{kind}: {count}");
+            let seeded = !matches!(kind, Kind::Grid | Kind::Fcc | Kind::MomentCurve);
+            let other = made(&Request { seed: 2, ..ask });
+            assert_eq!(set.points != other.points, seeded, "{kind}");
+            let none = made(&Request { n: 0, ..ask });
+            assert!(none.points.is_empty(), "{kind}");
+            let one = made(&Request { n: 1, ..ask });
+            assert!(!one.points.is_empty() || kind == Kind::Poisson, "{kind}");
+            assert_eq!(kind.name().parse::<Kind>().unwrap(), kind);
+        }
+    }
+}
+
+#[test]
+fn lattices_are_exact() {
+    let grid = made(&request(Kind::Grid, 1000, 3, None));
+    assert_eq!((grid.points.len(), grid.notes.len()), (1000, 0));
+    assert!(grid.points.coordinates().iter().all(|x| (x * 16.0).fract() == 0.0));
+    let near = made(&request(Kind::Grid, 30, 3, None));
+    assert_eq!((near.points.len(), near.notes.len()), (27, 1));
+    let Points::Space(fcc) = made(&request(Kind::Fcc, 2048, 3, None)).points else {
+        panic!("not in space");
+    };
+    assert_eq!(fcc.len(), 2048);
+    let nearest = |p: &DVec3| {
+        let others = fcc.iter().filter(|q| *q != p);
+        others.map(|q| dist2(*p, *q)).fold(f64::MAX, f64::min)
+    };
+    assert!(fcc.iter().all(|p| nearest(p) == 2.0 / 256.0));
+    let Points::Space(curve) = made(&request(Kind::MomentCurve, 100, 3, None)).points else {
+        panic!("not in space");
+    };
+    assert_eq!(curve[64], DVec3::new(0.5, 0.25, 0.125));
+    let dt = Incremental::new(curve).unwrap();
+    // Every two points of the curve are neighbours: n - 1 of them around each.
+    let mut star = Vec::new();
+    dt.star(50, &mut star);
+    let mut around: Vec<u32> = star.iter().flat_map(|&cell| *dt.complex().cell(cell)).collect();
+    around.sort_unstable();
+    around.dedup();
+    assert!(around.len() >= 100);
+}
+
+#[test]
+fn samples_are_read_from_text() {
+    let read = |spec| parse_sample(spec).unwrap();
+    let plain = Request { seed: 0, ..request(Kind::Uniform, 1000, 3, None) };
+    assert_eq!(read("uniform:1000"), plain);
+    let full = Request { seed: 7, ..request(Kind::GradedPoint, 1_000_000, 2, Some(0.5)) };
+    assert_eq!(read("graded:1e6,d=2,seed=7,lipschitz=0.5"), full);
+    assert_eq!(read("graded-point:1e6, d=2,seed=7 ,lipschitz=0.5"), full);
+    let message = |spec| parse_sample(spec).unwrap_err().to_string();
+    assert!(message("cube:10").contains("`cube`") && message("cube:10").contains("moment-curve"));
+    assert!(message("uniform").contains("KIND:N"));
+    assert!(message("uniform:many").contains("`many`"));
+    assert!(message("uniform:1e30").contains("`1e30`"));
+    assert!(message("uniform:10,d").contains("KEY=VALUE"));
+    assert!(message("uniform:10,d=x").contains("`x`"));
+    assert!(message("uniform:10,size=3").contains("`size`"));
+}
+
+#[test]
+fn impossible_requests_are_refused() {
+    let refusal = |request: Request| generate(&request, &mut |_, _, _| {}).unwrap_err();
+    let dimension = refusal(request(Kind::Uniform, 10, 4, None));
+    assert!(matches!(dimension, GenerateError::Dimension(4)));
+    for constant in [0.0, 1.0, -0.5, 2.0, f64::NAN] {
+        let refused = refusal(request(Kind::GradedLine, 10, 3, Some(constant)));
+        assert!(matches!(refused, GenerateError::Lipschitz(_)));
+    }
+    let unused = refusal(request(Kind::Grid, 10, 3, Some(0.5)));
+    assert!(matches!(unused, GenerateError::LipschitzUnused(Kind::Grid)));
+    let many = refusal(request(Kind::MomentCurve, 1 << 20, 3, None));
+    assert!(matches!(many, GenerateError::TooMany { limit: 131_072, .. }));
+}
+
+/// Speeds and quality; run in release with `--ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn measure() {
+    for kind in Kind::all().filter(|&kind| kind != Kind::MomentCurve) {
+        let start = std::time::Instant::now();
+        let set = made(&request(kind, 1_000_000, 3, None));
+        let seconds = start.elapsed().as_secs_f64();
+        println!("{kind}: {} points in {seconds:.1} s; {:?}", set.points.len(), set.notes);
+    }
+    let constant = |least| Sizing { centre: Centre::Point, slope: 0.0, least };
+    for least in [0.08, 0.04, 0.025, 0.0093] {
+        measure_one::<DVec3>(constant(least));
+    }
+    for least in [0.0064, 0.0016, 0.0006] {
+        measure_one::<DVec2>(constant(least));
+    }
+    for (slope, offset) in [(0.06, 0.3), (0.06, 0.1), (0.25, 0.1), (0.25, 0.01), (0.5, 0.02)] {
+        for centre in [Centre::Point, Centre::Line] {
+            measure_one::<DVec3>(Sizing { centre, slope, least: slope * offset });
+            measure_one::<DVec2>(Sizing { centre, slope, least: slope * offset * offset });
+        }
+    }
+}
+
+fn measure_one<P: Point>(sizing: Sizing) {
+    let start = std::time::Instant::now();
+    let points: Vec<P> = spaced::build(sizing, 1, &mut |_| {}).unwrap();
+    let per_point = start.elapsed().as_secs_f64() * 1e6 / points.len() as f64;
+    println!(
+        "d {} {:?} slope {} least {:.5}: {} points, {:.3} of the estimate, {per_point:.1} us each, {:?}",
+        P::DIM,
+        sizing.centre,
+        sizing.slope,
+        sizing.least,
+        points.len(),
+        points.len() as f64 / search::estimate::<P>(&sizing),
+        quality(&points, &sizing)
+    );
+}
