@@ -19,7 +19,7 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Merged, Message, PointBatch};
 use septet_protocol::transport::{Transport, TransportError};
 use septet_workers::choice::{choose, encode_choice};
-use septet_workers::config::{Wanted, WorkerConfig};
+use septet_workers::config::{SetRule, Wanted, WorkerConfig};
 use septet_workers::leader::{Leader, by_node, is_leaf};
 use septet_workers::outbox::Outbox;
 use septet_workers::partition::lead_partition;
@@ -184,7 +184,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     Body::Summary(summary) => Some(summary.clone()),
                     _ => None,
                 });
-                for (child, summary) in below.into_iter().flat_map(|(c, s)| s.into_iter().map(move |s| (c, s))) {
+                for (child, summary) in
+                    below.into_iter().flat_map(|(c, s)| s.into_iter().map(move |s| (c, s)))
+                {
                     self.leader.on_summary(child, summary, &mut self.out, ledger);
                 }
             }
@@ -193,8 +195,11 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     Body::SetCounts(c) => Some(std::mem::take(&mut c.0)),
                     _ => None,
                 });
+                let density = matches!(self.known.supergraph, Some(Supergraph::Density { .. }));
+                let smaller = self.machine.sets == SetRule::Smaller;
+                let rule = if smaller && !density { SetRule::Both } else { self.machine.sets };
                 for (node, all) in counts {
-                    self.leader.on_set_counts(node, &all, self.machine.sets, &mut self.out);
+                    self.leader.on_set_counts(node, &all, rule, &mut self.out);
                 }
             }
             Phase::Choice => self.on_samples(&mut inbox),
@@ -283,8 +288,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
     }
 
     fn judge(&mut self, merged: Merged) {
-        let passed =
-            merged.stars == self.population && merged.disagreements == 0 && merged.minima == 1;
+        let passed = merged.stars == self.population && merged.disagreements == 0 && merged.minima == 1;
         self.known.outcome = match (passed, self.certificates) {
             (true, _) => Outcome::Passed,
             (false, 0) => Outcome::GatherUnresolved,

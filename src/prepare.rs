@@ -24,8 +24,6 @@ pub(crate) struct Prepared<P> {
     pub(crate) dimension: isize,
     /// Positions (in `positions`) of affinely independent points that span it.
     pub(crate) frame: Vec<usize>,
-    /// The power of two that coordinates were multiplied by.
-    pub(crate) exponent: i32,
 }
 
 /// Prepares points.
@@ -47,11 +45,13 @@ pub(crate) fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prep
     let exponent = scale_exponent(&clean).map_err(|e| renumber(e, &kept))?;
     let (first, duplicates) = coincidences(&clean);
     let duplicates = duplicates.into_iter().map(|(i, of)| (kept[i as usize], kept[of as usize])).collect();
-    let positions: Vec<P> =
-        first.iter().map(|&i| if exponent == 0 { clean[i as usize] } else { scale(clean[i as usize], exponent) }).collect();
+    let positions: Vec<P> = first
+        .iter()
+        .map(|&i| if exponent == 0 { clean[i as usize] } else { scale(clean[i as usize], exponent) })
+        .collect();
     let ids = first.iter().map(|&i| kept[i as usize]).collect();
     let (dimension, frame) = affine_frame(&positions);
-    Ok(Prepared { positions, ids, duplicates, refused, dimension, frame, exponent })
+    Ok(Prepared { positions, ids, duplicates, refused, dimension, frame })
 }
 
 fn without_negative_zero<P: Point>(mut p: P) -> P {
@@ -75,9 +75,7 @@ fn renumber(error: RangeError, kept: &[u64]) -> RangeError {
 /// The first of every group of coincident points, in order, and the others with their first.
 fn coincidences<P: Point>(points: &[P]) -> (Vec<u32>, Vec<(u32, u32)>) {
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    order.par_sort_unstable_by(|&a, &b| {
-        lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b))
-    });
+    order.par_sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
     let mut duplicates = Vec::new();
     let mut first = order.first().copied().unwrap_or(0);
     for &i in order.iter().skip(1) {

@@ -327,8 +327,7 @@ fn finish<P: Point>(
 }
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
-    let mut edges: Vec<(u64, u64)> =
-        flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
+    let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();
     edges.sort_unstable();
     edges
 }

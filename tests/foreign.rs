@@ -34,11 +34,8 @@ fn coordinate(lattice: u64, salt: usize) -> f64 {
 fn cubes() -> Mesh {
     let at = |c: [u64; 3]| c[0] + 3 * (c[1] + 3 * c[2]);
     let lattice = |k: u64| (0..k * k * k).map(move |i| [i % k, i / k % k, i / k / k]);
-    let coordinates: Vec<f64> = lattice(3)
-        .flatten()
-        .enumerate()
-        .map(|(salt, c)| coordinate(c, salt))
-        .collect();
+    let coordinates: Vec<f64> =
+        lattice(3).flatten().enumerate().map(|(salt, c)| coordinate(c, salt)).collect();
     let mut rows = Vec::new();
     for low in lattice(2) {
         for (path, even) in [
@@ -62,22 +59,14 @@ fn cubes() -> Mesh {
         }
     }
     rows.sort();
-    Mesh {
-        dimension: 3,
-        coordinates,
-        cells: rows.concat(),
-        first_id: 0,
-    }
+    Mesh { dimension: 3, coordinates, cells: rows.concat(), first_id: 0 }
 }
 
 /// 3 x 3 squares of two triangles each.
 fn squares() -> Mesh {
     let lattice = |k: u64| (0..k * k).map(move |i| [i % k, i / k]);
-    let coordinates: Vec<f64> = lattice(4)
-        .flatten()
-        .enumerate()
-        .map(|(salt, c)| coordinate(c, salt))
-        .collect();
+    let coordinates: Vec<f64> =
+        lattice(4).flatten().enumerate().map(|(salt, c)| coordinate(c, salt)).collect();
     let mut rows = Vec::new();
     for [x, y] in lattice(3) {
         let low = x + 4 * y;
@@ -85,23 +74,13 @@ fn squares() -> Mesh {
         rows.push([low, low + 5, low + 4]);
     }
     rows.sort_unstable();
-    Mesh {
-        dimension: 2,
-        coordinates,
-        cells: rows.concat(),
-        first_id: 1,
-    }
+    Mesh { dimension: 2, coordinates, cells: rows.concat(), first_id: 1 }
 }
 
 /// Three points and no cells.
 fn no_cells(dimension: usize) -> Mesh {
     let coordinates = (0..3 * dimension).map(|salt| coordinate(1, salt)).collect();
-    Mesh {
-        dimension,
-        coordinates,
-        cells: Vec::new(),
-        first_id: 0,
-    }
+    Mesh { dimension, coordinates, cells: Vec::new(), first_id: 0 }
 }
 
 /// Writes the mesh in all formats, and what must be found in the files.
@@ -117,11 +96,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
         owner: Some(&owner),
         home_leaf: Some(&home_leaf),
     };
-    let options = WriteOptions {
-        with_owner: true,
-        first_id: mesh.first_id,
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { with_owner: true, first_id: mesh.first_id, ..WriteOptions::default() };
     for extension in EXTENSIONS {
         let path = directory.join("mesh").with_extension(extension);
         check_output(&path).unwrap();
@@ -142,11 +117,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
         "first_id": mesh.first_id,
     });
     fs::write(directory.join("expected.json"), expected.to_string()).unwrap();
-    let coordinates: Vec<u8> = mesh
-        .coordinates
-        .iter()
-        .flat_map(|c| c.to_le_bytes())
-        .collect();
+    let coordinates: Vec<u8> = mesh.coordinates.iter().flat_map(|c| c.to_le_bytes()).collect();
     fs::write(directory.join("coordinates.f64"), coordinates).unwrap();
     let cells: Vec<u8> = mesh.cells.iter().flat_map(|c| c.to_le_bytes()).collect();
     fs::write(directory.join("cells.i64"), cells).unwrap();
@@ -170,10 +141,7 @@ fn other_programs_read_what_we_write() {
         return;
     };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/read_with_others.py");
-    let output = Command::new(&python)
-        .arg(script)
-        .arg(directory.path())
-        .output();
+    let output = Command::new(&python).arg(script).arg(directory.path()).output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
     let said = String::from_utf8_lossy(&output.stdout);
     let complained = String::from_utf8_lossy(&output.stderr);

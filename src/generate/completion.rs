@@ -144,16 +144,13 @@ fn complete<P: Point, Q: Point>(
     loop {
         let mut violations: Vec<Violation<Q>> = pending
             .iter()
-            .filter_map(|&cell| {
-                violation(&triangulation, cell, |q| set.sizing().at(&face.embed(q)))
-            })
+            .filter_map(|&cell| violation(&triangulation, cell, |q| set.sizing().at(&face.embed(q))))
             .collect();
         if violations.is_empty() {
             return Ok(triangulation);
         }
-        violations.sort_unstable_by(|a, b| {
-            a.priority.cmp(&b.priority).then_with(|| lex_cmp(&a.centre, &b.centre))
-        });
+        violations
+            .sort_unstable_by(|a, b| a.priority.cmp(&b.priority).then_with(|| lex_cmp(&a.centre, &b.centre)));
         pending.clear();
         for found in violations {
             let complex = triangulation.complex();

@@ -141,9 +141,8 @@ pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
         .ok_or_else(|| fail(format!("`{count}` is not a number of points, such as 1000 or 1e6")))?;
     let mut request = Request { kind, n, dimension: 3, seed: 0, lipschitz: None };
     for part in parts {
-        let (key, value) = part
-            .split_once('=')
-            .ok_or_else(|| fail(format!("expected KEY=VALUE in place of `{part}`")))?;
+        let (key, value) =
+            part.split_once('=').ok_or_else(|| fail(format!("expected KEY=VALUE in place of `{part}`")))?;
         let bad = || fail(format!("`{value}` is no value for {key}"));
         match key {
             "d" => request.dimension = value.parse().map_err(|_| bad())?,

@@ -80,9 +80,9 @@ pub(super) fn spaced_set<P: Point>(
     }
     if found.sizing.slope < family.slope {
         let (used, asked) = (found.sizing.slope, family.slope);
-        found.notes.push(format!(
-            "size function with slope {used:.4}: with {asked} there are not that many points"
-        ));
+        found
+            .notes
+            .push(format!("size function with slope {used:.4}: with {asked} there are not that many points"));
     }
     Ok(found)
 }

@@ -37,8 +37,7 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
             p
         }),
         Kind::Line => {
-            let (from, to) =
-                (P::from_coords(&[0.125, 0.25, 0.375]), P::from_coords(&[0.875, 0.6, 0.8]));
+            let (from, to) = (P::from_coords(&[0.125, 0.25, 0.375]), P::from_coords(&[0.875, 0.6, 0.8]));
             many(&mut || from + (to - from) * draw.unit() + draw.in_ball::<P>() / 1000.0)
         }
         Kind::MomentCurve => {
@@ -46,9 +45,7 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
             (0..n).map(|t| moment(t as f64 * unit)).collect()
         }
         // The f-spaced kinds are made elsewhere.
-        Kind::Uniform | Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine => {
-            many(&mut || draw.point())
-        }
+        Kind::Uniform | Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine => many(&mut || draw.point()),
     }
 }
 

@@ -176,10 +176,7 @@ fn pass<P: Point>(set: &mut Spaced<P>, k: usize, draw: &mut Draw) {
 }
 
 /// Completes the stage `k` and returns its facets: segments of edges, triangles of faces.
-fn complete_stage<P: Point>(
-    set: &mut Spaced<P>,
-    k: usize,
-) -> Result<Vec<Facet<P>>, IncrementalError> {
+fn complete_stage<P: Point>(set: &mut Spaced<P>, k: usize) -> Result<Vec<Facet<P>>, IncrementalError> {
     let mut facets = Vec::new();
     if k == P::DIM {
         completion::volume(set)?;

@@ -39,14 +39,10 @@ pub(super) fn check<const D: usize, const N: usize>(
         tally.checked += range.len() as u64;
         for cell in range.filter(|&cell| cell != chosen as usize) {
             let other = soup.corners(cell as u32);
-            let apart = (0..D).any(|k| {
-                other.iter().all(|p| p[k] < low[k]) || other.iter().all(|p| p[k] > high[k])
-            });
+            let apart =
+                (0..D).any(|k| other.iter().all(|p| p[k] < low[k]) || other.iter().all(|p| p[k] > high[k]));
             if !apart && covers(&other, &corners) {
-                tally.fault(Fault::CoveredTwice {
-                    cell: chosen as u64,
-                    other: cell as u64,
-                });
+                tally.fault(Fault::CoveredTwice { cell: chosen as u64, other: cell as u64 });
             }
         }
     });
@@ -74,19 +70,13 @@ fn weight<const N: usize>(i: usize) -> u32 {
 /// A box around the interior point. Quarters are exact but for underflow, and the three additions
 /// err by at most `2^-53` of a partial sum each, which is at most four quarters of the largest.
 fn enclosure<const D: usize, const N: usize>(corners: &[[f64; D]; N]) -> [[f64; D]; 2] {
-    let middle: [f64; D] = from_fn(|k| {
-        (0..N)
-            .map(|i| corners[i][k] * 0.25 * f64::from(weight::<N>(i)))
-            .sum()
-    });
+    let middle: [f64; D] =
+        from_fn(|k| (0..N).map(|i| corners[i][k] * 0.25 * f64::from(weight::<N>(i))).sum());
     let margin: [f64; D] = from_fn(|k| {
         let largest = corners.iter().fold(0.0, |m: f64, p| m.max(p[k].abs()));
         4.0 * f64::EPSILON * largest + f64::MIN_POSITIVE
     });
-    [
-        from_fn(|k| middle[k] - margin[k]),
-        from_fn(|k| middle[k] + margin[k]),
-    ]
+    [from_fn(|k| middle[k] - margin[k]), from_fn(|k| middle[k] + margin[k])]
 }
 
 /// Does the closed cell `other` (positive, or flat) contain the interior point of `corners`? Exact.

@@ -94,11 +94,7 @@ fn det3<R: Ring>(a: &[R], b: &[R], c: &[R]) -> R {
 #[inline]
 fn norm<R: Ring, const D: usize>(a: &[R; D]) -> R {
     let planar = a[0].times(&a[0]).plus(&a[1].times(&a[1]));
-    if D == 2 {
-        planar
-    } else {
-        planar.plus(&a[2].times(&a[2]))
-    }
+    if D == 2 { planar } else { planar.plus(&a[2].times(&a[2])) }
 }
 
 /// The form of `K` rows of differences: with `K = D` the orientation of the base point and the rows,
@@ -152,11 +148,7 @@ fn split(x: f64) -> (i64, i32) {
     let raw = x.to_bits();
     let biased = ((raw >> 52) & 0x7ff) as i32;
     let fraction = (raw & ((1 << 52) - 1)) as i64;
-    let (m, e) = if biased == 0 {
-        (fraction, -1074)
-    } else {
-        (fraction | (1 << 52), biased - 1075)
-    };
+    let (m, e) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
     let shift = m.trailing_zeros();
     let m = m >> shift;
     (if raw >> 63 == 1 { -m } else { m }, e + shift as i32)
@@ -184,11 +176,7 @@ pub(super) fn integers<const D: usize>(points: &[[f64; D]]) -> Vec<[BigInt; D]> 
     let (low, _) = span(points.iter().flatten().map(|&x| split(x)));
     let big = |x: f64| {
         let (m, e) = split(x);
-        if m == 0 {
-            BigInt::ZERO
-        } else {
-            BigInt::from(m) << (e - low)
-        }
+        if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) }
     };
     points.iter().map(|p| from_fn(|k| big(p[k]))).collect()
 }
@@ -212,12 +200,7 @@ pub(super) fn exact_sign<const D: usize, const K: usize>(
     }
     let whole = |(m, e): (i64, i32)| if m == 0 { 0 } else { m << (e - low) };
     let rows: [[i64; D]; K] = from_fn(|i| from_fn(|k| whole(parts[i][k]) - whole(origin[k])));
-    let largest = rows
-        .iter()
-        .flatten()
-        .map(|x| x.unsigned_abs())
-        .max()
-        .unwrap_or(0);
+    let largest = rows.iter().flatten().map(|x| x.unsigned_abs()).max().unwrap_or(0);
     let need = bits(D, K, 64 - largest.leading_zeros());
     if need <= 63 {
         form(&rows).cmp(&0)
@@ -244,16 +227,7 @@ mod tests {
 
     #[test]
     fn splits_every_kind_of_float() {
-        for x in [
-            1.0,
-            -3.5,
-            0.1,
-            f64::MIN_POSITIVE,
-            5e-324,
-            -f64::MAX,
-            1e300,
-            6.0,
-        ] {
+        for x in [1.0, -3.5, 0.1, f64::MIN_POSITIVE, 5e-324, -f64::MAX, 1e300, 6.0] {
             let (m, e) = split(x);
             assert_eq!(m & 1, 1);
             let half = (e / 2, e - e / 2);
@@ -266,21 +240,13 @@ mod tests {
     fn the_widths_agree() {
         // A unit cell whose last vertex is raised by what needs i64, i128, and BigInt from i64. The
         // far corner of the cube lies on the sphere before, and inside of it after.
-        let cell = [
-            [0.0, 0.0, 0.0],
-            [1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, 0.0, 1.0],
-        ];
+        let cell = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for bits in [8, 20, 50] {
             let mut raised = cell;
             raised[3][2] += 2f64.powi(-bits);
             assert_eq!(exact_sign(&[1.0; 3], &cell), Ordering::Equal);
             assert_eq!(exact_sign(&[1.0; 3], &raised), Ordering::Greater);
-            assert_eq!(
-                exact_sign(&[1.0, 1.0, 1.0 + 2f64.powi(-bits)], &raised),
-                Ordering::Equal
-            );
+            assert_eq!(exact_sign(&[1.0, 1.0, 1.0 + 2f64.powi(-bits)], &raised), Ordering::Equal);
         }
         // A spread of 1,950 bits: q is off the plane by the smallest of amounts.
         let (far, near) = (2f64.powi(950), 2f64.powi(-1000));

@@ -126,18 +126,11 @@ fn match_group<const D: usize, const N: usize>(
             return;
         }
         let cells = [cell as u64, at(1).0 as u64];
-        tally.fault(Fault::SameSide {
-            facet: soup.facet(cell, slot),
-            cells,
-        });
+        tally.fault(Fault::SameSide { facet: soup.facet(cell, slot), cells });
     } else {
         let cells = (0..group.len().min(4)).map(|k| at(k).0 as u64).collect();
         let count = group.len() as u64;
-        tally.fault(Fault::FacetOvershared {
-            facet: soup.facet(cell, slot),
-            cells,
-            count,
-        });
+        tally.fault(Fault::FacetOvershared { facet: soup.facet(cell, slot), cells, count });
     }
     for &(_, facet) in group {
         twin[facet as usize].store(BROKEN, Relaxed);
@@ -146,15 +139,10 @@ fn match_group<const D: usize, const N: usize>(
 
 impl Facets {
     /// The level `manifold`.
-    pub fn new<const D: usize, const N: usize>(
-        soup: &Soup<D, N>,
-        runner: &mut Runner<'_>,
-    ) -> (Self, Tally) {
+    pub fn new<const D: usize, const N: usize>(soup: &Soup<D, N>, runner: &mut Runner<'_>) -> (Self, Tally) {
         let points = soup.points.len();
         let stars = Stars::new(points, &soup.cells);
-        let twin: Vec<AtomicU32> = (0..soup.cells.len() * N)
-            .map(|_| AtomicU32::new(BOUNDARY))
-            .collect();
+        let twin: Vec<AtomicU32> = (0..soup.cells.len() * N).map(|_| AtomicU32::new(BOUNDARY)).collect();
         let mut tally = runner.each("facets", points, |range, tally| {
             let mut found = Vec::new();
             for vertex in range {
@@ -164,9 +152,7 @@ impl Facets {
                 }
             }
         });
-        let facets = Self {
-            twin: twin.into_iter().map(AtomicU32::into_inner).collect(),
-        };
+        let facets = Self { twin: twin.into_iter().map(AtomicU32::into_inner).collect() };
         tally.append(runner.each("vertices", points, |range, tally| {
             let mut scratch = Scratch::default();
             for vertex in range.filter(|&v| soup.used[v]) {
@@ -180,9 +166,7 @@ impl Facets {
     /// The numbers of the boundary facets, ascending.
     pub fn boundary(&self) -> Vec<u32> {
         let all = self.twin.iter().enumerate();
-        all.filter(|&(_, &twin)| twin == BOUNDARY)
-            .map(|(facet, _)| facet as u32)
-            .collect()
+        all.filter(|&(_, &twin)| twin == BOUNDARY).map(|(facet, _)| facet as u32).collect()
     }
 
     /// The number of facets with two cells.
@@ -229,10 +213,7 @@ impl Facets {
         }
         if let Some(other) = seen.iter().position(|seen| !seen) {
             let cells = [star[0] as u64, star[other] as u64];
-            return tally.fault(Fault::PinchedVertex {
-                vertex: vertex as u64,
-                cells,
-            });
+            return tally.fault(Fault::PinchedVertex { vertex: vertex as u64, cells });
         }
         if N == 4 {
             link.sort_unstable();
@@ -242,11 +223,7 @@ impl Facets {
             let euler = link.len() as i64 - edges as i64 + star.len() as i64;
             if euler != if boundary == 0 { 2 } else { 1 } {
                 let (vertex, boundary) = (vertex as u64, boundary as u64);
-                tally.fault(Fault::LinkNotADisc {
-                    vertex,
-                    euler,
-                    boundary,
-                });
+                tally.fault(Fault::LinkNotADisc { vertex, euler, boundary });
             }
         }
     }

@@ -21,10 +21,7 @@ use super::soup::Soup;
 type Ridge = ([u32; 2], u32, u32);
 
 /// The ridges of one boundary facet. In the plane a ridge is a vertex, given twice.
-fn ridges<const D: usize, const N: usize>(
-    soup: &Soup<D, N>,
-    facet: u32,
-) -> impl Iterator<Item = Ridge> {
+fn ridges<const D: usize, const N: usize>(soup: &Soup<D, N>, facet: u32) -> impl Iterator<Item = Ridge> {
     let row = soup.cells[(facet / N as u32) as usize];
     let slot = facet as usize % N;
     (0..N).filter(move |&far| far != slot).map(move |far| {
@@ -42,10 +39,7 @@ pub(super) fn check<const D: usize, const N: usize>(
     runner: &mut Runner<'_>,
 ) -> Tally {
     let sorted: Vec<Ridge> = runner.on_threads(|| {
-        let mut all: Vec<Ridge> = boundary
-            .par_iter()
-            .flat_map_iter(|&f| ridges(soup, f))
-            .collect();
+        let mut all: Vec<Ridge> = boundary.par_iter().flat_map_iter(|&f| ridges(soup, f)).collect();
         all.par_sort_unstable();
         all
     });
@@ -57,10 +51,7 @@ pub(super) fn check<const D: usize, const N: usize>(
                 check_ridge(soup, one, other, tally);
             } else {
                 let count = group.len() as u64;
-                tally.fault(Fault::OpenRidge {
-                    ridge: named::<D>(one_of(group)),
-                    count,
-                });
+                tally.fault(Fault::OpenRidge { ridge: named::<D>(one_of(group)), count });
             }
         }
     })

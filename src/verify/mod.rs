@@ -95,14 +95,8 @@ use runner::Runner;
 use soup::Soup;
 
 /// The levels, in order.
-pub const LEVELS: [&str; 6] = [
-    "structure",
-    "orientation",
-    "manifold",
-    "hull",
-    "empty spheres",
-    "single cover",
-];
+pub const LEVELS: [&str; 6] =
+    ["structure", "orientation", "manifold", "hull", "empty spheres", "single cover"];
 
 /// What to require.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,11 +112,7 @@ pub struct VerifyOptions {
 
 impl Default for VerifyOptions {
     fn default() -> Self {
-        Self {
-            perturbed: false,
-            any_order: true,
-            threads: 0,
-        }
+        Self { perturbed: false, any_order: true, threads: 0 }
     }
 }
 
@@ -212,21 +202,15 @@ fn levels<const D: usize, const N: usize>(
     if !report.passed() {
         return stop(report);
     }
-    report
-        .levels
-        .push(soup.orient(options.any_order, runner).level(LEVELS[1]));
+    report.levels.push(soup.orient(options.any_order, runner).level(LEVELS[1]));
     let (facets, tally) = Facets::new(&soup, runner);
     report.levels.push(tally.level(LEVELS[2]));
     let boundary = facets.boundary();
     report.hull_facets = boundary.len() as u64;
     report.interior_facets = facets.interior();
-    report
-        .levels
-        .push(hull::check(&soup, &boundary, runner).level(LEVELS[3]));
+    report.levels.push(hull::check(&soup, &boundary, runner).level(LEVELS[3]));
     let tally = spheres::check(&soup, &facets, options.perturbed, runner);
     report.ties = tally.ties;
     report.levels.push(tally.level(LEVELS[4]));
-    report
-        .levels
-        .push(cover::check(&soup, &boundary, runner).level(LEVELS[5]));
+    report.levels.push(cover::check(&soup, &boundary, runner).level(LEVELS[5]));
 }

@@ -35,10 +35,7 @@ use std::cmp::Ordering;
 use super::exact::{exact_sign, form};
 
 /// The smallest and the largest difference that the filter admits: `2^-100` and `2^100`.
-const RANGE: (f64, f64) = (
-    f64::from_bits((1023 - 100) << 52),
-    f64::from_bits((1023 + 100) << 52),
-);
+const RANGE: (f64, f64) = (f64::from_bits((1023 - 100) << 52), f64::from_bits((1023 + 100) << 52));
 
 /// The constant of the bound: see the table above.
 const fn constant(d: usize, k: usize) -> f64 {
@@ -55,21 +52,14 @@ const fn constant(d: usize, k: usize) -> f64 {
 #[inline]
 fn bound<const D: usize, const K: usize>(largest: &[f64; D]) -> f64 {
     let product: f64 = largest.iter().product();
-    let squares: f64 = if K == D {
-        1.0
-    } else {
-        largest.iter().map(|m| m * m).sum()
-    };
+    let squares: f64 = if K == D { 1.0 } else { largest.iter().map(|m| m * m).sum() };
     constant(D, K) * product * squares
 }
 
 /// The exact sign of the form of `others - base`: the orientation of `base, others` if `K = D`, the
 /// in-sphere form of the cell `others` and the query `base` if `K = D + 1`.
 #[inline]
-pub(super) fn sign<const D: usize, const K: usize>(
-    base: &[f64; D],
-    others: &[[f64; D]; K],
-) -> Ordering {
+pub(super) fn sign<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
     let rows: [[f64; D]; K] = from_fn(|i| from_fn(|k| others[i][k] - base[k]));
     let largest: [f64; D] = from_fn(|k| rows.iter().fold(0.0, |m: f64, row| m.max(row[k].abs())));
     if largest.contains(&0.0) {
@@ -109,10 +99,7 @@ pub(super) fn replaced<const D: usize, const N: usize>(
 
 /// The in-sphere sign: greater when `q` is strictly inside the sphere of the positive `cell`.
 #[inline]
-pub(super) fn in_sphere<const D: usize, const N: usize>(
-    cell: &[[f64; D]; N],
-    q: &[f64; D],
-) -> Ordering {
+pub(super) fn in_sphere<const D: usize, const N: usize>(cell: &[[f64; D]; N], q: &[f64; D]) -> Ordering {
     sign(q, cell)
 }
 
@@ -123,10 +110,7 @@ pub(super) fn lexicographic<const D: usize>(p: &[f64; D], q: &[f64; D]) -> Order
 }
 
 /// The perturbed in-sphere sign where the exact one is zero: is `q` inside?
-pub(super) fn tie_inside<const D: usize, const N: usize>(
-    cell: &[[f64; D]; N],
-    q: &[f64; D],
-) -> bool {
+pub(super) fn tie_inside<const D: usize, const N: usize>(cell: &[[f64; D]; N], q: &[f64; D]) -> bool {
     let mut slots: [usize; N] = from_fn(|i| i);
     slots.sort_unstable_by(|&i, &j| lexicographic(&cell[j], &cell[i]));
     for slot in slots {

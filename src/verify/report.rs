@@ -175,10 +175,9 @@ impl fmt::Display for Fault {
             Fault::CoincidentVertices { points: [a, b] } => {
                 write!(f, "points {a} and {b} coincide, and both are vertices")
             }
-            Fault::NotRepresentative { vertex, smallest } => write!(
-                f,
-                "vertex {vertex} coincides with point {smallest}, which should stand for it"
-            ),
+            Fault::NotRepresentative { vertex, smallest } => {
+                write!(f, "vertex {vertex} coincides with point {smallest}, which should stand for it")
+            }
             Fault::NoCells => f.write_str("there are no cells, though the points span the space"),
             geometric => geometric.fmt_geometric(f),
         }
@@ -191,33 +190,17 @@ impl Fault {
         match self {
             Fault::Flat { cell } => write!(f, "cell {cell} is flat"),
             Fault::Negative { cell } => write!(f, "cell {cell} is negatively oriented"),
-            Fault::FacetOvershared {
-                facet,
-                cells,
-                count,
-            } => write!(
-                f,
-                "facet {facet:?} lies in {count} cells, among them {cells:?}"
-            ),
-            Fault::SameSide {
-                facet,
-                cells: [a, b],
-            } => write!(
-                f,
-                "cells {a} and {b} lie on the same side of their facet {facet:?}"
-            ),
-            Fault::PinchedVertex {
-                vertex,
-                cells: [a, b],
-            } => write!(
+            Fault::FacetOvershared { facet, cells, count } => {
+                write!(f, "facet {facet:?} lies in {count} cells, among them {cells:?}")
+            }
+            Fault::SameSide { facet, cells: [a, b] } => {
+                write!(f, "cells {a} and {b} lie on the same side of their facet {facet:?}")
+            }
+            Fault::PinchedVertex { vertex, cells: [a, b] } => write!(
                 f,
                 "vertex {vertex} is pinched: cells {a} and {b} at it are not connected through facets at it"
             ),
-            Fault::LinkNotADisc {
-                vertex,
-                euler,
-                boundary,
-            } => write!(
+            Fault::LinkNotADisc { vertex, euler, boundary } => write!(
                 f,
                 "the link of vertex {vertex} is neither disc nor sphere (Euler characteristic {euler}, {boundary} boundary facets)"
             ),
@@ -228,46 +211,28 @@ impl Fault {
     /// The faults of the levels after `manifold`.
     fn fmt_global(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Fault::OpenRidge { ridge, count } => write!(
-                f,
-                "boundary ridge {ridge:?} lies in {count} boundary facets, not in two"
-            ),
-            Fault::Reflex {
-                ridge,
-                cells: [a, b],
-            } => write!(
-                f,
-                "the boundary is not convex at {ridge:?}, between cells {a} and {b}"
-            ),
-            Fault::Folded {
-                ridge,
-                cells: [a, b],
-            } => write!(
-                f,
-                "the boundary is folded at {ridge:?}, between cells {a} and {b}"
-            ),
-            Fault::NotEmpty {
-                cells: [a, b],
-                vertex,
-            } => write!(
-                f,
-                "vertex {vertex} of cell {b} lies inside the sphere of cell {a}"
-            ),
-            Fault::TieBrokenOtherwise {
-                cells: [a, b],
-                vertex,
-            } => write!(
+            Fault::OpenRidge { ridge, count } => {
+                write!(f, "boundary ridge {ridge:?} lies in {count} boundary facets, not in two")
+            }
+            Fault::Reflex { ridge, cells: [a, b] } => {
+                write!(f, "the boundary is not convex at {ridge:?}, between cells {a} and {b}")
+            }
+            Fault::Folded { ridge, cells: [a, b] } => {
+                write!(f, "the boundary is folded at {ridge:?}, between cells {a} and {b}")
+            }
+            Fault::NotEmpty { cells: [a, b], vertex } => {
+                write!(f, "vertex {vertex} of cell {b} lies inside the sphere of cell {a}")
+            }
+            Fault::TieBrokenOtherwise { cells: [a, b], vertex } => write!(
                 f,
                 "cells {a} and {b} are cospherical and not those of the perturbation (vertex {vertex})"
             ),
-            Fault::CoveredTwice { cell, other } => write!(
-                f,
-                "an interior point of cell {cell} lies in cell {other}, too"
-            ),
-            Fault::BeyondBoundary { cell, other, facet } => write!(
-                f,
-                "cell {cell} reaches beyond the boundary facet {facet:?} of cell {other}"
-            ),
+            Fault::CoveredTwice { cell, other } => {
+                write!(f, "an interior point of cell {cell} lies in cell {other}, too")
+            }
+            Fault::BeyondBoundary { cell, other, facet } => {
+                write!(f, "cell {cell} reaches beyond the boundary facet {facet:?} of cell {other}")
+            }
             other => write!(f, "{other:?}"),
         }
     }

@@ -42,10 +42,7 @@ fn normalise(coordinates: &mut [f64]) {
     let (up, up_rest) = (power_of_two(half), power_of_two(rest));
     let (down, down_rest) = (power_of_two(-half), power_of_two(-rest));
     let scaled = |x: f64| x * up * up_rest;
-    if coordinates
-        .iter()
-        .all(|&x| scaled(x) * down_rest * down == x)
-    {
+    if coordinates.iter().all(|&x| scaled(x) * down_rest * down == x) {
         for x in coordinates {
             *x = scaled(*x);
         }
@@ -60,10 +57,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         let mut tally = runner.each("points", count, |range, tally| {
             tally.checked += range.len() as u64;
             for i in range {
-                if !mesh.coordinates[i * D..(i + 1) * D]
-                    .iter()
-                    .all(|x| x.is_finite())
-                {
+                if !mesh.coordinates[i * D..(i + 1) * D].iter().all(|x| x.is_finite()) {
                     tally.fault(Fault::NotFinite { point: i as u64 });
                 }
             }
@@ -72,39 +66,17 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         tally.append(runner.each("cells", m, |range, tally| {
             tally.checked += range.len() as u64;
             for cell in range {
-                check_row(
-                    cell as u64,
-                    &mesh.cells[cell * N..(cell + 1) * N],
-                    count,
-                    tally,
-                );
+                check_row(cell as u64, &mesh.cells[cell * N..(cell + 1) * N], count, tally);
             }
         }));
         let mut cells = Vec::new();
         if tally.count == 0 {
             normalise(&mut coordinates);
-            cells = mesh
-                .cells
-                .chunks_exact(N)
-                .map(|row| from_fn(|i| row[i] as u32))
-                .collect();
+            cells = mesh.cells.chunks_exact(N).map(|row| from_fn(|i| row[i] as u32)).collect();
         }
-        let points = coordinates
-            .chunks_exact(D)
-            .map(|p| from_fn(|k| p[k]))
-            .collect();
+        let points = coordinates.chunks_exact(D).map(|p| from_fn(|k| p[k])).collect();
         let used = vec![false; count];
-        (
-            Self {
-                points,
-                cells,
-                flat: Vec::new(),
-                used,
-                duplicates: 0,
-                dimension: -1,
-            },
-            tally,
-        )
+        (Self { points, cells, flat: Vec::new(), used, duplicates: 0, dimension: -1 }, tally)
     }
 
     /// The coordinates of a cell's vertices.
@@ -116,10 +88,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
     /// The vertices of a facet, the one opposite to `slot`, as input indices.
     pub fn facet(&self, cell: u32, slot: usize) -> Vec<u64> {
         let row = self.cells[cell as usize];
-        let mut facet: Vec<u64> = (0..N)
-            .filter(|&i| i != slot)
-            .map(|i| row[i] as u64)
-            .collect();
+        let mut facet: Vec<u64> = (0..N).filter(|&i| i != slot).map(|i| row[i] as u64).collect();
         facet.sort_unstable();
         facet
     }
@@ -139,9 +108,8 @@ impl<const D: usize, const N: usize> Soup<D, N> {
         }
         let mut order: Vec<u32> = (0..self.points.len() as u32).collect();
         let points = &self.points;
-        let by_place = |&i: &u32, &j: &u32| {
-            lexicographic(&points[i as usize], &points[j as usize]).then(i.cmp(&j))
-        };
+        let by_place =
+            |&i: &u32, &j: &u32| lexicographic(&points[i as usize], &points[j as usize]).then(i.cmp(&j));
         runner.on_threads(|| order.par_sort_unstable_by(by_place));
         self.dimension = affine_dimension::<D, N>(points, &order);
         let empty = self.cells.is_empty();
@@ -171,9 +139,7 @@ impl<const D: usize, const N: usize> Soup<D, N> {
             rows
         });
         for pair in sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-            tally.fault(Fault::CellTwice {
-                cells: [pair[0].1 as u64, pair[1].1 as u64],
-            });
+            tally.fault(Fault::CellTwice { cells: [pair[0].1 as u64, pair[1].1 as u64] });
         }
     }
 
@@ -181,15 +147,9 @@ impl<const D: usize, const N: usize> Soup<D, N> {
     /// negative. Leaves all cells that are not flat positively oriented.
     pub fn orient(&mut self, any_order: bool, runner: &mut Runner<'_>) -> Tally {
         let signs: Vec<Ordering> = runner.on_threads(|| {
-            (0..self.cells.len() as u32)
-                .into_par_iter()
-                .map(|c| orientation(&self.corners(c)))
-                .collect()
+            (0..self.cells.len() as u32).into_par_iter().map(|c| orientation(&self.corners(c))).collect()
         });
-        let mut tally = Tally {
-            checked: signs.len() as u64,
-            ..Tally::default()
-        };
+        let mut tally = Tally { checked: signs.len() as u64, ..Tally::default() };
         for (cell, sign) in signs.into_iter().enumerate() {
             match sign {
                 Ordering::Greater => {}
@@ -217,20 +177,14 @@ fn check_row(cell: u64, row: &[u64], count: usize, tally: &mut Tally) {
     }
     let repeated = (1..row.len()).find(|&i| row[..i].contains(&row[i]));
     if let Some(i) = repeated {
-        tally.fault(Fault::RepeatedVertex {
-            cell,
-            vertex: row[i],
-        });
+        tally.fault(Fault::RepeatedVertex { cell, vertex: row[i] });
     }
 }
 
 /// Coincident points, ascending by index: exactly one is a vertex.
 fn check_group(group: &[u32], used: &[bool], perturbed: bool, tally: &mut Tally) {
     let smallest = group[0] as u64;
-    let mut vertices = group
-        .iter()
-        .filter(|&&i| used[i as usize])
-        .map(|&i| i as u64);
+    let mut vertices = group.iter().filter(|&&i| used[i as usize]).map(|&i| i as u64);
     match (vertices.next(), vertices.next()) {
         (None, _) => tally.fault(Fault::Unused { point: smallest }),
         (Some(a), Some(b)) => tally.fault(Fault::CoincidentVertices { points: [a, b] }),

@@ -28,10 +28,7 @@ pub(super) fn check<const D: usize, const N: usize>(
                 let facet = cell * N + slot;
                 let twin = facets.twin[facet];
                 let next = twin / N as u32;
-                if twin < BROKEN
-                    && facet < twin as usize
-                    && !soup.is_flat(cell as u32)
-                    && !soup.is_flat(next)
+                if twin < BROKEN && facet < twin as usize && !soup.is_flat(cell as u32) && !soup.is_flat(next)
                 {
                     tally.checked += 1;
                     let far = soup.cells[next as usize][twin as usize % N];

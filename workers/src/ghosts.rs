@@ -72,8 +72,14 @@ impl<P: Point> Walk<'_, P> {
             if self.goes(&shared.split, other, max2(other), x) {
                 out.push((i, other));
             }
-            if x.home.is_none() && !self.goes(&shared.split, shared.mine, max2(shared.mine), x) {
-                return false;
+            if x.home.is_none() {
+                let reached = self.goes(&shared.split, shared.mine, max2(shared.mine), x);
+                if reached && !shared.goes_on {
+                    out.push((i, shared.mine));
+                }
+                if !reached || !shared.goes_on {
+                    return false;
+                }
             }
         }
         true

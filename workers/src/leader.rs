@@ -139,8 +139,7 @@ impl<P: Point> Leader<P> {
         let Some(lead) = self.leads.get_mut(&node) else { return };
         let mut cost = Cost::ZERO;
         let population = lead.population;
-        let (separator, kind) =
-            draw_from(config, node, lead.attempt, population, &mut samples, &mut cost);
+        let (separator, kind) = draw_from(config, node, lead.attempt, population, &mut samples, &mut cost);
         ledger.charge_leader(Phase::Partition, node, cost);
         lead.kind = kind;
         lead.separator = separator;
@@ -216,10 +215,7 @@ impl<P: Point> Leader<P> {
             ranks,
             leaf: is_leaf(config, ids[i], population[i]),
         };
-        [
-            child(0, lead.first, interior),
-            child(1, lead.first + interior, lead.ranks - interior),
-        ]
+        [child(0, lead.first, interior), child(1, lead.first + interior, lead.ranks - interior)]
     }
 
     /// Hands the plan of each child to the child's leader.
@@ -285,13 +281,7 @@ impl<P: Point> Leader<P> {
     }
 
     /// All set counts of a node in one round: how the set goes on.
-    pub fn on_set_counts(
-        &mut self,
-        node: NodeId,
-        counts: &[Vec<u64>],
-        rule: SetRule,
-        out: &mut Outbox<P>,
-    ) {
+    pub fn on_set_counts(&mut self, node: NodeId, counts: &[Vec<u64>], rule: SetRule, out: &mut Outbox<P>) {
         let Some(lead) = self.leads.get(&node) else { return };
         let mut sum = [0u64; 4];
         for c in counts {
@@ -317,9 +307,7 @@ pub fn decide_sets(sum: [u64; 4], rule: SetRule) -> u8 {
     let [inside, outside, crossing_inside, crossing_outside] = sum;
     let total = inside + outside;
     let (decision, children) = match rule {
-        SetRule::Smaller if crossing_inside <= crossing_outside => {
-            (2, [inside, outside + crossing_inside])
-        }
+        SetRule::Smaller if crossing_inside <= crossing_outside => (2, [inside, outside + crossing_inside]),
         SetRule::Smaller => (3, [inside + crossing_outside, outside]),
         _ => (1, [inside + crossing_outside, outside + crossing_inside]),
     };
@@ -334,10 +322,7 @@ pub fn join_summaries<P: Point>(a: &Summary<P>, b: &Summary<P>) -> Summary<P> {
         (None, Some(_)) => b,
         _ => a,
     };
-    Summary {
-        max_radius2: a.max_radius2.max(b.max_radius2),
-        smallest: smaller.smallest.clone(),
-    }
+    Summary { max_radius2: a.max_radius2.max(b.max_radius2), smallest: smaller.smallest.clone() }
 }
 
 /// The separator in a `Sphere` message, if it holds one.

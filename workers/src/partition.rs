@@ -156,6 +156,10 @@ impl<P: Point> Worker<P> {
                 let child = holding.child;
                 self.holdings.remove(&node);
                 self.relay = Some((node, child.first));
+                if let Some(parent) = self.path.last_mut() {
+                    parent.children[parent.mine].leaf = true;
+                    parent.goes_on = child.first == self.rank;
+                }
                 self.hand_over(node, &child, points);
             }
             Verdict::Split(children) => self.split(node, leader, children, boxes),
@@ -170,6 +174,7 @@ impl<P: Point> Worker<P> {
             let child = &children[side];
             (child.first..child.first + child.ranks).contains(&self.rank)
         };
+        let mine = usize::from(!member(0));
         let shared = Shared {
             id: node,
             first: holding.child.first,
@@ -177,7 +182,8 @@ impl<P: Point> Worker<P> {
             leader,
             split: Split { separator, boxes: [(*a, *b), (*c, *d)] },
             children,
-            mine: usize::from(!member(0)),
+            mine,
+            goes_on: !children[mine].leaf || children[mine].first == self.rank,
             summaries: None,
         };
         let mut cost = Cost::ZERO;
@@ -402,12 +408,7 @@ struct Grown<P> {
 
 impl<P> Default for Grown<P> {
     fn default() -> Self {
-        Grown {
-            leaves: Vec::new(),
-            tree: Vec::new(),
-            charges: Vec::new(),
-            facts: LedgerPart::default(),
-        }
+        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default() }
     }
 }
 

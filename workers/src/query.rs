@@ -139,10 +139,13 @@ impl<P: Point> Walk<'_, P> {
             if sides[0] && sides[1] {
                 self.shared[i].1.visit();
             }
-            if sides[1 - shared.mine] {
-                out.push((i, 1 - shared.mine));
+            let goes_on = sides[shared.mine] && shared.goes_on;
+            for side in (0..2).filter(|&side| sides[side]) {
+                if side != shared.mine || !goes_on {
+                    out.push((i, side));
+                }
             }
-            if !sides[shared.mine] {
+            if !goes_on {
                 return false;
             }
         }
@@ -269,12 +272,7 @@ impl<P: Point> Worker<P> {
         forwards.send(self);
     }
 
-    fn count_walk(
-        &mut self,
-        shared: &[(Sweep, Sweep)],
-        local: &[(Sweep, Sweep)],
-        at_leaf: &[(Sweep, u64)],
-    ) {
+    fn count_walk(&mut self, shared: &[(Sweep, Sweep)], local: &[(Sweep, Sweep)], at_leaf: &[(Sweep, u64)]) {
         let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
         for (ids, sweeps) in [(&ids, shared), (&self.inner_ids, local)] {
             for (&id, (down, up)) in ids.iter().zip(sweeps) {

@@ -253,7 +253,8 @@ impl<P: Point> Worker<P> {
 
     /// Rebuilds every star that got points; proposes what is new, objects to what is gone.
     fn rebuild(&mut self) {
-        let additions: Vec<(u32, Vec<u32>)> = std::mem::take(&mut self.exchange.additions).into_iter().collect();
+        let additions: Vec<(u32, Vec<u32>)> =
+            std::mem::take(&mut self.exchange.additions).into_iter().collect();
         if additions.is_empty() {
             return;
         }
@@ -301,8 +302,7 @@ impl<P: Point> Worker<P> {
         candidates.dedup();
         let mut cost = Cost::ZERO;
         let built = builder.build(positions, home, &candidates, &mut cost);
-        let mut star =
-            Rebuilt { home, link: None, proposals: Vec::new(), objections: Vec::new(), cost };
+        let mut star = Rebuilt { home, link: None, proposals: Vec::new(), objections: Vec::new(), cost };
         let mut link = Vec::new();
         builder.facets(&mut link);
         if !built || same_links::<P>(old, &link) {

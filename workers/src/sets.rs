@@ -33,6 +33,7 @@ use crate::worker::Worker;
 struct Item {
     point: u32,
     origin: Option<(Rank, u32)>,
+    /// Places where its neighbours are still looked for: here, and where it was sent.
     outstanding: u32,
     neighbours: Vec<u32>,
 }
@@ -64,7 +65,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_set_recursion(&mut self) {
         self.adjacency = vec![Vec::new(); self.table.home as usize];
         self.sets.items = (0..self.table.home)
-            .map(|point| Item { point, origin: None, outstanding: 0, neighbours: Vec::new() })
+            .map(|point| Item { point, origin: None, outstanding: 1, neighbours: Vec::new() })
             .collect();
         let members: Vec<u32> = (0..self.table.home).collect();
         let root = self.path.first().map(|s| s.id).or(self.tree.as_ref().map(|t| t.0));
@@ -98,7 +99,7 @@ impl<P: Point> Worker<P> {
     }
 
     fn lead_sets(&mut self, inbox: &mut Vec<Message<P>>) {
-        let rule = self.config.sets;
+        let rule = self.set_rule();
         let counts = by_node(inbox, |m| match &mut m.body {
             Body::SetCounts(c) => Some(std::mem::take(&mut c.0)),
             _ => None,
@@ -152,22 +153,26 @@ impl<P: Point> Worker<P> {
             }
             for item in members {
                 self.send_item(item, node, holder, &mut leaving);
+                self.sets.items[item as usize].outstanding -= 1;
             }
         } else {
             let mut staying = Vec::new();
             let mut cost = Cost::ZERO;
             let places = cost.map(&members, |&i| self.place_item(&shared.split, i));
             for (&item, (side, crosses)) in members.iter().zip(places) {
-                for to in 0..2 {
-                    if !goes_to(to, side, crosses, decision) {
-                        continue;
-                    }
-                    if to == shared.mine && !shared.children[to].leaf || self.holds(&shared, to) {
-                        staying.push(item);
+                let mut stays = false;
+                for to in (0..2).filter(|&to| goes_to(to, side, crosses, decision)) {
+                    if to == shared.mine && shared.goes_on {
+                        stays = true;
                     } else {
                         let member = shared.member_below(self.rank, to);
                         self.send_item(item, node.child(to), member, &mut leaving);
                     }
+                }
+                if stays {
+                    staying.push(item);
+                } else {
+                    self.sets.items[item as usize].outstanding -= 1;
                 }
                 if crosses {
                     self.sets.replicated.entry(node).or_default().visit();
@@ -184,11 +189,6 @@ impl<P: Point> Worker<P> {
         for ((id, to), (points, slots)) in leaving {
             self.out.send(to, id, 0, Body::Items { points, slots: Bulk(slots) });
         }
-    }
-
-    /// Is the child a leaf or a piece that this worker holds whole?
-    fn holds(&self, shared: &crate::tree::Shared<P>, side: usize) -> bool {
-        self.tree.as_ref().is_some_and(|t| t.0 == shared.id.child(side))
     }
 
     fn send_item(
@@ -219,7 +219,7 @@ impl<P: Point> Worker<P> {
             self.sets.items.extend(numbers.iter().zip(slots).map(|(&point, slot)| Item {
                 point,
                 origin: Some((from, slot)),
-                outstanding: 0,
+                outstanding: 1,
                 neighbours: Vec::new(),
             }));
             let last = self.sets.items.len() as u32;
@@ -242,6 +242,7 @@ impl<P: Point> Worker<P> {
         let mut leaving = BTreeMap::new();
         for item in self.sets.members.remove(&node).unwrap_or_default() {
             self.send_item(item, node, holder, &mut leaving);
+            self.sets.items[item as usize].outstanding -= 1;
         }
         for ((id, to), (points, slots)) in leaving {
             self.out.send(to, id, 0, Body::Items { points, slots: Bulk(slots) });
@@ -251,6 +252,9 @@ impl<P: Point> Worker<P> {
     /// Solves the set of a piece that this worker holds whole; answers for items of others.
     fn solve_set(&mut self, node: NodeId) {
         let members = self.sets.members.remove(&node).unwrap_or_default();
+        for &item in &members {
+            self.sets.items[item as usize].outstanding -= 1;
+        }
         if let Some((root, tree)) = self.tree.take() {
             if root == node {
                 self.solve(&tree, node, members);
@@ -271,7 +275,7 @@ impl<P: Point> Worker<P> {
         };
         let mut cost = Cost::ZERO;
         let sum = self.count_members(&inner.split, &members, &mut cost);
-        let decision = decide_sets(sum, self.config.sets);
+        let decision = decide_sets(sum, self.set_rule());
         self.ledger.charge(Phase::Sets, node, cost, members.len() as u64);
         if decision == 0 {
             self.solve_direct(node, &members);

@@ -237,8 +237,7 @@ impl<P: Point> Worker<P> {
             let home: Vec<u32> = leaf.home().collect();
             let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
             let mut cost = Cost::ZERO;
-            let lists =
-                graph_direct(rule, &table.positions, &table.radii2, &home, &members, &mut cost);
+            let lists = graph_direct(rule, &table.positions, &table.radii2, &home, &members, &mut cost);
             (lists, cost, members.len() as u64)
         });
         let mut adjacency = Vec::with_capacity(self.table.home as usize);

@@ -62,14 +62,7 @@ impl<P: Point> Table<P> {
     pub fn of_home(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
         let index = ids.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect();
-        Table {
-            positions,
-            ids,
-            owners: vec![rank; n],
-            radii2: vec![f64::INFINITY; n],
-            home: n as u32,
-            index,
-        }
+        Table { positions, ids, owners: vec![rank; n], radii2: vec![f64::INFINITY; n], home: n as u32, index }
     }
 
     /// The local number of a point, which is added as a foreign one if it is not here yet.

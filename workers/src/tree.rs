@@ -71,6 +71,8 @@ pub struct Shared<P> {
     pub children: [Child; 2],
     /// The child whose group this worker belongs to.
     pub mine: usize,
+    /// Does this worker go on with that child? Not if it is a leaf that another rank holds.
+    pub goes_on: bool,
     /// What the children hold, once known.
     pub summaries: Option<Box<[Summary<P>; 2]>>,
 }

@@ -12,7 +12,7 @@ use septet_protocol::message::{Body, Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::check::Agreement;
-use crate::config::{Pool, Wanted, WorkerConfig};
+use crate::config::{Pool, SetRule, Wanted, WorkerConfig};
 use crate::leader::Leader;
 use crate::outbox::Outbox;
 use crate::query::Engine;
@@ -154,7 +154,11 @@ impl<P: Point> Worker<P> {
     ///
     /// # Errors
     /// A message that does not belong to this run, or to the phase.
-    pub fn step(&mut self, round: u32, mut inbox: Vec<Message<P>>) -> Result<Vec<Message<P>>, TransportError> {
+    pub fn step(
+        &mut self,
+        round: u32,
+        mut inbox: Vec<Message<P>>,
+    ) -> Result<Vec<Message<P>>, TransportError> {
         self.out.set_round(round);
         self.step += 1;
         inbox.extend(self.out.take_own());
@@ -183,11 +187,7 @@ impl<P: Point> Worker<P> {
             Phase::Fallback => self.on_fallback(&mut inbox),
             Phase::Merge => self.on_merge(&mut inbox),
             Phase::Collect => self.on_collect(&mut inbox),
-            Phase::Radii
-            | Phase::KnnRadii
-            | Phase::Graph
-            | Phase::Hulls
-            | Phase::Done => {}
+            Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
             return Err(self.bad(message, &format!("it has no place in phase {}", self.phase.name())));
@@ -208,12 +208,8 @@ impl<P: Point> Worker<P> {
             }
             Body::Block(points) => {
                 let points = std::mem::take(points);
-                let child = Child {
-                    population: self.population,
-                    first: 1,
-                    ranks: self.config.workers,
-                    leaf: false,
-                };
+                let child =
+                    Child { population: self.population, first: 1, ranks: self.config.workers, leaf: false };
                 self.holdings.insert(NodeId::ROOT, Holding::of(points, child));
                 false
             }
@@ -224,6 +220,15 @@ impl<P: Point> Worker<P> {
     /// The supergraph; a density graph until one is chosen.
     pub(crate) fn supergraph(&self) -> Supergraph {
         self.known.supergraph.unwrap_or(Supergraph::Density { alpha: 2.5 })
+    }
+
+    /// The separator-set rule: one side's points suffice for the density graph only, so where the choice
+    /// fell on nearest neighbours both sides are taken.
+    pub(crate) fn set_rule(&self) -> SetRule {
+        match (self.config.sets, self.supergraph()) {
+            (SetRule::Smaller, Supergraph::Knn { .. } | Supergraph::Overlap { .. }) => SetRule::Both,
+            (rule, _) => rule,
+        }
     }
 }
 

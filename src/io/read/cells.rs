@@ -53,13 +53,7 @@ pub(super) struct Indices<'a> {
 
 impl<'a> Indices<'a> {
     pub fn new(source: Source<'a>, width: usize, first: u64, limit: Option<u64>) -> Self {
-        Indices {
-            source,
-            width,
-            first,
-            limit,
-            flat: Vec::new(),
-        }
+        Indices { source, width, first, limit, flat: Vec::new() }
     }
 
     /// Complete rows.
@@ -80,14 +74,7 @@ impl<'a> Indices<'a> {
     /// An id that is no point's.
     pub fn out_of_range(&self, place: Place, value: i128) -> InputError {
         let (path, cell) = (self.source.path.to_owned(), self.rows());
-        InputError::OutOfRangeIndex {
-            path,
-            place,
-            cell,
-            value,
-            first: self.first,
-            limit: self.limit,
-        }
+        InputError::OutOfRangeIndex { path, place, cell, value, first: self.first, limit: self.limit }
     }
 
     /// Adds one row from the next words; what follows them is left alone.
@@ -105,12 +92,7 @@ impl<'a> Indices<'a> {
 
     /// The result.
     pub fn finish(self, notes: Vec<String>) -> CellFile {
-        CellFile {
-            dimension: self.width - 1,
-            cells: self.flat,
-            first_id: self.first,
-            notes,
-        }
+        CellFile { dimension: self.width - 1, cells: self.flat, first_id: self.first, notes }
     }
 }
 
@@ -129,9 +111,7 @@ pub(super) fn index(
 pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     const HEADER: &str = "the header `cells corners attributes`";
     let mut lines = Lines::new(source.data);
-    let header = lines
-        .next_data()
-        .ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
+    let header = lines.next_data().ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
     let mut words = header.words();
     let announced = source.count(&header, words.next(), HEADER)?;
     let corners = source.count(&header, words.next(), HEADER)?;
@@ -139,17 +119,10 @@ pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<Cell
         3 | 6 => 3,
         4 | 10 => 4,
         _ => {
-            return Err(
-                source.bad_line(&header, "3 or 6 corners (triangles), 4 or 10 (tetrahedra)")
-            );
+            return Err(source.bad_line(&header, "3 or 6 corners (triangles), 4 or 10 (tetrahedra)"));
         }
     };
-    let mut cells = Indices::new(
-        source,
-        width,
-        options.base.unwrap_or(0),
-        options.point_count,
-    );
+    let mut cells = Indices::new(source, width, options.base.unwrap_or(0), options.point_count);
     let mut first = 0;
     while let Some(line) = lines.next_data() {
         if cells.rows() == announced {
@@ -173,18 +146,10 @@ pub(super) fn read_ele(source: Source<'_>, options: &CellOptions) -> Result<Cell
         cells.push_words(&line, &mut words)?;
     }
     if cells.rows() < announced {
-        return Err(source.truncated(
-            Place::Line(lines.number()),
-            "cells",
-            announced,
-            cells.rows(),
-        ));
+        return Err(source.truncated(Place::Line(lines.number()), "cells", announced, cells.rows()));
     }
     let quadratic = corners as usize > width;
     Ok(cells.finish(
-        quadratic
-            .then(|| "nodes on the edges of cells are ignored".to_owned())
-            .into_iter()
-            .collect(),
+        quadratic.then(|| "nodes on the edges of cells are ignored".to_owned()).into_iter().collect(),
     ))
 }

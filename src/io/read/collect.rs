@@ -32,42 +32,20 @@ impl<'a> Collector<'a> {
     ) -> Result<Self, InputError> {
         let path = || source.path.to_owned();
         if dimension < 2 {
-            return Err(InputError::UnsupportedDimension {
-                path: path(),
-                place,
-                found: dimension as u64,
-            });
+            return Err(InputError::UnsupportedDimension { path: path(), place, found: dimension as u64 });
         }
         let used = options.dimension.unwrap_or(dimension.min(3));
         if used > dimension {
-            return Err(InputError::MixedDimension {
-                path: path(),
-                place,
-                expected: used,
-                found: dimension,
-            });
+            return Err(InputError::MixedDimension { path: path(), place, expected: used, found: dimension });
         }
-        let capacity = usize::try_from(announced)
-            .unwrap_or(usize::MAX)
-            .min(bytes / least.max(1) + 1);
+        let capacity = usize::try_from(announced).unwrap_or(usize::MAX).min(bytes / least.max(1) + 1);
         let (mut plane, mut space) = (Vec::new(), Vec::new());
-        let reserved = if used == 2 {
-            plane.try_reserve(capacity)
-        } else {
-            space.try_reserve(capacity)
-        };
+        let reserved = if used == 2 { plane.try_reserve(capacity) } else { space.try_reserve(capacity) };
         if reserved.is_err() {
             let bytes = (capacity as u64).saturating_mul(8 * used as u64);
-            return Err(InputError::OutOfMemory {
-                path: path(),
-                bytes,
-            });
+            return Err(InputError::OutOfMemory { path: path(), bytes });
         }
-        let points = if used == 2 {
-            Points::Plane(plane)
-        } else {
-            Points::Space(space)
-        };
+        let points = if used == 2 { Points::Plane(plane) } else { Points::Space(space) };
         Ok(Collector {
             source,
             points,
@@ -88,21 +66,14 @@ impl<'a> Collector<'a> {
     /// Adds a point of at least `dimension` coordinates.
     pub fn push(&mut self, place: Place, at: &[f64]) -> Result<(), InputError> {
         let found = at.len();
-        let at = at
-            .get(..self.dimension())
-            .ok_or_else(|| self.mixed(place, found))?;
+        let at = at.get(..self.dimension()).ok_or_else(|| self.mixed(place, found))?;
         if let Some(value) = at.iter().find(|c| !c.is_finite()) {
             if self.skip_invalid {
                 self.drop_one();
                 return Ok(());
             }
             let (path, index) = (self.source.path.to_owned(), self.met);
-            return Err(InputError::NotFinite {
-                path,
-                place,
-                index,
-                value: *value,
-            });
+            return Err(InputError::NotFinite { path, place, index, value: *value });
         }
         // Adding zero makes 0.0 of -0.0 and leaves every other number alone.
         match &mut self.points {
@@ -181,8 +152,7 @@ impl<'a> Collector<'a> {
             && !points.is_empty()
             && points.iter().all(|p| p.z == 0.0)
         {
-            self.notes
-                .push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
+            self.notes.push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
         }
     }
 

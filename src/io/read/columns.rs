@@ -17,11 +17,7 @@ struct Row<'a> {
 /// Reads rows of two or three numbers.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     if source.data.starts_with(b"\xff\xfe") || source.data.starts_with(b"\xfe\xff") {
-        return Err(source.unsupported(
-            Place::Line(1),
-            "UTF-16 text",
-            "save the file as UTF-8 or ASCII",
-        ));
+        return Err(source.unsupported(Place::Line(1), "UTF-16 text", "save the file as UTF-8 or ASCII"));
     }
     if let Some(count) = chemistry(source) {
         return read_chemistry(source, options, count);
@@ -55,15 +51,11 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         None => Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?,
     };
     if let Some(line) = header {
-        points
-            .notes
-            .push(format!("line {line} is taken as a header row"));
+        points.notes.push(format!("line {line} is taken as a header row"));
     }
     if let Some(line) = extra {
         let used = points.dimension();
-        points.notes.push(format!(
-            "columns after the first {used} are ignored (from line {line} on)"
-        ));
+        points.notes.push(format!("columns after the first {used} are ignored (from line {line} on)"));
     }
     Ok(points.finish())
 }
@@ -128,11 +120,7 @@ fn separator(semicolon: bool, comma: bool) -> u8 {
 }
 
 fn split(text: &[u8], separator: u8) -> Row<'_> {
-    let mut row = Row {
-        fields: [&text[text.len()..]; 3],
-        count: 0,
-        filled: 0,
-    };
+    let mut row = Row { fields: [&text[text.len()..]; 3], count: 0, filled: 0 };
     if separator == b' ' {
         row.fill(Line { number: 0, text }.words());
     } else {
@@ -160,12 +148,9 @@ impl<'a> Row<'a> {
 fn is_header(row: &Row<'_>) -> bool {
     let fields = &row.fields[..row.count.min(3)];
     let named = |field: &[u8]| {
-        field
-            .first()
-            .is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'"' | b'_' | b'\''))
+        field.first().is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'"' | b'_' | b'\''))
     };
-    fields.first().is_some_and(|field| named(field))
-        && fields.iter().all(|field| number(field).is_none())
+    fields.first().is_some_and(|field| named(field)) && fields.iter().all(|field| number(field).is_none())
 }
 
 /// A row such as `1,5, 2,5, 3,5` would pass as six columns: refuse commas of two kinds.
@@ -175,17 +160,11 @@ fn refuse_decimal_commas(
     text: &[u8],
     separator: u8,
 ) -> Result<(), InputError> {
-    let glued = text
-        .windows(3)
-        .any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
-    let loose = text
-        .windows(2)
-        .any(|w| w[0] == b',' && w[1].is_ascii_whitespace());
+    let glued = text.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
+    let loose = text.windows(2).any(|w| w[0] == b',' && w[1].is_ascii_whitespace());
     if separator == b',' && glued && loose && !text.contains(&b'.') {
-        return Err(source.bad_line(
-            line,
-            "one kind of separator and decimal points (these look like decimal commas)",
-        ));
+        return Err(source
+            .bad_line(line, "one kind of separator and decimal points (these look like decimal commas)"));
     }
     Ok(())
 }
@@ -200,9 +179,9 @@ fn chemistry(source: Source<'_>) -> Option<u64> {
     }
     let _comment = lines.next();
     match lines.find(|line| line.words().next().is_some()) {
-        Some(atom) => (atom.words().count() >= 4
-            && coordinates(&atom).all(|w| number(w).is_some()))
-        .then_some(count),
+        Some(atom) => {
+            (atom.words().count() >= 4 && coordinates(&atom).all(|w| number(w).is_some())).then_some(count)
+        }
         None => (count == 0).then_some(0),
     }
 }
@@ -211,19 +190,11 @@ fn coordinates<'a>(atom: &Line<'a>) -> std::iter::Take<std::iter::Skip<Words<'a>
     atom.words().skip(1).take(3)
 }
 
-fn read_chemistry(
-    source: Source<'_>,
-    options: &ReadOptions,
-    count: u64,
-) -> Result<PointFile, InputError> {
+fn read_chemistry(source: Source<'_>, options: &ReadOptions, count: u64) -> Result<PointFile, InputError> {
     let size = (count, source.data.len(), 8);
     let mut points = Collector::new(source, options, (Place::Line(1), 3), size)?;
     let mut lines = Lines::new(source.data);
-    for line in lines
-        .by_ref()
-        .skip(2)
-        .filter(|line| line.words().next().is_some())
-    {
+    for line in lines.by_ref().skip(2).filter(|line| line.words().next().is_some()) {
         if points.met == count {
             return Err(source.surplus(line.place(), "atoms", count));
         }
@@ -233,8 +204,7 @@ fn read_chemistry(
         return Err(source.truncated(Place::Line(lines.number()), "atoms", count, points.met));
     }
     points.notes.push(
-        "read as a chemistry file: a count, a comment, then one atom a line; elements are ignored"
-            .to_owned(),
+        "read as a chemistry file: a count, a comment, then one atom a line; elements are ignored".to_owned(),
     );
     Ok(points.finish())
 }

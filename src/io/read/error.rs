@@ -251,11 +251,7 @@ impl InputError {
 
 /// The file's name for messages.
 fn shown(path: &Path) -> String {
-    if path.as_os_str() == "-" {
-        "standard input".to_owned()
-    } else {
-        path.display().to_string()
-    }
+    if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
 }
 
 fn at_column(column: Option<u64>) -> String {
@@ -263,7 +259,5 @@ fn at_column(column: Option<u64>) -> String {
 }
 
 fn of_points(limit: Option<u64>) -> String {
-    limit.map_or_else(String::new, |limit| {
-        format!(" and there are {limit} points")
-    })
+    limit.map_or_else(String::new, |limit| format!(" and there are {limit} points"))
 }

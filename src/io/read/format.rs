@@ -48,25 +48,18 @@ const ENDINGS: [(Format, &[&str]); 11] = [
 
 impl Format {
     /// The formats `read` accepts, for messages.
-    pub const POINTS: &'static str =
-        "node xyz txt csv npy off ply stl obj vtu msh mesh, each also with .gz";
+    pub const POINTS: &'static str = "node xyz txt csv npy off ply stl obj vtu msh mesh, each also with .gz";
     /// The formats `read_cells` accepts, for messages.
     pub const CELLS: &'static str = "ele vtu msh mesh npy off, each also with .gz";
 
     /// The format's name: its usual file ending without the dot.
     pub fn name(self) -> &'static str {
-        ENDINGS
-            .iter()
-            .find(|(format, _)| *format == self)
-            .map_or("", |(_, endings)| endings[0])
+        ENDINGS.iter().find(|(format, _)| *format == self).map_or("", |(_, endings)| endings[0])
     }
 
     /// The format a file's name tells, and whether it ends in `.gz`.
     pub(super) fn of_path(path: &Path) -> (Option<Format>, bool) {
-        let name = path
-            .file_name()
-            .map(|n| n.to_string_lossy().to_ascii_lowercase())
-            .unwrap_or_default();
+        let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         let (stem, zipped) = match name.strip_suffix(".gz") {
             Some(stem) => (stem, true),
             None => (name.as_str(), false),
@@ -86,14 +79,8 @@ impl Format {
         if super::stl::is_binary(data) {
             return Some(Format::Stl);
         }
-        let data = data
-            .strip_prefix(b"\xef\xbb\xbf")
-            .unwrap_or(data)
-            .trim_ascii_start();
-        let word = data
-            .split(u8::is_ascii_whitespace)
-            .next()
-            .unwrap_or_default();
+        let data = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(data).trim_ascii_start();
+        let word = data.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         match word {
             b"solid" => Some(Format::Stl),
             b"$MeshFormat" => Some(Format::Msh),

@@ -38,22 +38,13 @@ impl<R: Read> Read for Counting<'_, R> {
 }
 
 /// All bytes of a file (`-`: standard input), gunzipped where it begins as gzip.
-pub(super) fn load(
-    path: &Path,
-    zipped: bool,
-    progress: &mut Progress<'_>,
-) -> Result<Vec<u8>, InputError> {
+pub(super) fn load(path: &Path, zipped: bool, progress: &mut Progress<'_>) -> Result<Vec<u8>, InputError> {
     if path.as_os_str() == "-" {
         return load_from(io::stdin().lock(), path, None, zipped, progress);
     }
     let unreadable = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => InputError::Missing {
-            path: path.to_owned(),
-        },
-        _ => InputError::Unreadable {
-            path: path.to_owned(),
-            source,
-        },
+        io::ErrorKind::NotFound => InputError::Missing { path: path.to_owned() },
+        _ => InputError::Unreadable { path: path.to_owned(), source },
     };
     let file = File::open(path).map_err(unreadable)?;
     let meta = file.metadata().map_err(unreadable)?;
@@ -73,31 +64,13 @@ pub(super) fn load_from<R: Read>(
     progress: &mut Progress<'_>,
 ) -> Result<Vec<u8>, InputError> {
     let mut step = |read: u64, total: Option<u64>| progress(read, total);
-    let mut input = Counting {
-        inner: reader,
-        read: 0,
-        told: 0,
-        total,
-        progress: &mut step,
-        failed: false,
-    };
-    let unreadable = |source| InputError::Unreadable {
-        path: path.to_owned(),
-        source,
-    };
+    let mut input = Counting { inner: reader, read: 0, told: 0, total, progress: &mut step, failed: false };
+    let unreadable = |source| InputError::Unreadable { path: path.to_owned(), source };
     let mut head = Vec::new();
-    input
-        .by_ref()
-        .take(2)
-        .read_to_end(&mut head)
-        .map_err(unreadable)?;
+    input.by_ref().take(2).read_to_end(&mut head).map_err(unreadable)?;
     if head == [0x1f, 0x8b] {
         let mut data = Vec::new();
-        let drained = drain(
-            &mut MultiGzDecoder::new(head.as_slice().chain(&mut input)),
-            &mut data,
-            path,
-        );
+        let drained = drain(&mut MultiGzDecoder::new(head.as_slice().chain(&mut input)), &mut data, path);
         return match drained {
             Ok(()) => Ok(data),
             Err(InputError::Unreadable { path, source }) if !input.failed => {
@@ -107,14 +80,8 @@ pub(super) fn load_from<R: Read>(
         };
     }
     if zipped {
-        let source = io::Error::new(
-            io::ErrorKind::InvalidData,
-            "the file does not begin as gzip",
-        );
-        return Err(InputError::Gzip {
-            path: path.to_owned(),
-            source,
-        });
+        let source = io::Error::new(io::ErrorKind::InvalidData, "the file does not begin as gzip");
+        return Err(InputError::Gzip { path: path.to_owned(), source });
     }
     let mut data = head;
     reserve(&mut data, total.unwrap_or(0), path)?;
@@ -131,10 +98,7 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
         }
         let before = data.len();
         let got = reader.by_ref().take(STEP as u64).read_to_end(data);
-        got.map_err(|source| InputError::Unreadable {
-            path: path.to_owned(),
-            source,
-        })?;
+        got.map_err(|source| InputError::Unreadable { path: path.to_owned(), source })?;
         if data.len() == before {
             return Ok(());
         }
@@ -142,13 +106,8 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
 }
 
 fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
-    let refused = || InputError::OutOfMemory {
-        path: path.to_owned(),
-        bytes,
-    };
+    let refused = || InputError::OutOfMemory { path: path.to_owned(), bytes };
     // One step more, so that finding the end needs no growth.
-    let wanted = usize::try_from(bytes)
-        .map_err(|_| refused())?
-        .saturating_add(STEP);
+    let wanted = usize::try_from(bytes).map_err(|_| refused())?.saturating_add(STEP);
     data.try_reserve(wanted).map_err(|_| refused())
 }

@@ -17,16 +17,8 @@ struct Tokens<'a> {
 
 impl<'a> Tokens<'a> {
     fn new(source: Source<'a>) -> Self {
-        let line = Line {
-            number: 0,
-            text: b"",
-        };
-        Tokens {
-            source,
-            lines: Lines::new(source.data),
-            line,
-            words: line.words(),
-        }
+        let line = Line { number: 0, text: b"" };
+        Tokens { source, lines: Lines::new(source.data), line, words: line.words() }
     }
 
     fn next(&mut self) -> Option<&'a [u8]> {
@@ -73,16 +65,10 @@ fn is_keyword(word: &[u8]) -> bool {
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions {
-        dimension: None,
-        ..*options
-    };
+    let options = &ReadOptions { dimension: None, ..*options };
     let mut tokens = Tokens::new(source);
     if tokens.next() != Some(b"MeshVersionFormatted".as_slice()) {
-        return Err(source.bad_line(
-            &tokens.line,
-            "the keyword MeshVersionFormatted (ASCII Medit)",
-        ));
+        return Err(source.bad_line(&tokens.line, "the keyword MeshVersionFormatted (ASCII Medit)"));
     }
     tokens.count("the version of the format")?;
     let mut dimension = 3;
@@ -93,11 +79,7 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
                 dimension = tokens.count("the dimension")?;
                 if !(2..=3).contains(&dimension) {
                     let (path, place) = (source.path.to_owned(), tokens.line.place());
-                    return Err(InputError::UnsupportedDimension {
-                        path,
-                        place,
-                        found: dimension,
-                    });
+                    return Err(InputError::UnsupportedDimension { path, place, found: dimension });
                 }
             }
             (b"Vertices", None) => {
@@ -117,22 +99,16 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
             _ if is_keyword(word) => {
                 let place = tokens.line.place();
                 let first = tokens.value();
-                let solid = matches!(
-                    word,
-                    b"Quadrilaterals" | b"Hexahedra" | b"Prisms" | b"Pyramids"
-                );
+                let solid = matches!(word, b"Quadrilaterals" | b"Hexahedra" | b"Prisms" | b"Pyramids");
                 if let (true, Some(mesh)) = (solid && first != Some(b"0"), &mut mesh) {
-                    mesh.other
-                        .get_or_insert_with(|| (place, format!("the section {}", excerpt(word))));
+                    mesh.other.get_or_insert_with(|| (place, format!("the section {}", excerpt(word))));
                 }
                 while tokens.value().is_some() {}
             }
             _ => return Err(source.bad_word(&tokens.line, word, "a keyword such as Vertices")),
         }
     }
-    mesh.ok_or_else(|| {
-        source.truncated(Place::Line(tokens.lines.number()), "section Vertices", 1, 0)
-    })
+    mesh.ok_or_else(|| source.truncated(Place::Line(tokens.lines.number()), "section Vertices", 1, 0))
 }
 
 fn read_vertices<'a>(
@@ -142,27 +118,15 @@ fn read_vertices<'a>(
 ) -> Result<Collector<'a>, InputError> {
     let announced = tokens.count("the number of vertices")?;
     let size = (announced, tokens.lines.rest().len(), 2 * dimension + 2);
-    let mut points = Collector::new(
-        tokens.source,
-        options,
-        (tokens.line.place(), dimension),
-        size,
-    )?;
+    let mut points = Collector::new(tokens.source, options, (tokens.line.place(), dimension), size)?;
     while points.met < announced {
         let Some(row) = tokens.row(dimension) else {
-            return Err(tokens.source.truncated(
-                tokens.line.place(),
-                "vertices",
-                announced,
-                points.met,
-            ));
+            return Err(tokens.source.truncated(tokens.line.place(), "vertices", announced, points.met));
         };
         points.push_words(&tokens.line, &mut row.into_iter())?;
     }
     if tokens.value().is_some() {
-        return Err(tokens
-            .source
-            .surplus(tokens.line.place(), "vertices", announced));
+        return Err(tokens.source.surplus(tokens.line.place(), "vertices", announced));
     }
     Ok(points)
 }
@@ -175,9 +139,7 @@ fn read_cells(tokens: &mut Tokens<'_>, mesh: &mut Mesh<'_>, kind: Kind) -> Resul
     };
     for found in 0..announced {
         let Some(row) = tokens.row(width) else {
-            return Err(tokens
-                .source
-                .truncated(tokens.line.place(), "cells", announced, found));
+            return Err(tokens.source.truncated(tokens.line.place(), "cells", announced, found));
         };
         for word in &row[..width] {
             let value = index(tokens.source, &tokens.line, Some(word), width)?;
@@ -185,9 +147,7 @@ fn read_cells(tokens: &mut Tokens<'_>, mesh: &mut Mesh<'_>, kind: Kind) -> Resul
         }
     }
     if tokens.value().is_some() {
-        return Err(tokens
-            .source
-            .surplus(tokens.line.place(), "cells", announced));
+        return Err(tokens.source.surplus(tokens.line.place(), "cells", announced));
     }
     Ok(())
 }

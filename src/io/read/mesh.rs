@@ -32,13 +32,7 @@ impl<'a> Mesh<'a> {
     pub fn new(source: Source<'a>, points: Collector<'a>, first: u64) -> Self {
         let limit = Some(points.met);
         let list = |width| Indices::new(source, width, first, limit);
-        Mesh {
-            source,
-            points,
-            triangles: list(3),
-            tetrahedra: list(4),
-            other: None,
-        }
+        Mesh { source, points, triangles: list(3), tetrahedra: list(4), other: None }
     }
 
     /// The list a cell of this kind belongs to.
@@ -52,18 +46,12 @@ impl<'a> Mesh<'a> {
 
     /// The points; those of a triangle mesh at z = 0 are points of the plane.
     pub fn into_points(self, options: &ReadOptions) -> Result<PointFile, InputError> {
-        let planar =
-            self.triangles.rows() > 0 && self.tetrahedra.rows() == 0 && self.other.is_none();
+        let planar = self.triangles.rows() > 0 && self.tetrahedra.rows() == 0 && self.other.is_none();
         let mut file = self.points.finish();
         let Points::Space(space) = &file.points else {
             if options.dimension == Some(3) {
                 let path = self.source.path.to_owned();
-                return Err(InputError::MixedDimension {
-                    path,
-                    place: Place::Whole,
-                    expected: 3,
-                    found: 2,
-                });
+                return Err(InputError::MixedDimension { path, place: Place::Whole, expected: 3, found: 2 });
             }
             return Ok(file);
         };
@@ -74,14 +62,11 @@ impl<'a> Mesh<'a> {
         };
         if plane {
             if lifted > 0 {
-                file.notes.push(format!(
-                    "z is dropped, though it is not 0 for {lifted} points"
-                ));
+                file.notes.push(format!("z is dropped, though it is not 0 for {lifted} points"));
             }
             file.points = Points::Plane(space.iter().map(|p| p.truncate()).collect());
         } else if lifted == 0 && !space.is_empty() {
-            file.notes
-                .push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
+            file.notes.push("every z is 0; give -d 2 to triangulate in the plane".to_owned());
         }
         Ok(file)
     }
@@ -89,13 +74,7 @@ impl<'a> Mesh<'a> {
     /// The cells: tetrahedra if there are any (or are asked for), else triangles.
     pub fn into_cells(self, options: &CellOptions) -> Result<CellFile, InputError> {
         let solid = self.tetrahedra.rows() > 0;
-        let dimension = options
-            .dimension
-            .unwrap_or(if solid || self.triangles.rows() == 0 {
-                3
-            } else {
-                2
-            });
+        let dimension = options.dimension.unwrap_or(if solid || self.triangles.rows() == 0 { 3 } else { 2 });
         if let Some((place, what)) = self.other {
             return Err(self.source.unsupported(
                 place,
@@ -106,18 +85,12 @@ impl<'a> Mesh<'a> {
         let mut notes = Vec::new();
         if dimension == 3 {
             if self.triangles.rows() > 0 {
-                notes.push(format!(
-                    "{} triangles beside the tetrahedra are ignored",
-                    self.triangles.rows()
-                ));
+                notes.push(format!("{} triangles beside the tetrahedra are ignored", self.triangles.rows()));
             }
             return Ok(self.tetrahedra.finish(notes));
         }
         if solid {
-            notes.push(format!(
-                "{} tetrahedra beside the triangles are ignored",
-                self.tetrahedra.rows()
-            ));
+            notes.push(format!("{} tetrahedra beside the triangles are ignored", self.tetrahedra.rows()));
         }
         Ok(self.triangles.finish(notes))
     }

@@ -95,11 +95,7 @@ pub fn read_from<R: Read>(
 ) -> Result<PointFile, InputError> {
     check_dimension(name, options.dimension)?;
     let (_, zipped) = Format::of_path(name);
-    points(
-        name,
-        &load::load_from(reader, name, total, zipped, progress)?,
-        options,
-    )
+    points(name, &load::load_from(reader, name, total, zipped, progress)?, options)
 }
 
 /// Reads cells from a file, or from standard input if `path` is `-`.
@@ -130,11 +126,7 @@ pub fn read_cells_from<R: Read>(
 ) -> Result<CellFile, InputError> {
     check_dimension(name, options.dimension)?;
     let (_, zipped) = Format::of_path(name);
-    cell_list(
-        name,
-        &load::load_from(reader, name, total, zipped, progress)?,
-        options,
-    )
+    cell_list(name, &load::load_from(reader, name, total, zipped, progress)?, options)
 }
 
 fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputError> {
@@ -142,21 +134,14 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
         None | Some(2 | 3) => Ok(()),
         Some(found) => {
             let (path, found) = (path.to_owned(), found as u64);
-            Err(InputError::UnsupportedDimension {
-                path,
-                place: Place::Whole,
-                found,
-            })
+            Err(InputError::UnsupportedDimension { path, place: Place::Whole, found })
         }
     }
 }
 
 fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let source = Source { path, data };
-    let known = options
-        .format
-        .or(Format::of_path(path).0)
-        .or_else(|| Format::of_content(data));
+    let known = options.format.or(Format::of_path(path).0).or_else(|| Format::of_content(data));
     // Standard input without any mark is columns of numbers.
     let piped = (path.as_os_str() == "-").then_some(Format::Text);
     match known.or(piped) {
@@ -174,21 +159,14 @@ fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, 
             let what = "a file of cells (.ele) as points";
             Err(source.unsupported(Place::Whole, what, "give the .node file that belongs to it"))
         }
-        None => Err(InputError::UnknownFormat {
-            path: path.to_owned(),
-            known: Format::POINTS,
-        }),
+        None => Err(InputError::UnknownFormat { path: path.to_owned(), known: Format::POINTS }),
     }
 }
 
 fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile, InputError> {
     let source = Source { path, data };
     let plain = ReadOptions::default();
-    let cells = match options
-        .format
-        .or(Format::of_path(path).0)
-        .or_else(|| Format::of_content(data))
-    {
+    let cells = match options.format.or(Format::of_path(path).0).or_else(|| Format::of_content(data)) {
         Some(Format::Ele) => cells::read_ele(source, options)?,
         Some(Format::Npy) => npy::read_cells(source, options)?,
         Some(Format::Off) => off::read_cells(source)?,
@@ -197,30 +175,16 @@ fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile
         Some(Format::Medit) => medit::parse(source, &plain)?.into_cells(options)?,
         Some(Format::Node) => {
             let what = "a file of points (.node) as cells";
-            return Err(source.unsupported(
-                Place::Whole,
-                what,
-                "give the .ele file that belongs to it",
-            ));
+            return Err(source.unsupported(Place::Whole, what, "give the .ele file that belongs to it"));
         }
         _ => {
-            return Err(InputError::UnknownFormat {
-                path: path.to_owned(),
-                known: Format::CELLS,
-            });
+            return Err(InputError::UnknownFormat { path: path.to_owned(), known: Format::CELLS });
         }
     };
     match options.dimension {
         Some(dimension) if dimension != cells.dimension => {
-            let what = format!(
-                "cells of dimension {} for points of dimension {dimension}",
-                cells.dimension
-            );
-            Err(source.unsupported(
-                Place::Whole,
-                what,
-                "give the cells that belong to the points",
-            ))
+            let what = format!("cells of dimension {} for points of dimension {dimension}", cells.dimension);
+            Err(source.unsupported(Place::Whole, what, "give the cells that belong to the points"))
         }
         _ => Ok(cells),
     }

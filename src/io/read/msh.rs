@@ -20,37 +20,22 @@ struct Tags {
 impl Tags {
     fn new(tags: &[i64]) -> Self {
         let first = tags.first().copied().unwrap_or(1);
-        let rising = tags
-            .iter()
-            .enumerate()
-            .all(|(i, tag)| first.checked_add(i as i64) == Some(*tag));
-        let map = || {
-            tags.iter()
-                .enumerate()
-                .map(|(i, tag)| (*tag, i as u64))
-                .collect()
-        };
-        Tags {
-            first,
-            count: tags.len() as u64,
-            map: (!rising).then(map),
-        }
+        let rising = tags.iter().enumerate().all(|(i, tag)| first.checked_add(i as i64) == Some(*tag));
+        let map = || tags.iter().enumerate().map(|(i, tag)| (*tag, i as u64)).collect();
+        Tags { first, count: tags.len() as u64, map: (!rising).then(map) }
     }
 
     /// Have two nodes the same tag?
     fn doubled(&self) -> bool {
-        self.map
-            .as_ref()
-            .is_some_and(|map| (map.len() as u64) < self.count)
+        self.map.as_ref().is_some_and(|map| (map.len() as u64) < self.count)
     }
 
     fn index(&self, tag: i64) -> Option<u64> {
         match &self.map {
             Some(map) => map.get(&tag).copied(),
-            None => tag
-                .checked_sub(self.first)
-                .and_then(|i| u64::try_from(i).ok())
-                .filter(|i| *i < self.count),
+            None => {
+                tag.checked_sub(self.first).and_then(|i| u64::try_from(i).ok()).filter(|i| *i < self.count)
+            }
         }
     }
 }
@@ -65,10 +50,7 @@ struct Section<'a, 'b> {
 impl<'a> Section<'a, '_> {
     /// The next line, which must not close the section.
     fn line(&mut self, expected: u64, found: u64) -> Result<Line<'a>, InputError> {
-        let line = self
-            .lines
-            .next_data()
-            .filter(|line| !line.text.trim_ascii().starts_with(b"$"));
+        let line = self.lines.next_data().filter(|line| !line.text.trim_ascii().starts_with(b"$"));
         let place = Place::Line(self.lines.number());
         line.ok_or_else(|| self.source.truncated(place, self.what, expected, found))
     }
@@ -79,9 +61,7 @@ impl<'a> Section<'a, '_> {
             Some(line) if line.keyword() == name => {}
             Some(line) => return Err(self.source.surplus(line.place(), self.what, expected)),
             None => {
-                return Err(self
-                    .source
-                    .truncated(place, "lines closing a section", 1, 0));
+                return Err(self.source.truncated(place, "lines closing a section", 1, 0));
             }
         }
         if found < expected {
@@ -93,10 +73,7 @@ impl<'a> Section<'a, '_> {
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions {
-        dimension: None,
-        ..*options
-    };
+    let options = &ReadOptions { dimension: None, ..*options };
     let mut lines = Lines::new(source.data);
     let mut version = None;
     let mut nodes: Option<(Mesh<'a>, Tags)> = None;
@@ -108,11 +85,7 @@ pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mes
                 nodes = Some(read_nodes(source, options, &mut lines, version)?);
             }
             ("$elements", Some(version), Some((mesh, tags))) => {
-                let section = Section {
-                    source,
-                    lines: &mut lines,
-                    what: "elements",
-                };
+                let section = Section { source, lines: &mut lines, what: "elements" };
                 read_elements(section, version, mesh, tags)?;
             }
             (_, None, _) => return Err(source.bad_line(&line, "$MeshFormat")),
@@ -139,13 +112,8 @@ enum Version {
 }
 
 fn format<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Version, InputError> {
-    const ADVICE: &str =
-        "save as version 2.2 or 4.1, ASCII (gmsh -format msh22 or msh41, without -bin)";
-    let mut section = Section {
-        source,
-        lines,
-        what: "format lines",
-    };
+    const ADVICE: &str = "save as version 2.2 or 4.1, ASCII (gmsh -format msh22 or msh41, without -bin)";
+    let mut section = Section { source, lines, what: "format lines" };
     let line = section.line(1, 0)?;
     let words: Vec<&[u8]> = line.words().take(3).collect();
     let version = match words[..] {
@@ -174,11 +142,7 @@ fn read_nodes<'a>(
     version: Version,
 ) -> Result<(Mesh<'a>, Tags), InputError> {
     let bytes = lines.rest().len();
-    let mut section = Section {
-        source,
-        lines,
-        what: "nodes",
-    };
+    let mut section = Section { source, lines, what: "nodes" };
     let header = section.line(1, 0)?;
     let mut words = header.words();
     let first = source.count(&header, words.next(), "the number of nodes or blocks")?;
@@ -200,11 +164,8 @@ fn read_nodes<'a>(
         Version::FourOne => {
             for _ in 0..first {
                 let head = section.line(announced, points.met)?;
-                let in_block = source.count(
-                    &head,
-                    head.words().nth(3),
-                    "the number of nodes of the block",
-                )?;
+                let in_block =
+                    source.count(&head, head.words().nth(3), "the number of nodes of the block")?;
                 for found in 0..in_block {
                     let line = section.line(in_block, found)?;
                     tags.push(tag(source, &line, line.words().next())?);
@@ -222,10 +183,7 @@ fn read_nodes<'a>(
     section.end("$endnodes", announced, points.met)?;
     let tags = Tags::new(&tags);
     if tags.doubled() {
-        return Err(source.bad_line(
-            &header,
-            "nodes with distinct tags (a tag below occurs twice)",
-        ));
+        return Err(source.bad_line(&header, "nodes with distinct tags (a tag below occurs twice)"));
     }
     let base = u64::try_from(tags.first).unwrap_or(0);
     Ok((Mesh::new(source, points, base), tags))
@@ -266,21 +224,10 @@ fn read_elements(
     for _ in 0..first {
         let head = section.line(announced, found)?;
         let element = tag(source, &head, head.words().nth(2))?;
-        let in_block = source.count(
-            &head,
-            head.words().nth(3),
-            "the number of elements of the block",
-        )?;
+        let in_block = source.count(&head, head.words().nth(3), "the number of elements of the block")?;
         for i in 0..in_block {
             let line = section.line(in_block, i)?;
-            push(
-                source,
-                mesh,
-                tags,
-                element,
-                &line,
-                &mut line.words().skip(1),
-            )?;
+            push(source, mesh, tags, element, &line, &mut line.words().skip(1))?;
         }
         found += in_block;
     }
@@ -314,10 +261,7 @@ fn push(
         }
     }
     if words.next().is_some() {
-        return Err(source.bad_line(
-            line,
-            format!("{width} point ids at the end of the line, no more"),
-        ));
+        return Err(source.bad_line(line, format!("{width} point ids at the end of the line, no more")));
     }
     Ok(())
 }

@@ -9,25 +9,15 @@ use super::{PointFile, ReadOptions};
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     const HEADER: &str = "the header `points dimension attributes marker`";
     let mut lines = Lines::new(source.data);
-    let header = lines
-        .next_data()
-        .ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
+    let header = lines.next_data().ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
     let mut words = header.words();
     let announced = source.count(&header, words.next(), HEADER)?;
     let dimension = source.count(&header, words.next(), HEADER)?;
-    let attributes = words
-        .next()
-        .map_or(Ok(0), |w| source.count(&header, Some(w), HEADER))?;
-    let marker = words
-        .next()
-        .map_or(Ok(0), |w| source.count(&header, Some(w), HEADER))?;
+    let attributes = words.next().map_or(Ok(0), |w| source.count(&header, Some(w), HEADER))?;
+    let marker = words.next().map_or(Ok(0), |w| source.count(&header, Some(w), HEADER))?;
     if !(2..=3).contains(&dimension) {
         let (path, place) = (source.path.to_owned(), header.place());
-        return Err(InputError::UnsupportedDimension {
-            path,
-            place,
-            found: dimension,
-        });
+        return Err(InputError::UnsupportedDimension { path, place, found: dimension });
     }
     let dimension = dimension as usize;
     let size = (announced, lines.rest().len(), 2 + 2 * dimension);
@@ -59,9 +49,9 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     }
     points.complete(Place::Line(lines.number()), announced)?;
     if attributes > 0 || marker > 0 {
-        points.notes.push(format!(
-            "{attributes} attributes and {marker} boundary markers a point are ignored"
-        ));
+        points
+            .notes
+            .push(format!("{attributes} attributes and {marker} boundary markers a point are ignored"));
     }
     Ok(points.finish())
 }

@@ -29,11 +29,7 @@ struct Array<'a> {
 impl Array<'_> {
     /// The element's number in the data.
     fn position(&self, row: usize, column: usize) -> usize {
-        if self.fortran {
-            column * self.rows as usize + row
-        } else {
-            row * self.columns + column
-        }
+        if self.fortran { column * self.rows as usize + row } else { row * self.columns + column }
     }
 
     fn element(&self, row: usize, column: usize) -> &[u8] {
@@ -66,13 +62,10 @@ fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
         }
         _ => return Err(source.truncated(Place::Byte(size), "header bytes", 12, size)),
     };
-    let start = usize::try_from(length)
-        .ok()
-        .and_then(|n| n.checked_add(from))
-        .filter(|end| *end <= data.len());
-    let start = start.ok_or_else(|| {
-        source.truncated(Place::Byte(8), "header bytes", length, size - from as u64)
-    })?;
+    let start =
+        usize::try_from(length).ok().and_then(|n| n.checked_add(from)).filter(|end| *end <= data.len());
+    let start =
+        start.ok_or_else(|| source.truncated(Place::Byte(8), "header bytes", length, size - from as u64))?;
     let mut array = header(source, &data[from..start], from)?;
     let cells = u128::from(array.rows) * array.columns as u128;
     let bytes = cells * array.scalar.size() as u128;
@@ -82,40 +75,31 @@ fn open(source: Source<'_>) -> Result<Array<'_>, InputError> {
         let expected = u64::try_from(cells).unwrap_or(u64::MAX);
         return Err(source.truncated(Place::Byte(start as u64), "array elements", expected, found));
     }
-    (array.start, array.data, array.surplus) =
-        (start, &rest[..bytes as usize], rest.len() - bytes as usize);
+    (array.start, array.data, array.surplus) = (start, &rest[..bytes as usize], rest.len() - bytes as usize);
     Ok(array)
 }
 
 /// The header dictionary: `{'descr': '<f8', 'fortran_order': False, 'shape': (10, 3), }`.
 fn header<'a>(source: Source<'_>, text: &[u8], offset: usize) -> Result<Array<'a>, InputError> {
-    let wrong = |what: &'static str| {
-        source.malformed(offset, format!("\"{}\"", excerpt(text.trim_ascii())), what)
-    };
+    let wrong =
+        |what: &'static str| source.malformed(offset, format!("\"{}\"", excerpt(text.trim_ascii())), what);
     let descr = value(text, b"descr").ok_or_else(|| wrong("a header with the key 'descr'"))?;
     let name = match descr.first() {
         Some(quote @ (b'\'' | b'"')) => descr[1..].split(|b| b == quote).next().unwrap_or_default(),
         _ => return Err(unsupported_type(source, offset, "a structured type")),
     };
     let scalar = scalar(source, offset, name)?;
-    let order = value(text, b"fortran_order")
-        .ok_or_else(|| wrong("a header with the key 'fortran_order'"))?;
+    let order =
+        value(text, b"fortran_order").ok_or_else(|| wrong("a header with the key 'fortran_order'"))?;
     let fortran = order.starts_with(b"True");
     if !fortran && !order.starts_with(b"False") {
         return Err(wrong("'fortran_order' True or False"));
     }
     let shape = value(text, b"shape").and_then(|s| s.strip_prefix(b"("));
     let shape = shape.ok_or_else(|| wrong("a header with the key 'shape'"))?;
-    let end = shape
-        .iter()
-        .position(|b| *b == b')')
-        .ok_or_else(|| wrong("a shape in brackets"))?;
+    let end = shape.iter().position(|b| *b == b')').ok_or_else(|| wrong("a shape in brackets"))?;
     let mut sides = Vec::new();
-    for side in shape[..end]
-        .split(|b| *b == b',')
-        .map(<[u8]>::trim_ascii)
-        .filter(|s| !s.is_empty())
-    {
+    for side in shape[..end].split(|b| *b == b',').map(<[u8]>::trim_ascii).filter(|s| !s.is_empty()) {
         let side = integer(side).and_then(|n| u64::try_from(n).ok());
         sides.push(side.ok_or_else(|| wrong("a shape of whole numbers"))?);
     }
@@ -127,15 +111,7 @@ fn header<'a>(source: Source<'_>, text: &[u8], offset: usize) -> Result<Array<'a
             "save rows of points, or rows of cells",
         ));
     };
-    Ok(Array {
-        scalar,
-        rows,
-        columns: columns as usize,
-        fortran,
-        start: 0,
-        data: &[],
-        surplus: 0,
-    })
+    Ok(Array { scalar, rows, columns: columns as usize, fortran, start: 0, data: &[], surplus: 0 })
 }
 
 /// What follows the quoted key and its colon.
@@ -161,11 +137,7 @@ fn scalar(source: Source<'_>, offset: usize, name: &[u8]) -> Result<Scalar, Inpu
             Err(source.unsupported(Place::Byte(offset as u64), what, advice))
         }
         (b"<" | b"=" | b"|", Some(scalar)) => Ok(scalar),
-        _ => Err(unsupported_type(
-            source,
-            offset,
-            &format!("the type '{}'", excerpt(name)),
-        )),
+        _ => Err(unsupported_type(source, offset, &format!("the type '{}'", excerpt(name)))),
     }
 }
 
@@ -182,11 +154,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         let (path, found) = (source.path.to_owned(), array.columns as u64);
         return Err(InputError::UnsupportedDimension { path, place, found });
     }
-    let size = (
-        array.rows,
-        array.data.len(),
-        array.columns * array.scalar.size(),
-    );
+    let size = (array.rows, array.data.len(), array.columns * array.scalar.size());
     let mut points = Collector::new(source, options, (place, array.columns), size)?;
     let mut rounded = 0_u64;
     for row in 0..array.rows as usize {
@@ -203,24 +171,16 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         points.push(place, &at)?;
     }
     if rounded > 0 {
-        points.notes.push(format!(
-            "{rounded} whole numbers are too large for a double and were rounded"
-        ));
+        points.notes.push(format!("{rounded} whole numbers are too large for a double and were rounded"));
     }
     if array.surplus > 0 {
-        points.notes.push(format!(
-            "{} bytes after the array are ignored",
-            array.surplus
-        ));
+        points.notes.push(format!("{} bytes after the array are ignored", array.surplus));
     }
     Ok(points.finish())
 }
 
 /// Cells: shape (m, 3) or (m, 4), whole numbers.
-pub(super) fn read_cells(
-    source: Source<'_>,
-    options: &CellOptions,
-) -> Result<CellFile, InputError> {
+pub(super) fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<CellFile, InputError> {
     let array = open(source)?;
     let place = Place::Byte(array.start as u64);
     if !array.scalar.is_integer() {
@@ -228,18 +188,12 @@ pub(super) fn read_cells(
     }
     if !(3..=4).contains(&array.columns) {
         let what = format!("a cell list with rows of {}", array.columns);
-        return Err(source.unsupported(
-            place,
-            what,
-            "save rows of 3 (triangles) or 4 (tetrahedra)",
-        ));
+        return Err(source.unsupported(place, what, "save rows of 3 (triangles) or 4 (tetrahedra)"));
     }
     let mut cells = Indices::new(source, array.columns, 0, options.point_count);
     for row in 0..array.rows as usize {
         for column in 0..array.columns {
-            let value = array
-                .scalar
-                .integer(array.element(row, column), Endian::Little);
+            let value = array.scalar.integer(array.element(row, column), Endian::Little);
             cells.push(array.place(row, column), value)?;
         }
     }

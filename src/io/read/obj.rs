@@ -19,9 +19,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         extra |= words.next().is_some() && points.dimension() == 3;
     }
     if extra {
-        points
-            .notes
-            .push("colours or weights after the coordinates are ignored".to_owned());
+        points.notes.push("colours or weights after the coordinates are ignored".to_owned());
     }
     points.note_if_flat();
     Ok(points.finish())

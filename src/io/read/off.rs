@@ -10,9 +10,7 @@ use super::{PointFile, ReadOptions};
 pub(super) fn is_keyword(word: &[u8]) -> bool {
     let prefix = word.strip_suffix(b"OFF");
     prefix.is_some_and(|p| {
-        p.len() <= 6
-            && p.iter()
-                .all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'))
+        p.len() <= 6 && p.iter().all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'))
     })
 }
 
@@ -31,24 +29,17 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
     let mut word = words.next();
     if let Some(keyword) = word.filter(|w| is_keyword(w)) {
         if keyword.contains(&b'4') || keyword.contains(&b'n') {
-            let what = format!(
-                "{}, points of homogeneous or free dimension,",
-                excerpt(keyword)
-            );
+            let what = format!("{}, points of homogeneous or free dimension,", excerpt(keyword));
             return Err(source.unsupported(line.place(), what, "save as plain OFF"));
         }
         word = words.next();
         if word == Some(b"BINARY".as_slice()) {
-            return Err(source.unsupported(
-                line.place(),
-                "binary OFF",
-                "save as ASCII OFF, or as PLY",
-            ));
+            return Err(source.unsupported(line.place(), "binary OFF", "save as ASCII OFF, or as PLY"));
         }
         if word.is_none() {
-            line = lines.next_data().ok_or_else(|| {
-                source.truncated(Place::Line(lines.number()), "header line", 1, 0)
-            })?;
+            line = lines
+                .next_data()
+                .ok_or_else(|| source.truncated(Place::Line(lines.number()), "header line", 1, 0))?;
             words = line.words();
             word = words.next();
         }
@@ -57,11 +48,7 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
     }
     let vertices = source.count(&line, word, COUNTS)?;
     let faces = source.count(&line, words.next(), COUNTS)?;
-    Ok(Header {
-        line,
-        vertices,
-        faces,
-    })
+    Ok(Header { line, vertices, faces })
 }
 
 /// The vertices.
@@ -84,9 +71,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         return Err(source.surplus(line.place(), "points", header.vertices));
     }
     if extra {
-        points
-            .notes
-            .push("colours or normals after the coordinates are ignored".to_owned());
+        points.notes.push("colours or normals after the coordinates are ignored".to_owned());
     }
     points.note_if_flat();
     Ok(points.finish())
@@ -98,12 +83,7 @@ pub(super) fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
     let header = header(source, &mut lines)?;
     for found in 0..header.vertices {
         let Some(line) = lines.next_data() else {
-            return Err(source.truncated(
-                Place::Line(lines.number()),
-                "points",
-                header.vertices,
-                found,
-            ));
+            return Err(source.truncated(Place::Line(lines.number()), "points", header.vertices, found));
         };
         if line.words().next().and_then(number).is_none() {
             return Err(source.bad_line(&line, NUMBER));
@@ -112,12 +92,7 @@ pub(super) fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
     let mut cells = Indices::new(source, 3, 0, Some(header.vertices));
     while cells.rows() < header.faces {
         let Some(line) = lines.next_data() else {
-            return Err(source.truncated(
-                Place::Line(lines.number()),
-                "faces",
-                header.faces,
-                cells.rows(),
-            ));
+            return Err(source.truncated(Place::Line(lines.number()), "faces", header.faces, cells.rows()));
         };
         let mut words = line.words();
         if words.next() != Some(b"3".as_slice()) {

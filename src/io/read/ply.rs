@@ -40,18 +40,9 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     };
     let (before, vertex) = (&header.elements[..at], &header.elements[at]);
     let axes = axes(source, vertex)?;
-    let least = if header.endian.is_some() {
-        least_bytes(vertex)
-    } else {
-        2 * axes.len()
-    };
+    let least = if header.endian.is_some() { least_bytes(vertex) } else { 2 * axes.len() };
     let size = (vertex.count, lines.rest().len(), least);
-    let mut points = Collector::new(
-        source,
-        options,
-        (Place::Line(vertex.line), axes.len()),
-        size,
-    )?;
+    let mut points = Collector::new(source, options, (Place::Line(vertex.line), axes.len()), size)?;
     match header.endian {
         None => {
             read_ascii(source, &mut lines, before, (vertex, &axes), &mut points)?;
@@ -62,11 +53,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
         }
         Some(endian) => {
             let offset = source.data.len() - lines.rest().len();
-            let mut cursor = Cursor {
-                source,
-                offset,
-                endian,
-            };
+            let mut cursor = Cursor { source, offset, endian };
             for element in before {
                 cursor.skip_element(element)?;
             }
@@ -78,9 +65,7 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
 }
 
 fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, InputError> {
-    let first = lines
-        .next()
-        .ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
+    let first = lines.next().ok_or_else(|| source.truncated(Place::Line(1), "header line", 1, 0))?;
     if first.text.trim_ascii() != b"ply" {
         return Err(source.bad_line(&first, "the keyword ply"));
     }
@@ -95,23 +80,16 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
             [b"format", b"binary_big_endian", ..] => format = Some(Some(Endian::Big)),
             [b"element", name, count] => {
                 let count = source.count(&line, Some(count), "the number of elements")?;
-                elements.push(Element {
-                    name,
-                    line: line.number,
-                    count,
-                    properties: Vec::new(),
-                });
+                elements.push(Element { name, line: line.number, count, properties: Vec::new() });
             }
             [b"property", ref words @ ..] => {
-                let element = elements
-                    .last_mut()
-                    .ok_or_else(|| source.bad_line(&line, "an element first"))?;
+                let element =
+                    elements.last_mut().ok_or_else(|| source.bad_line(&line, "an element first"))?;
                 element.properties.push(property(source, &line, words)?);
             }
             [b"end_header", ..] => {
-                let endian = format.ok_or_else(|| {
-                    source.bad_line(&line, "a format line before the header ends")
-                })?;
+                let endian =
+                    format.ok_or_else(|| source.bad_line(&line, "a format line before the header ends"))?;
                 return Ok(Header { endian, elements });
             }
             _ => return Err(source.bad_line(&line, "a line of a PLY header")),
@@ -120,11 +98,7 @@ fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, I
     Err(source.truncated(Place::Line(lines.number()), "line `end_header`", 1, 0))
 }
 
-fn property<'a>(
-    source: Source<'_>,
-    line: &Line<'a>,
-    words: &[&'a [u8]],
-) -> Result<Property<'a>, InputError> {
+fn property<'a>(source: Source<'_>, line: &Line<'a>, words: &[&'a [u8]]) -> Result<Property<'a>, InputError> {
     let scalar = |word: &[u8]| {
         Scalar::of_ply(word)
             .ok_or_else(|| source.bad_word(line, word, "a PLY number type such as float or double"))
@@ -133,38 +107,18 @@ fn property<'a>(
         [b"list", length, kind, name] => {
             let length_type = scalar(length)?;
             if !length_type.is_integer() {
-                return Err(source.bad_word(
-                    line,
-                    length,
-                    "a whole-number type for the length of a list",
-                ));
+                return Err(source.bad_word(line, length, "a whole-number type for the length of a list"));
             }
-            Ok(Property {
-                name,
-                list_length: Some(length_type),
-                scalar: scalar(kind)?,
-            })
+            Ok(Property { name, list_length: Some(length_type), scalar: scalar(kind)? })
         }
-        [kind, name] => Ok(Property {
-            name,
-            list_length: None,
-            scalar: scalar(kind)?,
-        }),
-        _ => Err(source.bad_line(
-            line,
-            "`property type name` or `property list type type name`",
-        )),
+        [kind, name] => Ok(Property { name, list_length: None, scalar: scalar(kind)? }),
+        _ => Err(source.bad_line(line, "`property type name` or `property list type type name`")),
     }
 }
 
 /// The places of `x`, `y` and, if present, `z` among the properties.
 fn axes(source: Source<'_>, vertex: &Element<'_>) -> Result<Vec<usize>, InputError> {
-    let find = |name: &[u8]| {
-        vertex
-            .properties
-            .iter()
-            .position(|p| p.name == name && p.list_length.is_none())
-    };
+    let find = |name: &[u8]| vertex.properties.iter().position(|p| p.name == name && p.list_length.is_none());
     let (Some(x), Some(y)) = (find(b"x"), find(b"y")) else {
         let place = Place::Line(vertex.line);
         return Err(source.unsupported(
@@ -173,19 +127,12 @@ fn axes(source: Source<'_>, vertex: &Element<'_>) -> Result<Vec<usize>, InputErr
             "export the coordinates",
         ));
     };
-    Ok([Some(x), Some(y), find(b"z")]
-        .into_iter()
-        .flatten()
-        .collect())
+    Ok([Some(x), Some(y), find(b"z")].into_iter().flatten().collect())
 }
 
 /// The smallest size of an element in a binary file.
 fn least_bytes(element: &Element<'_>) -> usize {
-    element
-        .properties
-        .iter()
-        .map(|p| p.list_length.unwrap_or(p.scalar).size())
-        .sum()
+    element.properties.iter().map(|p| p.list_length.unwrap_or(p.scalar).size()).sum()
 }
 
 fn read_ascii(
@@ -210,12 +157,7 @@ fn read_ascii(
     }
     while points.met < vertex.count {
         let Some(line) = lines.find(filled) else {
-            return Err(source.truncated(
-                Place::Line(lines.number()),
-                "points",
-                vertex.count,
-                points.met,
-            ));
+            return Err(source.truncated(Place::Line(lines.number()), "points", vertex.count, points.met));
         };
         push_line(source, &line, (vertex, axes), points)?;
     }
@@ -231,17 +173,11 @@ fn push_line(
     let mut words = line.words();
     let mut found = [b"".as_slice(); 3];
     for (i, property) in vertex.properties.iter().enumerate() {
-        let short = || {
-            source.bad_line(
-                line,
-                format!("{} properties of a vertex", vertex.properties.len()),
-            )
-        };
+        let short = || source.bad_line(line, format!("{} properties of a vertex", vertex.properties.len()));
         let word = words.next().ok_or_else(short)?;
         if property.list_length.is_some() {
             let length = integer(word).and_then(|n| usize::try_from(n).ok());
-            let length =
-                length.ok_or_else(|| source.bad_word(line, word, "the length of a list"))?;
+            let length = length.ok_or_else(|| source.bad_word(line, word, "the length of a list"))?;
             if length > 0 {
                 words.nth(length - 1).ok_or_else(short)?;
             }
@@ -274,17 +210,13 @@ impl<'a> Cursor<'a> {
             return self.take(property.scalar.size());
         };
         let items = length.integer(self.take(length.size())?, self.endian);
-        let bytes = usize::try_from(items)
-            .ok()?
-            .checked_mul(property.scalar.size())?;
+        let bytes = usize::try_from(items).ok()?.checked_mul(property.scalar.size())?;
         self.take(bytes)
     }
 
     fn skip_element(&mut self, element: &Element<'_>) -> Result<(), InputError> {
         if element.properties.iter().all(|p| p.list_length.is_none()) {
-            let bytes = usize::try_from(element.count)
-                .ok()
-                .and_then(|n| n.checked_mul(least_bytes(element)));
+            let bytes = usize::try_from(element.count).ok().and_then(|n| n.checked_mul(least_bytes(element)));
             if bytes.and_then(|bytes| self.take(bytes)).is_none() {
                 return Err(self.cut("elements before the vertices", element.count, 0));
             }
@@ -301,8 +233,7 @@ impl<'a> Cursor<'a> {
     }
 
     fn cut(&self, what: &'static str, expected: u64, found: u64) -> InputError {
-        self.source
-            .truncated(Place::Byte(self.offset as u64), what, expected, found)
+        self.source.truncated(Place::Byte(self.offset as u64), what, expected, found)
     }
 }
 

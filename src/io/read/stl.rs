@@ -14,9 +14,7 @@ const FACET: usize = 50;
 /// Facets a binary file announces.
 fn announced(data: &[u8]) -> Option<u64> {
     let count = data.get(80..HEAD)?;
-    Some(u64::from(u32::from_le_bytes([
-        count[0], count[1], count[2], count[3],
-    ])))
+    Some(u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])))
 }
 
 /// Is the size just right for a binary file? That is the only reliable sign: binary files, too, may
@@ -36,30 +34,17 @@ struct Welder<'a> {
 /// welding, invalid corners one by one.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     let points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
-    let mut welder = Welder {
-        points,
-        seen: HashSet::new(),
-        corners: 0,
-    };
+    let mut welder = Welder { points, seen: HashSet::new(), corners: 0 };
     let head = source.data.trim_ascii_start();
-    let texty = head
-        .get(..5)
-        .is_some_and(|w| w.eq_ignore_ascii_case(b"solid"))
+    let texty = head.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"))
         && !source.data[..source.data.len().min(1024)].contains(&0);
     if is_binary(source.data) || !texty {
         read_binary(source, &mut welder)?;
     } else {
         read_ascii(source, &mut welder)?;
     }
-    let Welder {
-        mut points,
-        seen,
-        corners,
-    } = welder;
-    points.notes.push(format!(
-        "{corners} facet corners welded into {} points",
-        seen.len()
-    ));
+    let Welder { mut points, seen, corners } = welder;
+    points.notes.push(format!("{corners} facet corners welded into {} points", seen.len()));
     points.note_if_flat();
     Ok(points.finish())
 }
@@ -71,13 +56,8 @@ impl Welder<'_> {
             at[2] = 0.0;
         }
         // Adding zero makes one key of both zeros.
-        let welded =
-            at.iter().all(|c| c.is_finite()) && !self.seen.insert(at.map(|c| (c + 0.0).to_bits()));
-        if welded {
-            Ok(())
-        } else {
-            self.points.push(place, &at)
-        }
+        let welded = at.iter().all(|c| c.is_finite()) && !self.seen.insert(at.map(|c| (c + 0.0).to_bits()));
+        if welded { Ok(()) } else { self.points.push(place, &at) }
     }
 }
 
@@ -92,10 +72,7 @@ fn read_binary(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputE
     }
     let surplus = size - HEAD as u64 - FACET as u64 * count;
     if surplus > 0 {
-        welder
-            .points
-            .notes
-            .push(format!("{surplus} bytes after the last facet are ignored"));
+        welder.points.notes.push(format!("{surplus} bytes after the last facet are ignored"));
     }
     for (i, facet) in facets.take(count as usize).enumerate() {
         // Twelve floats: the normal, then three corners.
@@ -130,10 +107,7 @@ fn read_ascii(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputEr
             "endsolid" => ended = true,
             "" | "solid" | "facet" | "outer" | "endloop" | "color" => {}
             _ => {
-                return Err(source.bad_line(
-                    &line,
-                    "a line of an ASCII STL file (solid, facet, vertex, …)",
-                ));
+                return Err(source.bad_line(&line, "a line of an ASCII STL file (solid, facet, vertex, …)"));
             }
         }
     }
@@ -143,19 +117,12 @@ fn read_ascii(source: Source<'_>, welder: &mut Welder<'_>) -> Result<(), InputEr
     Ok(())
 }
 
-fn push_vertex(
-    source: Source<'_>,
-    welder: &mut Welder<'_>,
-    line: &Line<'_>,
-) -> Result<(), InputError> {
+fn push_vertex(source: Source<'_>, welder: &mut Welder<'_>, line: &Line<'_>) -> Result<(), InputError> {
     let mut at = [0.0; 3];
     let mut words = line.words().skip(1);
     for (found, slot) in at.iter_mut().enumerate() {
         let Some(word) = words.next() else {
-            return Err(source.bad_line(
-                line,
-                format!("three coordinates after `vertex`, not {found}"),
-            ));
+            return Err(source.bad_line(line, format!("three coordinates after `vertex`, not {found}")));
         };
         let Some(value) = number(word) else {
             welder.corners += 1;
@@ -164,10 +131,7 @@ fn push_vertex(
         *slot = value;
     }
     if words.next().is_some() {
-        return Err(source.bad_line(
-            line,
-            format!("three coordinates after `vertex`, each {NUMBER}"),
-        ));
+        return Err(source.bad_line(line, format!("three coordinates after `vertex`, each {NUMBER}")));
     }
     welder.push(line.place(), at)
 }

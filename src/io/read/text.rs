@@ -103,20 +103,13 @@ impl<'a> Iterator for Lines<'a> {
         if self.rest.is_empty() {
             return None;
         }
-        let end = self
-            .rest
-            .iter()
-            .position(|b| matches!(b, b'\n' | b'\r'))
-            .unwrap_or(self.rest.len());
+        let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
         let (text, rest) = self.rest.split_at(end);
         self.rest = match rest {
             [b'\r', b'\n', rest @ ..] | [b'\r' | b'\n', rest @ ..] | rest => rest,
         };
         self.number += 1;
-        Some(Line {
-            number: self.number,
-            text,
-        })
+        Some(Line { number: self.number, text })
     }
 }
 
@@ -138,10 +131,8 @@ pub(super) const NUMBER: &str =
 pub(super) fn excerpt(text: &[u8]) -> String {
     const LONGEST: usize = 60;
     let short = &text[..text.len().min(LONGEST)];
-    let mut shown: String = String::from_utf8_lossy(short)
-        .chars()
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .collect();
+    let mut shown: String =
+        String::from_utf8_lossy(short).chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if text.len() > LONGEST {
         shown.push('…');
     }
@@ -161,12 +152,7 @@ impl Source<'_> {
     }
 
     /// One word of a line is wrong; the word must be a part of the line.
-    pub fn bad_word(
-        &self,
-        line: &Line<'_>,
-        word: &[u8],
-        expected: impl Into<String>,
-    ) -> InputError {
+    pub fn bad_word(&self, line: &Line<'_>, word: &[u8], expected: impl Into<String>) -> InputError {
         let offset = (word.as_ptr() as usize).wrapping_sub(line.text.as_ptr() as usize);
         InputError::Syntax {
             path: self.path.to_owned(),
@@ -177,58 +163,21 @@ impl Source<'_> {
         }
     }
 
-    pub fn truncated(
-        &self,
-        place: Place,
-        what: &'static str,
-        expected: u64,
-        found: u64,
-    ) -> InputError {
-        InputError::Truncated {
-            path: self.path.to_owned(),
-            place,
-            expected,
-            found,
-            what,
-        }
+    pub fn truncated(&self, place: Place, what: &'static str, expected: u64, found: u64) -> InputError {
+        InputError::Truncated { path: self.path.to_owned(), place, expected, found, what }
     }
 
     pub fn surplus(&self, place: Place, what: &'static str, expected: u64) -> InputError {
-        InputError::Count {
-            path: self.path.to_owned(),
-            place,
-            expected,
-            what,
-        }
+        InputError::Count { path: self.path.to_owned(), place, expected, what }
     }
 
-    pub fn unsupported(
-        &self,
-        place: Place,
-        what: impl Into<String>,
-        advice: &'static str,
-    ) -> InputError {
-        InputError::Unsupported {
-            path: self.path.to_owned(),
-            place,
-            what: what.into(),
-            advice,
-        }
+    pub fn unsupported(&self, place: Place, what: impl Into<String>, advice: &'static str) -> InputError {
+        InputError::Unsupported { path: self.path.to_owned(), place, what: what.into(), advice }
     }
 
-    pub fn malformed(
-        &self,
-        offset: usize,
-        found: impl Into<String>,
-        expected: &'static str,
-    ) -> InputError {
+    pub fn malformed(&self, offset: usize, found: impl Into<String>, expected: &'static str) -> InputError {
         let offset = offset as u64;
-        InputError::Malformed {
-            path: self.path.to_owned(),
-            offset,
-            found: found.into(),
-            expected,
-        }
+        InputError::Malformed { path: self.path.to_owned(), offset, found: found.into(), expected }
     }
 
     /// The line of a byte.
@@ -249,15 +198,8 @@ impl Source<'_> {
     }
 
     /// The word as a count: zero or more.
-    pub fn count(
-        &self,
-        line: &Line<'_>,
-        word: Option<&[u8]>,
-        what: &str,
-    ) -> Result<u64, InputError> {
+    pub fn count(&self, line: &Line<'_>, word: Option<&[u8]>, what: &str) -> Result<u64, InputError> {
         let word = word.ok_or_else(|| self.bad_line(line, what))?;
-        integer(word)
-            .and_then(|n| u64::try_from(n).ok())
-            .ok_or_else(|| self.bad_word(line, word, what))
+        integer(word).and_then(|n| u64::try_from(n).ok()).ok_or_else(|| self.bad_word(line, word, what))
     }
 }

@@ -16,10 +16,7 @@ use arrays::{Arrays, DataArray};
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions {
-        dimension: None,
-        ..*options
-    };
+    let options = &ReadOptions { dimension: None, ..*options };
     let grid = arrays::open(source)?;
     let points = read_points(&grid, options)?;
     let mut mesh = Mesh::new(source, points, 0);
@@ -78,11 +75,9 @@ fn agree(
 fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> {
     let source = grid.source;
     let integers = |array: &Option<DataArray<'_>>| match array {
-        Some(array) => grid.values(
-            array,
-            |scalar, bytes, endian| narrow(scalar.integer(bytes, endian)),
-            integer,
-        ),
+        Some(array) => {
+            grid.values(array, |scalar, bytes, endian| narrow(scalar.integer(bytes, endian)), integer)
+        }
         None if grid.cell_count == 0 => Ok(Vec::new()),
         None => Err(source.truncated(Place::Whole, "arrays connectivity, offsets and types", 3, 2)),
     };
@@ -91,14 +86,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     let types = integers(&grid.types)?;
     for (array, values) in [(&grid.offsets, &offsets), (&grid.types, &types)] {
         if let Some(array) = array {
-            agree(
-                grid,
-                array,
-                "cells",
-                grid.cell_count,
-                values.len() as u64,
-                false,
-            )?;
+            agree(grid, array, "cells", grid.cell_count, values.len() as u64, false)?;
         }
     }
     let Some(array) = &grid.connectivity else {
@@ -107,9 +95,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     let place = array.place();
     let mut start = 0;
     for (end, cell) in offsets.iter().zip(&types) {
-        let range = usize::try_from(*end)
-            .ok()
-            .and_then(|end| connectivity.get(start..end));
+        let range = usize::try_from(*end).ok().and_then(|end| connectivity.get(start..end));
         let nodes = range.ok_or_else(|| {
             source.truncated(
                 place,
@@ -126,10 +112,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
             _ => Kind::Other,
         };
         if kind == Kind::Other && mesh.other.is_none() {
-            mesh.other = Some((
-                place,
-                format!("a cell of VTK type {cell} with {} points", nodes.len()),
-            ));
+            mesh.other = Some((place, format!("a cell of VTK type {cell} with {} points", nodes.len())));
         }
         if let Some(list) = mesh.list(kind) {
             for (i, node) in (start - nodes.len()..).zip(nodes) {

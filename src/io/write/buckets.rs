@@ -69,25 +69,19 @@ impl<T: Item> Buckets<T> {
     pub(super) fn sort_each(&mut self) {
         let mut rest = self.items.as_mut_slice();
         let mut slices = Vec::new();
-        for bounds in self
-            .starts
-            .chunks(CHUNK)
-            .zip(self.starts[1..].chunks(CHUNK))
-        {
+        for bounds in self.starts.chunks(CHUNK).zip(self.starts[1..].chunks(CHUNK)) {
             let (begin, end) = (bounds.0[0], bounds.1[bounds.1.len() - 1]);
             let (slice, tail) = rest.split_at_mut(end - begin);
             slices.push((bounds, slice));
             rest = tail;
         }
-        slices
-            .into_par_iter()
-            .for_each(|((starts, ends), mut slice)| {
-                for (start, end) in starts.iter().zip(ends) {
-                    let (bucket, tail) = std::mem::take(&mut slice).split_at_mut(end - start);
-                    bucket.sort_unstable();
-                    slice = tail;
-                }
-            });
+        slices.into_par_iter().for_each(|((starts, ends), mut slice)| {
+            for (start, end) in starts.iter().zip(ends) {
+                let (bucket, tail) = std::mem::take(&mut slice).split_at_mut(end - start);
+                bucket.sort_unstable();
+                slice = tail;
+            }
+        });
     }
 
     /// Works on all buckets in parallel and hands the results on in the order of the buckets. The

@@ -32,8 +32,7 @@ pub enum OutputFormat {
 }
 
 /// The extensions of [`OutputFormat`], for messages.
-const MESH_EXTENSIONS: &str =
-    ".vtu .node .ele .face .edge .neigh .msh .msh22 .msh2 .msh41 .mesh .npy .off";
+const MESH_EXTENSIONS: &str = ".vtu .node .ele .face .edge .neigh .msh .msh22 .msh2 .msh41 .mesh .npy .off";
 
 /// The extensions of [`PointFormat`], for messages.
 const POINT_EXTENSIONS: &str = ".node .xyz .txt .csv .npy .off .ply .vtu .obj";
@@ -111,10 +110,7 @@ fn extension(path: &Path) -> String {
 }
 
 fn unknown(path: &Path, known: &str) -> OutputError {
-    OutputError::UnknownFormat {
-        path: path.to_path_buf(),
-        known: known.to_owned(),
-    }
+    OutputError::UnknownFormat { path: path.to_path_buf(), known: known.to_owned() }
 }
 
 #[cfg(test)]
@@ -131,10 +127,7 @@ mod tests {
         assert_eq!(of("b.msh22"), OutputFormat::Msh(Some(MshVersion::V22)));
         assert_eq!(of("b.msh41"), OutputFormat::Msh(Some(MshVersion::V41)));
         assert_eq!(PointFormat::of(Path::new("-")).unwrap(), PointFormat::Xyz);
-        assert_eq!(
-            PointFormat::of(Path::new("p.txt")).unwrap(),
-            PointFormat::Xyz
-        );
+        assert_eq!(PointFormat::of(Path::new("p.txt")).unwrap(), PointFormat::Xyz);
     }
 
     #[test]

@@ -16,22 +16,10 @@ pub(super) fn write(
 ) -> Result<(), Fault> {
     let (dimension, points) = (mesh.dimension, mesh.point_count());
     let hull = topology::hull(dimension, points, mesh.cells)?;
-    let (facet, cell) = if dimension == 3 {
-        ("Triangles", "Tetrahedra")
-    } else {
-        ("Edges", "Triangles")
-    };
-    write!(
-        out,
-        "MeshVersionFormatted 2\nDimension {dimension}\nVertices\n{points}\n"
-    )?;
+    let (facet, cell) = if dimension == 3 { ("Triangles", "Tetrahedra") } else { ("Edges", "Triangles") };
+    write!(out, "MeshVersionFormatted 2\nDimension {dimension}\nVertices\n{points}\n")?;
     write_records(out, points, progress, |buffer, i| {
-        push_point(
-            buffer,
-            &mesh.coordinates[i * dimension..(i + 1) * dimension],
-            b' ',
-            false,
-        );
+        push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', false);
         buffer.extend_from_slice(b" 0\n");
     })?;
     let mut silent = |_, _| {};

@@ -116,10 +116,8 @@ fn check_mesh(mesh: &MeshView<'_>) -> Result<(), OutputError> {
         return invalid(error.to_string());
     }
     let cells = mesh.cell_count();
-    let lengths = [
-        ("owners", mesh.owner.map(<[u32]>::len)),
-        ("home leaves", mesh.home_leaf.map(<[u64]>::len)),
-    ];
+    let lengths =
+        [("owners", mesh.owner.map(<[u32]>::len)), ("home leaves", mesh.home_leaf.map(<[u64]>::len))];
     for (what, length) in lengths {
         if let Some(length) = length
             && length != cells

@@ -26,26 +26,14 @@ fn element_type(dimension: usize) -> usize {
     if dimension == 3 { 4 } else { 2 }
 }
 
-fn write_22(
-    out: &mut dyn Write,
-    mesh: &MeshView<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+fn write_22(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_>) -> Result<(), Fault> {
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
-    write!(
-        out,
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{points}\n"
-    )?;
+    write!(out, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{points}\n")?;
     write_records(out, points, progress, |buffer, i| {
         push_integer(buffer, i as u64 + 1);
         buffer.push(b' ');
-        push_point(
-            buffer,
-            &mesh.coordinates[i * dimension..(i + 1) * dimension],
-            b' ',
-            true,
-        );
+        push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', true);
         buffer.push(b'\n');
     })?;
     write!(out, "$EndNodes\n$Elements\n{cells}\n")?;
@@ -60,11 +48,7 @@ fn write_22(
     Ok(())
 }
 
-fn write_41(
-    out: &mut dyn Write,
-    mesh: &MeshView<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_>) -> Result<(), Fault> {
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
     write!(out, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n")?;
@@ -78,22 +62,12 @@ fn write_41(
         writeln!(out, "0 0 0 0")?;
     }
     let mut silent = |_, _| {};
-    write_records(
-        out,
-        points,
-        &mut Progress::new(points as u64, &mut silent),
-        |buffer, i| {
-            push_integer(buffer, i as u64 + 1);
-            buffer.push(b'\n');
-        },
-    )?;
+    write_records(out, points, &mut Progress::new(points as u64, &mut silent), |buffer, i| {
+        push_integer(buffer, i as u64 + 1);
+        buffer.push(b'\n');
+    })?;
     write_records(out, points, progress, |buffer, i| {
-        push_point(
-            buffer,
-            &mesh.coordinates[i * dimension..(i + 1) * dimension],
-            b' ',
-            true,
-        );
+        push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', true);
         buffer.push(b'\n');
     })?;
     write!(out, "$EndNodes\n$Elements\n")?;

@@ -40,8 +40,7 @@ pub(super) fn write_points(
 
 /// The head is filled up with blanks to a multiple of 64 bytes and ends with a new line.
 fn write_head(out: &mut dyn Write, kind: &str, rows: usize, columns: usize) -> io::Result<()> {
-    let mut text =
-        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
     let blanks = 63 - (10 + text.len()) % 64;
     text.push_str(&" ".repeat(blanks));
     text.push('\n');

@@ -27,9 +27,7 @@ pub(super) fn write(
     used.dedup();
     hull.par_iter_mut().for_each(|vertex| {
         // Every vertex of the hull is in the list of them.
-        *vertex = used
-            .binary_search(vertex)
-            .map_or(0, |position| position as u64);
+        *vertex = used.binary_search(vertex).map_or(0, |position| position as u64);
     });
     write_head(out, used.len(), hull.len() / 3)?;
     write_records(out, used.len(), progress, |buffer, i| {
@@ -61,22 +59,13 @@ fn write_vertices(
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     write_records(out, coordinates.len() / dimension, progress, |buffer, i| {
-        push_point(
-            buffer,
-            &coordinates[i * dimension..(i + 1) * dimension],
-            b' ',
-            true,
-        );
+        push_point(buffer, &coordinates[i * dimension..(i + 1) * dimension], b' ', true);
         buffer.push(b'\n');
     })?;
     Ok(())
 }
 
-fn write_triangles(
-    out: &mut dyn Write,
-    triangles: &[u64],
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+fn write_triangles(out: &mut dyn Write, triangles: &[u64], progress: &mut Progress<'_>) -> Result<(), Fault> {
     write_records(out, triangles.len() / 3, progress, |buffer, i| {
         buffer.push(b'3');
         push_indices(buffer, &triangles[3 * i..3 * i + 3], 0);

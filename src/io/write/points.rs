@@ -38,16 +38,11 @@ pub fn write_points(
     check_first_id(options.first_id)?;
     if path.as_os_str() == "-" {
         let known = "those of files; standard output needs a writer".to_owned();
-        return Err(OutputError::UnknownFormat {
-            path: path.to_path_buf(),
-            known,
-        });
+        return Err(OutputError::UnknownFormat { path: path.to_path_buf(), known });
     }
     let mut progress = Progress::new(total(format, points), progress);
     let mut stage = Stage::default();
-    stage.write(path, |out| {
-        write_body(out, format, points, options, &mut progress)
-    })?;
+    stage.write(path, |out| write_body(out, format, points, options, &mut progress))?;
     let files = stage.commit()?;
     progress.finish();
     Ok(files)
@@ -67,12 +62,10 @@ pub fn write_points_to(
     check_first_id(options.first_id)?;
     let mut progress = Progress::new(total(format, points), progress);
     let written = write_body(writer, format, points, options, &mut progress);
-    written
-        .and_then(|()| Ok(writer.flush()?))
-        .map_err(|fault| match fault {
-            Fault::Io(source) => OutputError::Stream { source },
-            other @ Fault::Topology(_) => other.at(Path::new("-")),
-        })?;
+    written.and_then(|()| Ok(writer.flush()?)).map_err(|fault| match fault {
+        Fault::Io(source) => OutputError::Stream { source },
+        other @ Fault::Topology(_) => other.at(Path::new("-")),
+    })?;
     progress.finish();
     Ok(())
 }
@@ -92,9 +85,7 @@ fn write_body(
 ) -> Result<(), Fault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
     match format {
-        PointFormat::Node => {
-            tetgen::write_nodes(out, dimension, coordinates, options.first_id, progress)
-        }
+        PointFormat::Node => tetgen::write_nodes(out, dimension, coordinates, options.first_id, progress),
         PointFormat::Xyz => write_lines(out, points, b"", b' ', false, progress),
         PointFormat::Csv => write_lines(out, points, b"", b',', false, progress),
         PointFormat::Obj => write_lines(out, points, b"v ", b' ', true, progress),
@@ -123,17 +114,9 @@ fn write_lines(
     Ok(())
 }
 
-fn write_ply(
-    out: &mut dyn Write,
-    points: &Points,
-    progress: &mut Progress<'_>,
-) -> Result<(), Fault> {
+fn write_ply(out: &mut dyn Write, points: &Points, progress: &mut Progress<'_>) -> Result<(), Fault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
-    write!(
-        out,
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n",
-        points.len()
-    )?;
+    write!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", points.len())?;
     out.write_all(b"property double x\nproperty double y\nproperty double z\nend_header\n")?;
     write_records(out, points.len(), progress, |buffer, i| {
         for coordinate in &coordinates[i * dimension..(i + 1) * dimension] {

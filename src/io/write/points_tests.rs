@@ -9,18 +9,12 @@ fn plane() -> Points {
 }
 
 fn space() -> Points {
-    Points::Space(vec![
-        DVec3::new(0.1, -2.5e300, 7.0),
-        DVec3::new(1e-5, 0.0, 1.0),
-    ])
+    Points::Space(vec![DVec3::new(0.1, -2.5e300, 7.0), DVec3::new(1e-5, 0.0, 1.0)])
 }
 
 fn stream(format: PointFormat, points: &Points) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let options = WriteOptions {
-        first_id: 1,
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { first_id: 1, ..WriteOptions::default() };
     write_points_to(&mut bytes, format, points, &options, &mut |_, _| {}).unwrap();
     bytes
 }
@@ -32,26 +26,11 @@ fn text(format: PointFormat, points: &Points) -> String {
 #[test]
 fn text_formats_are_plain() {
     assert_eq!(text(PointFormat::Xyz, &plane()), "0.1 -0\n1e-120 3\n");
-    assert_eq!(
-        text(PointFormat::Xyz, &space()),
-        "0.1 -2.5e300 7\n1e-5 0 1\n"
-    );
-    assert_eq!(
-        text(PointFormat::Csv, &space()),
-        "0.1,-2.5e300,7\n1e-5,0,1\n"
-    );
-    assert_eq!(
-        text(PointFormat::Obj, &plane()),
-        "v 0.1 -0 0\nv 1e-120 3 0\n"
-    );
-    assert_eq!(
-        text(PointFormat::Node, &plane()),
-        "2 2 0 0\n1 0.1 -0\n2 1e-120 3\n"
-    );
-    assert_eq!(
-        text(PointFormat::Off, &plane()),
-        "OFF\n2 0 0\n0.1 -0 0\n1e-120 3 0\n"
-    );
+    assert_eq!(text(PointFormat::Xyz, &space()), "0.1 -2.5e300 7\n1e-5 0 1\n");
+    assert_eq!(text(PointFormat::Csv, &space()), "0.1,-2.5e300,7\n1e-5,0,1\n");
+    assert_eq!(text(PointFormat::Obj, &plane()), "v 0.1 -0 0\nv 1e-120 3 0\n");
+    assert_eq!(text(PointFormat::Node, &plane()), "2 2 0 0\n1 0.1 -0\n2 1e-120 3\n");
+    assert_eq!(text(PointFormat::Off, &plane()), "OFF\n2 0 0\n0.1 -0 0\n1e-120 3 0\n");
 }
 
 #[test]
@@ -90,19 +69,9 @@ fn vtu_points_are_vertices() {
 #[test]
 fn files_equal_streams_and_empty_sets_are_written() {
     let directory = tempfile::tempdir().unwrap();
-    let options = WriteOptions {
-        first_id: 1,
-        ..WriteOptions::default()
-    };
-    let names = [
-        "p.node", "p.xyz", "p.txt", "p.csv", "p.npy", "p.off", "p.ply", "p.vtu", "p.obj",
-    ];
-    for points in [
-        plane(),
-        space(),
-        Points::Plane(vec![]),
-        Points::Space(vec![]),
-    ] {
+    let options = WriteOptions { first_id: 1, ..WriteOptions::default() };
+    let names = ["p.node", "p.xyz", "p.txt", "p.csv", "p.npy", "p.off", "p.ply", "p.vtu", "p.obj"];
+    for points in [plane(), space(), Points::Plane(vec![]), Points::Space(vec![])] {
         for name in names {
             let path = directory.path().join(name);
             let format = check_points_output(&path).unwrap();
@@ -119,16 +88,8 @@ fn files_equal_streams_and_empty_sets_are_written() {
 
 #[test]
 fn the_path_for_standard_output_is_no_file() {
-    assert_eq!(
-        check_points_output(Path::new("-")).unwrap(),
-        PointFormat::Xyz
-    );
-    let error = write_points(
-        Path::new("-"),
-        &plane(),
-        &WriteOptions::default(),
-        &mut |_, _| {},
-    );
+    assert_eq!(check_points_output(Path::new("-")).unwrap(), PointFormat::Xyz);
+    let error = write_points(Path::new("-"), &plane(), &WriteOptions::default(), &mut |_, _| {});
     assert!(matches!(error, Err(OutputError::UnknownFormat { .. })));
 }
 
@@ -149,8 +110,6 @@ fn a_broken_stream_is_reported() {
     let options = WriteOptions::default();
     let format = PointFormat::Xyz;
     let result = write_points_to(&mut Broken, format, &plane(), &options, &mut |_, _| {});
-    let Err(OutputError::Stream { source }) = result else {
-        panic!("{result:?}")
-    };
+    let Err(OutputError::Stream { source }) = result else { panic!("{result:?}") };
     assert_eq!(source.kind(), std::io::ErrorKind::BrokenPipe);
 }

@@ -30,11 +30,7 @@ pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) ->
     let scale = edges.iter().flatten().fold(0.0f64, |m, c| m.max(c.abs()));
     edges.iter_mut().flatten().for_each(|c| *c /= scale);
     let [u, v, w] = edges;
-    let radius = if corners == 4 {
-        tetrahedron_radius(u, v, w)
-    } else {
-        triangle_radius(u, v)
-    };
+    let radius = if corners == 4 { tetrahedron_radius(u, v, w) } else { triangle_radius(u, v) };
     let from_origin = edges[..corners - 1].iter().map(|&edge| norm(edge));
     let ratio = radius / from_origin.fold(f64::INFINITY, f64::min);
     if ratio.is_nan() { f64::INFINITY } else { ratio }
@@ -79,11 +75,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// The length, without overflow or underflow on the way.
@@ -106,19 +98,14 @@ mod tests {
 
     #[test]
     fn regular_cells_have_the_known_ratio() {
-        let regular = [
-            1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0,
-        ];
+        let regular = [1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0];
         let expected = (3.0f64 / 8.0).sqrt();
         for scale in [1.0, 1e-300, 5e-324, 1e300, 1e308] {
             let scaled = regular.map(|c: f64| c * scale);
             close(radius_edge_ratio(3, &scaled, &[0, 1, 2, 3]), expected);
         }
         let triangle = [0.0, 0.0, 1.0, 0.0, 0.5, 0.75f64.sqrt()];
-        close(
-            radius_edge_ratio(2, &triangle, &[0, 1, 2]),
-            1.0 / 3.0f64.sqrt(),
-        );
+        close(radius_edge_ratio(2, &triangle, &[0, 1, 2]), 1.0 / 3.0f64.sqrt());
         let corner = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
         close(radius_edge_ratio(3, &corner, &[1, 3, 0, 2]), 0.75f64.sqrt());
     }

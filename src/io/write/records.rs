@@ -21,11 +21,7 @@ impl<'a> Progress<'a> {
     /// Starts at nothing of `total`.
     pub(super) fn new(total: u64, report: &'a mut dyn FnMut(u64, u64)) -> Self {
         report(0, total);
-        Self {
-            done: 0,
-            total,
-            report,
-        }
+        Self { done: 0, total, report }
     }
 
     /// `count` more records are done.
@@ -177,11 +173,7 @@ mod tests {
         .unwrap();
         progress.finish();
         let text = String::from_utf8(out).unwrap();
-        assert!(
-            text.lines()
-                .enumerate()
-                .all(|(i, line)| line == i.to_string())
-        );
+        assert!(text.lines().enumerate().all(|(i, line)| line == i.to_string()));
         assert_eq!(text.lines().count(), count);
         assert_eq!(reports.len(), 4);
         assert_eq!(reports[3], (count as u64, count as u64));

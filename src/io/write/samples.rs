@@ -16,13 +16,7 @@ impl Sample {
         rows.sort();
         let owner = (0..rows.len() as u32).map(|i| i % 3).collect();
         let home_leaf = (0..rows.len() as u64).map(|i| i << 33).collect();
-        Self {
-            dimension,
-            coordinates,
-            cells: rows.concat(),
-            owner,
-            home_leaf,
-        }
+        Self { dimension, coordinates, cells: rows.concat(), owner, home_leaf }
     }
 
     pub(crate) fn view(&self) -> MeshView<'_> {
@@ -45,14 +39,7 @@ pub(crate) fn kuhn(k: u64) -> Sample {
         coordinates.extend([x, y, z].map(|c| c as f64 / k as f64));
     }
     for (z, y, x) in lattice(k) {
-        for path in [
-            [0, 1, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [0, 2, 1],
-            [2, 1, 0],
-            [1, 0, 2],
-        ] {
+        for path in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
             let mut corner = [x, y, z];
             let mut cell = vec![at(x, y, z)];
             for axis in path {

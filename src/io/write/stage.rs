@@ -32,13 +32,8 @@ impl Stage {
         self.files.push((temporary, target.to_path_buf()));
         let mut buffered = BufWriter::with_capacity(1 << 18, file);
         body(&mut buffered).map_err(|fault| fault.at(target))?;
-        let io_error = |source| OutputError::Io {
-            path: target.to_path_buf(),
-            source,
-        };
-        let file = buffered
-            .into_inner()
-            .map_err(|error| io_error(error.into_error()))?;
+        let io_error = |source| OutputError::Io { path: target.to_path_buf(), source };
+        let file = buffered.into_inner().map_err(|error| io_error(error.into_error()))?;
         file.sync_all().map_err(io_error)
     }
 
@@ -56,10 +51,7 @@ impl Stage {
                 for path in &done {
                     let _ = fs::remove_file(path);
                 }
-                return Err(OutputError::Io {
-                    path: target.clone(),
-                    source,
-                });
+                return Err(OutputError::Io { path: target.clone(), source });
             }
             done.push(target.clone());
         }
@@ -83,25 +75,17 @@ pub(super) fn probe(target: &Path) -> Result<(), OutputError> {
         && metadata.permissions().readonly()
     {
         let source = io::Error::new(ErrorKind::PermissionDenied, "the file is read-only");
-        return Err(OutputError::NotWritable {
-            path: target.to_path_buf(),
-            source,
-        });
+        return Err(OutputError::NotWritable { path: target.to_path_buf(), source });
     }
     let (file, temporary) = create_beside(target)?;
     drop(file);
     let path = || target.to_path_buf();
-    fs::remove_file(temporary).map_err(|source| OutputError::NotWritable {
-        path: path(),
-        source,
-    })
+    fs::remove_file(temporary).map_err(|source| OutputError::NotWritable { path: path(), source })
 }
 
 fn refuse_directory(target: &Path) -> Result<(), OutputError> {
     if target.is_dir() || target.file_name().is_none() {
-        return Err(OutputError::IsDirectory {
-            path: target.to_path_buf(),
-        });
+        return Err(OutputError::IsDirectory { path: target.to_path_buf() });
     }
     Ok(())
 }
@@ -115,36 +99,23 @@ fn create_beside(target: &Path) -> Result<(File, PathBuf), OutputError> {
     };
     if !directory.is_dir() {
         let directory = directory.to_path_buf();
-        return Err(OutputError::MissingDirectory {
-            path: path(),
-            directory,
-        });
+        return Err(OutputError::MissingDirectory { path: path(), directory });
     }
     let mut last = None;
     for _ in 0..ATTEMPTS {
         let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
         let name = format!(".septet-{}-{serial}.partial", std::process::id());
         let temporary = directory.join(name);
-        match OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&temporary)
-        {
+        match OpenOptions::new().write(true).create_new(true).open(&temporary) {
             Ok(file) => return Ok((file, temporary)),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => last = Some(error),
             Err(source) => {
-                return Err(OutputError::NotWritable {
-                    path: path(),
-                    source,
-                });
+                return Err(OutputError::NotWritable { path: path(), source });
             }
         }
     }
     let source = last.unwrap_or_else(|| io::Error::from(ErrorKind::AlreadyExists));
-    Err(OutputError::NotWritable {
-        path: path(),
-        source,
-    })
+    Err(OutputError::NotWritable { path: path(), source })
 }
 
 #[cfg(test)]
@@ -153,9 +124,7 @@ mod tests {
 
     fn names(directory: &Path) -> Vec<String> {
         let entries = fs::read_dir(directory).unwrap();
-        let mut names: Vec<String> = entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect();
+        let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
@@ -166,9 +135,7 @@ mod tests {
         let target = directory.path().join("a.off");
         fs::write(&target, "old").unwrap();
         let mut stage = Stage::default();
-        stage
-            .write(&target, |out| Ok(out.write_all(b"new")?))
-            .unwrap();
+        stage.write(&target, |out| Ok(out.write_all(b"new")?)).unwrap();
         assert_eq!(fs::read(&target).unwrap(), b"old");
         assert_eq!(stage.commit().unwrap(), std::slice::from_ref(&target));
         assert_eq!(fs::read(&target).unwrap(), b"new");
@@ -180,9 +147,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let target = directory.path().join("a.off");
         let mut stage = Stage::default();
-        stage
-            .write(&directory.path().join("b.off"), |_| Ok(()))
-            .unwrap();
+        stage.write(&directory.path().join("b.off"), |_| Ok(())).unwrap();
         let full = || io::Error::from(ErrorKind::StorageFull);
         let error = stage
             .write(&target, |out| {
@@ -247,17 +212,11 @@ mod tests {
         let error = probe(&at("none/a.off")).unwrap_err();
         assert!(error.to_string().contains("none"));
         fs::create_dir(at("dir.off")).unwrap();
-        assert!(matches!(
-            probe(&at("dir.off")).unwrap_err(),
-            OutputError::IsDirectory { .. }
-        ));
+        assert!(matches!(probe(&at("dir.off")).unwrap_err(), OutputError::IsDirectory { .. }));
         let mut permissions = fs::metadata(at("file")).unwrap().permissions();
         permissions.set_readonly(true);
         fs::set_permissions(at("file"), permissions).unwrap();
-        assert!(matches!(
-            probe(&at("file")).unwrap_err(),
-            OutputError::NotWritable { .. }
-        ));
+        assert!(matches!(probe(&at("file")).unwrap_err(), OutputError::NotWritable { .. }));
     }
 
     /// `/proc` takes no new files even from the superuser.

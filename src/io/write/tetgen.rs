@@ -24,9 +24,7 @@ fn member(path: &Path, extension: &str) -> PathBuf {
 
 /// All files of the set a path belongs to.
 pub(super) fn siblings(path: &Path) -> impl Iterator<Item = PathBuf> {
-    EXTENSIONS
-        .iter()
-        .map(move |extension| member(path, extension))
+    EXTENSIONS.iter().map(move |extension| member(path, extension))
 }
 
 /// How many records [`write`] reports; the number of edges is an estimate.
@@ -44,9 +42,8 @@ pub(super) fn write(
 ) -> Result<(), OutputError> {
     let (dimension, base) = (mesh.dimension, options.first_id);
     let corners = dimension + 1;
-    stage.write(&member(path, "node"), |out| {
-        write_nodes(out, dimension, mesh.coordinates, base, progress)
-    })?;
+    stage
+        .write(&member(path, "node"), |out| write_nodes(out, dimension, mesh.coordinates, base, progress))?;
     let head = format!("{} {corners} 0\n", mesh.cell_count());
     stage.write(&member(path, "ele"), |out| {
         write_rows(out, &head, (mesh.cells, corners), base, progress, |_, _| {})
@@ -57,9 +54,7 @@ pub(super) fn write(
         let found = found.map_err(|error| Fault::from(error).at(&target))?;
         progress.advance(mesh.cell_count() as u64);
         let neighbours = &found.neighbours;
-        stage.write(&target, |out| {
-            write_neighbours(out, neighbours, corners, base, progress)
-        })?;
+        stage.write(&target, |out| write_neighbours(out, neighbours, corners, base, progress))?;
         found.hull
     };
     if dimension == 3 {
@@ -77,17 +72,10 @@ pub(super) fn write(
     let hull = topology::hull_edges(dimension, &hull);
     let head = format!("{} 1\n", edges.len());
     stage.write(&target, |out| {
-        write_rows(
-            out,
-            &head,
-            (edges.as_flattened(), 2),
-            base,
-            progress,
-            |row, buffer| {
-                let on_hull = hull.binary_search(&edges[row]).is_ok();
-                buffer.extend_from_slice(if on_hull { b" 1" } else { b" 0" });
-            },
-        )
+        write_rows(out, &head, (edges.as_flattened(), 2), base, progress, |row, buffer| {
+            let on_hull = hull.binary_search(&edges[row]).is_ok();
+            buffer.extend_from_slice(if on_hull { b" 1" } else { b" 0" });
+        })
     })
 }
 

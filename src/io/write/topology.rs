@@ -80,11 +80,7 @@ pub struct Adjacency {
 ///
 /// # Errors
 /// A [`TopologyError`] where the cells are malformed or a facet has too many or inconsistent cells.
-pub fn adjacency(
-    dimension: usize,
-    point_count: usize,
-    cells: &[u64],
-) -> Result<Adjacency, TopologyError> {
+pub fn adjacency(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Adjacency, TopologyError> {
     facets(dimension, point_count, cells, true)
 }
 
@@ -92,11 +88,7 @@ pub fn adjacency(
 ///
 /// # Errors
 /// As for [`adjacency`].
-pub fn hull(
-    dimension: usize,
-    point_count: usize,
-    cells: &[u64],
-) -> Result<Vec<u64>, TopologyError> {
+pub fn hull(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<u64>, TopologyError> {
     Ok(facets(dimension, point_count, cells, false)?.hull)
 }
 
@@ -104,11 +96,7 @@ pub fn hull(
 ///
 /// # Errors
 /// A [`TopologyError`] where the cells are malformed.
-pub fn edges(
-    dimension: usize,
-    point_count: usize,
-    cells: &[u64],
-) -> Result<Vec<[u64; 2]>, TopologyError> {
+pub fn edges(dimension: usize, point_count: usize, cells: &[u64]) -> Result<Vec<[u64; 2]>, TopologyError> {
     check_cells(dimension, point_count, cells)?;
     if u32::try_from(point_count).is_ok() {
         Ok(edges_with::<u32>(dimension, point_count, cells))
@@ -131,38 +119,22 @@ pub fn hull_edges(dimension: usize, hull: &[u64]) -> Vec<[u64; 2]> {
 }
 
 /// Are all indices in range and the vertices of each cell distinct?
-pub(super) fn check_cells(
-    dimension: usize,
-    point_count: usize,
-    cells: &[u64],
-) -> Result<(), TopologyError> {
+pub(super) fn check_cells(dimension: usize, point_count: usize, cells: &[u64]) -> Result<(), TopologyError> {
     if !(2..=3).contains(&dimension) {
         return Err(TopologyError::Dimension { dimension });
     }
     if !cells.len().is_multiple_of(dimension + 1) {
-        return Err(TopologyError::PartialCell {
-            length: cells.len(),
-        });
+        return Err(TopologyError::PartialCell { length: cells.len() });
     }
     let points = point_count as u64;
-    let fault = cells
-        .par_chunks_exact(dimension + 1)
-        .enumerate()
-        .find_map_first(|(row, cell)| {
-            let row = row as u64;
-            if let Some(&vertex) = cell.iter().find(|&&vertex| vertex >= points) {
-                return Some(TopologyError::VertexOutOfRange {
-                    cell: row,
-                    vertex,
-                    points,
-                });
-            }
-            let repeated = (1..cell.len()).find(|&i| cell[..i].contains(&cell[i]));
-            repeated.map(|i| TopologyError::RepeatedVertex {
-                cell: row,
-                vertex: cell[i],
-            })
-        });
+    let fault = cells.par_chunks_exact(dimension + 1).enumerate().find_map_first(|(row, cell)| {
+        let row = row as u64;
+        if let Some(&vertex) = cell.iter().find(|&&vertex| vertex >= points) {
+            return Some(TopologyError::VertexOutOfRange { cell: row, vertex, points });
+        }
+        let repeated = (1..cell.len()).find(|&i| cell[..i].contains(&cell[i]));
+        repeated.map(|i| TopologyError::RepeatedVertex { cell: row, vertex: cell[i] })
+    });
     fault.map_or(Ok(()), Err)
 }
 
@@ -266,18 +238,11 @@ fn pair_up<T: Item>(
             [(_, first, _), (_, second, _)] => {
                 let corners = dimension as u64 + 1;
                 let (first, second) = (first / corners, second / corners);
-                return Err(TopologyError::SameSide {
-                    first,
-                    second,
-                    vertices: vertices(),
-                });
+                return Err(TopologyError::SameSide { first, second, vertices: vertices() });
             }
             _ => {
                 let count = group.len();
-                return Err(TopologyError::CrowdedFacet {
-                    vertices: vertices(),
-                    count,
-                });
+                return Err(TopologyError::CrowdedFacet { vertices: vertices(), count });
             }
         }
     }

@@ -16,11 +16,7 @@ fn brute_facets(dimension: usize, cells: &[u64]) -> std::collections::BTreeMap<V
 }
 
 fn agree_with_brute_force(sample: &samples::Sample) {
-    let (d, n, cells) = (
-        sample.dimension,
-        sample.coordinates.len() / sample.dimension,
-        &sample.cells,
-    );
+    let (d, n, cells) = (sample.dimension, sample.coordinates.len() / sample.dimension, &sample.cells);
     let map = brute_facets(d, cells);
     let found = adjacency(d, n, cells).unwrap();
     for (entry, &neighbour) in found.neighbours.iter().enumerate() {
@@ -40,11 +36,8 @@ fn agree_with_brute_force(sample: &samples::Sample) {
             key
         })
         .collect();
-    let expected: Vec<Vec<u64>> = map
-        .iter()
-        .filter(|(_, rows)| rows.len() == 1)
-        .map(|(key, _)| key.clone())
-        .collect();
+    let expected: Vec<Vec<u64>> =
+        map.iter().filter(|(_, rows)| rows.len() == 1).map(|(key, _)| key.clone()).collect();
     assert_eq!(hull_keys, expected);
     assert_eq!(hull(d, n, cells).unwrap(), found.hull);
     let mut edges_expected = std::collections::BTreeSet::new();
@@ -53,10 +46,7 @@ fn agree_with_brute_force(sample: &samples::Sample) {
             edges_expected.extend(cell.iter().filter(|b| a < b).map(|b| [*a, *b]));
         }
     }
-    assert_eq!(
-        edges(d, n, cells).unwrap(),
-        edges_expected.into_iter().collect::<Vec<_>>()
-    );
+    assert_eq!(edges(d, n, cells).unwrap(), edges_expected.into_iter().collect::<Vec<_>>());
 }
 
 #[test]
@@ -74,10 +64,7 @@ fn wide_and_narrow_items_agree() {
     let n = s.coordinates.len() / 3;
     let wide = facets_with::<u64>(3, n, &s.cells, true).unwrap();
     assert_eq!(wide, adjacency(3, n, &s.cells).unwrap());
-    assert_eq!(
-        edges_with::<u64>(3, n, &s.cells),
-        edges(3, n, &s.cells).unwrap()
-    );
+    assert_eq!(edges_with::<u64>(3, n, &s.cells), edges(3, n, &s.cells).unwrap());
 }
 
 #[test]
@@ -126,45 +113,19 @@ fn no_cells_have_no_facets() {
 #[test]
 fn malformed_cells_are_refused() {
     let out = adjacency(3, 4, &[0, 1, 2, 4]).unwrap_err();
-    assert_eq!(
-        out,
-        TopologyError::VertexOutOfRange {
-            cell: 0,
-            vertex: 4,
-            points: 4
-        }
-    );
+    assert_eq!(out, TopologyError::VertexOutOfRange { cell: 0, vertex: 4, points: 4 });
     let twice = adjacency(2, 4, &[0, 1, 2, 0, 3, 3]).unwrap_err();
     assert_eq!(twice, TopologyError::RepeatedVertex { cell: 1, vertex: 3 });
-    assert_eq!(
-        edges(2, 4, &[0, 1]).unwrap_err(),
-        TopologyError::PartialCell { length: 2 }
-    );
-    assert_eq!(
-        edges(4, 4, &[]).unwrap_err(),
-        TopologyError::Dimension { dimension: 4 }
-    );
+    assert_eq!(edges(2, 4, &[0, 1]).unwrap_err(), TopologyError::PartialCell { length: 2 });
+    assert_eq!(edges(4, 4, &[]).unwrap_err(), TopologyError::Dimension { dimension: 4 });
 }
 
 #[test]
 fn cells_that_are_no_manifold_are_refused() {
     let crowded = adjacency(2, 5, &[0, 1, 2, 0, 3, 1, 0, 1, 4]).unwrap_err();
-    assert_eq!(
-        crowded,
-        TopologyError::CrowdedFacet {
-            vertices: vec![0, 1],
-            count: 3
-        }
-    );
+    assert_eq!(crowded, TopologyError::CrowdedFacet { vertices: vec![0, 1], count: 3 });
     let same = adjacency(2, 4, &[0, 1, 2, 0, 1, 3]).unwrap_err();
-    assert_eq!(
-        same,
-        TopologyError::SameSide {
-            first: 0,
-            second: 1,
-            vertices: vec![0, 1]
-        }
-    );
+    assert_eq!(same, TopologyError::SameSide { first: 0, second: 1, vertices: vec![0, 1] });
     // The same cell twice.
     assert!(adjacency(3, 4, &[0, 1, 2, 3, 0, 1, 2, 3]).is_err());
 }

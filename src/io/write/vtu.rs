@@ -56,11 +56,7 @@ pub(super) fn write(
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
     let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
-    let kind = if dimension == 3 {
-        TETRAHEDRON
-    } else {
-        TRIANGLE
-    };
+    let kind = if dimension == 3 { TETRAHEDRON } else { TRIANGLE };
     let ratio: Record<'_> = Box::new(move |buffer, i| {
         let cell = &cells[i * corners..(i + 1) * corners];
         let ratio = radius_edge_ratio(dimension, coordinates, cell);
@@ -72,33 +68,15 @@ pub(super) fn write(
         }
     });
     let mut arrays = vec![point_ids(mesh.point_count()), cell_ids(count)];
-    arrays.push(cell_array(
-        Section::CellData,
-        "radius_edge_ratio",
-        "Float64",
-        (count, 8),
-        ratio,
-    ));
+    arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (count, 8), ratio));
     if options.with_owner {
         arrays.extend(owners(mesh));
     }
     arrays.push(points(dimension, coordinates));
     let width = 8 * corners;
-    arrays.push(cell_array(
-        Section::Cells,
-        "connectivity",
-        "Int64",
-        (count, width),
-        connectivity,
-    ));
+    arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
     arrays.extend(offsets_and_types(count, corners, kind));
-    Ok(write_arrays(
-        out,
-        mesh.point_count(),
-        count,
-        &arrays,
-        progress,
-    )?)
+    Ok(write_arrays(out, mesh.point_count(), count, &arrays, progress)?)
 }
 
 /// Writes points, each also a vertex cell.
@@ -108,16 +86,9 @@ pub(super) fn write_points(
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let count = set.len();
-    let index: Record<'_> =
-        Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
+    let index: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
     let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
-    arrays.push(cell_array(
-        Section::Cells,
-        "connectivity",
-        "Int64",
-        (count, 8),
-        index,
-    ));
+    arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, 8), index));
     arrays.extend(offsets_and_types(count, 1, VERTEX));
     Ok(write_arrays(out, count, count, &arrays, progress)?)
 }
@@ -129,30 +100,13 @@ fn cell_array<'a>(
     (count, width): (usize, usize),
     record: Record<'a>,
 ) -> Array<'a> {
-    Array {
-        section,
-        name,
-        kind,
-        attributes: "",
-        count,
-        width,
-        record,
-    }
+    Array { section, name, kind, attributes: "", count, width, record }
 }
 
 fn ids(section: Section, name: &'static str, count: usize) -> Array<'static> {
-    let record: Record<'_> =
-        Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
+    let record: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
     let attributes = " IdType=\"1\"";
-    Array {
-        section,
-        name,
-        kind: "Int64",
-        attributes,
-        count,
-        width: 8,
-        record,
-    }
+    Array { section, name, kind: "Int64", attributes, count, width: 8, record }
 }
 
 fn point_ids(count: usize) -> Array<'static> {
@@ -167,26 +121,12 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
     let count = mesh.cell_count();
     let mut arrays = Vec::new();
     if let Some(owner) = mesh.owner {
-        let record: Record<'a> =
-            Box::new(|buffer, i| buffer.extend_from_slice(&owner[i].to_le_bytes()));
-        arrays.push(cell_array(
-            Section::CellData,
-            "owner",
-            "UInt32",
-            (count, 4),
-            record,
-        ));
+        let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&owner[i].to_le_bytes()));
+        arrays.push(cell_array(Section::CellData, "owner", "UInt32", (count, 4), record));
     }
     if let Some(leaf) = mesh.home_leaf {
-        let record: Record<'a> =
-            Box::new(|buffer, i| buffer.extend_from_slice(&leaf[i].to_le_bytes()));
-        arrays.push(cell_array(
-            Section::CellData,
-            "home_leaf",
-            "UInt64",
-            (count, 8),
-            record,
-        ));
+        let record: Record<'a> = Box::new(|buffer, i| buffer.extend_from_slice(&leaf[i].to_le_bytes()));
+        arrays.push(cell_array(Section::CellData, "home_leaf", "UInt64", (count, 8), record));
     }
     arrays
 }
@@ -194,26 +134,14 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
 fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
     let record: Record<'_> = Box::new(move |buffer, i| {
         for axis in 0..3 {
-            let value = if axis < dimension {
-                coordinates[i * dimension + axis]
-            } else {
-                0.0
-            };
+            let value = if axis < dimension { coordinates[i * dimension + axis] } else { 0.0 };
             buffer.extend_from_slice(&value.to_le_bytes());
         }
     });
     let count = coordinates.len() / dimension;
     let attributes = " NumberOfComponents=\"3\"";
     let (name, kind, width) = ("Points", "Float64", 24);
-    Array {
-        section: Section::Points,
-        name,
-        kind,
-        attributes,
-        count,
-        width,
-        record,
-    }
+    Array { section: Section::Points, name, kind, attributes, count, width, record }
 }
 
 /// The offsets are those of the ends of the cells.
@@ -223,13 +151,7 @@ fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>;
     });
     [
         cell_array(Section::Cells, "offsets", "Int64", (count, 8), end),
-        cell_array(
-            Section::Cells,
-            "types",
-            "UInt8",
-            (count, 1),
-            Box::new(move |b, _| b.push(kind)),
-        ),
+        cell_array(Section::Cells, "types", "UInt8", (count, 1), Box::new(move |b, _| b.push(kind))),
     ]
 }
 
@@ -249,12 +171,7 @@ fn write_arrays(
 }
 
 /// Everything up to the underscore that begins the data.
-fn write_head(
-    out: &mut dyn Write,
-    points: usize,
-    cells: usize,
-    arrays: &[Array<'_>],
-) -> io::Result<()> {
+fn write_head(out: &mut dyn Write, points: usize, cells: usize, arrays: &[Array<'_>]) -> io::Result<()> {
     let has = |name| arrays.iter().any(|array: &Array<'_>| array.name == name);
     let cell_data = if has("GlobalCellIds") {
         "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\""
@@ -271,34 +188,19 @@ fn write_head(
     write!(out, "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" ")?;
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     writeln!(out, "  <UnstructuredGrid>")?;
-    writeln!(
-        out,
-        "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">"
-    )?;
+    writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
     let mut offset = 0;
     for (section, tag) in sections {
         writeln!(out, "      <{tag}>")?;
-        for Array {
-            name,
-            kind,
-            attributes,
-            count,
-            width,
-            ..
-        } in arrays.iter().filter(|array| array.section == section)
+        for Array { name, kind, attributes, count, width, .. } in
+            arrays.iter().filter(|array| array.section == section)
         {
-            write!(
-                out,
-                "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" "
-            )?;
+            write!(out, "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" ")?;
             writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
             offset += 8 + count * width;
         }
         let name = tag.split(' ').next().unwrap_or(tag);
         writeln!(out, "      </{name}>")?;
     }
-    write!(
-        out,
-        "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _"
-    )
+    write!(out, "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _")
 }

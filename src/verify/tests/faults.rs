@@ -31,30 +31,19 @@ fn structure() {
         let mut range = mesh.clone();
         range.cells[n + 1] = 12;
         assert_eq!(range.failed(), ["structure"]);
-        assert_eq!(
-            range.fault("structure"),
-            Fault::OutOfRange { cell: 1, index: 12 }
-        );
+        assert_eq!(range.fault("structure"), Fault::OutOfRange { cell: 1, index: 12 });
         range.cells[n + 1] = u64::MAX;
         assert_eq!(range.failed(), ["structure"]);
         let mut repeated = mesh.clone();
         repeated.cells[n] = repeated.cells[n + 2];
-        assert!(matches!(
-            repeated.fault("structure"),
-            Fault::RepeatedVertex { cell: 1, .. }
-        ));
+        assert!(matches!(repeated.fault("structure"), Fault::RepeatedVertex { cell: 1, .. }));
         let mut twice = mesh.clone();
         let row: Vec<u64> = twice.cells[n..2 * n].iter().rev().copied().collect();
         twice.cells.extend(row);
         let last = (twice.cells.len() / n - 1) as u64;
-        assert_eq!(
-            twice.fault("structure"),
-            Fault::CellTwice { cells: [1, last] }
-        );
+        assert_eq!(twice.fault("structure"), Fault::CellTwice { cells: [1, last] });
         let mut unused = mesh.clone();
-        unused
-            .coordinates
-            .extend([500.5, 500.25, 499.75][..n - 1].iter());
+        unused.coordinates.extend([500.5, 500.25, 499.75][..n - 1].iter());
         let point = (mesh.coordinates.len() / (n - 1)) as u64;
         assert_eq!(unused.fault("structure"), Fault::Unused { point });
         let mut nan = mesh.clone();
@@ -64,31 +53,19 @@ fn structure() {
         none.cells.clear();
         assert_eq!(none.fault("structure"), Fault::NoCells);
         let report = none.verify(VerifyOptions::default());
-        assert!(
-            report.levels[1..]
-                .iter()
-                .all(|l| l.stopped_by == Some("structure") && !l.passed)
-        );
+        assert!(report.levels[1..].iter().all(|l| l.stopped_by == Some("structure") && !l.passed));
     }
     // A seam: two coincident points, each the vertex of one of the two halves of a square.
     let points = [[0.0, 0.0], [2.0, 0.0], [2.0, 3.0], [0.0, 2.0], [2.0, 3.0]];
     let seam = Mesh::new(&points, &[[0, 1, 2], [0, 4, 3]]);
-    assert_eq!(
-        seam.fault("structure"),
-        Fault::CoincidentVertices { points: [2, 4] }
-    );
+    assert_eq!(seam.fault("structure"), Fault::CoincidentVertices { points: [2, 4] });
 }
 
 #[test]
 fn shape() {
-    for (dimension, coordinates, cells) in [(0, 4, 0), (4, 8, 0), (2, 3, 0), (3, 12, 3), (2, 6, 4)]
-    {
+    for (dimension, coordinates, cells) in [(0, 4, 0), (4, 8, 0), (2, 3, 0), (3, 12, 3), (2, 6, 4)] {
         let (coordinates, cells) = (vec![1.0; coordinates], vec![0; cells]);
-        let mesh = Mesh {
-            dimension,
-            coordinates,
-            cells,
-        };
+        let mesh = Mesh { dimension, coordinates, cells };
         assert!(matches!(mesh.fault("structure"), Fault::Shape { .. }));
     }
 }
@@ -99,22 +76,13 @@ fn orientation() {
         let mut swapped = mesh.clone();
         swapped.cells.swap(n, n + 1);
         assert_eq!(swapped.failed(), [""; 0]);
-        let strict = VerifyOptions {
-            any_order: false,
-            ..VerifyOptions::default()
-        };
+        let strict = VerifyOptions { any_order: false, ..VerifyOptions::default() };
         let report = swapped.verify(strict);
         assert_eq!(failed(&report), ["orientation"]);
         assert_eq!(report.levels[1].faults, [Fault::Negative { cell: 1 }]);
     }
     // A flat cell between the two halves of a square.
-    let points = [
-        [0.0, 0.0, 0.0],
-        [2.0, 0.0, 0.0],
-        [2.0, 2.0, 0.0],
-        [0.0, 2.0, 0.0],
-        [1.0, 1.0, 2.0],
-    ];
+    let points = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 0.0], [1.0, 1.0, 2.0]];
     let mut mesh = brute(&points);
     assert_eq!(mesh.failed(), [""; 0]);
     mesh.cells.extend([0, 1, 2, 3]);
@@ -126,32 +94,14 @@ fn manifold() {
     // A third cell on an interior edge; two triangles at one vertex; two cells on the same side.
     let points = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [5.0, 5.0], [9.0, 9.0]];
     let third = Mesh::new(&points, &[[0, 1, 2], [1, 3, 2], [1, 4, 2]]);
-    assert!(matches!(
-        third.fault("manifold"),
-        Fault::FacetOvershared { count: 3, .. }
-    ));
+    assert!(matches!(third.fault("manifold"), Fault::FacetOvershared { count: 3, .. }));
     let same = Mesh::new(&points, &[[1, 3, 2], [1, 4, 2], [0, 1, 2]]);
     assert!(!same.failed().is_empty());
     let same = Mesh::new(&points[1..], &[[0, 2, 1], [0, 3, 1]]);
-    assert!(matches!(
-        same.fault("manifold"),
-        Fault::SameSide { cells: [0, 1], .. }
-    ));
-    let points = [
-        [0.0, 0.0],
-        [-3.0, 1.0],
-        [-3.0, -1.0],
-        [3.0, -1.0],
-        [3.0, 1.0],
-    ];
+    assert!(matches!(same.fault("manifold"), Fault::SameSide { cells: [0, 1], .. }));
+    let points = [[0.0, 0.0], [-3.0, 1.0], [-3.0, -1.0], [3.0, -1.0], [3.0, 1.0]];
     let bow = Mesh::new(&points, &[[0, 1, 2], [0, 3, 4]]);
-    assert_eq!(
-        bow.fault("manifold"),
-        Fault::PinchedVertex {
-            vertex: 0,
-            cells: [0, 1]
-        }
-    );
+    assert_eq!(bow.fault("manifold"), Fault::PinchedVertex { vertex: 0, cells: [0, 1] });
     // Two tetrahedra at one edge; a belt of six around a point, whose link is an annulus.
     let points = [
         [0.0, 0.0, -1.0],
@@ -162,33 +112,15 @@ fn manifold() {
         [-3.0, -1.0, 0.0],
     ];
     let edge = Mesh::new(&points, &[[0, 1, 2, 3], [0, 1, 4, 5]]);
-    assert!(matches!(
-        edge.fault("manifold"),
-        Fault::PinchedVertex { vertex: 0, .. }
-    ));
+    assert!(matches!(edge.fault("manifold"), Fault::PinchedVertex { vertex: 0, .. }));
     let ring = [[4.0, 0.0], [-2.0, 3.0], [-2.0, -3.0]];
     let mut points = vec![[0.0, 0.0, 0.0]];
     points.extend(ring.map(|[x, y]| [x, y, 1.0]));
     points.extend(ring.map(|[x, y]| [x, y, -1.0]));
-    let belt = [
-        [0, 1, 2, 4],
-        [0, 2, 4, 5],
-        [0, 2, 3, 5],
-        [0, 3, 5, 6],
-        [0, 3, 1, 6],
-        [0, 1, 6, 4],
-    ];
+    let belt = [[0, 1, 2, 4], [0, 2, 4, 5], [0, 2, 3, 5], [0, 3, 5, 6], [0, 3, 1, 6], [0, 1, 6, 4]];
     let belt = Mesh::new(&points, &belt);
-    let link = Fault::LinkNotADisc {
-        vertex: 0,
-        euler: 0,
-        boundary: 6,
-    };
-    assert!(
-        belt.verify(VerifyOptions::default()).levels[2]
-            .faults
-            .contains(&link)
-    );
+    let link = Fault::LinkNotADisc { vertex: 0, euler: 0, boundary: 6 };
+    assert!(belt.verify(VerifyOptions::default()).levels[2].faults.contains(&link));
 }
 
 #[test]
@@ -197,10 +129,7 @@ fn holes_and_outlines() {
         for cell in 0..mesh.cells.len() / n {
             // At the hull or inside, and also where a point loses its last cell.
             let failed = without(&mesh, cell).failed();
-            assert!(
-                failed.contains(&"hull") || failed == ["structure"],
-                "{failed:?}"
-            );
+            assert!(failed.contains(&"hull") || failed == ["structure"], "{failed:?}");
         }
     }
     // A hole in the middle has an inner boundary, reflex at each ridge.
@@ -212,20 +141,10 @@ fn holes_and_outlines() {
     notch.cells.drain(4 * 6 * 4..5 * 6 * 4);
     assert!(notch.failed().contains(&"hull"));
     // A slit: the cells at the origin go all the way round, and the last edge lies on the first.
-    let points = [
-        [0.0, 0.0],
-        [-4.0, 0.0],
-        [0.0, 4.0],
-        [4.0, 0.0],
-        [0.0, -4.0],
-        [-2.0, 0.0],
-    ];
+    let points = [[0.0, 0.0], [-4.0, 0.0], [0.0, 4.0], [4.0, 0.0], [0.0, -4.0], [-2.0, 0.0]];
     let slit = Mesh::new(&points, &[[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 5, 4]]);
     let report = slit.verify(VerifyOptions::default());
-    let folded = Fault::Folded {
-        ridge: vec![0],
-        cells: [0, 3],
-    };
+    let folded = Fault::Folded { ridge: vec![0], cells: [0, 3] };
     assert!(report.levels[3].faults.contains(&folded), "{report:?}");
 }
 
@@ -244,10 +163,7 @@ fn an_edge_flip() {
             let mut flipped = mesh.clone();
             flipped.cells[3 * i..3 * i + 3].copy_from_slice(&[apex, p, far[0]]);
             flipped.cells[3 * j..3 * j + 3].copy_from_slice(&[apex, far[0], q]);
-            let strict = VerifyOptions {
-                any_order: false,
-                ..VerifyOptions::default()
-            };
+            let strict = VerifyOptions { any_order: false, ..VerifyOptions::default() };
             let failed = failed(&flipped.verify(strict));
             if failed == ["empty spheres"] {
                 flips += 1;
@@ -278,19 +194,13 @@ fn a_two_three_flip() {
                 row[slot] = far[0];
                 flipped.cells.extend(row);
             }
-            let strict = VerifyOptions {
-                any_order: false,
-                ..VerifyOptions::default()
-            };
+            let strict = VerifyOptions { any_order: false, ..VerifyOptions::default() };
             let failed = failed(&flipped.verify(strict));
             if failed == ["empty spheres"] {
                 flips += 1;
             } else {
                 // No convex union: a negative cell, or one that was there before.
-                assert!(
-                    failed.contains(&"orientation") || failed == ["structure"],
-                    "{failed:?}"
-                );
+                assert!(failed.contains(&"orientation") || failed == ["structure"], "{failed:?}");
             }
         }
     }
@@ -298,13 +208,8 @@ fn a_two_three_flip() {
 }
 
 /// A regular pentagon, nearly.
-const RING: [[f64; 2]; 5] = [
-    [1000.0, 0.0],
-    [309.0, 951.0],
-    [-809.0, 588.0],
-    [-809.0, -588.0],
-    [309.0, -951.0],
-];
+const RING: [[f64; 2]; 5] =
+    [[1000.0, 0.0], [309.0, 951.0], [-809.0, 588.0], [-809.0, -588.0], [309.0, -951.0]];
 
 #[test]
 fn wound_twice() {
@@ -330,10 +235,7 @@ fn two_components() {
         // Far apart, on top of each other (a double cover), and one within the other's cell.
         for (scale, shift) in [(1.0, 1e6), (1.0, 0.25), (1e-6, 500.0), (1e-6, 0.0)] {
             let mut other = mesh.clone();
-            other
-                .coordinates
-                .iter_mut()
-                .for_each(|x| *x = *x * scale + shift);
+            other.coordinates.iter_mut().for_each(|x| *x = *x * scale + shift);
             let mut two = mesh.clone();
             two.append(&other);
             assert_eq!(two.failed(), ["single cover"]);

@@ -16,15 +16,8 @@ pub struct Mesh {
 
 impl Mesh {
     pub fn new<const D: usize, const N: usize>(points: &[[f64; D]], cells: &[[u64; N]]) -> Self {
-        let (coordinates, cells) = (
-            points.as_flattened().to_vec(),
-            cells.as_flattened().to_vec(),
-        );
-        Self {
-            dimension: D,
-            coordinates,
-            cells,
-        }
+        let (coordinates, cells) = (points.as_flattened().to_vec(), cells.as_flattened().to_vec());
+        Self { dimension: D, coordinates, cells }
     }
 
     pub fn view(&self) -> MeshView<'_> {
@@ -59,11 +52,7 @@ impl Mesh {
             row.sort_unstable();
             row
         };
-        let mut rows: Vec<_> = self
-            .cells
-            .chunks_exact(self.dimension + 1)
-            .map(sorted)
-            .collect();
+        let mut rows: Vec<_> = self.cells.chunks_exact(self.dimension + 1).map(sorted).collect();
         rows.sort_unstable();
         rows
     }
@@ -77,18 +66,11 @@ impl Mesh {
 }
 
 pub fn failed(report: &Report) -> Vec<&'static str> {
-    let bad = report
-        .levels
-        .iter()
-        .filter(|level| !level.passed && level.stopped_by.is_none());
+    let bad = report.levels.iter().filter(|level| !level.passed && level.stopped_by.is_none());
     bad.map(|level| level.name).collect()
 }
 
-pub const PERTURBED: VerifyOptions = VerifyOptions {
-    perturbed: true,
-    any_order: false,
-    threads: 1,
-};
+pub const PERTURBED: VerifyOptions = VerifyOptions { perturbed: true, any_order: false, threads: 1 };
 
 /// A determinant by Laplace's rule.
 fn determinant(rows: &[Vec<BigInt>]) -> BigInt {
@@ -164,11 +146,7 @@ pub fn brute<const D: usize>(points: &[[f64; D]]) -> Mesh {
             cells.extend(cell.iter().map(|&i| i as u64));
         }
     }
-    Mesh {
-        dimension: D,
-        coordinates: points.as_flattened().to_vec(),
-        cells,
-    }
+    Mesh { dimension: D, coordinates: points.as_flattened().to_vec(), cells }
 }
 
 /// A small generator of numbers (splitmix64).
@@ -189,30 +167,21 @@ impl Numbers {
 
     /// Points with integer coordinates below `end`.
     pub fn points<const D: usize>(&mut self, count: usize, end: u64) -> Vec<[f64; D]> {
-        (0..count)
-            .map(|_| std::array::from_fn(|_| self.below(end) as f64))
-            .collect()
+        (0..count).map(|_| std::array::from_fn(|_| self.below(end) as f64)).collect()
     }
 }
 
 /// The corners of the unit cube, number `4 x + 2 y + z`.
 pub fn cube() -> Vec<[f64; 3]> {
-    (0..8u32)
-        .map(|i| [i / 4, i / 2 % 2, i % 2].map(f64::from))
-        .collect()
+    (0..8u32).map(|i| [i / 4, i / 2 % 2, i % 2].map(f64::from)).collect()
 }
 
 /// `side^3` cubes, each cut like the unit cube in `rows`. `place` moves points.
 pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
     let triple = |i: usize, side: usize| [i / (side * side), i / side % side, i % side];
-    let mut mesh = Mesh {
-        dimension: 3,
-        coordinates: Vec::new(),
-        cells: Vec::new(),
-    };
+    let mut mesh = Mesh { dimension: 3, coordinates: Vec::new(), cells: Vec::new() };
     for i in 0..(side + 1).pow(3) {
-        mesh.coordinates
-            .extend(place(triple(i, side + 1).map(|x| x as f64)));
+        mesh.coordinates.extend(place(triple(i, side + 1).map(|x| x as f64)));
     }
     for corner in (0..side.pow(3)).map(|i| triple(i, side)) {
         for &v in rows {
@@ -226,14 +195,7 @@ pub fn tiled(side: usize, rows: &[u64], mut place: impl FnMut([f64; 3]) -> [f64;
 
 /// `side^3` cubes of six tetrahedra each around a diagonal (Kuhn), Delaunay for the cubic lattice.
 pub fn kuhn(side: usize, place: impl FnMut([f64; 3]) -> [f64; 3]) -> Mesh {
-    let rows = [
-        [0, 4, 6, 7],
-        [0, 2, 3, 7],
-        [0, 1, 5, 7],
-        [0, 5, 4, 7],
-        [0, 3, 1, 7],
-        [0, 6, 2, 7],
-    ];
+    let rows = [[0, 4, 6, 7], [0, 2, 3, 7], [0, 1, 5, 7], [0, 5, 4, 7], [0, 3, 1, 7], [0, 6, 2, 7]];
     tiled(side, rows.as_flattened(), place)
 }
 

@@ -6,11 +6,7 @@ use super::fixtures::{Mesh, Numbers, canonical_lattice, kuhn};
 use crate::verify::{Report, VerifyOptions, verify};
 
 fn timed(name: &str, mesh: &Mesh, perturbed: bool) -> Report {
-    let options = VerifyOptions {
-        perturbed,
-        any_order: true,
-        threads: 2,
-    };
+    let options = VerifyOptions { perturbed, any_order: true, threads: 2 };
     let start = Instant::now();
     let mut stage = (String::new(), start);
     let mut stages = Vec::new();
@@ -20,11 +16,7 @@ fn timed(name: &str, mesh: &Mesh, perturbed: bool) -> Report {
             stages.push((stage.0.clone(), start.elapsed()));
         }
     });
-    let counts: Vec<u64> = report
-        .levels
-        .iter()
-        .map(|level| level.fault_count)
-        .collect();
+    let counts: Vec<u64> = report.levels.iter().map(|level| level.fault_count).collect();
     eprintln!(
         "{name}: {} points, {} cells, {} ties, {:.2?}; faults {counts:?}; stages {stages:.2?}",
         report.points,
@@ -36,10 +28,7 @@ fn timed(name: &str, mesh: &Mesh, perturbed: bool) -> Report {
 }
 
 fn side() -> usize {
-    std::env::var("SEPTET_SIDE")
-        .ok()
-        .and_then(|side| side.parse().ok())
-        .unwrap_or(60)
+    std::env::var("SEPTET_SIDE").ok().and_then(|side| side.parse().ok()).unwrap_or(60)
 }
 
 #[test]
@@ -53,25 +42,15 @@ fn lattice() {
 #[test]
 #[ignore = "a timing"]
 fn decimal_lattice() {
-    timed(
-        "lattice of tenths",
-        &kuhn(side(), |p| p.map(|x| 0.1 * x)),
-        false,
-    );
-    timed(
-        "lattice at 1e-120",
-        &kuhn(side(), |p| p.map(|x| x * 2f64.powi(-398))),
-        false,
-    );
+    timed("lattice of tenths", &kuhn(side(), |p| p.map(|x| 0.1 * x)), false);
+    timed("lattice at 1e-120", &kuhn(side(), |p| p.map(|x| x * 2f64.powi(-398))), false);
 }
 
 #[test]
 #[ignore = "a timing"]
 fn jittered_lattice() {
     let mut numbers = Numbers(1);
-    let mesh = kuhn(side(), |p| {
-        p.map(|x| x + (numbers.next() >> 12) as f64 * 2f64.powi(-56))
-    });
+    let mesh = kuhn(side(), |p| p.map(|x| x + (numbers.next() >> 12) as f64 * 2f64.powi(-56)));
     timed("jittered lattice", &mesh, true);
 }
 
@@ -88,10 +67,7 @@ fn shuffled_lattice() {
         order
     };
     let mesh = canonical_lattice(side());
-    let (points, cells) = (
-        permutation(mesh.coordinates.len() / 3),
-        permutation(mesh.cells.len() / 4),
-    );
+    let (points, cells) = (permutation(mesh.coordinates.len() / 3), permutation(mesh.cells.len() / 4));
     let mut shuffled = mesh.clone();
     for (i, p) in mesh.coordinates.chunks_exact(3).enumerate() {
         let at = 3 * points[i] as usize;

@@ -29,15 +29,7 @@ fn nearly<const D: usize>(unit: f64, numbers: &mut Numbers) -> [f64; D] {
     })
 }
 
-const UNITS: [f64; 7] = [
-    1.0,
-    0.1,
-    1e-120,
-    1e120,
-    1e-300,
-    5e-324,
-    f64::from_bits((1023 - 100) << 52),
-];
+const UNITS: [f64; 7] = [1.0, 0.1, 1e-120, 1e120, 1e-300, 5e-324, f64::from_bits((1023 - 100) << 52)];
 
 fn signs<const D: usize, const K: usize>(seed: u64, counts: &mut [u32; 3]) {
     let mut numbers = Numbers(seed);
@@ -87,10 +79,7 @@ fn mutate(mesh: &mut Mesh, numbers: &mut Numbers) {
         }
         4 => {
             let (old, new) = (mesh.cells[at], numbers.below(points));
-            mesh.cells
-                .iter_mut()
-                .filter(|v| **v == old)
-                .for_each(|v| *v = new);
+            mesh.cells.iter_mut().filter(|v| **v == old).for_each(|v| *v = new);
         }
         _ => {
             let other = mesh.cells[numbers.below(mesh.cells.len() as u64) as usize];
@@ -118,16 +107,9 @@ fn mutations(mesh: &Mesh, seed: u64) -> u32 {
                 mutate(&mut changed, &mut numbers);
             }
         }
-        let options = crate::verify::VerifyOptions {
-            any_order: true,
-            ..PERTURBED
-        };
+        let options = crate::verify::VerifyOptions { any_order: true, ..PERTURBED };
         let report = changed.verify(options);
-        assert_eq!(
-            report.passed(),
-            changed.as_set() == mesh.as_set(),
-            "{changed:?} {report:?}"
-        );
+        assert_eq!(report.passed(), changed.as_set() == mesh.as_set(), "{changed:?} {report:?}");
         passed += u32::from(report.passed());
         for fault in report.levels.iter().flat_map(|level| &level.faults) {
             assert!(!fault.to_string().contains('{'), "{fault}");

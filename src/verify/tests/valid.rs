@@ -12,23 +12,13 @@ fn accepted(mesh: &Mesh) {
 }
 
 fn scaled<const D: usize>(points: &[[f64; D]], factors: [f64; D]) -> Vec<[f64; D]> {
-    points
-        .iter()
-        .map(|p| std::array::from_fn(|k| p[k] * factors[k]))
-        .collect()
+    points.iter().map(|p| std::array::from_fn(|k| p[k] * factors[k])).collect()
 }
 
 #[test]
 fn random_points_with_and_without_ties() {
     let mut numbers = Numbers(1);
-    for (count, end) in [
-        (3, 1000),
-        (5, 1000),
-        (12, 1000),
-        (12, 4),
-        (9, 3),
-        (12, 1 << 50),
-    ] {
+    for (count, end) in [(3, 1000), (5, 1000), (12, 1000), (12, 4), (9, 3), (12, 1 << 50)] {
         for _ in 0..6 {
             accepted(&brute(&numbers.points::<2>(count, end)));
             accepted(&brute(&numbers.points::<3>(count.min(11), end)));
@@ -38,28 +28,20 @@ fn random_points_with_and_without_ties() {
 
 #[test]
 fn lattices_are_canonical_in_one_way_only() {
-    let square: Vec<[f64; 2]> = (0..12)
-        .map(|i| [f64::from(i / 4), f64::from(i % 4)])
-        .collect();
-    let cube: Vec<[f64; 3]> = (0..12)
-        .map(|i| [f64::from(i / 4), f64::from(i / 2 % 2), f64::from(i % 2)])
-        .collect();
+    let square: Vec<[f64; 2]> = (0..12).map(|i| [f64::from(i / 4), f64::from(i % 4)]).collect();
+    let cube: Vec<[f64; 3]> =
+        (0..12).map(|i| [f64::from(i / 4), f64::from(i / 2 % 2), f64::from(i % 2)]).collect();
     accepted(&brute(&square));
     accepted(&brute(&cube));
     let report = brute(&cube).verify(PERTURBED);
     assert!(report.ties > 0 && report.hull_facets == 20, "{report:?}");
     // The other diagonal of one square is Delaunay, too, and not canonical.
     let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    let both =
-        [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]].map(|cells| Mesh::new(&points, &cells));
+    let both = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]].map(|cells| Mesh::new(&points, &cells));
     let canonical = brute(&points).as_set();
     for mesh in both {
         assert_eq!(mesh.failed(), [""; 0]);
-        let expected: &[&str] = if mesh.as_set() == canonical {
-            &[]
-        } else {
-            &["empty spheres"]
-        };
+        let expected: &[&str] = if mesh.as_set() == canonical { &[] } else { &["empty spheres"] };
         assert_eq!(failed(&mesh.verify(PERTURBED)), expected);
     }
 }
@@ -87,17 +69,10 @@ fn coincident_points_are_represented() {
     let mesh = brute(&points);
     accepted(&mesh);
     let report = mesh.verify(PERTURBED);
-    assert_eq!(
-        (report.duplicates, report.vertices_used, report.points),
-        (3, 4, 7)
-    );
+    assert_eq!((report.duplicates, report.vertices_used, report.points), (3, 4, 7));
     // Another representative is a triangulation, too, but not septet's.
     let mut other = mesh.clone();
-    other
-        .cells
-        .iter_mut()
-        .filter(|v| **v == 3)
-        .for_each(|v| *v = 6);
+    other.cells.iter_mut().filter(|v| **v == 3).for_each(|v| *v = 6);
     assert_eq!(other.failed(), [""; 0]);
     assert_eq!(failed(&other.verify(PERTURBED)), ["structure"]);
 }
@@ -108,24 +83,8 @@ fn lower_dimensional_points_have_no_cells() {
         (&[], -1),
         (&[[1.0, 2.0, 3.0]; 3], 0),
         (&[[0.1, 0.2, 0.3], [0.1, 0.2, 0.4], [0.1, 0.2, 0.9]], 1),
-        (
-            &[
-                [0.0, 0.0, 1.0],
-                [1.0, 0.0, 1.0],
-                [0.0, 1.0, 1.0],
-                [7.0, 3.0, 1.0],
-            ],
-            2,
-        ),
-        (
-            &[
-                [0.0, 0.0, 0.0],
-                [1.0, 1.0, 1.0],
-                [3.0, 3.0, 3.0],
-                [0.0, 1.0, 2.0],
-            ],
-            2,
-        ),
+        (&[[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [7.0, 3.0, 1.0]], 2),
+        (&[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [0.0, 1.0, 2.0]], 2),
     ];
     for (points, dimension) in sets {
         let mesh = Mesh::new::<3, 4>(points, &[]);
@@ -139,34 +98,18 @@ fn lower_dimensional_points_have_no_cells() {
 #[test]
 fn the_kuhn_lattice_is_delaunay_for_any_number_of_threads() {
     let mesh = kuhn(6, |p| p);
-    let reports = [1, 2, 3].map(|threads| {
-        mesh.verify(VerifyOptions {
-            threads,
-            ..Default::default()
-        })
-    });
+    let reports = [1, 2, 3].map(|threads| mesh.verify(VerifyOptions { threads, ..Default::default() }));
     assert!(reports[0].passed(), "{:?}", reports[0]);
-    assert_eq!(
-        (reports[0].cells, reports[0].hull_facets),
-        (6 * 216, 6 * 2 * 36)
-    );
+    assert_eq!((reports[0].cells, reports[0].hull_facets), (6 * 216, 6 * 2 * 36));
     assert!(reports.iter().all(|report| *report == reports[0]));
     // Not the canonical one, though; that one passes in either mode.
-    let canonical = VerifyOptions {
-        any_order: true,
-        ..PERTURBED
-    };
+    let canonical = VerifyOptions { any_order: true, ..PERTURBED };
     assert_eq!(failed(&mesh.verify(canonical)), ["empty spheres"]);
     accepted(&canonical_lattice(4));
     // A squeezed and jittered lattice has faults, the same for any number of threads.
     let mut numbers = Numbers(3);
     let bad = kuhn(6, |p| p.map(|x| x + numbers.below(1000) as f64 / 2500.0));
-    let reports = [1, 2, 3].map(|threads| {
-        bad.verify(VerifyOptions {
-            threads,
-            ..Default::default()
-        })
-    });
+    let reports = [1, 2, 3].map(|threads| bad.verify(VerifyOptions { threads, ..Default::default() }));
     assert!(!reports[0].passed());
     assert!(reports.iter().all(|report| *report == reports[0]));
 }

@@ -44,9 +44,7 @@ impl Supergraph {
     pub fn joins(self, d2: f64, a2: f64, b2: f64) -> bool {
         match self {
             Supergraph::Density { alpha } => d2 <= alpha * alpha * a2.min(b2),
-            Supergraph::Overlap { alpha } => {
-                d2.sqrt() <= alpha * a2.min(b2).sqrt() + a2.max(b2).sqrt()
-            }
+            Supergraph::Overlap { alpha } => d2.sqrt() <= alpha * a2.min(b2).sqrt() + a2.max(b2).sqrt(),
             Supergraph::Knn { .. } => d2 <= a2.max(b2),
         }
     }
@@ -58,9 +56,7 @@ impl Supergraph {
         match self {
             Supergraph::Density { alpha } => alpha * r2.min(max2).sqrt() * up,
             Supergraph::Overlap { alpha } => {
-                (alpha * r2.min(max2).sqrt() + r2.max(max2).sqrt())
-                    .min(alpha * r2.sqrt() + max2.sqrt())
-                    * up
+                (alpha * r2.min(max2).sqrt() + r2.max(max2).sqrt()).min(alpha * r2.sqrt() + max2.sqrt()) * up
             }
             Supergraph::Knn { .. } => r2.max(max2).sqrt() * up,
         }

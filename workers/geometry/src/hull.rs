@@ -202,10 +202,8 @@ impl<P: Point> StarBuilder<P> {
     }
 
     fn refresh_planes(&mut self, sweep: &mut crate::cost::Sweep) {
-        self.planes.resize(
-            self.link.slots() as usize,
-            Plane { w: 0.0, v: P::default(), err_qq: 0.0, err_q: 0.0 },
-        );
+        self.planes
+            .resize(self.link.slots() as usize, Plane { w: 0.0, v: P::default(), err_qq: 0.0, err_q: 0.0 });
         self.hit.resize(self.link.slots() as usize, false);
         for i in 0..self.link.created().len() {
             let cell = self.link.created()[i];
@@ -285,7 +283,13 @@ mod tests {
         let n = points.len();
         let mut cells = Vec::new();
         let mut pick = vec![0usize; P::DIM + 1];
-        fn rec<P: Point>(points: &[P], pick: &mut Vec<usize>, at: usize, from: usize, out: &mut Vec<Vec<u32>>) {
+        fn rec<P: Point>(
+            points: &[P],
+            pick: &mut Vec<usize>,
+            at: usize,
+            from: usize,
+            out: &mut Vec<Vec<u32>>,
+        ) {
             if at == P::DIM + 1 {
                 let mut cell: Vec<P> = pick.iter().map(|&i| points[i]).collect();
                 match orientation(&cell) {

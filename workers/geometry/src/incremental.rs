@@ -93,12 +93,8 @@ impl<P: Point> Incremental<P> {
         if points.len() > MOST_POINTS {
             return Err(IncrementalError::TooMany);
         }
-        let mut this = Incremental {
-            incident: vec![NONE; points.len()],
-            points,
-            complex: Complex::default(),
-            last: 0,
-        };
+        let mut this =
+            Incremental { incident: vec![NONE; points.len()], points, complex: Complex::default(), last: 0 };
         for (i, p) in (0u32..).zip(&mut this.points) {
             *p = cleaned(*p).ok_or(IncrementalError::NotFinite { point: i })?;
         }

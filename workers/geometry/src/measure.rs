@@ -49,7 +49,12 @@ mod tests {
 
     #[test]
     fn regular_cells() {
-        let t = [DVec3::new(1., 1., 1.), DVec3::new(1., -1., -1.), DVec3::new(-1., 1., -1.), DVec3::new(-1., -1., 1.)];
+        let t = [
+            DVec3::new(1., 1., 1.),
+            DVec3::new(1., -1., -1.),
+            DVec3::new(-1., 1., -1.),
+            DVec3::new(-1., -1., 1.),
+        ];
         assert!((radius_edge_ratio(&t) - (3.0f64 / 8.0).sqrt()).abs() < 1e-12);
         assert!(circumcentre(&t).length() < 1e-12);
         let e = [DVec2::ZERO, DVec2::X, DVec2::new(0.5, 0.75f64.sqrt())];

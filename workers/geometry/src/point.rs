@@ -69,17 +69,7 @@ vector!(DVec4, 4);
 
 /// A fixed-size tuple of vertex numbers: `[u32; N]`.
 pub trait Simplex:
-    Copy
-    + Debug
-    + Eq
-    + Ord
-    + std::hash::Hash
-    + Send
-    + Sync
-    + 'static
-    + Pod
-    + AsRef<[u32]>
-    + AsMut<[u32]>
+    Copy + Debug + Eq + Ord + std::hash::Hash + Send + Sync + 'static + Pod + AsRef<[u32]> + AsMut<[u32]>
 {
     /// Number of vertices.
     const LEN: usize;

@@ -9,8 +9,8 @@
 //! wire, and trailing bytes are an error.
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
-use bincode::de::{BorrowDecode, BorrowDecoder, Decoder};
 use bincode::de::read::Reader;
+use bincode::de::{BorrowDecode, BorrowDecoder, Decoder};
 use bincode::enc::Encoder;
 use bincode::enc::write::{SizeWriter, Writer};
 use bincode::error::{DecodeError, EncodeError};

@@ -446,8 +446,7 @@ impl Clock {
                 .charges
                 .range((number, NodeId(0))..=(number, NodeId(u64::MAX)))
                 .map(|((_, node), c)| {
-                    let depth =
-                        if log_scan { c.cost.depth_log_scan(c.items) } else { c.cost.depth() };
+                    let depth = if log_scan { c.cost.depth_log_scan(c.items) } else { c.cost.depth() };
                     (*node, depth)
                 })
                 .collect();
@@ -464,7 +463,13 @@ impl Clock {
         clock
     }
 
-    fn push(&mut self, node: NodeId, phase: Phase, depth: u64, from: (u64, Option<usize>)) -> (u64, Option<usize>) {
+    fn push(
+        &mut self,
+        node: NodeId,
+        phase: Phase,
+        depth: u64,
+        from: (u64, Option<usize>),
+    ) -> (u64, Option<usize>) {
         self.steps.push((PathStep { node, phase, depth }, from.1));
         let end = (from.0 + depth, Some(self.steps.len() - 1));
         if end.0 > self.last.0 || self.last.1.is_none() {

@@ -128,8 +128,7 @@ impl<P: Point> Channel<P> {
             receivers.push(Some(receiver));
         }
         let senders = Arc::new(senders);
-        let barrier =
-            Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts: hosts + 1 });
+        let barrier = Arc::new(Barrier { state: Mutex::default(), open: Condvar::new(), hosts: hosts + 1 });
         let mut end = |ranks: &[Rank]| End {
             senders: senders.clone(),
             receivers: ranks.iter().filter_map(|&r| receivers[r as usize].take()).collect(),

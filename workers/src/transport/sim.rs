@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use rand::seq::SliceRandom;
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, Phase};

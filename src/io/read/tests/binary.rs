@@ -11,8 +11,7 @@ fn npy_of_all_kinds() {
     assert_eq!(plane(&good_with("a.npy", npy_f8(), &TWO)).len(), 4);
     let ints = [1, 2, 3, 4, 5, 6];
     let want = [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]];
-    let head =
-        |kind: &str| format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (3, 2), }}");
+    let head = |kind: &str| format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (3, 2), }}");
     for (kind, data) in [
         ("<f8", bytes_of!(f64, to_le_bytes, ints)),
         ("<f4", bytes_of!(f32, to_le_bytes, ints)),
@@ -21,11 +20,7 @@ fn npy_of_all_kinds() {
         ("<u2", bytes_of!(u16, to_le_bytes, ints)),
         ("|u1", bytes_of!(u8, to_le_bytes, ints)),
     ] {
-        assert_eq!(
-            plane(&good("a.npy", npy(&head(kind), &data))),
-            want,
-            "{kind}"
-        );
+        assert_eq!(plane(&good("a.npy", npy(&head(kind), &data))), want, "{kind}");
     }
     let fortran = "{\"descr\":\"<f8\",\"fortran_order\":True,\"shape\":(3,2)}";
     let data = bytes_of!(f64, to_le_bytes, [1, 3, 5, 2, 4, 6]);
@@ -33,10 +28,7 @@ fn npy_of_all_kinds() {
     let big = bad("a.npy", npy(&head(">f8"), &data));
     assert!(big.to_string().contains("big-endian"), "{big}");
     let large = bytes_of!(i64, to_le_bytes, [i64::MAX, 2, 3, 4, 5, 6]);
-    assert!(noted(
-        &good("a.npy", npy(&head("<i8"), &large)).notes,
-        "1 whole numbers"
-    ));
+    assert!(noted(&good("a.npy", npy(&head("<i8"), &large)).notes, "1 whole numbers"));
     let mut version2 = b"\x93NUMPY\x02\x00".to_vec();
     version2.extend((fortran.len() as u32).to_le_bytes());
     version2.extend(fortran.as_bytes());
@@ -47,10 +39,7 @@ fn npy_of_all_kinds() {
 #[test]
 fn damaged_npy() {
     let file = |descr: &str, shape: &str| {
-        npy(
-            &format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}"),
-            &[0; 48],
-        )
+        npy(&format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}"), &[0; 48])
     };
     for (descr, shape) in [
         ("'<f8'", "(100000000000000, 3)"),
@@ -80,10 +69,7 @@ fn damaged_npy() {
         matches!(error, InputError::NotFinite { place: Place::Byte(b), index: 1, .. } if b == at),
         "{error}"
     );
-    assert_eq!(
-        good_with("a.npy", npy(head, &nan), &SKIP).source_index,
-        Some(vec![0])
-    );
+    assert_eq!(good_with("a.npy", npy(head, &nan), &SKIP).source_index, Some(vec![0]));
     let mut longer = npy_f8();
     longer.push(0);
     assert!(noted(&good("a.npy", longer).notes, "1 bytes after"));
@@ -100,23 +86,13 @@ fn ply_of_both_byte_orders() {
         )
     };
     for count in ["100000000000000", "9223372036854775807", "1"] {
-        assert!(matches!(
-            bad("a.ply", huge(count, "")),
-            InputError::Truncated { found: 0, .. }
-        ));
+        assert!(matches!(bad("a.ply", huge(count, "")), InputError::Truncated { found: 0, .. }));
         bad("a.ply", huge(count, "property list int64 double n\n"));
     }
     // Elements without properties cost nothing, however many are announced.
     let hollow = "ply\nformat ascii 1.0\nelement nil 9223372036854775807\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n";
     assert_eq!(plane(&good("a.ply", hollow)), [[1.0, 2.0]]);
-    assert_eq!(
-        plane(&good(
-            "a.ply",
-            hollow.replace("ascii", "binary_little_endian") + "12345678"
-        ))
-        .len(),
-        1
-    );
+    assert_eq!(plane(&good("a.ply", hollow.replace("ascii", "binary_little_endian") + "12345678")).len(), 1);
 }
 
 #[test]
@@ -128,24 +104,10 @@ fn stl_that_begins_with_solid() {
     }
     let mut huge = stl_binary(b"x");
     huge[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
-    assert!(matches!(
-        bad("a.stl", huge),
-        InputError::Truncated {
-            expected: 4_294_967_295,
-            found: 2,
-            ..
-        }
-    ));
+    assert!(matches!(bad("a.stl", huge), InputError::Truncated { expected: 4_294_967_295, found: 2, .. }));
     let mut nan = stl_binary(b"x");
     nan[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
-    assert!(matches!(
-        bad("a.stl", &nan),
-        InputError::NotFinite {
-            place: Place::Byte(96),
-            index: 0,
-            ..
-        }
-    ));
+    assert!(matches!(bad("a.stl", &nan), InputError::NotFinite { place: Place::Byte(96), index: 0, .. }));
     let file = good_with("a.stl", &nan, &SKIP);
     assert_eq!((file.skipped, file.points.len()), (1, 4));
 }
@@ -154,8 +116,7 @@ fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();
     for run in bytes.chunks(3) {
-        let all =
-            run.iter().fold(0_u32, |all, b| all << 8 | u32::from(*b)) << (8 * (3 - run.len()));
+        let all = run.iter().fold(0_u32, |all, b| all << 8 | u32::from(*b)) << (8 * (3 - run.len()));
         for i in 0..4 {
             let letter = LETTERS[(all >> (18 - 6 * i)) as usize & 63];
             text.push(if i > run.len() { '=' } else { letter as char });
@@ -167,23 +128,18 @@ fn base64(bytes: &[u8]) -> String {
 #[test]
 fn vtu_in_all_encodings() {
     let wide = "header_type='UInt64'";
-    let plain =
-        |bytes: &[u8], _: &str| base64(&[&(bytes.len() as u32).to_le_bytes(), bytes].concat());
-    let apart =
-        |bytes: &[u8], _: &str| base64(&(bytes.len() as u64).to_le_bytes()) + &base64(bytes);
+    let plain = |bytes: &[u8], _: &str| base64(&[&(bytes.len() as u32).to_le_bytes(), bytes].concat());
+    let apart = |bytes: &[u8], _: &str| base64(&(bytes.len() as u64).to_le_bytes()) + &base64(bytes);
     let zlib = |bytes: &[u8], _: &str| {
         let (mut blocks, mut table) = (Vec::new(), Vec::new());
         for block in bytes.chunks(32) {
-            let mut encoder =
-                flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+            let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
             encoder.write_all(block).unwrap_or_default();
             let block = encoder.finish().unwrap_or_default();
             table.extend((block.len() as u32).to_le_bytes());
             blocks.extend(block);
         }
-        let head = [table.len() as u32 / 4, 32, bytes.len() as u32 % 32]
-            .map(u32::to_le_bytes)
-            .concat();
+        let head = [table.len() as u32 / 4, 32, bytes.len() as u32 % 32].map(u32::to_le_bytes).concat();
         base64(&[head, table].concat()) + &base64(&blocks)
     };
     let ascii = vtu_inline("", "ascii", |_, text| text.to_owned());
@@ -198,14 +154,8 @@ fn vtu_in_all_encodings() {
     for file in &files {
         assert_eq!(space(&good("a.vtu", file)), CORNERS);
         assert_eq!(good_cells("a.vtu", file).cells, [0, 1, 2, 3]);
-        let triangles = CellOptions {
-            dimension: Some(2),
-            ..CellOptions::default()
-        };
-        assert_eq!(
-            parse_cells("a.vtu", file, &triangles).map(|c| c.cells).ok(),
-            Some(vec![0, 1, 2])
-        );
+        let triangles = CellOptions { dimension: Some(2), ..CellOptions::default() };
+        assert_eq!(parse_cells("a.vtu", file, &triangles).map(|c| c.cells).ok(), Some(vec![0, 1, 2]));
     }
     for (from, to) in [
         ("UnstructuredGrid'", "PolyData'"),
@@ -222,10 +172,7 @@ fn vtu_in_all_encodings() {
         ("NumberOfComponents='3'", "NumberOfComponents='2'"),
         ("</DataArray>", ""),
         ("byte_order", "compressor='vtkLZ4DataCompressor' byte_order"),
-        (
-            "</Piece>",
-            "</Piece><Piece NumberOfPoints='0' NumberOfCells='0'></Piece>",
-        ),
+        ("</Piece>", "</Piece><Piece NumberOfPoints='0' NumberOfCells='0'></Piece>"),
     ] {
         assert!(ascii.contains(from));
         bad("a.vtu", ascii.replace(from, to));
@@ -273,8 +220,5 @@ fn vtu_appended_base64_and_places() {
         matches!(error, InputError::NotFinite { place: Place::Byte(b), index: 3, .. } if b == at as u64),
         "{error}"
     );
-    assert_eq!(
-        good_with("a.vtu", &raw, &SKIP).source_index,
-        Some(vec![0, 1, 2])
-    );
+    assert_eq!(good_with("a.vtu", &raw, &SKIP).source_index, Some(vec![0, 1, 2]));
 }

@@ -20,37 +20,23 @@ fn separators_comments_and_line_ends() {
     ] {
         assert_eq!(space(&good("a.xyz", text)), want, "{text:?}");
     }
-    assert_eq!(
-        plane(&good("a.csv", "1,2\n3,4,\n")),
-        [[1.0, 2.0], [3.0, 4.0]]
-    );
+    assert_eq!(plane(&good("a.csv", "1,2\n3,4,\n")), [[1.0, 2.0], [3.0, 4.0]]);
 }
 
 #[test]
 fn nothing_is_an_empty_set() {
     for text in ["", "\n\n", "# only a comment\n", "x,y,z\n", "0\n"] {
         let file = good("a.txt", text);
-        assert_eq!(
-            (file.points.len(), file.points.dimension()),
-            (0, 3),
-            "{text:?}"
-        );
+        assert_eq!((file.points.len(), file.points.dimension()), (0, 3), "{text:?}");
     }
     assert_eq!(good_with("a.txt", "", &TWO).points.dimension(), 2);
 }
 
 #[test]
 fn a_header_row_and_further_columns_are_noted() {
-    let file = good(
-        "a.csv",
-        "\"x\",y,z,name\n1,2,3,here be text\n4,5,6,\n7,8,9\n",
-    );
+    let file = good("a.csv", "\"x\",y,z,name\n1,2,3,here be text\n4,5,6,\n7,8,9\n");
     assert_eq!(space(&file).len(), 3);
-    assert!(
-        noted(&file.notes, "line 1 is taken as a header"),
-        "{:?}",
-        file.notes
-    );
+    assert!(noted(&file.notes, "line 1 is taken as a header"), "{:?}", file.notes);
     assert!(noted(&file.notes, "columns after the first 3"));
     assert_eq!(file.notes.len(), 2);
     assert_eq!(bad("a.csv", "x,y\na,b\n1,2\n").line(), Some(2));
@@ -64,48 +50,23 @@ fn the_dimension_can_be_chosen() {
     );
     assert!(matches!(
         bad_with("a.txt", "1 2\n", &THREE),
-        InputError::MixedDimension {
-            expected: 3,
-            found: 2,
-            ..
-        }
+        InputError::MixedDimension { expected: 3, found: 2, .. }
     ));
-    let four = ReadOptions {
-        dimension: Some(4),
-        ..PLAIN
-    };
-    assert!(matches!(
-        bad_with("a.txt", "1 2\n", &THREE),
-        InputError::MixedDimension { .. }
-    ));
+    let four = ReadOptions { dimension: Some(4), ..PLAIN };
+    assert!(matches!(bad_with("a.txt", "1 2\n", &THREE), InputError::MixedDimension { .. }));
     let mut quiet = |_, _| ();
-    let refused =
-        crate::io::read::read_from(&b"1 2"[..], Path::new("a.txt"), None, &four, &mut quiet);
-    assert!(matches!(
-        refused,
-        Err(InputError::UnsupportedDimension { found: 4, .. })
-    ));
+    let refused = crate::io::read::read_from(&b"1 2"[..], Path::new("a.txt"), None, &four, &mut quiet);
+    assert!(matches!(refused, Err(InputError::UnsupportedDimension { found: 4, .. })));
 }
 
 #[test]
 fn mixed_rows_are_refused() {
-    for (text, line) in [
-        ("1 2 3\n4 5\n", 2),
-        ("1 2\n\n4 5 6\n", 3),
-        ("1,2,3\n4 5\n", 2),
-        ("1 2\n3\n", 2),
-    ] {
+    for (text, line) in [("1 2 3\n4 5\n", 2), ("1 2\n\n4 5 6\n", 3), ("1,2,3\n4 5\n", 2), ("1 2\n3\n", 2)] {
         let error = bad("a.xyz", text);
-        assert!(
-            matches!(error, InputError::MixedDimension { .. }),
-            "{error}"
-        );
+        assert!(matches!(error, InputError::MixedDimension { .. }), "{error}");
         assert_eq!(error.line(), Some(line), "{text:?}");
     }
-    assert!(matches!(
-        bad("a.xyz", "1\n2\n"),
-        InputError::UnsupportedDimension { found: 1, .. }
-    ));
+    assert!(matches!(bad("a.xyz", "1\n2\n"), InputError::UnsupportedDimension { found: 1, .. }));
 }
 
 #[test]
@@ -129,64 +90,31 @@ fn decimal_commas_are_refused() {
 #[test]
 fn a_bad_number_is_pointed_at() {
     let error = bad("a.txt", "1 2 3\n4  5x 6\n");
-    let InputError::Syntax {
-        line: 2,
-        column: Some(4),
-        text,
-        ..
-    } = &error
-    else {
-        panic!("{error}")
-    };
+    let InputError::Syntax { line: 2, column: Some(4), text, .. } = &error else { panic!("{error}") };
     assert_eq!(text, "5x");
     assert_eq!(bad("a.csv", "1,,3\n").column(), Some(3));
-    assert!(matches!(
-        bad("a.txt", "1.0D0 2 3\n"),
-        InputError::Syntax { line: 1, .. }
-    ));
+    assert!(matches!(bad("a.txt", "1.0D0 2 3\n"), InputError::Syntax { line: 1, .. }));
     let long = bad("a.txt", format!("1 2 3\n1 2 {}\n", "é\u{1b}".repeat(1000))).to_string();
     assert!(long.len() < 400 && !long.contains('\u{1b}'));
-    assert!(matches!(
-        bad("a.txt", b"\xff\xfe1\x00"),
-        InputError::Unsupported { .. }
-    ));
+    assert!(matches!(bad("a.txt", b"\xff\xfe1\x00"), InputError::Unsupported { .. }));
 }
 
 #[test]
 fn invalid_points_fail_or_are_dropped() {
     let text = "0 0 0\nnan 1 1\n1 1 1\n2 inf 2\n3 3 3\n4 4 x\n5 5 1e999\n6,6,\n7 7 7\n";
     let error = bad("a.xyz", text);
-    assert!(
-        matches!(
-            error,
-            InputError::NotFinite {
-                place: Place::Line(2),
-                index: 1,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, InputError::NotFinite { place: Place::Line(2), index: 1, .. }), "{error}");
     let file = good_with("a.xyz", text, &SKIP);
     assert_eq!(file.skipped, 5);
-    assert_eq!(
-        space(&file).iter().map(|p| p[0]).collect::<Vec<_>>(),
-        [0.0, 1.0, 3.0, 7.0]
-    );
+    assert_eq!(space(&file).iter().map(|p| p[0]).collect::<Vec<_>>(), [0.0, 1.0, 3.0, 7.0]);
     assert_eq!(file.source_index, Some(vec![0, 2, 4, 8]));
-    assert!(matches!(
-        bad_with("a.xyz", "1 2 3\n1 2\n", &SKIP),
-        InputError::MixedDimension { .. }
-    ));
+    assert!(matches!(bad_with("a.xyz", "1 2 3\n1 2\n", &SKIP), InputError::MixedDimension { .. }));
     assert_eq!(good_with("a.xyz", "1 2 3\n", &SKIP).source_index, None);
 }
 
 #[test]
 fn numbers_are_exact_and_zeros_positive() {
-    let file = good(
-        "a.txt",
-        "0.1 1e-320 -0.0\n1.7976931348623157e308 -0 9007199254740993\n",
-    );
+    let file = good("a.txt", "0.1 1e-320 -0.0\n1.7976931348623157e308 -0 9007199254740993\n");
     let points = space(&file);
     assert_eq!(points[0], [0.1, 1e-320, 0.0]);
     assert_eq!(points[1], [f64::MAX, 0.0, 9_007_199_254_740_992.0]);
@@ -198,26 +126,13 @@ fn chemistry_files_are_recognised() {
     let file = good("a.xyz", "2\nwater # 1\nO 0 0 0\nH 1.5 0 0 extra\n\n");
     assert_eq!(space(&file), [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0]]);
     assert!(noted(&file.notes, "chemistry"));
-    assert_eq!(
-        space(&good("a.xyz", "1\r\n\r\n8 0 0 1\r\n")),
-        [[0.0, 0.0, 1.0]]
-    );
+    assert_eq!(space(&good("a.xyz", "1\r\n\r\n8 0 0 1\r\n")), [[0.0, 0.0, 1.0]]);
     assert!(matches!(
         bad("a.xyz", "3\n\nO 0 0 0\nH 1 0 0\n"),
-        InputError::Truncated {
-            expected: 3,
-            found: 2,
-            ..
-        }
+        InputError::Truncated { expected: 3, found: 2, .. }
     ));
-    assert!(matches!(
-        bad("a.xyz", "1\n\nO 0 0 0\nH 1 0 0\n"),
-        InputError::Count { expected: 1, .. }
-    ));
-    assert!(matches!(
-        bad("a.xyz", "100000000000000\n\nO 0 0 0\n"),
-        InputError::Truncated { .. }
-    ));
+    assert!(matches!(bad("a.xyz", "1\n\nO 0 0 0\nH 1 0 0\n"), InputError::Count { expected: 1, .. }));
+    assert!(matches!(bad("a.xyz", "100000000000000\n\nO 0 0 0\n"), InputError::Truncated { .. }));
     assert_eq!(bad("a.xyz", "1\n\nO 0 nan 0\n").line(), Some(3));
 }
 
@@ -228,79 +143,31 @@ fn node_files_of_either_base() {
     assert_eq!(one.first_id, 1);
     assert!(noted(&one.notes, "attributes"));
     let zero = good("a.node", "2 2\r\n0 0 0\r\n1 1 2\r\n");
-    assert_eq!(
-        (plane(&zero), zero.first_id),
-        (vec![[0.0, 0.0], [1.0, 2.0]], 0)
-    );
+    assert_eq!((plane(&zero), zero.first_id), (vec![[0.0, 0.0], [1.0, 2.0]], 0));
     assert_eq!(good("a.node", "0 3 0 0\n").points.len(), 0);
-    assert_eq!(
-        plane(&good_with("a.node", "1 3\n1 4 5 6\n", &TWO)),
-        [[4.0, 5.0]]
-    );
+    assert_eq!(plane(&good_with("a.node", "1 3\n1 4 5 6\n", &TWO)), [[4.0, 5.0]]);
     let dropped = good_with("a.node", "3 2\n1 0 0\n2 nan 0\n3 1 1\n", &SKIP);
-    assert_eq!(
-        (dropped.source_index, dropped.first_id),
-        (Some(vec![0, 2]), 1)
-    );
+    assert_eq!((dropped.source_index, dropped.first_id), (Some(vec![0, 2]), 1));
 }
 
 #[test]
 fn damaged_node_files() {
     assert!(matches!(bad("a.node", ""), InputError::Truncated { .. }));
-    assert!(matches!(
-        bad("a.node", "x 3\n"),
-        InputError::Syntax { line: 1, .. }
-    ));
-    assert!(matches!(
-        bad("a.node", "-1 3\n"),
-        InputError::Syntax { line: 1, .. }
-    ));
-    assert!(matches!(
-        bad("a.node", "1 4\n1 0 0 0 0\n"),
-        InputError::UnsupportedDimension { found: 4, .. }
-    ));
-    assert!(matches!(
-        bad("a.node", "2 2\n1 0 0\n"),
-        InputError::Truncated {
-            expected: 2,
-            found: 1,
-            ..
-        }
-    ));
+    assert!(matches!(bad("a.node", "x 3\n"), InputError::Syntax { line: 1, .. }));
+    assert!(matches!(bad("a.node", "-1 3\n"), InputError::Syntax { line: 1, .. }));
+    assert!(matches!(bad("a.node", "1 4\n1 0 0 0 0\n"), InputError::UnsupportedDimension { found: 4, .. }));
+    assert!(matches!(bad("a.node", "2 2\n1 0 0\n"), InputError::Truncated { expected: 2, found: 1, .. }));
     assert_eq!(bad("a.node", "1 2\n1 0 0\n2 0 0\n").line(), Some(3));
-    assert!(matches!(
-        bad("a.node", "2 2\n1 0 0\n3 0 0\n"),
-        InputError::Syntax { line: 3, .. }
-    ));
-    assert!(matches!(
-        bad("a.node", "2 2\n2 0 0\n3 0 0\n"),
-        InputError::Syntax { line: 2, .. }
-    ));
+    assert!(matches!(bad("a.node", "2 2\n1 0 0\n3 0 0\n"), InputError::Syntax { line: 3, .. }));
+    assert!(matches!(bad("a.node", "2 2\n2 0 0\n3 0 0\n"), InputError::Syntax { line: 2, .. }));
     assert!(matches!(
         bad("a.node", "1 3\n1 0 0\n"),
-        InputError::MixedDimension {
-            expected: 3,
-            found: 2,
-            ..
-        }
+        InputError::MixedDimension { expected: 3, found: 2, .. }
     ));
-    assert!(matches!(
-        bad("a.node", "1 3\n1 0,5 0 0\n"),
-        InputError::Syntax {
-            line: 2,
-            column: Some(3),
-            ..
-        }
-    ));
-    assert!(matches!(
-        bad_with("a.node", "1 2\n1 0 0\n", &THREE),
-        InputError::MixedDimension { .. }
-    ));
+    assert!(matches!(bad("a.node", "1 3\n1 0,5 0 0\n"), InputError::Syntax { line: 2, column: Some(3), .. }));
+    assert!(matches!(bad_with("a.node", "1 2\n1 0 0\n", &THREE), InputError::MixedDimension { .. }));
     for count in ["100000000000000", "9223372036854775807"] {
         let error = bad("a.node", format!("{count} 3\n1 0 0 0\n"));
-        assert!(
-            matches!(error, InputError::Truncated { found: 1, .. }),
-            "{error}"
-        );
+        assert!(matches!(error, InputError::Truncated { found: 1, .. }), "{error}");
     }
 }

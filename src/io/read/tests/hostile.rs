@@ -25,32 +25,16 @@ const ALL: [Format; 11] = [
 fn survive(format: Format, data: &[u8]) {
     for skip_invalid in [false, true] {
         for dimension in [None, Some(2), Some(3)] {
-            let result = parse(
-                "a",
-                data,
-                &ReadOptions {
-                    dimension,
-                    format: Some(format),
-                    skip_invalid,
-                },
-            );
+            let result = parse("a", data, &ReadOptions { dimension, format: Some(format), skip_invalid });
             if let Ok(file) = result {
                 assert!(file.points.coordinates().iter().all(|c| c.is_finite()));
                 assert_eq!(file.source_index.is_some(), file.skipped > 0);
-                assert!(
-                    file.source_index
-                        .is_none_or(|kept| kept.len() == file.points.len())
-                );
+                assert!(file.source_index.is_none_or(|kept| kept.len() == file.points.len()));
             }
         }
     }
     for base in [None, Some(0), Some(1)] {
-        let options = CellOptions {
-            format: Some(format),
-            base,
-            point_count: Some(4),
-            dimension: None,
-        };
+        let options = CellOptions { format: Some(format), base, point_count: Some(4), dimension: None };
         if let Ok(file) = parse_cells("a", data, &options) {
             assert_eq!(file.cells.len() % (file.dimension + 1), 0);
         }
@@ -60,24 +44,12 @@ fn survive(format: Format, data: &[u8]) {
 /// A sound file of each format.
 fn samples() -> Vec<(Format, Vec<u8>)> {
     vec![
-        (
-            Format::Node,
-            b"2 3 1 1\n1 0 0 0 5 1\n2 1 2 3 5 1\n".to_vec(),
-        ),
+        (Format::Node, b"2 3 1 1\n1 0 0 0 5 1\n2 1 2 3 5 1\n".to_vec()),
         (Format::Text, b"x,y,z\n1,2,3\n4,5,6,7\n".to_vec()),
         (Format::Text, b"2\n\nO 0 0 0\nH 1.5 0 0\n".to_vec()),
         (Format::Npy, npy_f8()),
-        (
-            Format::Npy,
-            npy(
-                "{'descr': '<i8', 'fortran_order': True, 'shape': (2, 3), }",
-                &[0; 48],
-            ),
-        ),
-        (
-            Format::Off,
-            b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec(),
-        ),
+        (Format::Npy, npy("{'descr': '<i8', 'fortran_order': True, 'shape': (2, 3), }", &[0; 48])),
+        (Format::Off, b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec()),
         (Format::Ply, ply_binary(false)),
         (Format::Ply, ply_binary(true)),
         (Format::Stl, stl_binary(b"solid")),
@@ -85,10 +57,7 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         (Format::Obj, b"v 1 2 3\nv 4 5 6 1\nf 1 2\n".to_vec()),
         (Format::Vtu, vtu_raw(false)),
         (Format::Vtu, vtu_raw(true)),
-        (
-            Format::Vtu,
-            vtu_inline("", "ascii", |_, text| text.to_owned()).into_bytes(),
-        ),
+        (Format::Vtu, vtu_inline("", "ascii", |_, text| text.to_owned()).into_bytes()),
         (Format::Msh, MSH2.into()),
         (Format::Msh, MSH41.into()),
         (Format::Medit, MEDIT.into()),
@@ -113,11 +82,7 @@ fn truncations_of_binary_files_are_noticed() {
         ("a.ply", ply_binary(false), ply_binary(false).len()),
         ("a.ply", ply_binary(true), ply_binary(true).len()),
         ("a.stl", stl_binary(b"x"), stl_binary(b"x").len()),
-        (
-            "a.vtu",
-            vtu_raw(true),
-            vtu_raw(true).len() - "\n</AppendedData>\n</VTKFile>\n".len(),
-        ),
+        ("a.vtu", vtu_raw(true), vtu_raw(true).len() - "\n</AppendedData>\n</VTKFile>\n".len()),
     ] {
         for cut in 0..needed {
             bad(name, &data[..cut]);

@@ -27,11 +27,7 @@ fn gzip_by_name_and_by_content() {
     let mut two = gz(&text[..6]);
     two.extend(gz(&text[6..]));
     for name in ["a.xyz.gz", "A.XYZ.GZ", "a.xyz", "-"] {
-        assert_eq!(
-            stream(&two, name, &PLAIN).map(|f| f.points.len()).ok(),
-            Some(2),
-            "{name}"
-        );
+        assert_eq!(stream(&two, name, &PLAIN).map(|f| f.points.len()).ok(), Some(2), "{name}");
     }
     for cut in 2..two.len() {
         let error = stream(&two[..cut], "a.xyz.gz", &PLAIN);
@@ -41,10 +37,7 @@ fn gzip_by_name_and_by_content() {
         );
     }
     for short in [b"".as_slice(), b"\x1f", text] {
-        assert!(matches!(
-            stream(short, "a.xyz.gz", &PLAIN),
-            Err(InputError::Gzip { .. })
-        ));
+        assert!(matches!(stream(short, "a.xyz.gz", &PLAIN), Err(InputError::Gzip { .. })));
     }
 }
 
@@ -64,28 +57,13 @@ fn standard_input_is_recognised_by_content() {
         (Vec::new(), 0),
     ];
     for (data, count) in files {
-        assert_eq!(
-            stream(&data, "-", &PLAIN).map(|f| f.points.len()).ok(),
-            Some(count)
-        );
-        assert_eq!(
-            stream(&gz(&data), "-", &PLAIN).map(|f| f.points.len()).ok(),
-            Some(count)
-        );
+        assert_eq!(stream(&data, "-", &PLAIN).map(|f| f.points.len()).ok(), Some(count));
+        assert_eq!(stream(&gz(&data), "-", &PLAIN).map(|f| f.points.len()).ok(), Some(count));
     }
-    let node = ReadOptions {
-        format: Some(Format::Node),
-        ..PLAIN
-    };
-    assert_eq!(
-        stream(b"1 2\n1 5 6\n", "-", &node).map(|f| f.first_id).ok(),
-        Some(1)
-    );
+    let node = ReadOptions { format: Some(Format::Node), ..PLAIN };
+    assert_eq!(stream(b"1 2\n1 5 6\n", "-", &node).map(|f| f.first_id).ok(), Some(1));
     let error = stream(b"1 2\n1\n", "-", &PLAIN).expect_err("mixed");
-    assert!(
-        error.to_string().starts_with("standard input, line 2"),
-        "{error}"
-    );
+    assert!(error.to_string().starts_with("standard input, line 2"), "{error}");
 }
 
 #[test]
@@ -94,22 +72,10 @@ fn names_of_formats() {
     assert_eq!("mesh".parse(), Ok(Format::Medit));
     assert!("dat".parse::<Format>().is_err());
     assert_eq!(Format::Text.name(), "xyz");
-    assert!(matches!(
-        bad("a.dat", "1 2 3\n"),
-        InputError::UnknownFormat { .. }
-    ));
+    assert!(matches!(bad("a.dat", "1 2 3\n"), InputError::UnknownFormat { .. }));
     assert_eq!(good("a.dat", npy_f8()).points.len(), 4);
     assert_eq!(
-        good_with(
-            "a.dat",
-            "1 2 3\n",
-            &ReadOptions {
-                format: Some(Format::Text),
-                ..PLAIN
-            }
-        )
-        .points
-        .len(),
+        good_with("a.dat", "1 2 3\n", &ReadOptions { format: Some(Format::Text), ..PLAIN }).points.len(),
         1
     );
 }
@@ -119,29 +85,14 @@ fn files_on_disk() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.csv");
     std::fs::write(&path, "1,2,3\n").expect("written");
-    assert_eq!(
-        read(&path, &PLAIN, &mut |_, _| ())
-            .map(|f| f.points.len())
-            .ok(),
-        Some(1)
-    );
+    assert_eq!(read(&path, &PLAIN, &mut |_, _| ()).map(|f| f.points.len()).ok(), Some(1));
     std::fs::write(folder.path().join("a.ele"), "1 3\n0 0 1 2\n").expect("written");
-    let cells = read_cells(
-        &folder.path().join("a.ele"),
-        &CellOptions::default(),
-        &mut |_, _| (),
-    );
+    let cells = read_cells(&folder.path().join("a.ele"), &CellOptions::default(), &mut |_, _| ());
     assert_eq!(cells.map(|c| c.cell_count()).ok(), Some(1));
-    assert!(matches!(
-        read(folder.path(), &PLAIN, &mut |_, _| ()),
-        Err(InputError::Unreadable { .. })
-    ));
+    assert!(matches!(read(folder.path(), &PLAIN, &mut |_, _| ()), Err(InputError::Unreadable { .. })));
     let missing = read(&PathBuf::from("no/such.xyz"), &PLAIN, &mut |_, _| ()).expect_err("missing");
     assert!(matches!(missing, InputError::Missing { .. }));
-    assert_eq!(
-        (missing.line(), missing.path()),
-        (None, Path::new("no/such.xyz"))
-    );
+    assert_eq!((missing.line(), missing.path()), (None, Path::new("no/such.xyz")));
 }
 
 /// Gives some bytes, then fails.
@@ -162,32 +113,15 @@ impl Read for Breaking {
 #[test]
 fn failing_reads_are_reported() {
     for after in [0, 1, 5000] {
-        let result = read_from(
-            Breaking(after),
-            Path::new("a.xyz"),
-            None,
-            &PLAIN,
-            &mut |_, _| (),
-        );
-        assert!(
-            matches!(result, Err(InputError::Unreadable { .. })),
-            "{result:?}"
-        );
+        let result = read_from(Breaking(after), Path::new("a.xyz"), None, &PLAIN, &mut |_, _| ());
+        assert!(matches!(result, Err(InputError::Unreadable { .. })), "{result:?}");
     }
     let whole = gz(b"1 2 3\n");
     let broken = whole[..12].chain(Breaking(0));
     let result = read_from(broken, Path::new("a.xyz"), None, &PLAIN, &mut |_, _| ());
-    assert!(
-        matches!(result, Err(InputError::Unreadable { .. })),
-        "{result:?}"
-    );
-    let cells = read_cells_from(
-        Breaking(9),
-        Path::new("a.ele"),
-        None,
-        &CellOptions::default(),
-        &mut |_, _| (),
-    );
+    assert!(matches!(result, Err(InputError::Unreadable { .. })), "{result:?}");
+    let cells =
+        read_cells_from(Breaking(9), Path::new("a.ele"), None, &CellOptions::default(), &mut |_, _| ());
     assert!(matches!(cells, Err(InputError::Unreadable { .. })));
 }
 
@@ -201,22 +135,13 @@ fn a_million_lines_are_read_fast_and_with_progress() {
     let (mut calls, mut last) = (0, 0);
     let total = Some(text.len() as u64);
     let start = Instant::now();
-    let file = read_from(
-        text.as_bytes(),
-        Path::new("a.xyz"),
-        total,
-        &PLAIN,
-        &mut |read, of| {
-            assert!(read > last && of == total);
-            (calls, last) = (calls + 1, read);
-        },
-    );
+    let file = read_from(text.as_bytes(), Path::new("a.xyz"), total, &PLAIN, &mut |read, of| {
+        assert!(read > last && of == total);
+        (calls, last) = (calls + 1, read);
+    });
     let took = start.elapsed();
     println!("{} bytes in {took:?}", text.len());
     assert_eq!(file.map(|f| f.points.len()).ok(), Some(1_000_000));
-    assert!(
-        last == text.len() as u64 && calls >= text.len() >> 21,
-        "{calls} calls up to {last}"
-    );
+    assert!(last == text.len() as u64 && calls >= text.len() >> 21, "{calls} calls up to {last}");
     assert!(took < Duration::from_secs(10), "{took:?}");
 }

@@ -13,31 +13,14 @@ use super::{CellFile, CellOptions, InputError, PointFile, ReadOptions, cell_list
 use crate::model::Points;
 
 /// Default options.
-const PLAIN: ReadOptions = ReadOptions {
-    dimension: None,
-    format: None,
-    skip_invalid: false,
-};
+const PLAIN: ReadOptions = ReadOptions { dimension: None, format: None, skip_invalid: false };
 /// Invalid points dropped.
-const SKIP: ReadOptions = ReadOptions {
-    skip_invalid: true,
-    ..PLAIN
-};
+const SKIP: ReadOptions = ReadOptions { skip_invalid: true, ..PLAIN };
 /// `-d 2` and `-d 3`.
-const TWO: ReadOptions = ReadOptions {
-    dimension: Some(2),
-    ..PLAIN
-};
-const THREE: ReadOptions = ReadOptions {
-    dimension: Some(3),
-    ..PLAIN
-};
+const TWO: ReadOptions = ReadOptions { dimension: Some(2), ..PLAIN };
+const THREE: ReadOptions = ReadOptions { dimension: Some(3), ..PLAIN };
 
-fn parse(
-    name: &str,
-    data: impl AsRef<[u8]>,
-    options: &ReadOptions,
-) -> Result<PointFile, InputError> {
+fn parse(name: &str, data: impl AsRef<[u8]>, options: &ReadOptions) -> Result<PointFile, InputError> {
     points(Path::new(name), data.as_ref(), options)
 }
 
@@ -63,11 +46,7 @@ fn bad_with(name: &str, data: impl AsRef<[u8]>, options: &ReadOptions) -> InputE
     }
 }
 
-fn parse_cells(
-    name: &str,
-    data: impl AsRef<[u8]>,
-    options: &CellOptions,
-) -> Result<CellFile, InputError> {
+fn parse_cells(name: &str, data: impl AsRef<[u8]>, options: &CellOptions) -> Result<CellFile, InputError> {
     cell_list(Path::new(name), data.as_ref(), options)
 }
 
@@ -100,20 +79,12 @@ fn noted(notes: &[String], part: &str) -> bool {
 /// Four corners, as little-endian bytes of the number type.
 macro_rules! bytes_of {
     ($kind:ty, $convert:ident, $values:expr) => {
-        $values
-            .iter()
-            .flat_map(|v| (*v as $kind).$convert())
-            .collect::<Vec<u8>>()
+        $values.iter().flat_map(|v| (*v as $kind).$convert()).collect::<Vec<u8>>()
     };
 }
 use bytes_of;
 
-const CORNERS: [[f64; 3]; 4] = [
-    [0.0, 0.0, 0.0],
-    [1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.25, 0.5, -2.0],
-];
+const CORNERS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.25, 0.5, -2.0]];
 
 fn npy(header: &str, data: &[u8]) -> Vec<u8> {
     let mut file = b"\x93NUMPY\x01\x00".to_vec();
@@ -213,14 +184,8 @@ fn vtu_raw(wide: bool) -> Vec<u8> {
 /// The same with the arrays in place, written by a function of their bytes and numbers.
 fn vtu_inline(root: &str, format: &str, mut write: impl FnMut(&[u8], &str) -> String) -> String {
     let flat = CORNERS.concat();
-    let points = write(
-        &bytes_of!(f64, to_le_bytes, flat),
-        "0 0 0 1 0 0\n0 1 0 0.25 0.5 -2",
-    );
-    let connectivity = write(
-        &bytes_of!(i64, to_le_bytes, [0, 1, 2, 3, 0, 1, 2]),
-        "0 1 2 3 0 1 2",
-    );
+    let points = write(&bytes_of!(f64, to_le_bytes, flat), "0 0 0 1 0 0\n0 1 0 0.25 0.5 -2");
+    let connectivity = write(&bytes_of!(i64, to_le_bytes, [0, 1, 2, 3, 0, 1, 2]), "0 1 2 3 0 1 2");
     let offsets = write(&bytes_of!(i64, to_le_bytes, [4, 7]), "4 7");
     let types = write(&[10, 5], "10 5");
     format!(

@@ -15,30 +15,14 @@ fn off_in_its_variants() {
     }
     let flat = "OFF 2 0 0\n1 2 0\n3 4 0\n";
     assert!(noted(&good("a.off", flat).notes, "-d 2"));
-    assert_eq!(
-        plane(&good_with("a.off", flat, &TWO)),
-        [[1.0, 2.0], [3.0, 4.0]]
-    );
-    assert!(matches!(
-        bad("a.off", "4OFF\n1 0 0\n"),
-        InputError::Unsupported { .. }
-    ));
-    assert!(matches!(
-        bad("a.off", "OFF BINARY\n"),
-        InputError::Unsupported { .. }
-    ));
+    assert_eq!(plane(&good_with("a.off", flat, &TWO)), [[1.0, 2.0], [3.0, 4.0]]);
+    assert!(matches!(bad("a.off", "4OFF\n1 0 0\n"), InputError::Unsupported { .. }));
+    assert!(matches!(bad("a.off", "OFF BINARY\n"), InputError::Unsupported { .. }));
     assert!(matches!(
         bad("a.off", "OFF\n2 0 0\n0 0 0\n"),
-        InputError::Truncated {
-            expected: 2,
-            found: 1,
-            ..
-        }
+        InputError::Truncated { expected: 2, found: 1, .. }
     ));
-    assert!(matches!(
-        bad("a.off", "OFF\n99999999999999 0 0\n0 0 0\n"),
-        InputError::Truncated { .. }
-    ));
+    assert!(matches!(bad("a.off", "OFF\n99999999999999 0 0\n0 0 0\n"), InputError::Truncated { .. }));
     assert_eq!(bad("a.off", "OFF\n1 0 0\n0 0\n").line(), Some(3));
     assert_eq!(bad("a.off", "OFF\n1 0 0\n0 0 0\n1 1 1\n").line(), Some(4));
     assert!(matches!(bad("a.off", ""), InputError::Truncated { .. }));
@@ -52,32 +36,14 @@ fn ply_ascii() {
         3 0 1 2\r\n0 0 0 9 0\r\n2 5 5 0 1 9 0\r\n0 0 0 9 1\r\n0 -2 0.25 9 0.5\r\n";
     assert_eq!(space(&good("a.ply", text)), CORNERS);
     let head = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n";
-    assert_eq!(
-        plane(&good("a.ply", format!("{head}end_header\n1 2\n3 4\n"))),
-        [[1.0, 2.0], [3.0, 4.0]]
-    );
+    assert_eq!(plane(&good("a.ply", format!("{head}end_header\n1 2\n3 4\n"))), [[1.0, 2.0], [3.0, 4.0]]);
     let z = format!("{head}property float z\nend_header\n");
-    assert_eq!(
-        plane(&good_with("a.ply", format!("{z}1 2 3\n3 4 5\n"), &TWO)),
-        [[1.0, 2.0], [3.0, 4.0]]
-    );
-    assert!(matches!(
-        bad("a.ply", format!("{z}1 2 3\n")),
-        InputError::Truncated { found: 1, .. }
-    ));
+    assert_eq!(plane(&good_with("a.ply", format!("{z}1 2 3\n3 4 5\n"), &TWO)), [[1.0, 2.0], [3.0, 4.0]]);
+    assert!(matches!(bad("a.ply", format!("{z}1 2 3\n")), InputError::Truncated { found: 1, .. }));
     assert_eq!(bad("a.ply", format!("{z}1 2 3\n4 5\n")).line(), Some(9));
-    assert_eq!(
-        bad("a.ply", format!("{z}1 2 3\n4 5 6\n\n7 8 9\n")).line(),
-        Some(11)
-    );
-    assert!(matches!(
-        bad("a.ply", format!("{z}1 2 3\n4 nan 5\n")),
-        InputError::NotFinite { index: 1, .. }
-    ));
-    assert_eq!(
-        good_with("a.ply", format!("{z}1 2 3\n4 nan 5\n"), &SKIP).source_index,
-        Some(vec![0])
-    );
+    assert_eq!(bad("a.ply", format!("{z}1 2 3\n4 5 6\n\n7 8 9\n")).line(), Some(11));
+    assert!(matches!(bad("a.ply", format!("{z}1 2 3\n4 nan 5\n")), InputError::NotFinite { index: 1, .. }));
+    assert_eq!(good_with("a.ply", format!("{z}1 2 3\n4 nan 5\n"), &SKIP).source_index, Some(vec![0]));
     for header in [
         "ply\n",
         "ply\nend_header\n",
@@ -98,33 +64,21 @@ fn ply_ascii() {
 fn stl_and_obj() {
     let file = good("a.stl", STL_ASCII);
     assert_eq!(space(&file), CORNERS);
-    assert!(
-        noted(&file.notes, "6 facet corners welded into 4 points"),
-        "{:?}",
-        file.notes
-    );
-    assert!(matches!(
-        bad("a.stl", &STL_ASCII[..STL_ASCII.len() - 12]),
-        InputError::Truncated { .. }
-    ));
-    assert_eq!(
-        bad("a.stl", "solid\nfacet\nvertex 1 2\nendfacet\nendsolid").line(),
-        Some(3)
-    );
+    assert!(noted(&file.notes, "6 facet corners welded into 4 points"), "{:?}", file.notes);
+    assert!(matches!(bad("a.stl", &STL_ASCII[..STL_ASCII.len() - 12]), InputError::Truncated { .. }));
+    assert_eq!(bad("a.stl", "solid\nfacet\nvertex 1 2\nendfacet\nendsolid").line(), Some(3));
     assert!(matches!(
         bad("a.stl", "solid\nfacet\nvertex 1 2 3\nendfacet\nendsolid"),
         InputError::Truncated { .. }
     ));
     assert_eq!(bad("a.stl", "solid\n1 2 3\nendsolid").line(), Some(2));
-    let obj = "# c\r\nmtllib a\r\nv 0 0 0 1 1 1\r\nvn 1 1 1\r\nv 1 0 0\r\nv 0 1 0\r\nv 0.25 .5 -2\r\nf 1 2 3\r\n";
+    let obj =
+        "# c\r\nmtllib a\r\nv 0 0 0 1 1 1\r\nvn 1 1 1\r\nv 1 0 0\r\nv 0 1 0\r\nv 0.25 .5 -2\r\nf 1 2 3\r\n";
     let file = good("a.obj", obj);
     assert_eq!(space(&file), CORNERS);
     assert!(noted(&file.notes, "colours"));
     assert_eq!(plane(&good_with("a.obj", obj, &TWO)).len(), 4);
-    assert!(matches!(
-        bad("a.obj", "v 1 2\n"),
-        InputError::MixedDimension { .. }
-    ));
+    assert!(matches!(bad("a.obj", "v 1 2\n"), InputError::MixedDimension { .. }));
     assert_eq!(good("a.obj", "").points.len(), 0);
 }
 
@@ -132,23 +86,11 @@ fn stl_and_obj() {
 fn meshes_give_their_points() {
     for (name, text) in [("a.msh", MSH2), ("a.msh", MSH41), ("a.mesh", MEDIT)] {
         assert_eq!(space(&good(name, text)), CORNERS, "{text}");
-        assert_eq!(
-            space(&good(name, text.replace('\n', "\r\n"))),
-            CORNERS,
-            "{text}"
-        );
+        assert_eq!(space(&good(name, text.replace('\n', "\r\n"))), CORNERS, "{text}");
         let dropped = good_with(name, text, &TWO);
         assert_eq!(plane(&dropped).len(), 4);
-        assert!(
-            noted(&dropped.notes, "not 0 for 1 points"),
-            "{:?}",
-            dropped.notes
-        );
-        let nan = good_with(
-            name,
-            text.replace("-2", "nan").replace("1 nan", "1 -2"),
-            &SKIP,
-        );
+        assert!(noted(&dropped.notes, "not 0 for 1 points"), "{:?}", dropped.notes);
+        let nan = good_with(name, text.replace("-2", "nan").replace("1 nan", "1 -2"), &SKIP);
         assert_eq!(nan.source_index, Some(vec![0, 1, 2]), "{text}");
     }
 }
@@ -159,22 +101,12 @@ fn flat_triangle_meshes_are_plane() {
         $Elements\n1\n1 2 0 1 2 3\n$EndElements\n";
     assert_eq!(plane(&good("a.msh", msh)).len(), 3);
     assert_eq!(space(&good_with("a.msh", msh, &THREE)).len(), 3);
-    assert_eq!(
-        space(&good("a.msh", msh.replace("0 1 0\n", "0 1 5\n"))).len(),
-        3
-    );
+    assert_eq!(space(&good("a.msh", msh.replace("0 1 0\n", "0 1 5\n"))).len(), 3);
     let bare = msh.split("$Elements").next().unwrap_or_default();
     assert!(noted(&good("a.msh", bare).notes, "-d 2"));
-    let medit =
-        "MeshVersionFormatted 2 Dimension 2 Vertices 3 0 0 0 1 0 0 0 1 0 Triangles 1 1 2 3 0 End";
-    assert_eq!(
-        plane(&good("a.mesh", medit)),
-        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
-    );
-    assert!(matches!(
-        bad_with("a.mesh", medit, &THREE),
-        InputError::MixedDimension { .. }
-    ));
+    let medit = "MeshVersionFormatted 2 Dimension 2 Vertices 3 0 0 0 1 0 0 0 1 0 Triangles 1 1 2 3 0 End";
+    assert_eq!(plane(&good("a.mesh", medit)), [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    assert!(matches!(bad_with("a.mesh", medit, &THREE), InputError::MixedDimension { .. }));
 }
 
 #[test]

@@ -51,8 +51,8 @@ pub(super) struct Arrays<'a> {
 /// Finds the arrays.
 pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
     let data = source.data;
-    let root = first_tag(data, b"VTKFile")
-        .ok_or_else(|| source.bad_at(0, "no tag VTKFile", "a VTK XML file"))?;
+    let root =
+        first_tag(data, b"VTKFile").ok_or_else(|| source.bad_at(0, "no tag VTKFile", "a VTK XML file"))?;
     let mut grid = root_of(source, &root)?;
     let mut at = root.end;
     let mut section: &[u8] = b"";
@@ -69,11 +69,7 @@ pub(super) fn open(source: Source<'_>) -> Result<Arrays<'_>, InputError> {
                 section = if closing { b"" } else { tag.name };
             }
             (b"DataArray", false) => {
-                let (text, end) = if tag.empty {
-                    (b"".as_slice(), at)
-                } else {
-                    content(source, &tag)?
-                };
+                let (text, end) = if tag.empty { (b"".as_slice(), at) } else { content(source, &tag)? };
                 at = end;
                 let name = tag.attribute("Name").unwrap_or_default();
                 let slot = match (section, name) {
@@ -116,10 +112,7 @@ fn first_tag<'a>(data: &'a [u8], name: &[u8]) -> Option<Tag<'a>> {
 fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputError> {
     let place = Place::Line(source.line_at(root.start));
     if root.attribute("type") != Some("UnstructuredGrid") {
-        let what = format!(
-            "VTK data of type {}",
-            root.attribute("type").unwrap_or_default()
-        );
+        let what = format!("VTK data of type {}", root.attribute("type").unwrap_or_default());
         return Err(source.unsupported(place, what, "save an unstructured grid (.vtu)"));
     }
     let compressor = root.attribute("compressor");
@@ -129,11 +122,7 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
     }
     Ok(Arrays {
         source,
-        endian: if root.attribute("byte_order") == Some("BigEndian") {
-            Endian::Big
-        } else {
-            Endian::Little
-        },
+        endian: if root.attribute("byte_order") == Some("BigEndian") { Endian::Big } else { Endian::Little },
         wide_header: root.attribute("header_type") == Some("UInt64"),
         zlib: compressor.is_some_and(|c| !c.is_empty()),
         point_count: 0,
@@ -146,30 +135,18 @@ fn root_of<'a>(source: Source<'a>, root: &Tag<'_>) -> Result<Arrays<'a>, InputEr
     })
 }
 
-fn attribute_count(
-    source: Source<'_>,
-    tag: &Tag<'_>,
-    name: &'static str,
-) -> Result<u64, InputError> {
+fn attribute_count(source: Source<'_>, tag: &Tag<'_>, name: &'static str) -> Result<u64, InputError> {
     let value = tag.attribute(name);
     let shown = || format!("{name} = {}", excerpt(value.unwrap_or_default().as_bytes()));
-    value
-        .and_then(|v| v.trim().parse().ok())
-        .ok_or_else(|| source.bad_at(tag.start, shown(), "a count"))
+    value.and_then(|v| v.trim().parse().ok()).ok_or_else(|| source.bad_at(tag.start, shown(), "a count"))
 }
 
 /// The longest text directly inside an array, and where the array ends.
 fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize), InputError> {
     let (mut at, mut depth, mut text) = (opening.end, 0_usize, b"".as_slice());
     loop {
-        let missing = || {
-            source.truncated(
-                Place::Line(source.line_at(opening.start)),
-                "tag closing a DataArray",
-                1,
-                0,
-            )
-        };
+        let missing =
+            || source.truncated(Place::Line(source.line_at(opening.start)), "tag closing a DataArray", 1, 0);
         let tag = next_tag(source.data, at).ok_or_else(missing)?;
         let run = source.data[at..tag.start].trim_ascii();
         if depth == 0 && run.len() > text.len() {
@@ -185,15 +162,11 @@ fn content<'a>(source: Source<'a>, opening: &Tag<'_>) -> Result<(&'a [u8], usize
     }
 }
 
-fn declared<'a>(
-    source: Source<'_>,
-    tag: &Tag<'_>,
-    text: &'a [u8],
-) -> Result<DataArray<'a>, InputError> {
+fn declared<'a>(source: Source<'_>, tag: &Tag<'_>, text: &'a [u8]) -> Result<DataArray<'a>, InputError> {
     let kind = tag.attribute("type").unwrap_or_default();
     let scalar = Scalar::of_vtk(kind);
-    let scalar = scalar
-        .ok_or_else(|| source.bad_at(tag.start, format!("type {kind}"), "a VTK number type"))?;
+    let scalar =
+        scalar.ok_or_else(|| source.bad_at(tag.start, format!("type {kind}"), "a VTK number type"))?;
     let components = match tag.attribute("NumberOfComponents") {
         Some(_) => attribute_count(source, tag, "NumberOfComponents")?,
         None => 1,
@@ -203,21 +176,10 @@ fn declared<'a>(
         "binary" => Storage::Base64,
         "appended" => Storage::Appended(attribute_count(source, tag, "offset")?),
         other => {
-            return Err(source.bad_at(
-                tag.start,
-                format!("format {other}"),
-                "ascii, binary or appended",
-            ));
+            return Err(source.bad_at(tag.start, format!("format {other}"), "ascii, binary or appended"));
         }
     };
-    Ok(DataArray {
-        scalar,
-        components,
-        storage,
-        text,
-        offset: tag.start,
-        line: source.line_at(tag.start),
-    })
+    Ok(DataArray { scalar, components, storage, text, offset: tag.start, line: source.line_at(tag.start) })
 }
 
 fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, InputError> {
@@ -239,11 +201,7 @@ fn appended<'a>(source: Source<'a>, tag: &Tag<'_>) -> Result<Appended<'a>, Input
         ));
     }
     let offset = tag.end + blanks + 1;
-    Ok(Appended {
-        raw,
-        data: &source.data[offset..],
-        offset,
-    })
+    Ok(Appended { raw, data: &source.data[offset..], offset })
 }
 
 impl DataArray<'_> {

@@ -25,9 +25,7 @@ pub(super) fn decode(text: &[u8]) -> Option<Vec<u8>> {
         quad[filled] = value;
         filled += 1;
         if filled == 4 {
-            let all = quad
-                .iter()
-                .fold(0_u32, |all, six| all << 6 | u32::from(*six));
+            let all = quad.iter().fold(0_u32, |all, six| all << 6 | u32::from(*six));
             let kept = 3_usize.checked_sub(padding).filter(|kept| *kept > 0)?;
             bytes.extend_from_slice(&all.to_be_bytes()[1..=kept]);
             (filled, padding) = (0, 0);

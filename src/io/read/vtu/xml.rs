@@ -52,9 +52,7 @@ pub(super) fn next_tag(data: &[u8], mut from: usize) -> Option<Tag<'_>> {
 
 /// The byte after the first `mark`.
 fn find(data: &[u8], mark: &[u8]) -> Option<usize> {
-    data.windows(mark.len())
-        .position(|w| w == mark)
-        .map(|at| at + mark.len())
+    data.windows(mark.len()).position(|w| w == mark).map(|at| at + mark.len())
 }
 
 fn tag(data: &[u8], start: usize) -> Option<Tag<'_>> {
@@ -75,23 +73,9 @@ fn tag(data: &[u8], start: usize) -> Option<Tag<'_>> {
         _ => false,
     })?;
     let body = &body[..length];
-    let (closing, body) = body
-        .strip_prefix(b"/")
-        .map_or((false, body), |body| (true, body));
-    let (empty, body) = body
-        .strip_suffix(b"/")
-        .map_or((false, body), |body| (true, body));
-    let split = body
-        .iter()
-        .position(u8::is_ascii_whitespace)
-        .unwrap_or(body.len());
+    let (closing, body) = body.strip_prefix(b"/").map_or((false, body), |body| (true, body));
+    let (empty, body) = body.strip_suffix(b"/").map_or((false, body), |body| (true, body));
+    let split = body.iter().position(u8::is_ascii_whitespace).unwrap_or(body.len());
     let (name, attributes) = body.split_at(split);
-    Some(Tag {
-        name,
-        attributes,
-        closing,
-        empty,
-        start,
-        end: start + length + 2,
-    })
+    Some(Tag { name, attributes, closing, empty, start, end: start + length + 2 })
 }

@@ -2,22 +2,13 @@ use super::*;
 
 #[test]
 fn npy_is_read_by_another_reader() {
-    for (sample, shape) in [
-        (kuhn(2), [48, 4]),
-        (squares(3), [18, 3]),
-        (no_cells(3, 2), [0, 4]),
-    ] {
+    for (sample, shape) in [(kuhn(2), [48, 4]), (squares(3), [18, 3]), (no_cells(3, 2), [0, 4])] {
         let bytes = one("m.npy", &sample);
         let file = npyz::NpyFile::new(&bytes[..]).unwrap();
         assert_eq!(file.shape(), shape);
         assert_eq!(file.order(), npyz::Order::C);
         let cells: Vec<i64> = file.into_vec().unwrap();
-        assert!(
-            cells
-                .iter()
-                .map(|&c| c as u64)
-                .eq(sample.cells.iter().copied())
-        );
+        assert!(cells.iter().map(|&c| c as u64).eq(sample.cells.iter().copied()));
         let data = sample.cells.len() * 8;
         assert_eq!((bytes.len() - data) % 64, 0);
     }
@@ -26,11 +17,7 @@ fn npy_is_read_by_another_reader() {
 /// The head of a `.vtu` file, and the arrays as raw bytes by name.
 pub(super) fn vtu_arrays(bytes: &[u8]) -> (String, HashMap<String, Vec<u8>>) {
     let marker = b"encoding=\"raw\">\n   _";
-    let start = bytes
-        .windows(marker.len())
-        .position(|w| w == marker)
-        .unwrap()
-        + marker.len();
+    let start = bytes.windows(marker.len()).position(|w| w == marker).unwrap() + marker.len();
     let head = String::from_utf8(bytes[..start].to_vec()).unwrap();
     let attribute = |line: &str, name: &str| {
         let value = line.split(&format!(" {name}=\"")).nth(1)?;
@@ -52,24 +39,15 @@ pub(super) fn vtu_arrays(bytes: &[u8]) -> (String, HashMap<String, Vec<u8>>) {
 }
 
 pub(super) fn words(bytes: &[u8]) -> Vec<u64> {
-    bytes
-        .chunks_exact(8)
-        .map(|w| u64::from_le_bytes(w.try_into().unwrap()))
-        .collect()
+    bytes.chunks_exact(8).map(|w| u64::from_le_bytes(w.try_into().unwrap())).collect()
 }
 
 #[test]
 fn vtu_holds_the_mesh() {
     for (sample, kind) in [(awkward(kuhn(2)), 10), (awkward(squares(3)), 5)] {
         let (head, arrays) = vtu_arrays(&one("m.vtu", &sample));
-        let (d, n, m) = (
-            sample.dimension,
-            sample.view().point_count(),
-            sample.view().cell_count(),
-        );
-        assert!(
-            head.contains("version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"")
-        );
+        let (d, n, m) = (sample.dimension, sample.view().point_count(), sample.view().cell_count());
+        assert!(head.contains("version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\""));
         assert!(head.contains(&format!("NumberOfPoints=\"{n}\" NumberOfCells=\"{m}\"")));
         assert!(head.contains("PointData GlobalIds=\"GlobalPointIds\""));
         assert!(head.contains("CellData GlobalIds=\"GlobalCellIds\""));
@@ -77,19 +55,10 @@ fn vtu_holds_the_mesh() {
         let ends: Vec<u64> = (1..=m as u64).map(|i| i * (d as u64 + 1)).collect();
         assert_eq!(words(&arrays["offsets"]), ends);
         assert_eq!(arrays["types"], vec![kind; m]);
-        assert_eq!(
-            words(&arrays["GlobalPointIds"]),
-            (0..n as u64).collect::<Vec<_>>()
-        );
-        assert_eq!(
-            words(&arrays["GlobalCellIds"]),
-            (0..m as u64).collect::<Vec<_>>()
-        );
+        assert_eq!(words(&arrays["GlobalPointIds"]), (0..n as u64).collect::<Vec<_>>());
+        assert_eq!(words(&arrays["GlobalCellIds"]), (0..m as u64).collect::<Vec<_>>());
         assert_eq!(arrays["radius_edge_ratio"].len(), 8 * m);
-        for (row, point) in words(&arrays["Points"])
-            .chunks(3)
-            .zip(sample.coordinates.chunks(d))
-        {
+        for (row, point) in words(&arrays["Points"]).chunks(3).zip(sample.coordinates.chunks(d)) {
             let mut expected = point.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
             expected.resize(3, 0);
             assert_eq!(row, expected);
@@ -101,10 +70,7 @@ fn vtu_holds_the_mesh() {
 #[test]
 fn vtu_holds_owners_where_asked_for() {
     let sample = kuhn(1);
-    let options = WriteOptions {
-        with_owner: true,
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { with_owner: true, ..WriteOptions::default() };
     let (_, arrays) = vtu_arrays(&written("m.vtu", &sample, &options)["m.vtu"]);
     let owner: Vec<u8> = sample.owner.iter().flat_map(|o| o.to_le_bytes()).collect();
     assert_eq!(arrays["owner"], owner);
@@ -112,9 +78,5 @@ fn vtu_holds_owners_where_asked_for() {
     let ratios = words(&arrays["radius_edge_ratio"]);
     // A Kuhn tetrahedron has the diagonal of the cube as diameter of its sphere.
     let expected = 0.75f64.sqrt();
-    assert!(
-        ratios
-            .iter()
-            .all(|r| (f64::from_bits(*r) - expected).abs() < 1e-15)
-    );
+    assert!(ratios.iter().all(|r| (f64::from_bits(*r) - expected).abs() < 1e-15));
 }

@@ -3,10 +3,7 @@ use super::*;
 /// The lines between a heading and its end.
 pub(super) fn section<'a>(lines: &[&'a str], name: &str) -> Vec<&'a str> {
     let start = lines.iter().position(|l| *l == format!("${name}")).unwrap();
-    let end = lines
-        .iter()
-        .position(|l| *l == format!("$End{name}"))
-        .unwrap();
+    let end = lines.iter().position(|l| *l == format!("$End{name}")).unwrap();
     lines[start + 1..end].to_vec()
 }
 
@@ -31,11 +28,7 @@ fn msh_22_holds_the_mesh() {
 fn msh_41_holds_the_mesh() {
     for (sample, kind) in [(awkward(kuhn(2)), 4), (awkward(squares(3)), 2)] {
         let bytes = one("m.msh", &sample);
-        let (d, n, m) = (
-            sample.dimension,
-            sample.view().point_count(),
-            sample.view().cell_count(),
-        );
+        let (d, n, m) = (sample.dimension, sample.view().point_count(), sample.view().cell_count());
         let lines = text(&bytes);
         assert_eq!(section(&lines, "MeshFormat"), ["4.1 0 8"]);
         let entities = section(&lines, "Entities");
@@ -60,10 +53,7 @@ fn msh_41_holds_the_mesh() {
 #[test]
 fn the_msh_version_follows_option_and_name() {
     let sample = squares(1);
-    let v22 = WriteOptions {
-        msh: MshVersion::V22,
-        ..WriteOptions::default()
-    };
+    let v22 = WriteOptions { msh: MshVersion::V22, ..WriteOptions::default() };
     let version = |name: &str, options: &WriteOptions| {
         let files = written(name, &sample, options);
         text(&files[name])[1][..3].to_owned()
@@ -75,10 +65,9 @@ fn the_msh_version_follows_option_and_name() {
 
 #[test]
 fn medit_holds_the_mesh_and_its_hull() {
-    for (sample, facet, cell, hull) in [
-        (awkward(kuhn(2)), "Triangles", "Tetrahedra", 48),
-        (awkward(squares(3)), "Edges", "Triangles", 12),
-    ] {
+    for (sample, facet, cell, hull) in
+        [(awkward(kuhn(2)), "Triangles", "Tetrahedra", 48), (awkward(squares(3)), "Edges", "Triangles", 12)]
+    {
         let bytes = one("m.mesh", &sample);
         let lines = text(&bytes);
         let n = sample.view().point_count();

@@ -13,9 +13,7 @@ use std::fs;
 use super::samples::{Sample, kuhn, no_cells, squares};
 use super::*;
 
-const NAMES: [&str; 8] = [
-    "m.vtu", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off",
-];
+const NAMES: [&str; 8] = ["m.vtu", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off"];
 
 /// Writes a mesh under a name in a fresh directory; returns all files found there.
 fn written(name: &str, sample: &Sample, options: &WriteOptions) -> HashMap<String, Vec<u8>> {
@@ -32,26 +30,15 @@ fn written(name: &str, sample: &Sample, options: &WriteOptions) -> HashMap<Strin
     let found: HashMap<String, Vec<u8>> = fs::read_dir(directory.path())
         .unwrap()
         .map(|entry| entry.unwrap())
-        .map(|e| {
-            (
-                e.file_name().into_string().unwrap(),
-                fs::read(e.path()).unwrap(),
-            )
-        })
+        .map(|e| (e.file_name().into_string().unwrap(), fs::read(e.path()).unwrap()))
         .collect();
     assert_eq!(found.len(), listed.len());
-    assert!(
-        listed
-            .iter()
-            .all(|f| found.contains_key(f.file_name().unwrap().to_str().unwrap()))
-    );
+    assert!(listed.iter().all(|f| found.contains_key(f.file_name().unwrap().to_str().unwrap())));
     found
 }
 
 fn one(name: &str, sample: &Sample) -> Vec<u8> {
-    written(name, sample, &WriteOptions::default())
-        .remove(name)
-        .unwrap()
+    written(name, sample, &WriteOptions::default()).remove(name).unwrap()
 }
 
 fn text(bytes: &[u8]) -> Vec<&str> {
@@ -62,9 +49,7 @@ fn numbers<T: std::str::FromStr>(line: &str) -> Vec<T>
 where
     T::Err: std::fmt::Debug,
 {
-    line.split_whitespace()
-        .map(|word| word.parse().unwrap())
-        .collect()
+    line.split_whitespace().map(|word| word.parse().unwrap()).collect()
 }
 
 /// A mesh whose coordinates are awkward to print.
@@ -121,15 +106,9 @@ fn meshes_without_cells_are_written_in_every_format() {
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
     let sample = awkward(kuhn(12));
-    let options = WriteOptions {
-        with_owner: true,
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { with_owner: true, ..WriteOptions::default() };
     let with_threads = |threads: usize, name: &str| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| written(name, &sample, &options))
     };
     for name in NAMES {
@@ -148,12 +127,7 @@ fn failures_leave_the_old_files_alone() {
     for name in ["m.node", "m.mesh"] {
         fs::write(directory.path().join(name), "old").unwrap();
         let path = directory.path().join(name);
-        let error = write(
-            &path,
-            &sample.view(),
-            &WriteOptions::default(),
-            &mut |_, _| {},
-        );
+        let error = write(&path, &sample.view(), &WriteOptions::default(), &mut |_, _| {});
         let error = error.unwrap_err();
         assert!(matches!(error, OutputError::Topology { .. }), "{error}");
         assert!(error.to_string().contains("[0, 1]"), "{error}");
@@ -169,43 +143,19 @@ fn inconsistent_meshes_are_refused_before_anything_is_written() {
     let sample = squares(1);
     let good = sample.view();
     let bad = [
-        MeshView {
-            dimension: 4,
-            ..good
-        },
-        MeshView {
-            dimension: 0,
-            ..good
-        },
-        MeshView {
-            coordinates: &good.coordinates[1..],
-            ..good
-        },
-        MeshView {
-            coordinates: &good.coordinates[2..],
-            ..good
-        },
-        MeshView {
-            cells: &good.cells[1..],
-            ..good
-        },
-        MeshView {
-            owner: Some(&[1]),
-            ..good
-        },
-        MeshView {
-            home_leaf: Some(&[]),
-            ..good
-        },
+        MeshView { dimension: 4, ..good },
+        MeshView { dimension: 0, ..good },
+        MeshView { coordinates: &good.coordinates[1..], ..good },
+        MeshView { coordinates: &good.coordinates[2..], ..good },
+        MeshView { cells: &good.cells[1..], ..good },
+        MeshView { owner: Some(&[1]), ..good },
+        MeshView { home_leaf: Some(&[]), ..good },
     ];
     for mesh in bad {
         let error = write(&path, &mesh, &WriteOptions::default(), &mut |_, _| {}).unwrap_err();
         assert!(matches!(error, OutputError::InvalidMesh { .. }), "{error}");
     }
-    let options = WriteOptions {
-        first_id: 2,
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { first_id: 2, ..WriteOptions::default() };
     let error = write(&path, &good, &options, &mut |_, _| {}).unwrap_err();
     assert!(matches!(error, OutputError::FirstId { first_id: 2 }));
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);

@@ -4,10 +4,7 @@ use super::*;
 fn tetgen_files_hold_the_mesh() {
     for base in [0, 1] {
         for sample in [awkward(kuhn(2)), awkward(squares(3))] {
-            let options = WriteOptions {
-                first_id: base,
-                ..WriteOptions::default()
-            };
+            let options = WriteOptions { first_id: base, ..WriteOptions::default() };
             let files = written("m.ele", &sample, &options);
             let d = sample.dimension;
             assert_eq!(files.len(), d + 2);
@@ -38,20 +35,13 @@ fn tetgen_faces_edges_and_neighbours() {
     let edge = text(&files["m.edge"]);
     // 27 points, 48 cells, 96 + 24 facets: by Euler 27 - e + 120 - 48 = 1.
     assert_eq!((edge[0], edge.len()), ("98 1", 99));
-    assert_eq!(
-        edge[1..].iter().filter(|line| line.ends_with(" 1")).count(),
-        72
-    );
+    assert_eq!(edge[1..].iter().filter(|line| line.ends_with(" 1")).count(), 72);
     let neigh = text(&files["m.neigh"]);
     assert_eq!((neigh[0], neigh.len()), ("48 4", 49));
     let cell = |row: i64| &sample.cells[row as usize * 4..][..4];
     for line in &neigh[1..] {
         let row: Vec<i64> = numbers(line);
-        for (i, &other) in row[1..]
-            .iter()
-            .enumerate()
-            .filter(|(_, other)| **other >= 0)
-        {
+        for (i, &other) in row[1..].iter().enumerate().filter(|(_, other)| **other >= 0) {
             let shared = cell(row[0]).iter().filter(|v| cell(other).contains(v));
             assert_eq!(shared.count(), 3);
             assert!(!cell(other).contains(&cell(row[0])[i]));
@@ -68,10 +58,7 @@ fn in_the_plane_there_is_no_face_file() {
     assert_eq!(names, ["m.edge", "m.ele", "m.neigh", "m.node"]);
     let edge = text(&files["m.edge"]);
     assert_eq!(edge[0], "16 1");
-    assert_eq!(
-        edge[1..].iter().filter(|line| line.ends_with(" 1")).count(),
-        8
-    );
+    assert_eq!(edge[1..].iter().filter(|line| line.ends_with(" 1")).count(), 8);
 }
 
 #[test]

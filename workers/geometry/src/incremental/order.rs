@@ -26,9 +26,7 @@ pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
         (0u32..).zip(points).map(|(i, p)| (round(p), curve.key(p), i)).collect();
     keyed.sort_unstable_by(|a, b| {
         let by_key = (a.0, a.1).cmp(&(b.0, b.1));
-        by_key
-            .then_with(|| lex_cmp(&points[a.2 as usize], &points[b.2 as usize]))
-            .then_with(|| a.2.cmp(&b.2))
+        by_key.then_with(|| lex_cmp(&points[a.2 as usize], &points[b.2 as usize])).then_with(|| a.2.cmp(&b.2))
     });
     keyed.into_iter().map(|(_, _, i)| i).collect()
 }
@@ -133,16 +131,13 @@ mod tests {
     fn the_curve_visits_neighbours_in_turn() {
         let side = 16u32;
         let points: Vec<DVec3> = (0..side.pow(3))
-            .map(|i| {
-                DVec3::new((i % side).into(), (i / side % side).into(), (i / side / side).into())
-            })
+            .map(|i| DVec3::new((i % side).into(), (i / side % side).into(), (i / side / side).into()))
             .collect();
         let curve = Curve { low: DVec3::ZERO, scale: f64::from(1u32 << (bits(3) - 4)) };
         let mut along = points.clone();
         along.sort_by_key(|p| curve.key(p));
         assert!(along.windows(2).all(|w| (w[1] - w[0]).length_squared() == 1.0));
-        let plane: Vec<DVec2> =
-            points.iter().filter(|p| p.z == 0.0).map(|p| p.truncate()).collect();
+        let plane: Vec<DVec2> = points.iter().filter(|p| p.z == 0.0).map(|p| p.truncate()).collect();
         let curve = Curve { low: DVec2::ZERO, scale: f64::from(1u32 << (bits(2) - 4)) };
         let mut along = plane.clone();
         along.sort_by_key(|p| curve.key(p));
@@ -154,10 +149,8 @@ mod tests {
         let points: Vec<DVec2> =
             (0..200u32).map(|i| DVec2::new((i * 37 % 101).into(), (i * 61 % 97).into())).collect();
         let reversed: Vec<DVec2> = points.iter().rev().copied().collect();
-        let first: Vec<DVec2> =
-            insertion_order(&points).iter().map(|&i| points[i as usize]).collect();
-        let second: Vec<DVec2> =
-            insertion_order(&reversed).iter().map(|&i| reversed[i as usize]).collect();
+        let first: Vec<DVec2> = insertion_order(&points).iter().map(|&i| points[i as usize]).collect();
+        let second: Vec<DVec2> = insertion_order(&reversed).iter().map(|&i| reversed[i as usize]).collect();
         assert_eq!(first, second);
         assert!(insertion_order::<DVec2>(&[]).is_empty());
         assert_eq!(insertion_order(&[DVec2::ONE, DVec2::ONE]), [0, 1]);

@@ -8,8 +8,7 @@ use crate::point::lex_cmp;
 
 /// Cells as sorted rows of coordinate bits: what must not depend on numbering.
 fn by_coordinates<P: Point>(dt: &Incremental<P>) -> Vec<Vec<Vec<u64>>> {
-    let bits =
-        |&v: &u32| (0..P::DIM).map(|i| dt.vertices()[v as usize].coord(i).to_bits()).collect();
+    let bits = |&v: &u32| (0..P::DIM).map(|i| dt.vertices()[v as usize].coord(i).to_bits()).collect();
     let mut rows: Vec<Vec<Vec<u64>>> = dt
         .cells()
         .map(|cell| {
@@ -45,8 +44,7 @@ fn brute_force<P: Point>(points: &[P]) -> Vec<P::Cell> {
         if sign == Sign::Negative {
             corners.swap(0, 1);
         }
-        let empty =
-            || (0..points.len()).all(|i| chosen.contains(&i) || !in_sphere(&corners, points[i]));
+        let empty = || (0..points.len()).all(|i| chosen.contains(&i) || !in_sphere(&corners, points[i]));
         if sign != Sign::Zero && empty() {
             let mut cell = P::Cell::splat(0);
             for (to, &i) in cell.as_mut().iter_mut().zip(&chosen) {
@@ -133,8 +131,7 @@ struct Lcg(u64);
 
 impl Lcg {
     fn below(&mut self, n: usize) -> usize {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as usize % n
     }
 
@@ -161,11 +158,7 @@ fn grids_agree_with_brute_force() {
 fn flat_prefixes_and_collinear_runs_agree_with_brute_force() {
     let mut points: Vec<DVec3> = (0..6).map(|i| DVec3::X * f64::from(i)).collect();
     points.extend((0..6).map(|i| DVec3::new(f64::from(i), 1.0, 0.0)));
-    points.extend([
-        DVec3::new(2.0, 0.5, 1.0),
-        DVec3::new(2.0, 0.5, -1.0),
-        DVec3::new(9.0, 9.0, 0.0),
-    ]);
+    points.extend([DVec3::new(2.0, 0.5, 1.0), DVec3::new(2.0, 0.5, -1.0), DVec3::new(9.0, 9.0, 0.0)]);
     agrees_with_brute_force(&points);
     let mut plane: Vec<DVec2> = (0..9).map(|i| DVec2::X * f64::from(i)).collect();
     plane.extend([DVec2::new(4.0, 1.0), DVec2::new(4.0, -2.0), DVec2::new(4.0, 5.0)]);
@@ -204,8 +197,7 @@ fn a_grid_has_one_triangulation_whatever_the_order() {
     let points = grid3(8);
     let dt = Incremental::new(points.clone()).unwrap();
     check(&dt);
-    let volume: f64 =
-        dt.cells().map(|c| DVec3::orient_raw(&c.map(|v| points[v as usize])) / 6.0).sum();
+    let volume: f64 = dt.cells().map(|c| DVec3::orient_raw(&c.map(|v| points[v as usize])) / 6.0).sum();
     assert!((volume - 343.0).abs() < 1e-9);
     let mut random = Lcg(1);
     for _ in 0..3 {
@@ -220,10 +212,7 @@ fn a_grid_has_one_triangulation_whatever_the_order() {
     assert_eq!(plane.cells().count(), 2 * 11 * 11);
     let mut shuffled = grid2(12);
     random.shuffle(&mut shuffled);
-    assert_eq!(
-        by_coordinates(&Incremental::build(shuffled, None).unwrap()),
-        by_coordinates(&plane)
-    );
+    assert_eq!(by_coordinates(&Incremental::build(shuffled, None).unwrap()), by_coordinates(&plane));
 }
 
 #[test]

@@ -180,7 +180,8 @@ fn draw_from<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut 
     let (best, kind) = if let Some(best) = lowest(&scored, cost) {
         (Some(best), DrawKind::Sphere)
     } else {
-        let why = if has_room(centre) { PlaneReason::NoAdmissibleCircle } else { PlaneReason::CentreOnSphere };
+        let why =
+            if has_room(centre) { PlaneReason::NoAdmissibleCircle } else { PlaneReason::CentreOnSphere };
         (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
     };
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
@@ -252,11 +253,16 @@ impl<P: Point> Judge<P> {
     fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
         let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
         // Coincident samples, at distance zero, do not bound each other's balls.
-        let nearest = cost.pairs(&local, &local, |_| f64::INFINITY, |least, &p, _, &q| {
-            let d = dist2(p, q);
-            let d = if d > 0.0 { d } else { f64::INFINITY };
-            *least = if d < *least { d } else { *least };
-        });
+        let nearest = cost.pairs(
+            &local,
+            &local,
+            |_| f64::INFINITY,
+            |least, &p, _, &q| {
+                let d = dist2(p, q);
+                let d = if d > 0.0 { d } else { f64::INFINITY };
+                *least = if d < *least { d } else { *least };
+            },
+        );
         let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest).collect();
         let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
         let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
@@ -309,11 +315,12 @@ fn best_plane<P: Point>(frame: &Frame<P>, judge: &Judge<P>, cost: &mut Cost) -> 
         let gaps: Vec<(usize, &[f64])> = coords.windows(2).enumerate().collect();
         let balance = own.map(&gaps, |(i, gap)| (gap[0] < gap[1]).then_some((i + 1).max(m - i - 1)));
         let zipped: Vec<(usize, Option<usize>)> = balance.into_iter().enumerate().collect();
-        let best = own.reduce(&zipped, None, |best: Option<(usize, usize)>, &(i, larger)| match (best, larger) {
-            (Some((_, least)), Some(larger)) if larger < least => Some((i, larger)),
-            (None, Some(larger)) => Some((i, larger)),
-            _ => best,
-        });
+        let best =
+            own.reduce(&zipped, None, |best: Option<(usize, usize)>, &(i, larger)| match (best, larger) {
+                (Some((_, least)), Some(larger)) if larger < least => Some((i, larger)),
+                (None, Some(larger)) => Some((i, larger)),
+                _ => best,
+            });
         own.close(m as u64);
         let (low, high) = best.map(|(i, _)| (coords[i], coords[i + 1]))?;
         let middle = 0.5 * low + 0.5 * high;

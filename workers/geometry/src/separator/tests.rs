@@ -221,7 +221,12 @@ fn depth_is_logarithmic_in_the_samples_alone() {
             cost
         };
         let cost = run(1 << 40);
-        println!("{m} samples: work {} depth {} log {}", cost.work(), cost.depth(), cost.depth_log_scan(m as u64));
+        println!(
+            "{m} samples: work {} depth {} log {}",
+            cost.work(),
+            cost.depth(),
+            cost.depth_log_scan(m as u64)
+        );
         assert_eq!(cost, run(1 << 20));
         assert_eq!(cost.scans(), 0);
         assert!(cost.depth() <= 50 + 5 * ceil_log2(m as u64));
