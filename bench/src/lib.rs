@@ -1,1 +1,1 @@
-//! Benchmarks.
+//! Workloads and measurements of septet. See `README.md`.

@@ -6,15 +6,17 @@
 //! triangulation.
 //!
 //! A cell stands in all its vertices' stars iff it stands in the star of its smallest vertex together with
-//! each other vertex' star; so agreement is needed of each (smallest, other) pair only. Pairs at home on one
-//! worker are looked up. For pairs across two workers each worker sums a 128-bit hash of (cell, other
-//! vertex) over its own stars; equal sums and counts mean agreement but for a collision (probability below
-//! 2^-100 for any number of cells that fits a machine, if the hash mixes as well as a random one; the
-//! hash is over ids and coordinate bits, so a corrupted copy shows as well). Only pairs of workers that
-//! differ exchange lists.
+//! each other vertex' star; so agreement is needed of each (smallest, other) pair only. Every worker sums a
+//! 128-bit hash of (cell, other vertex) over its own stars, once for the pairs seen from the smallest vertex
+//! and once from the other: the two sums of pairs that are both at home must be equal, and so must the sums
+//! that two workers hold of the pairs between them. Equal sums and counts mean agreement but for a
+//! collision: probability about 2^-128 for each of the sums, if the hash mixes like a random one. The hash is
+//! over ids and coordinate bits, so a corrupted copy shows as well. The sums follow every change of a star;
+//! a certificate costs one message a pair of workers. Only where sums differ are cells looked up, or lists
+//! exchanged.
 //!
 //! **Rounds.** One, or two where lists are needed. **Work and depth.** One vector step over (cell, vertex)
-//! pairs.
+//! pairs, once, and over those of changed stars.
 
 use std::collections::{BTreeMap, HashSet};
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -38,15 +40,41 @@ pub(crate) struct Disagreement {
     pub(crate) other: u32,
 }
 
-/// The state of a check.
+/// Order-free sums of a set of stars, by who else must hold the same.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Sums {
+    /// Pairs both at home, seen from the smallest vertex.
+    from_smallest: (u128, u64),
+    /// The same, seen from the other vertex.
+    from_other: (u128, u64),
+    /// Pairs with a vertex at home elsewhere.
+    remote: BTreeMap<Rank, (u128, u64)>,
+}
+
+/// Adds or takes away one key.
+fn count(entry: &mut (u128, u64), key: u128, add: bool) {
+    *entry = if add {
+        (entry.0.wrapping_add(key), entry.1.wrapping_add(1))
+    } else {
+        (entry.0.wrapping_sub(key), entry.1.wrapping_sub(1))
+    };
+}
+
+fn unite(entry: &mut (u128, u64), other: (u128, u64)) {
+    *entry = (entry.0.wrapping_add(other.0), entry.1.wrapping_add(other.1));
+}
+
+/// The state of checks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Agreement {
-    sums: BTreeMap<Rank, (u128, u64)>,
+    sums: Sums,
+    /// Hashes of the table's points, as far as they were needed.
+    hashes: Vec<u128>,
     compared: bool,
     lists: BTreeMap<Rank, Vec<u128>>,
     /// What this worker's stars hold and others lack.
     pub(crate) disagreements: Vec<Disagreement>,
-    /// Number of workers whose fingerprints differ.
+    /// Number of workers whose fingerprints differ, and whether the own sums do.
     pub(crate) differing: u64,
 }
 
@@ -66,51 +94,96 @@ fn mix(h: u128) -> u128 {
     h ^ (h >> 64)
 }
 
-/// What one group of stars gives.
-#[derive(Default)]
-struct Scan {
-    sums: BTreeMap<Rank, (u128, u64)>,
-    disagreements: Vec<Disagreement>,
-    pairs: Sweep,
-}
+/// Home points of one leaf that are scanned together.
+const GROUP: usize = 4096;
 
 impl<P: Point> Worker<P> {
-    pub(crate) fn begin_check(&mut self) {
-        let hashes = self.point_hashes();
-        let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
-        let scans = map_in(&self.pool, &self.leaves, |leaf| {
-            let mut scan = Scan::default();
-            for home in leaf.home() {
-                self.scan_star(home, &hashes, &seen, &mut scan);
+    /// Position of a leaf, and some of its home points.
+    pub(crate) fn home_groups(&self) -> Vec<(usize, std::ops::Range<u32>)> {
+        let mut groups = Vec::new();
+        for (at, leaf) in self.leaves.iter().enumerate() {
+            for start in leaf.home().step_by(GROUP) {
+                groups.push((at, start..leaf.end.min(start + GROUP as u32)));
             }
-            scan
-        });
-        let missing = map_in(&self.pool, &self.leaves, |leaf| {
-            leaf.home().flat_map(|home| self.lacking(home, &seen)).collect::<Vec<_>>()
-        });
-        self.agreement = Agreement::default();
-        let ids: Vec<NodeId> = self.leaves.iter().map(|l| l.id).collect();
-        for (id, scan) in ids.into_iter().zip(scans) {
-            let mut cost = Cost::ZERO;
-            let items = scan.pairs.items();
-            cost.swept(scan.pairs);
-            self.ledger.charge(self.phase, id, cost, items);
-            for (rank, (sum, count)) in scan.sums {
-                let entry = self.agreement.sums.entry(rank).or_default();
-                *entry = (entry.0.wrapping_add(sum), entry.1 + count);
-            }
-            self.agreement.disagreements.extend(scan.disagreements);
         }
-        self.agreement.disagreements.extend(missing.into_iter().flatten());
-        for (&rank, &(sum, count)) in &self.agreement.sums {
+        groups
+    }
+
+    /// Sums all stars, then compares.
+    pub(crate) fn begin_check(&mut self) {
+        self.extend_hashes();
+        let groups = self.home_groups();
+        let scans = map_in(&self.pool, &groups, |(_, homes)| {
+            let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
+            for home in homes.clone() {
+                for facet in self.stars.link(home) {
+                    pairs.each(facet.as_ref(), |_| {});
+                }
+                self.sum_star(home, self.stars.link(home), true, &mut sums);
+            }
+            (sums, pairs)
+        });
+        let mut sweeps: BTreeMap<NodeId, Sweep> = BTreeMap::new();
+        let mut all = Sums::default();
+        for ((at, _), (sums, pairs)) in groups.into_iter().zip(scans) {
+            sweeps.entry(self.leaves[at].id).or_default().join(&pairs);
+            unite(&mut all.from_smallest, sums.from_smallest);
+            unite(&mut all.from_other, sums.from_other);
+            for (rank, sum) in sums.remote {
+                unite(all.remote.entry(rank).or_default(), sum);
+            }
+        }
+        for (leaf, sweep) in sweeps {
+            let mut cost = Cost::ZERO;
+            let items = sweep.items();
+            cost.swept(sweep);
+            self.ledger.charge(self.phase, leaf, cost, items);
+        }
+        self.agreement.sums = all;
+        self.begin_certificate();
+    }
+
+    /// Compares the sums as they are.
+    pub(crate) fn begin_certificate(&mut self) {
+        let differ = self.agreement.sums.from_smallest != self.agreement.sums.from_other;
+        let found = if differ { self.look_up() } else { Vec::new() };
+        let agreement = &mut self.agreement;
+        (agreement.compared, agreement.differing) = (false, u64::from(differ));
+        agreement.lists.clear();
+        agreement.disagreements = found;
+        self.agreement.sums.remote.retain(|_, sum| *sum != (0, 0));
+        for (&rank, &(sum, count)) in &self.agreement.sums.remote {
             let words = vec![sum as u64, (sum >> 64) as u64, count];
             self.out.send(rank, NodeId::ROOT, 0, Body::Fingerprint(Bulk(words)));
         }
     }
 
-    fn point_hashes(&self) -> Vec<u128> {
-        let points = self.table.ids.iter().zip(&self.table.positions);
-        points.map(|(&id, &x)| point_hash(id, x)).collect()
+    /// Follows the change of a home star.
+    pub(crate) fn recount_star(&mut self, home: u32, old: &[P::Facet], new: &[P::Facet]) {
+        let mut sums = std::mem::take(&mut self.agreement.sums);
+        self.sum_star(home, old, false, &mut sums);
+        self.sum_star(home, new, true, &mut sums);
+        self.agreement.sums = sums;
+    }
+
+    /// Finds what home stars hold and other home stars lack.
+    fn look_up(&self) -> Vec<Disagreement> {
+        let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
+        let groups = self.home_groups();
+        let mut found = map_in(&self.pool, &groups, |(_, homes)| {
+            homes.clone().flat_map(|home| self.unknown_to_smallest(home, &seen)).collect::<Vec<_>>()
+        });
+        found.extend(map_in(&self.pool, &groups, |(_, homes)| {
+            homes.clone().flat_map(|home| self.lacking(home, &seen)).collect::<Vec<_>>()
+        }));
+        found.into_iter().flatten().collect()
+    }
+
+    /// Hashes of points that came since the last check.
+    pub(crate) fn extend_hashes(&mut self) {
+        let known = self.agreement.hashes.len();
+        let new = self.table.ids[known..].iter().zip(&self.table.positions[known..]);
+        self.agreement.hashes.extend(new.map(|(&id, &x)| point_hash(id, x)));
     }
 
     /// The position, in a cell of local numbers, of its lexicographically smallest vertex.
@@ -122,41 +195,61 @@ impl<P: Point> Worker<P> {
         vertices[1..].iter().fold(vertices[0], |m, &v| if less(v, m) { v } else { m })
     }
 
-    /// The key of (cell, vertex other than the smallest).
-    fn key(cell: &P::Cell, other: u32, hashes: &[u128]) -> u128 {
-        let sum = cell.as_ref().iter().fold(0u128, |s, &v| s.wrapping_add(hashes[v as usize]));
-        mix(mix(sum) ^ hashes[other as usize])
+    /// The hash of a cell; with another vertex it gives the key of a pair.
+    fn cell_hash(&self, cell: &P::Cell) -> u128 {
+        let hashes = &self.agreement.hashes;
+        mix(cell.as_ref().iter().fold(0u128, |s, &v| s.wrapping_add(hashes[v as usize])))
     }
 
-    /// The pairs of one star: looked up at home, summed for other workers.
-    fn scan_star(&self, home: u32, hashes: &[u128], seen: &[AtomicU8], scan: &mut Scan) {
-        let start = self.stars.start(home);
-        for (facet, link) in (start..).zip(self.stars.link(home)) {
-            let Some(cell) = finite_cell::<P>(home, link) else { continue };
+    fn key(&self, cell_hash: u128, other: u32) -> u128 {
+        mix(cell_hash ^ self.agreement.hashes[other as usize])
+    }
+
+    /// Adds the pairs of one star to the sums, or takes them away.
+    fn sum_star(&self, home: u32, link: &[P::Facet], add: bool, sums: &mut Sums) {
+        for facet in link {
+            let Some(cell) = finite_cell::<P>(home, facet) else { continue };
             let smallest = self.smallest(&cell);
-            scan.pairs.each(link.as_ref(), |_| {});
-            if smallest == home {
-                for &other in link.as_ref() {
-                    if !self.table.is_home(other) {
-                        self.add(scan, other, Self::key(&cell, other, hashes));
-                    }
+            let hash = self.cell_hash(&cell);
+            if smallest != home {
+                let key = self.key(hash, home);
+                if self.table.is_home(smallest) {
+                    count(&mut sums.from_other, key, add);
+                } else {
+                    let rank = self.table.owners[smallest as usize];
+                    count(sums.remote.entry(rank).or_default(), key, add);
                 }
-            } else if self.table.is_home(smallest) {
-                match self.position_in(smallest, &cell) {
-                    Some(at) => {
-                        seen[at as usize].fetch_add(1, Ordering::Relaxed);
-                    }
-                    None => scan.disagreements.push(Disagreement { home, facet, other: smallest }),
+                continue;
+            }
+            for &other in facet.as_ref() {
+                let key = self.key(hash, other);
+                if self.table.is_home(other) {
+                    count(&mut sums.from_smallest, key, add);
+                } else {
+                    let rank = self.table.owners[other as usize];
+                    count(sums.remote.entry(rank).or_default(), key, add);
                 }
-            } else {
-                self.add(scan, smallest, Self::key(&cell, home, hashes));
             }
         }
     }
 
-    fn add(&self, scan: &mut Scan, remote: u32, key: u128) {
-        let entry = scan.sums.entry(self.table.owners[remote as usize]).or_default();
-        *entry = (entry.0.wrapping_add(key), entry.1 + 1);
+    /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.
+    fn unknown_to_smallest(&self, home: u32, seen: &[AtomicU8]) -> Vec<Disagreement> {
+        let mut found = Vec::new();
+        for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
+            let Some(cell) = finite_cell::<P>(home, link) else { continue };
+            let smallest = self.smallest(&cell);
+            if smallest == home || !self.table.is_home(smallest) {
+                continue;
+            }
+            match self.position_in(smallest, &cell) {
+                Some(at) => {
+                    seen[at as usize].fetch_add(1, Ordering::Relaxed);
+                }
+                None => found.push(Disagreement { home, facet, other: smallest }),
+            }
+        }
+        found
     }
 
     /// The position of a cell in the star of a home vertex of it.
@@ -204,10 +297,10 @@ impl<P: Point> Worker<P> {
         if !self.agreement.compared {
             self.agreement.compared = true;
             let ranks: std::collections::BTreeSet<Rank> =
-                theirs.keys().chain(self.agreement.sums.keys()).copied().collect();
-            let differ = |r: &Rank| theirs.get(r) != self.agreement.sums.get(r);
+                theirs.keys().chain(self.agreement.sums.remote.keys()).copied().collect();
+            let differ = |r: &Rank| theirs.get(r) != self.agreement.sums.remote.get(r);
             let differing: Vec<Rank> = ranks.into_iter().filter(differ).collect();
-            self.agreement.differing = differing.len() as u64;
+            self.agreement.differing += differing.len() as u64;
             self.send_lists(&differing);
         }
         for (from, words) in lists {
@@ -217,7 +310,6 @@ impl<P: Point> Worker<P> {
 
     /// Calls `f` with every pair shared with another worker: rank, key, and the disagreement it would be.
     fn each_shared(&self, mut f: impl FnMut(Rank, u128, Disagreement)) {
-        let hashes = self.point_hashes();
         for home in 0..self.table.home {
             for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
                 if link.as_ref().iter().all(|&v| v != INFINITE && self.table.is_home(v)) {
@@ -225,16 +317,17 @@ impl<P: Point> Worker<P> {
                 }
                 let Some(cell) = finite_cell::<P>(home, link) else { continue };
                 let smallest = self.smallest(&cell);
+                let hash = self.cell_hash(&cell);
                 let mut shared = |other: u32, key: u128| {
                     let rank = self.table.owners[other as usize];
                     f(rank, key, Disagreement { home, facet, other });
                 };
                 if smallest == home {
                     for &other in link.as_ref().iter().filter(|&&v| !self.table.is_home(v)) {
-                        shared(other, Self::key(&cell, other, &hashes));
+                        shared(other, self.key(hash, other));
                     }
                 } else if !self.table.is_home(smallest) {
-                    shared(smallest, Self::key(&cell, home, &hashes));
+                    shared(smallest, self.key(hash, home));
                 }
             }
         }

@@ -5,17 +5,19 @@
 //! The cells themselves travel once, from their worker to the coordinator.
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::Cost;
+use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::circumradius2;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Merged, Message};
 
+use crate::choice::ALPHAS;
 use crate::config::map_in;
 use crate::leader::by_node;
 use crate::schedule::Outcome;
-use crate::tree::{Leaf, Tree};
+use crate::tree::Tree;
 use crate::worker::{Worker, finite_cell};
 
 /// Cells per message.
@@ -24,12 +26,24 @@ const CELLS_PER_MESSAGE: usize = 1 << 20;
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_merge(&mut self) {
         let disagreements = self.finish_check();
-        let results = map_in(&self.pool, &self.leaves, |leaf| self.merge_leaf(leaf));
-        let mut merged = Vec::with_capacity(results.len());
-        for (leaf, (result, cost)) in self.leaves.iter().zip(results) {
-            self.ledger.charge(Phase::Merge, leaf.id, cost, u64::from(leaf.end - leaf.start));
-            merged.push(result);
+        let groups = self.home_groups();
+        let results = map_in(&self.pool, &groups, |(_, homes)| {
+            let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
+            let homes: Vec<u32> = homes.clone().collect();
+            sweep.each(&homes, |&home| sum.join(&self.merge_star(home)));
+            (sum, sweep)
+        });
+        let mut merged = vec![(Merged::default(), Sweep::default()); self.leaves.len()];
+        for ((at, _), (sum, sweep)) in groups.into_iter().zip(results) {
+            merged[at].0.join(&sum);
+            merged[at].1.join(&sweep);
         }
+        for (leaf, (_, sweep)) in self.leaves.iter().zip(&merged) {
+            let mut cost = Cost::ZERO;
+            cost.swept(*sweep);
+            self.ledger.charge(Phase::Merge, leaf.id, cost, sweep.items());
+        }
+        let merged: Vec<Merged> = merged.into_iter().map(|m| m.0).collect();
         let Some((root, tree)) = &self.tree else { return };
         let mut charges = Vec::new();
         let mut all = merge_tree(tree, &merged, &mut charges);
@@ -46,17 +60,7 @@ impl<P: Point> Worker<P> {
         self.send_merged(root, all);
     }
 
-    /// What a leaf contributes: one vector step over its home points.
-    fn merge_leaf(&self, leaf: &Leaf<P>) -> (Merged, Cost) {
-        let homes: Vec<u32> = leaf.home().collect();
-        let mut cost = Cost::ZERO;
-        let all = cost.reduce(&homes, Merged::default(), |mut sum, &home| {
-            sum.join(&self.merge_star(home));
-            sum
-        });
-        (all, cost)
-    }
-
+    /// What a star contributes.
     fn merge_star(&self, home: u32) -> Merged {
         let positions = &self.table.positions;
         let at = positions[home as usize];
@@ -83,7 +87,12 @@ impl<P: Point> Worker<P> {
                 }
             }
         }
-        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
+        let known = match self.supergraph() {
+            // The piece's triangulation knows no k-nearest ball: the largest alpha that is tried.
+            Supergraph::Knn { .. } if !self.config.counted => Supergraph::Density { alpha: ALPHAS[3] },
+            supergraph => supergraph,
+        };
+        let known = known.separator_radius(self.table.radii2[home as usize]);
         own.minima = u64::from(!has_smaller);
         own.repaired = u64::from(self.exchange.repaired.contains(&home));
         own.local = u64::from(own.repaired == 0 && 4.0 * largest2 <= known * known);

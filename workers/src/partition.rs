@@ -13,6 +13,7 @@
 use std::ops::Range;
 
 use septet_geometry::cost::Cost;
+use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{DrawKey, Separator, Side, is_sample};
 use septet_protocol::codec::Bulk;
@@ -233,7 +234,8 @@ impl<P: Point> Worker<P> {
         self.settle(node, &points, grown.leaves, grown.tree);
     }
 
-    /// Numbers the home points leaf by leaf, each leaf in lexicographic order.
+    /// Numbers the home points leaf by leaf: each leaf in lexicographic order, or where only the answer is
+    /// wanted in the order of insertion.
     fn settle(
         &mut self,
         node: NodeId,
@@ -243,12 +245,18 @@ impl<P: Point> Worker<P> {
     ) {
         let mut ids = Vec::with_capacity(points.len());
         let mut positions = Vec::with_capacity(points.len());
+        let counted = self.config.counted;
         let ordered = map_in(&self.pool, &leaves, |(_, members)| {
             let mut members = members.clone();
-            members.sort_unstable_by(|&a, &b| {
-                lex_cmp(&points.positions[a as usize], &points.positions[b as usize])
-            });
-            members
+            if counted {
+                members.sort_unstable_by(|&a, &b| {
+                    lex_cmp(&points.positions[a as usize], &points.positions[b as usize])
+                });
+                return members;
+            }
+            // The order in which the piece will be triangulated: neighbours lie near each other in memory.
+            let own: Vec<P> = members.iter().map(|&i| points.positions[i as usize]).collect();
+            insertion_order(&own).into_iter().map(|i| members[i as usize]).collect()
         });
         for ((id, _), members) in leaves.iter().zip(&ordered) {
             let start = ids.len() as u32;

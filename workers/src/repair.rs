@@ -258,6 +258,7 @@ impl<P: Point> Worker<P> {
         if additions.is_empty() {
             return;
         }
+        self.extend_hashes();
         let groups: Vec<&[(u32, Vec<u32>)]> = additions.chunks(256).collect();
         let rebuilt = map_in(&self.pool, &groups, |group| {
             let mut builder = StarBuilder::default();
@@ -271,6 +272,8 @@ impl<P: Point> Worker<P> {
             entry.0.beside(star.cost);
             entry.1 += 1;
             if let Some(link) = star.link {
+                let old = self.stars.link(star.home).to_vec();
+                self.recount_star(star.home, &old, &link);
                 self.stars.replace(star.home, &link);
                 self.exchange.repaired.insert(star.home);
                 proposals.extend(star.proposals);

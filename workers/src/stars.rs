@@ -11,18 +11,23 @@
 //! Where only the answer is wanted, a worker triangulates its home points at once
 //! ([`septet_geometry::incremental`]), inserts its ghosts, and reads the stars off.
 
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashSet};
+use std::hash::BuildHasherDefault;
+
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::hull::StarBuilder;
-use septet_geometry::incremental::{Incremental, insertion_order};
+use septet_geometry::incremental::{Incremental, facet_without, insertion_order};
 use septet_geometry::neighbourhood::{Found, nearest_direct};
-use septet_geometry::point::{Point, dist2, lex_cmp};
+use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
 
 use crate::config::{SetRule, map_in};
+use crate::table::IdHasher;
 use crate::tree::{Leaf, Tree};
 use crate::worker::Worker;
 
@@ -78,23 +83,20 @@ impl<P: Point> Stars<P> {
     }
 }
 
-/// The triangulation of a worker's piece.
+/// The triangulation of a worker's piece. Home points are its first vertices, by their local numbers.
 #[derive(Debug)]
 pub(crate) struct Kernel<P: Point> {
     delaunay: Incremental<P>,
     /// Local number of each vertex.
     numbers: Vec<u32>,
-    /// Vertex of each home point.
-    vertices: Vec<u32>,
+    home: u32,
 }
 
 impl<P: Point> Kernel<P> {
-    /// Triangulates points given by local numbers, `home` of them at home.
+    /// Triangulates the home points, which are numbered in the order of insertion.
     fn new(positions: &[P], home: u32, frame: &[u32]) -> Option<Self> {
-        let own = &positions[..home as usize];
-        let order = insertion_order(own);
-        let mut numbers = order;
-        let mut points: Vec<P> = numbers.iter().map(|&i| own[i as usize]).collect();
+        let mut points = positions[..home as usize].to_vec();
+        let mut numbers: Vec<u32> = (0..home).collect();
         let delaunay = match Incremental::build(points.clone(), None) {
             Ok(d) => d,
             Err(_) => {
@@ -105,13 +107,7 @@ impl<P: Point> Kernel<P> {
                 Incremental::build(points, None).ok()?
             }
         };
-        let mut vertices = vec![0u32; home as usize];
-        for (vertex, &number) in (0u32..).zip(&numbers) {
-            if number < home {
-                vertices[number as usize] = vertex;
-            }
-        }
-        Some(Kernel { delaunay, numbers, vertices })
+        Some(Kernel { delaunay, numbers, home })
     }
 
     /// Adds a ghost; one that is a vertex already changes nothing.
@@ -121,16 +117,60 @@ impl<P: Point> Kernel<P> {
         }
     }
 
-    /// The link of a home point in local numbers.
-    fn link(&self, home: u32, out: &mut Vec<P::Facet>) {
-        self.delaunay.link_of(self.vertices[home as usize], out);
-        for facet in out {
-            for v in facet.as_mut() {
-                if *v != INFINITE {
-                    *v = self.numbers[*v as usize];
+    /// The squared distance of every home point to its nearest vertex, which is a neighbour.
+    fn nearest_edges(&self) -> Vec<f64> {
+        let mut radii2 = vec![f64::INFINITY; self.home as usize];
+        let points = self.delaunay.vertices();
+        for cell in self.delaunay.cells() {
+            let vertices = cell.as_ref();
+            for (i, &a) in vertices.iter().enumerate() {
+                for &b in &vertices[..i] {
+                    let d2 = dist2(points[a as usize], points[b as usize]);
+                    for v in [a, b] {
+                        if let Some(r2) = radii2.get_mut(v as usize) {
+                            *r2 = r2.min(d2);
+                        }
+                    }
                 }
             }
         }
+        radii2
+    }
+
+    /// All links of home points in local numbers, by two passes over the cells.
+    fn links(&self) -> (Vec<P::Facet>, Vec<(u32, u32)>) {
+        let complex = self.delaunay.complex();
+        let home = self.home as usize;
+        let mut ranges = vec![(0u32, 0u32); home];
+        for cell in complex.live_cells() {
+            for &v in complex.cell(cell).as_ref() {
+                if let Some(range) = ranges.get_mut(v as usize) {
+                    range.1 += 1;
+                }
+            }
+        }
+        let mut total = 0;
+        for range in &mut ranges {
+            let start = total;
+            total += range.1;
+            *range = (start, 0);
+        }
+        let mut facets = vec![P::Facet::splat(0); total as usize];
+        for cell in complex.live_cells() {
+            let vertices = complex.cell(cell);
+            for &v in vertices.as_ref() {
+                let Some(range) = ranges.get_mut(v as usize) else { continue };
+                let mut facet = facet_without::<P>(vertices, v);
+                for w in facet.as_mut() {
+                    if *w != INFINITE {
+                        *w = self.numbers[*w as usize];
+                    }
+                }
+                facets[(range.0 + range.1) as usize] = facet;
+                range.1 += 1;
+            }
+        }
+        (facets, ranges)
     }
 
     /// The `wanted` vertices nearest to `centre` (itself excepted, ties included) within a ball. The
@@ -138,13 +178,14 @@ impl<P: Point> Kernel<P> {
     pub(crate) fn nearest(&self, centre: P, radius2: f64, wanted: usize, found: &mut Vec<Found>) {
         let first = self.delaunay.nearest_vertex(centre, None);
         let points = self.delaunay.vertices();
-        let key = |v: u32| (dist2(points[v as usize], centre).to_bits(), v);
-        let mut queue = std::collections::BTreeSet::from([key(first)]);
-        let mut seen = std::collections::BTreeSet::from([first]);
+        let key = |v: u32| Reverse((dist2(points[v as usize], centre).to_bits(), v));
+        let mut queue = BinaryHeap::from([key(first)]);
+        let mut seen: HashSet<u64, BuildHasherDefault<IdHasher>> = HashSet::default();
+        seen.insert(u64::from(first));
         let mut star = Vec::new();
         let mut taken = 0;
         let mut last = f64::INFINITY;
-        while let Some((bits, v)) = queue.pop_first() {
+        while let Some(Reverse((bits, v))) = queue.pop() {
             let d2 = f64::from_bits(bits);
             if d2 > radius2 || (taken >= wanted && d2 > last) {
                 break;
@@ -159,8 +200,8 @@ impl<P: Point> Kernel<P> {
             self.delaunay.star(v, &mut star);
             for &cell in &star {
                 for &w in self.delaunay.complex().cell(cell).as_ref() {
-                    if w != INFINITE && seen.insert(w) {
-                        queue.insert(key(w));
+                    if w != INFINITE && seen.insert(u64::from(w)) {
+                        queue.push(key(w));
                     }
                 }
             }
@@ -183,22 +224,9 @@ impl<P: Point> Worker<P> {
         }
         let frame = self.table.intern_all(&self.frame);
         self.stars.kernel = Kernel::new(&self.table.positions, self.table.home, &frame);
-        let Some(kernel) = &self.stars.kernel else { return };
-        let homes: Vec<u32> = (0..self.table.home).collect();
-        let groups: Vec<&[u32]> = homes.chunks(8192).collect();
-        let table = &self.table;
-        let radii = map_in(&self.pool, &groups, |group| {
-            let mut link = Vec::new();
-            let radius2 = |&home: &u32| {
-                kernel.link(home, &mut link);
-                let vertices = link.iter().flat_map(|f| f.as_ref()).filter(|&&v| v != INFINITE);
-                let x = table.positions[home as usize];
-                vertices.map(|&v| dist2(x, table.positions[v as usize])).fold(f64::INFINITY, f64::min)
-            };
-            group.iter().map(radius2).collect::<Vec<f64>>()
-        });
-        for (home, radius2) in radii.into_iter().flatten().enumerate() {
-            self.table.radii2[home] = radius2;
+        if let Some(kernel) = &self.stars.kernel {
+            let radii2 = kernel.nearest_edges();
+            self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
         }
     }
 
@@ -375,27 +403,7 @@ impl<P: Point> Worker<P> {
                 kernel.add(ghosts[i as usize], positions[i as usize]);
             }
         }
-        let homes: Vec<u32> = (0..self.table.home).collect();
-        let groups: Vec<&[u32]> = homes.chunks(8192).collect();
-        let links = map_in(&self.pool, &groups, |group| {
-            let (mut all, mut lengths, mut link) = (Vec::new(), Vec::new(), Vec::new());
-            for &home in *group {
-                kernel.link(home, &mut link);
-                lengths.push(link.len() as u32);
-                all.extend_from_slice(&link);
-            }
-            (all, lengths)
-        });
-        drop(kernel);
-        self.stars.facets.reserve_exact(links.iter().map(|l| l.0.len()).sum());
-        for (all, lengths) in links {
-            let mut at = 0;
-            for len in lengths {
-                let end = at + len as usize;
-                self.stars.push(&all[at..end]);
-                at = end;
-            }
-        }
+        (self.stars.facets, self.stars.ranges) = kernel.links();
     }
 }
 

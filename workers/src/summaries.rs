@@ -110,9 +110,9 @@ fn summarise<P: Point>(
     match tree {
         Tree::Leaf(at) => {
             let leaf = &leaves[*at];
-            // Home points of a leaf are numbered in lexicographic order.
-            let first = if leaf.start == leaf.end { u32::MAX } else { leaf.start };
-            (leaf.max_radius2, first)
+            let rank =
+                |&a: &u32, &b: &u32| lex_cmp(&table.positions[a as usize], &table.positions[b as usize]);
+            (leaf.max_radius2, leaf.home().min_by(rank).unwrap_or(u32::MAX))
         }
         Tree::Node(inner) => {
             for side in 0..2 {

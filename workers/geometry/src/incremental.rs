@@ -377,7 +377,7 @@ fn conflicts<P: Point>(complex: &Complex<P::Cell>, points: &[P], cell: u32, q: P
 }
 
 /// A cell without one of its vertices, ordered so that `(vertex, facet..)` is oriented as the cell.
-fn facet_without<P: Point>(cell: &P::Cell, vertex: u32) -> P::Facet {
+pub fn facet_without<P: Point>(cell: &P::Cell, vertex: u32) -> P::Facet {
     let mut facet = P::Facet::splat(INFINITE);
     let mut odd = false;
     let mut to = 0;
