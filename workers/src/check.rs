@@ -145,6 +145,7 @@ impl<P: Point> Worker<P> {
 
     /// Compares the sums as they are.
     pub(crate) fn begin_certificate(&mut self) {
+        self.charge_considered();
         let differ = self.agreement.sums.from_smallest != self.agreement.sums.from_other;
         let found = if differ { self.look_up() } else { Vec::new() };
         let agreement = &mut self.agreement;

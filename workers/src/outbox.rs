@@ -88,7 +88,7 @@ fn points_in<P: Point>(body: &Body<P>) -> usize {
         Body::Items { points, .. }
         | Body::Reverse { points, .. }
         | Body::Propose { points, .. }
-        | Body::Conflict { points, .. }
+        | Body::Object { points, .. }
         | Body::Region { points, .. } => points.len(),
         Body::Answer(list) | Body::Lists(list) => list.points.len(),
         Body::Query(q) => q.slots.len(),

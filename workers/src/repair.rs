@@ -12,7 +12,8 @@
 //!
 //! **Rounds.** None where the paper's hypothesis holds; about `0.4 log2 n` on uniform sets (measured).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::BuildHasherDefault;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
@@ -27,6 +28,7 @@ use septet_protocol::message::{Body, Message, PointBatch};
 use crate::check::Disagreement;
 use crate::config::map_in;
 use crate::schedule::Outcome;
+use crate::table::{IdHasher, Table};
 use crate::worker::{Worker, finite_cell};
 
 /// The state of the exchange, and of phases that only pass something on.
@@ -37,8 +39,10 @@ pub(crate) struct Exchange<P> {
     /// Number of sampled stars, and whether their outcome is sent.
     pub(crate) samples: usize,
     pub(crate) sample_sent: bool,
-    /// Points to add to home stars.
-    additions: BTreeMap<u32, Vec<u32>>,
+    /// Points to add to home stars: star, point.
+    additions: Vec<(u32, u32)>,
+    /// Link facets looked at since the last rebuilding: one vector step of each leaf.
+    sweeps: BTreeMap<NodeId, Sweep>,
     /// Home points whose stars changed.
     pub(crate) repaired: BTreeSet<u32>,
     /// Rounds of exchange so far.
@@ -54,7 +58,8 @@ impl<P> Default for Exchange<P> {
             knn: Vec::new(),
             samples: 0,
             sample_sent: false,
-            additions: BTreeMap::new(),
+            additions: Vec::new(),
+            sweeps: BTreeMap::new(),
             repaired: BTreeSet::new(),
             rounds: 0,
             unresolved: BTreeSet::new(),
@@ -70,18 +75,18 @@ impl<P> Exchange<P> {
     }
 }
 
-/// A cell to propose: the home vertex, the receiver's vertex, the others.
+/// A cell to propose: the home vertex, the receiver's vertex, the cell.
 type Proposal<P> = (u32, u32, <P as Point>::Cell);
 
-/// Points in conflict with a cell, for the star of another vertex.
-type Objection = (u32, Vec<u32>);
+/// A cell that is not Delaunay, as seen from a home vertex, for the star of another; points that show it.
+type Objection<P> = (u32, u32, <P as Point>::Cell, Vec<u32>);
 
 /// A star that was rebuilt.
 struct Rebuilt<P: Point> {
     home: u32,
     link: Option<Vec<P::Facet>>,
     proposals: Vec<Proposal<P>>,
-    objections: Vec<Objection>,
+    objections: Vec<Objection<P>>,
     cost: Cost,
 }
 
@@ -108,7 +113,7 @@ impl<P: Point> Worker<P> {
         if !proposals.is_empty() {
             self.exchange.rounds += 1;
         }
-        self.send_proposals(&proposals);
+        self.send_proposals(proposals);
     }
 
     fn cap(&self) -> u32 {
@@ -116,79 +121,108 @@ impl<P: Point> Worker<P> {
         self.config.exchange_cap.unwrap_or(default)
     }
 
-    /// Odd steps answer proposals, even ones rebuild.
+    /// Odd steps answer proposals, even ones rebuild. What concerns two stars of this worker needs no
+    /// message and is settled when it is said; it takes effect in the same step as if it had been sent.
     pub(crate) fn on_repair(&mut self, inbox: &mut Vec<Message<P>>) {
-        self.take_conflicts(inbox);
+        self.take_objections(inbox);
         self.take_proposals(inbox);
         if self.step.is_multiple_of(2) {
+            self.charge_considered();
             self.rebuild();
         }
     }
 
     /// Sends cells to the homes of the vertices that may lack them.
-    fn send_proposals(&mut self, proposals: &[Proposal<P>]) {
-        let mut batches: BTreeMap<Rank, (PointBatch<P>, Vec<u32>, BTreeMap<u32, u32>)> = BTreeMap::new();
+    fn send_proposals(&mut self, proposals: Vec<Proposal<P>>) {
+        let mut batches: BTreeMap<Rank, Rows<P>> = BTreeMap::new();
+        let mut answers = Vec::new();
         for (from, to, cell) in proposals {
-            let rank = self.table.owners[*to as usize];
-            let (points, cells, places) = batches.entry(rank).or_default();
-            let others = cell.as_ref().iter().filter(|v| *v != from && *v != to);
-            for &v in [from, to].into_iter().chain(others) {
-                let next = points.len() as u32;
-                let place = *places.entry(v).or_insert(next);
-                if place == next {
-                    self.table.export(v, points);
-                }
-                cells.push(place);
+            if self.table.is_home(to) {
+                answers.extend(self.consider(from, to, &cell));
+            } else {
+                let rows = batches.entry(self.table.owners[to as usize]).or_default();
+                rows.cell(&self.table, from, to, &cell);
             }
         }
-        for (rank, (points, cells, _)) in batches {
-            let body = Body::Propose { points, cells: Bulk(cells) };
+        for (rank, rows) in batches {
+            let body = Body::Propose { points: rows.points, cells: Bulk(rows.cells) };
+            self.out.send(rank, NodeId::ROOT, self.exchange.rounds, body);
+        }
+        self.send_objections(answers);
+    }
+
+    fn send_objections(&mut self, objections: Vec<Objection<P>>) {
+        let mut batches: BTreeMap<Rank, (Rows<P>, Vec<u32>, Vec<u32>)> = BTreeMap::new();
+        for (from, to, cell, points) in objections {
+            if self.table.is_home(to) {
+                self.heed(to, &cell, &points);
+                continue;
+            }
+            let rank = self.table.owners[to as usize];
+            let (rows, counts, conflicts) = batches.entry(rank).or_default();
+            rows.cell(&self.table, from, to, &cell);
+            counts.push(points.len() as u32);
+            conflicts.extend(points.iter().map(|&v| rows.place(&self.table, v)));
+        }
+        for (rank, (rows, counts, conflicts)) in batches {
+            let body = Body::Object {
+                points: rows.points,
+                cells: Bulk(rows.cells),
+                counts: Bulk(counts),
+                conflicts: Bulk(conflicts),
+            };
             self.out.send(rank, NodeId::ROOT, self.exchange.rounds, body);
         }
     }
 
-    fn send_objections(&mut self, objections: Vec<Objection>) {
-        let mut batches: BTreeMap<Rank, (Vec<u64>, Vec<u32>, PointBatch<P>)> = BTreeMap::new();
-        for (vertex, added) in objections {
-            let rank = self.table.owners[vertex as usize];
-            let (vertices, counts, points) = batches.entry(rank).or_default();
-            vertices.push(self.table.ids[vertex as usize]);
-            counts.push(added.len() as u32);
-            for point in added {
-                self.table.export(point, points);
-            }
-        }
-        for (rank, (vertices, counts, points)) in batches {
-            let body = Body::Conflict { vertices: Bulk(vertices), counts: Bulk(counts), points };
-            self.out.send(rank, NodeId::ROOT, self.exchange.rounds, body);
+    /// A star that holds the cell takes the points that are in its sphere.
+    fn heed(&mut self, to: u32, cell: &P::Cell, points: &[u32]) {
+        if self.position_in(to, cell).is_some() {
+            self.exchange.additions.extend(points.iter().map(|&v| (to, v)));
         }
     }
 
-    fn take_conflicts(&mut self, inbox: &mut Vec<Message<P>>) {
+    /// A star that lacks a proposed cell takes its vertices, and objects with those of its own link points
+    /// that conflict with it.
+    fn consider(&mut self, from: u32, to: u32, cell: &P::Cell) -> Option<Objection<P>> {
+        let leaf = self.leaf_of(to);
+        let sweep = self.exchange.sweeps.entry(leaf).or_default();
+        sweep.each(self.stars.link(to), |_| {});
+        if self.position_in(to, cell).is_some() {
+            return None;
+        }
+        let others = cell.as_ref().iter().copied().filter(|&v| v != to);
+        self.exchange.additions.extend(others.map(|v| (to, v)));
+        let conflicts = conflicts(&self.table.positions, self.stars.link(to), cell);
+        (!conflicts.is_empty()).then_some((to, from, *cell, conflicts))
+    }
+
+    fn take_objections(&mut self, inbox: &mut Vec<Message<P>>) {
         let mut received = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
-            Body::Conflict { vertices, counts, points } | Body::Region { vertices, counts, points } => {
-                let taken = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
-                received.push((taken, std::mem::take(points)));
+            Body::Object { points, cells, counts, conflicts } => {
+                let lists = (std::mem::take(&mut counts.0), std::mem::take(&mut conflicts.0));
+                received.push((std::mem::take(points), std::mem::take(&mut cells.0), lists));
                 false
             }
             _ => true,
         });
-        for ((vertices, counts), points) in received {
+        for (points, cells, (counts, conflicts)) in received {
             let numbers = self.table.intern_all(&points);
             let mut at = 0;
-            for (id, count) in vertices.into_iter().zip(counts) {
-                let end = (at + count as usize).min(numbers.len());
-                if let Some(home) = self.table.find(id).filter(|&h| self.table.is_home(h)) {
-                    self.exchange.additions.entry(home).or_default().extend(&numbers[at..end]);
+            for (row, count) in cells.chunks_exact(P::DIM + 1).zip(counts) {
+                let end = at + count as usize;
+                let cell = cell_of::<P>(row, &numbers);
+                let to = cell.as_ref()[1];
+                let added: Vec<u32> = conflicts[at..end].iter().map(|&i| numbers[i as usize]).collect();
+                if self.table.is_home(to) {
+                    self.heed(to, &cell, &added);
                 }
                 at = end;
             }
         }
     }
 
-    /// Answers proposals: a star that lacks the cell takes its vertices, and names its own link points
-    /// that conflict with it.
     fn take_proposals(&mut self, inbox: &mut Vec<Message<P>>) {
         let mut received = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
@@ -198,42 +232,23 @@ impl<P: Point> Worker<P> {
             }
             _ => true,
         });
-        if received.is_empty() {
-            return;
-        }
         let mut objections = Vec::new();
-        let mut sweeps: BTreeMap<NodeId, Sweep> = BTreeMap::new();
         for (points, cells) in received {
             let numbers = self.table.intern_all(&points);
             for row in cells.chunks_exact(P::DIM + 1) {
-                let mut cell = P::Cell::splat(0);
-                for (v, &place) in cell.as_mut().iter_mut().zip(row) {
-                    *v = numbers[place as usize];
-                }
+                let cell = cell_of::<P>(row, &numbers);
                 let (from, to) = (cell.as_ref()[0], cell.as_ref()[1]);
-                if !self.table.is_home(to) {
-                    continue;
-                }
-                let leaf = self.leaf_of(to);
-                let sweep = sweeps.entry(leaf).or_default();
-                sweep.each(self.stars.link(to), |_| {});
-                if self.position_in(to, &cell).is_some() {
-                    continue;
-                }
-                let others = cell.as_ref().iter().copied().filter(|&v| v != to);
-                self.exchange.additions.entry(to).or_default().extend(others);
-                let conflicts = self.conflicts_with(to, &cell);
-                if !conflicts.is_empty() {
-                    objections.push((from, conflicts));
+                if self.table.is_home(to) {
+                    objections.extend(self.consider(from, to, &cell));
                 }
             }
         }
-        self.charge_repair(sweeps);
         self.send_objections(objections);
     }
 
-    fn charge_repair(&mut self, sweeps: BTreeMap<NodeId, Sweep>) {
-        for (leaf, sweep) in sweeps {
+    /// Charges the step of considering what was said in a round.
+    pub(crate) fn charge_considered(&mut self) {
+        for (leaf, sweep) in std::mem::take(&mut self.exchange.sweeps) {
             let mut cost = Cost::ZERO;
             let items = sweep.items();
             cost.swept(sweep);
@@ -246,24 +261,20 @@ impl<P: Point> Worker<P> {
         self.leaves[at].id
     }
 
-    /// Link points of a home vertex that conflict with a cell.
-    fn conflicts_with(&self, home: u32, cell: &P::Cell) -> Vec<u32> {
-        conflicts(&self.table.positions, self.stars.link(home), cell)
-    }
-
     /// Rebuilds every star that got points; proposes what is new, objects to what is gone.
     fn rebuild(&mut self) {
-        let additions: Vec<(u32, Vec<u32>)> =
-            std::mem::take(&mut self.exchange.additions).into_iter().collect();
-        if additions.is_empty() {
+        let mut pairs = std::mem::take(&mut self.exchange.additions);
+        if pairs.is_empty() {
             return;
         }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let additions: Vec<&[(u32, u32)]> = pairs.chunk_by(|a, b| a.0 == b.0).collect();
         self.extend_hashes();
-        let groups: Vec<&[(u32, Vec<u32>)]> = additions.chunks(256).collect();
+        let groups: Vec<&[&[(u32, u32)]]> = additions.chunks(256).collect();
         let rebuilt = map_in(&self.pool, &groups, |group| {
             let mut builder = StarBuilder::default();
-            let one = |(home, added): &(u32, Vec<u32>)| self.rebuild_star(*home, added, &mut builder);
-            group.iter().map(one).collect::<Vec<_>>()
+            group.iter().map(|added| self.rebuild_star(added, &mut builder)).collect::<Vec<_>>()
         });
         let (mut proposals, mut objections) = (Vec::new(), Vec::new());
         let mut costs: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
@@ -283,22 +294,20 @@ impl<P: Point> Worker<P> {
         for (leaf, (cost, items)) in costs {
             self.ledger.charge(Phase::Repair, leaf, cost, items);
         }
-        if proposals.is_empty() && objections.is_empty() {
-            return;
-        }
-        if self.exchange.rounds >= self.cap() {
+        if (proposals.is_empty() && objections.is_empty()) || self.exchange.rounds >= self.cap() {
             return;
         }
         self.exchange.rounds += 1;
-        self.send_proposals(&proposals);
+        self.send_proposals(proposals);
         self.send_objections(objections);
     }
 
-    fn rebuild_star(&self, home: u32, added: &[u32], builder: &mut StarBuilder<P>) -> Rebuilt<P> {
+    fn rebuild_star(&self, added: &[(u32, u32)], builder: &mut StarBuilder<P>) -> Rebuilt<P> {
+        let home = added[0].0;
         let old = self.stars.link(home);
         let mut candidates: Vec<u32> =
             old.iter().flat_map(|f| f.as_ref()).copied().filter(|&v| v != INFINITE).collect();
-        candidates.extend_from_slice(added);
+        candidates.extend(added.iter().map(|a| a.1));
         // One canonical order, whatever the numbering here.
         let positions = &self.table.positions;
         candidates.sort_unstable_by(|&a, &b| lex_cmp(&positions[a as usize], &positions[b as usize]));
@@ -318,22 +327,22 @@ impl<P: Point> Worker<P> {
 
     /// New cells to propose, and objections to those that are gone.
     fn compare(&self, home: u32, old: &[P::Facet], new: &[P::Facet], star: &mut Rebuilt<P>) {
-        let cells = |link: &[P::Facet]| -> BTreeSet<P::Cell> {
-            link.iter().filter_map(|f| finite_cell::<P>(home, f)).map(|c| sorted::<P>(&c)).collect()
+        let cells = |link: &[P::Facet]| -> Vec<P::Cell> {
+            let finite = link.iter().filter_map(|f| finite_cell::<P>(home, f));
+            let mut all: Vec<P::Cell> = finite.map(|c| sorted::<P>(&c)).collect();
+            all.sort_unstable();
+            all
         };
         let (before, after) = (cells(old), cells(new));
-        for cell in after.difference(&before) {
+        for cell in after.iter().filter(|c| before.binary_search(c).is_err()) {
             let others = cell.as_ref().iter().filter(|&&v| v != home);
             star.proposals.extend(others.map(|&v| (home, v, *cell)));
         }
-        for cell in before.difference(&after) {
+        for cell in before.iter().filter(|c| after.binary_search(c).is_err()) {
             let points = conflicts(&self.table.positions, new, cell);
             let others = cell.as_ref().iter().filter(|&&v| v != home);
-            star.objections.extend(others.map(|&v| (v, points.clone())));
+            star.objections.extend(others.map(|&v| (home, v, *cell, points.clone())));
         }
-        // The canonical order again: sets of local numbers are not in it.
-        let rank = |v: u32| &self.table.positions[v as usize];
-        star.objections.sort_by(|a, b| lex_cmp(rank(a.0), rank(b.0)));
     }
 
     /// Gathers what the last check found unresolved, or everything.
@@ -365,8 +374,70 @@ impl<P: Point> Worker<P> {
 
     /// Takes the gathered region's neighbours; they are used when the exchange goes on.
     pub(crate) fn on_fallback(&mut self, inbox: &mut Vec<Message<P>>) {
-        self.take_conflicts(inbox);
+        let mut received = Vec::new();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Region { vertices, counts, points } => {
+                let taken = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
+                received.push((taken, std::mem::take(points)));
+                false
+            }
+            _ => true,
+        });
+        for ((vertices, counts), points) in received {
+            let numbers = self.table.intern_all(&points);
+            let mut at = 0;
+            for (id, count) in vertices.into_iter().zip(counts) {
+                let end = (at + count as usize).min(numbers.len());
+                if let Some(home) = self.table.find(id).filter(|&h| self.table.is_home(h)) {
+                    self.exchange.additions.extend(numbers[at..end].iter().map(|&v| (home, v)));
+                }
+                at = end;
+            }
+        }
     }
+}
+
+/// Cells as rows of positions among the points they name.
+struct Rows<P> {
+    points: PointBatch<P>,
+    cells: Vec<u32>,
+    places: HashMap<u64, u32, BuildHasherDefault<IdHasher>>,
+}
+
+impl<P> Default for Rows<P> {
+    fn default() -> Self {
+        Rows { points: PointBatch::default(), cells: Vec::new(), places: HashMap::default() }
+    }
+}
+
+impl<P: Point> Rows<P> {
+    /// The position of a point, which is added if need be.
+    fn place(&mut self, table: &Table<P>, v: u32) -> u32 {
+        let next = self.points.len() as u32;
+        let place = *self.places.entry(u64::from(v)).or_insert(next);
+        if place == next {
+            table.export(v, &mut self.points);
+        }
+        place
+    }
+
+    /// Adds a cell: from, to, then the others.
+    fn cell(&mut self, table: &Table<P>, from: u32, to: u32, cell: &P::Cell) {
+        let others = cell.as_ref().iter().copied().filter(|&v| v != from && v != to);
+        for v in [from, to].into_iter().chain(others) {
+            let place = self.place(table, v);
+            self.cells.push(place);
+        }
+    }
+}
+
+/// The cell of a row.
+fn cell_of<P: Point>(row: &[u32], numbers: &[u32]) -> P::Cell {
+    let mut cell = P::Cell::splat(0);
+    for (v, &place) in cell.as_mut().iter_mut().zip(row) {
+        *v = numbers[place as usize];
+    }
+    cell
 }
 
 /// Are two links the same set of facets?

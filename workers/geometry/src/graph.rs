@@ -100,17 +100,36 @@ pub fn graph_direct<P: Point>(
     cols: &[u32],
     cost: &mut Cost,
 ) -> Vec<Vec<u32>> {
+    let end = |&i: &u32| End { x: table[i as usize], r2: radii2[i as usize], number: i };
+    let rows: Vec<End<P>> = rows.iter().map(end).collect();
+    let cols: Vec<End<P>> = cols.iter().map(end).collect();
+    // No edge of a row is longer than its reach into the largest ball: one comparison drops most pairs.
+    let largest2 = cols.iter().map(|c| c.r2).fold(0.0, f64::max);
     cost.pairs(
-        rows,
-        cols,
-        |_| Vec::new(),
-        |list: &mut Vec<u32>, &i, _, &j| {
-            let d2 = dist2(table[i as usize], table[j as usize]);
-            if i != j && rule.joins(d2, radii2[i as usize], radii2[j as usize]) {
-                list.push(j);
+        &rows,
+        &cols,
+        |row| {
+            let reach = rule.reach(row.r2, largest2);
+            (reach * reach * (1.0 + 1e-12), Vec::new())
+        },
+        |(limit2, list): &mut (f64, Vec<u32>), i, _, j| {
+            let d2 = dist2(i.x, j.x);
+            if d2 <= *limit2 && rule.joins(d2, i.r2, j.r2) && i.number != j.number {
+                list.push(j.number);
             }
         },
     )
+    .into_iter()
+    .map(|(_, list)| list)
+    .collect()
+}
+
+/// An end of a possible edge, laid out for the sweep over all pairs.
+#[derive(Clone, Copy)]
+struct End<P> {
+    x: P,
+    r2: f64,
+    number: u32,
 }
 
 /// Density of an embedding (Section 2): the largest ratio, over vertices, of the longest edge to the

@@ -301,14 +301,17 @@ pub enum Body<P> {
         /// Positions in `points`, `d + 1` a cell: from, to, then the others.
         cells: Bulk<u32>,
     },
-    /// Points to add to stars: for each entry the id of the star's vertex, and its number of points.
-    Conflict {
-        /// Ids of the vertices, at home at the receiver.
-        vertices: Bulk<u64>,
-        /// Number of points for each.
-        counts: Bulk<u32>,
-        /// All points.
+    /// Cells that are not Delaunay, told to the stars of `to[i]` that may hold them, with points that lie in
+    /// their spheres.
+    Object {
+        /// All points named.
         points: PointBatch<P>,
+        /// Positions in `points`, `d + 1` a cell: from, to, then the others.
+        cells: Bulk<u32>,
+        /// Number of points in conflict with each cell.
+        counts: Bulk<u32>,
+        /// Positions in `points` of all of them.
+        conflicts: Bulk<u32>,
     },
     /// The merged result of a subproblem, to the parent's leader.
     Merged(Merged),
@@ -316,7 +319,7 @@ pub enum Body<P> {
     Outcome(u8),
     /// Worker to coordinator: unresolved stars' points and link points.
     Gather(PointBatch<P>),
-    /// Coordinator to worker: points to add to stars, as in `Conflict`.
+    /// Coordinator to worker: points to add to stars.
     Region {
         /// Ids of the vertices.
         vertices: Bulk<u64>,
