@@ -2,10 +2,10 @@
 
 /// Bytes a point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
 /// rounded up.
-const BYTES_PER_POINT: [u64; 2] = [2400, 700];
+const BYTES_PER_POINT: [u64; 2] = [1100, 600];
 
 /// The same of `simulate`.
-const COUNTED_BYTES_PER_POINT: [u64; 2] = [3600, 1100];
+const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
 
 /// Expected peak memory of a run over `points` points, in bytes.
 pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::Supergraph;
-use septet_geometry::neighbourhood::{Found, nearest_direct};
+use septet_geometry::neighbourhood::{Found, keep_nearest, nearest_direct};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -120,9 +120,9 @@ impl<P: Point> Worker<P> {
     /// The punt of the k-nearest balls.
     pub(crate) fn begin_knn_probe(&mut self) {
         let radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
-        let lists = std::mem::take(&mut self.exchange.knn);
-        let balls = self.balls(lists.clone(), |_, home| radii[home as usize], true);
-        self.exchange.knn = lists;
+        // The lists stay for the balls that follow: a probe's own list is looked up when it lands.
+        let lists = vec![Vec::new(); self.table.home as usize];
+        let balls = self.balls(lists, |_, home| radii[home as usize], true);
         let wanted = self.k() as u32;
         self.launch(Ask { wanted, probe: true, own_leaf: false }, balls);
     }
@@ -131,9 +131,11 @@ impl<P: Point> Worker<P> {
     /// again, so that no leaf answers twice; only the radius it gave is kept.
     pub(crate) fn begin_knn(&mut self) {
         let mut radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
-        for (home, list) in self.land(Phase::KnnProbe) {
+        let k = self.k();
+        for (home, mut list) in self.land(Phase::KnnProbe) {
             let at = home as usize;
-            radii[at] = radii[at].min(self.kth(&list));
+            list.extend_from_slice(&self.exchange.knn[at]);
+            radii[at] = radii[at].min(keep_nearest(&mut list, k, f64::INFINITY));
         }
         let lists = std::mem::take(&mut self.exchange.knn);
         let balls = self.balls(lists, |_, home| radii[home as usize], false);

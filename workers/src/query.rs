@@ -243,6 +243,7 @@ impl<P: Point> Worker<P> {
                     walk.down(tree, &start, &mut found);
                 }
                 keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
+                found.shrink_to_fit();
                 (found, ways)
             });
             let balls = balls.collect();

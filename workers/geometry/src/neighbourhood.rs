@@ -96,6 +96,7 @@ impl Candidates {
         self.prune();
         // Arrival order is the canonical one; pruning permutes, so restore it.
         self.list.sort_unstable_by_key(|e| e.1);
+        self.list.shrink_to_fit();
         self.list
     }
 }
