@@ -75,12 +75,16 @@ impl Failure {
     /// Writes the report to standard error.
     pub fn print(&self, talk: &Talk) {
         if self.excerpt.is_some() {
-            let theme =
+            let mut theme =
                 if talk.color() { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-            let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_context_lines(1);
+            theme.characters.error = "error:".to_owned();
+            let handler = GraphicalReportHandler::new_themed(theme)
+                .with_links(false)
+                .with_context_lines(1)
+                .with_wrap_lines(false);
             let mut text = String::new();
             if handler.render_report(&mut text, self).is_ok() {
-                eprintln!("{} {}", talk.paint("error:", "1;31"), text.trim_start());
+                eprintln!("{}", text.trim());
                 return;
             }
         }

@@ -68,7 +68,8 @@ pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Fa
         talk.note(format!("note: {note}"));
     }
     if file.skipped > 0 {
-        talk.note(format!("note: {} invalid points skipped", file.skipped));
+        let what = if file.skipped == 1 { "point" } else { "points" };
+        talk.note(format!("note: {} invalid {what} skipped", file.skipped));
     }
     Ok(Loaded {
         points: file.points,

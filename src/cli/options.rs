@@ -59,7 +59,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
     pub alpha: Alpha,
     /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
-    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours)]
+    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
     pub k: Neighbours,
     /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
     #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]

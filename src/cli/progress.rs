@@ -84,11 +84,14 @@ impl Talk {
             bar.set_style(style.progress_chars("=> "));
         }
         let cancel = Arc::new(AtomicBool::new(false));
-        let flag = cancel.clone();
+        let (flag, quiet) = (cancel.clone(), args.quiet);
         // Without a handler the first Ctrl-C kills, which is no worse than no program at all.
         let _ = ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
+            }
+            if !quiet {
+                eprintln!("interrupted: ending at the next step (once more to end at once)");
             }
         });
         Talk { quiet: args.quiet, color, bar, cancel }

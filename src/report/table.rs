@@ -117,7 +117,11 @@ impl Report {
             1 => "all points lie on a line (dimension 1)".to_owned(),
             _ => "all points lie in a plane (dimension 2)".to_owned(),
         };
-        let advice = if self.space == 3 && self.dimension == 2 { "; -d 2 keeps x and y" } else { "" };
+        let advice = if self.space == 3 && self.dimension == 2 {
+            "; give -d 2 to triangulate x and y alone"
+        } else {
+            ""
+        };
         format!("{span}: no cells{advice}")
     }
 
