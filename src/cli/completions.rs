@@ -28,7 +28,7 @@ pub fn run(args: &CompletionsArgs) -> Result<(), Failure> {
 
 /// Writes the manual page to standard output: all subcommands on one page.
 pub fn man() -> Result<(), Failure> {
-    put(&page().map_err(broken)?)
+    put(&page().map_err(|e| broken(&e))?)
 }
 
 fn page() -> std::io::Result<Vec<u8>> {
@@ -52,9 +52,9 @@ fn page() -> std::io::Result<Vec<u8>> {
 
 fn put(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    out.write_all(bytes).and_then(|()| out.flush()).map_err(broken)
+    out.write_all(bytes).and_then(|()| out.flush()).map_err(|e| broken(&e))
 }
 
-fn broken(error: std::io::Error) -> Failure {
+fn broken(error: &std::io::Error) -> Failure {
     Failure::new(Code::Failed, format!("standard output: {error}"))
 }

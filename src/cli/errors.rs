@@ -44,7 +44,7 @@ pub struct Failure {
     pub code: Code,
     message: String,
     help: Option<String>,
-    excerpt: Option<Excerpt>,
+    excerpt: Option<Box<Excerpt>>,
 }
 
 impl Failure {
@@ -77,7 +77,7 @@ impl Failure {
         if self.excerpt.is_some() {
             let mut theme =
                 if talk.color() { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-            theme.characters.error = "error:".to_owned();
+            "error:".clone_into(&mut theme.characters.error);
             let handler = GraphicalReportHandler::new_themed(theme)
                 .with_links(false)
                 .with_context_lines(1)
@@ -109,7 +109,7 @@ impl Diagnostic for Failure {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.excerpt.as_ref().map(|e| e as &dyn SourceCode)
+        self.excerpt.as_deref().map(|e| e as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
@@ -196,7 +196,7 @@ impl From<InputError> for Failure {
             failure.help = Some("correct the file, or say what it is by its ending".into());
         }
         if let Some(line) = error.line() {
-            failure.excerpt = Excerpt::of(error.path(), line, error.column());
+            failure.excerpt = Excerpt::of(error.path(), line, error.column()).map(Box::new);
         }
         failure
     }

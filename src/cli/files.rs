@@ -81,7 +81,7 @@ fn temporary(path: &Path) -> PathBuf {
 
 /// Can the file be written?
 fn probe(path: &Path) -> Result<(), OutputError> {
-    let (path, temporary) = (path.to_path_buf(), temporary(&path.to_path_buf()));
+    let (path, temporary) = (path.to_path_buf(), temporary(path));
     if path.is_dir() {
         return Err(OutputError::IsDirectory { path });
     }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use septet::geometry::range::RangeError;
 use septet::io::read::ReadOptions;
 use septet::io::write::{OutputFormat, WriteOptions, write};
 use septet::memory::{forecast, peak_rss, rss};
@@ -23,19 +24,13 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     files::check(is_file.then(|| Path::new(&args.input)), &args.output, args.json.as_deref())?;
-    let loaded = match sample {
-        Some(request) => {
-            within_memory(&config, request.n, request.dimension, counted)?;
-            input::make(&request, talk)?
-        }
-        None => {
-            let options = ReadOptions {
-                dimension: args.dimension,
-                skip_invalid: args.skip_invalid,
-                ..ReadOptions::default()
-            };
-            input::open(&args.input, &options, talk)?
-        }
+    let loaded = if let Some(request) = sample {
+        within_memory(&config, request.n, request.dimension, counted)?;
+        input::make(&request, talk)?
+    } else {
+        let (dimension, skip_invalid) = (args.dimension, args.skip_invalid);
+        let options = ReadOptions { dimension, skip_invalid, format: None };
+        input::open(&args.input, &options, talk)?
     };
     config.spacing = loaded.spacing;
     config.cancel = Some(talk.cancel.clone());
@@ -100,7 +95,6 @@ fn within_memory(config: &Config, points: u64, dimension: usize, counted: bool) 
 /// Says which file a point at fault is from, and where it stands there.
 fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
     let Error::Points(mut error) = error else { return error.into() };
-    use septet::geometry::range::RangeError;
     let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
     match &mut error {
         RangeError::NotFinite { index, .. } => *index = at(*index),

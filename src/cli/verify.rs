@@ -42,7 +42,9 @@ pub struct VerifyArgs {
 
 /// Reads, verifies, reports.
 pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
-    files::check(Some(Path::new(&args.points)), &[], args.json.as_deref())?;
+    for input in [Path::new(&args.points), &args.cells] {
+        files::check(Some(input), &[], args.json.as_deref())?;
+    }
     let loaded = match input::sample(&args.points, None)? {
         Some(request) => input::make(&request, talk)?,
         None => input::open(&args.points, &ReadOptions::default(), talk)?,

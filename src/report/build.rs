@@ -105,14 +105,14 @@ fn how_proved(run: &Run) -> HowProved {
 
 fn machine(run: &Run) -> MachineReport {
     let phases = &run.ledger.phases;
-    let total = |t: &Total| match run.settled.counted {
-        false => TotalReport::default(),
-        true => TotalReport {
-            work: Some(t.work),
-            depth: Some(t.depth),
-            depth_log_scan: Some(t.depth_log_scan),
-            brent: Some(t.brent),
-        },
+    let total = |t: &Total| {
+        let known = |x: u64| run.settled.counted.then_some(x);
+        TotalReport {
+            work: known(t.work),
+            depth: known(t.depth),
+            depth_log_scan: known(t.depth_log_scan),
+            brent: known(t.brent),
+        }
     };
     MachineReport {
         workers: run.settled.workers,
