@@ -460,3 +460,28 @@ fn the_first_interrupt_ends_cleanly() {
         assert!(place.names().is_empty(), "{line}: left {:?}", place.names());
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_while_writing_leaves_nothing_half_written() {
+    let place = Place::new();
+    let mut command = place.command("triangulate sample:grid:64000 -q -o a.ele -o b.ele -o c.ele");
+    let mut child = command.spawn().unwrap();
+    let writing = || {
+        let entries = fs::read_dir(place.0.path()).unwrap().flatten();
+        entries.filter_map(|e| e.metadata().ok()).any(|m| m.len() > 0)
+    };
+    while !writing() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let pid = child.id().to_string();
+    let _ = Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    let code = child.wait().unwrap().code();
+    // It may have been faster than the signal.
+    assert!(matches!(code, Some(0 | 130)), "{code:?}");
+    for set in ["a", "b", "c"] {
+        let files = place.names().iter().filter(|n| n.starts_with(&format!("{set}."))).count();
+        assert!(files == 0 || files == 5, "{:?}", place.names());
+    }
+    assert!(!place.names().iter().any(|n| n.ends_with(".partial")), "{:?}", place.names());
+}

@@ -35,7 +35,13 @@ fn page() -> std::io::Result<Vec<u8>> {
     let mut command = Cli::command();
     command.build();
     let mut page = Vec::new();
-    Man::new(command.clone()).render(&mut page)?;
+    let top = Man::new(command.clone());
+    top.render_title(&mut page)?;
+    top.render_name_section(&mut page)?;
+    top.render_synopsis_section(&mut page)?;
+    top.render_description_section(&mut page)?;
+    top.render_options_section(&mut page)?;
+    top.render_extra_section(&mut page)?;
     for sub in command.get_subcommands().filter(|s| s.get_name() != "help") {
         let man = Man::new(sub.clone());
         let mut part = Vec::new();
@@ -47,6 +53,7 @@ fn page() -> std::io::Result<Vec<u8>> {
         writeln!(page, ".SH SEPTET {}", sub.get_name().to_uppercase())?;
         page.extend_from_slice(text.as_bytes());
     }
+    top.render_version_section(&mut page)?;
     Ok(page)
 }
 

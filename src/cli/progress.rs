@@ -21,7 +21,7 @@ pub struct TalkArgs {
     /// Log phases (-v), and more (-vv); `RUST_LOG` overrides
     #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 100)]
     verbose: u8,
-    /// Colours on standard error; `NO_COLOR` is heeded
+    /// Colours on standard error: on a terminal without `NO_COLOR`, always, or never
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", display_order = 100)]
     color: When,
 }
@@ -29,7 +29,6 @@ pub struct TalkArgs {
 /// When to use colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum When {
-    /// On a terminal
     Auto,
     Always,
     Never,

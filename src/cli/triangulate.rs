@@ -21,6 +21,8 @@ use super::progress::Talk;
 pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut config = args.config()?;
+    // Reading, preparing and writing keep to the same threads; it can be set only once, which is now.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build_global();
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     files::check(is_file.then(|| Path::new(&args.input)), &args.output, args.json.as_deref())?;
