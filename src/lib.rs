@@ -43,6 +43,8 @@ pub mod memory;
 
 mod run;
 
+pub mod report;
+
 pub mod verify;
 
 pub mod io;

@@ -1,0 +1,111 @@
+//! Which files a run writes: none twice, none over its input, and all of them possible before it starts.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use septet::io::write::{OutputError, OutputFormat, check_output};
+
+use super::errors::{Code, Failure};
+
+/// A name that is the same for the same file, however it is written.
+fn identity(path: &Path) -> PathBuf {
+    if let Ok(real) = path.canonicalize() {
+        return real;
+    }
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (parent.canonicalize(), path.file_name()) {
+        (Ok(parent), Some(name)) => parent.join(name),
+        _ => path.to_owned(),
+    }
+}
+
+/// All files that an output stands for.
+fn files_of(path: &Path) -> Vec<PathBuf> {
+    match OutputFormat::of(path) {
+        Ok(OutputFormat::TetGen) => {
+            let set = ["node", "ele", "face", "edge", "neigh"];
+            set.iter().map(|e| path.with_extension(e)).chain([path.to_owned()]).collect()
+        }
+        _ => vec![path.to_owned()],
+    }
+}
+
+/// Checks all outputs of a run before any work.
+pub fn check(input: Option<&Path>, outputs: &[PathBuf], json: Option<&Path>) -> Result<(), Failure> {
+    let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
+    let input_identity = input.map(identity);
+    let json = json.filter(|j| j.as_os_str() != "-");
+    for output in outputs {
+        // A name that is no output at all is a matter of usage, and comes first.
+        OutputFormat::of(output)?;
+    }
+    for output in outputs.iter().map(PathBuf::as_path).chain(json) {
+        let files = if Some(output) == json { vec![output.to_owned()] } else { files_of(output) };
+        let mut own: Vec<PathBuf> = files.iter().map(|f| identity(f)).collect();
+        own.sort();
+        own.dedup();
+        for file in own {
+            if Some(&file) == input_identity.as_ref() {
+                let message = format!(
+                    "output {} would overwrite the input file {}",
+                    output.display(),
+                    input.unwrap_or(output).display()
+                );
+                let help = if files.len() > 1 {
+                    "naming one file of a .node/.ele/.face/.edge/.neigh set writes the whole set: choose another \
+                     name, such as one ending in .1.ele"
+                } else {
+                    "choose another name for the output"
+                };
+                return Err(Failure::new(Code::Usage, message).help(help));
+            }
+            if let Some((_, other)) = taken.iter().find(|(f, _)| *f == file) {
+                let message =
+                    format!("outputs {} and {} would write the same file", other.display(), output.display());
+                return Err(Failure::new(Code::Usage, message).help("name every file once"));
+            }
+            taken.push((file, output));
+        }
+    }
+    for output in outputs {
+        check_output(output)?;
+    }
+    json.map_or(Ok(()), |path| probe(path).map_err(Failure::from))
+}
+
+/// The temporary file that becomes `path`.
+fn temporary(path: &Path) -> PathBuf {
+    let name = format!(".septet-{}-json.partial", std::process::id());
+    path.with_file_name(name)
+}
+
+/// Can the file be written?
+fn probe(path: &Path) -> Result<(), OutputError> {
+    let (path, temporary) = (path.to_path_buf(), temporary(path));
+    if path.is_dir() {
+        return Err(OutputError::IsDirectory { path });
+    }
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !parent.is_dir() {
+        let directory = parent.to_path_buf();
+        return Err(OutputError::MissingDirectory { path, directory });
+    }
+    let probed = std::fs::write(&temporary, b"").and_then(|()| std::fs::remove_file(&temporary));
+    probed.map_err(|source| OutputError::NotWritable { path, source })
+}
+
+/// Writes text to a file that appears whole or not at all; `-` is standard output.
+pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    if path.as_os_str() == "-" {
+        let mut out = std::io::stdout().lock();
+        let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        return written.map_err(|source| OutputError::Stream { source });
+    }
+    let temporary = temporary(path);
+    let written = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // Nothing better can be done with a failure here.
+        let _ = std::fs::remove_file(&temporary);
+        OutputError::Io { path: path.to_path_buf(), source }
+    })
+}

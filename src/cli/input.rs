@@ -1,0 +1,82 @@
+//! Points from a file, from standard input, or made on the spot.
+
+use std::path::Path;
+use std::time::Instant;
+
+use septet::generate::{Request, generate, parse_sample};
+use septet::io::read::{ReadOptions, read};
+use septet::model::Points;
+
+use super::errors::{Code, Failure};
+use super::progress::Talk;
+
+/// The points of a run and what is known about them.
+pub struct Loaded {
+    /// The points.
+    pub points: Points,
+    /// The Lipschitz constant of an f-spaced set.
+    pub spacing: Option<f64>,
+    /// Points dropped while reading.
+    pub skipped: u64,
+    /// Index in the file of each point, if any were dropped.
+    pub source_index: Option<Vec<u64>>,
+    /// First id of a `.node` file.
+    pub first_id: u64,
+    /// Measured seconds of reading or generating.
+    pub seconds: f64,
+}
+
+/// The sample that an input stands for, if it is one. `-d` fills in the dimension.
+pub fn sample(input: &str, dimension: Option<usize>) -> Result<Option<Request>, Failure> {
+    let Some(spec) = input.strip_prefix("sample:") else { return Ok(None) };
+    let mut request = parse_sample(spec)?;
+    if let Some(d) = dimension {
+        let stated = spec.split(',').any(|part| part.trim().starts_with("d="));
+        if stated && request.dimension != d {
+            let message = format!("-d {d} contradicts {input}");
+            return Err(Failure::new(Code::Usage, message).help("leave one of them out"));
+        }
+        request.dimension = d;
+    }
+    Ok(Some(request))
+}
+
+/// Makes a sample.
+pub fn make(request: &Request, talk: &Talk) -> Result<Loaded, Failure> {
+    let start = Instant::now();
+    let made = generate(request, &mut |what, done, total| talk.stage(what, done, Some(total)))?;
+    talk.check();
+    for note in &made.notes {
+        talk.note(format!("note: {note}"));
+    }
+    Ok(Loaded {
+        points: made.points,
+        spacing: made.spacing.map(|s| s.lipschitz),
+        skipped: 0,
+        source_index: None,
+        first_id: 0,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// Reads points from a file or standard input.
+pub fn open(path: &str, options: &ReadOptions, talk: &Talk) -> Result<Loaded, Failure> {
+    let start = Instant::now();
+    let file = read(Path::new(path), options, &mut |read, total| talk.stage("reading", read, total))?;
+    talk.check();
+    for note in &file.notes {
+        talk.note(format!("note: {note}"));
+    }
+    if file.skipped > 0 {
+        let what = if file.skipped == 1 { "point" } else { "points" };
+        talk.note(format!("note: {} invalid {what} skipped", file.skipped));
+    }
+    Ok(Loaded {
+        points: file.points,
+        spacing: None,
+        skipped: file.skipped as u64,
+        source_index: file.source_index,
+        first_id: file.first_id,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}

@@ -1,0 +1,246 @@
+//! Options of `triangulate` and `simulate`, and how they become a configuration.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use septet::Config;
+use septet::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
+use septet::io::write::MshVersion;
+
+use super::errors::{Code, Failure};
+
+/// Options of `septet triangulate`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  septet triangulate points.node -o mesh.vtu
+  septet triangulate scan.ply.gz -o scan.1.ele --json report.json
+  septet triangulate sample:uniform:1e5,d=2 --workers 64 --transport sim --delivery-seed 3 --json -
+  gunzip -c points.csv.gz | septet triangulate - -o mesh.msh")]
+pub struct TriangulateArgs {
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// Options of `septet simulate`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  septet simulate sample:well-spaced:65536 --workers leaves --profile
+  septet simulate points.npy --workers 64 --supergraph knn --k 10ln --json counts.json")]
+pub struct SimulateArgs {
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// Options of both.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// A point file (.node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .msh .mesh, each also .gz), `-` for
+    /// standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    pub input: String,
+    /// Write the triangulation (.vtu .msh .msh22 .mesh .off .npy, or one of .node .ele .face .edge .neigh for
+    /// the whole set); may be given several times
+    #[arg(short, long = "output", value_name = "OUT")]
+    pub output: Vec<PathBuf>,
+    /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
+    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true)]
+    pub workers: Option<Workers>,
+    /// Threads that run the workers [default: cores]
+    #[arg(long, value_name = "T")]
+    pub threads: Option<usize>,
+    /// Seed of every random draw
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Supergraph of the Delaunay triangulation
+    #[arg(long, value_enum, default_value_t = GraphArg::Density)]
+    pub supergraph: GraphArg,
+    /// alpha of a density or overlap graph, at least 1
+    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
+    pub alpha: Alpha,
+    /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
+    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
+    pub k: Neighbours,
+    /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
+    #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
+    pub separator_sets: SetsArg,
+    /// Largest leaf of the partition tree, in points
+    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf)]
+    pub leaf: Leaf,
+    /// How messages travel: over channels between threads, or simulated on one thread
+    #[arg(long, value_enum, default_value_t = TransportArg::Channel)]
+    pub transport: TransportArg,
+    /// Seed of the order of delivery (with --transport sim) [default: 0]
+    #[arg(long, value_name = "S")]
+    pub delivery_seed: Option<u64>,
+    /// Write the report as JSON, `-` for standard output
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+    /// Print tables of phases, rounds and tree levels
+    #[arg(long)]
+    pub profile: bool,
+    /// Drop and count points that are not finite or not numbers, instead of refusing the file
+    #[arg(long)]
+    pub skip_invalid: bool,
+    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub max_memory: Option<u64>,
+    /// Dimension of the input: 2 keeps the first two coordinates
+    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
+    pub dimension: Option<usize>,
+    /// Write the owning worker and home leaf of every cell (.vtu)
+    #[arg(long)]
+    pub with_owner: bool,
+    /// Version of files named .msh
+    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41)]
+    pub msh_version: MshArg,
+}
+
+/// `--supergraph`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GraphArg {
+    Density,
+    Overlap,
+    Knn,
+}
+
+/// `--separator-sets`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SetsArg {
+    Both,
+    Smaller,
+    Ghost,
+}
+
+/// `--transport`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TransportArg {
+    Channel,
+    Sim,
+}
+
+/// `--msh-version`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MshArg {
+    #[value(name = "2.2")]
+    V22,
+    #[value(name = "4.1")]
+    V41,
+}
+
+impl From<MshArg> for MshVersion {
+    fn from(version: MshArg) -> Self {
+        match version {
+            MshArg::V22 => MshVersion::V22,
+            MshArg::V41 => MshVersion::V41,
+        }
+    }
+}
+
+/// `--leaf`.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf(Option<u64>);
+
+impl RunArgs {
+    /// The configuration these options ask for.
+    pub fn config(&self) -> Result<Config, Failure> {
+        let base = Config::default();
+        let threads = self.threads.unwrap_or(base.threads);
+        if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
+            let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
+            return Err(Failure::new(Code::Usage, message).help("add --transport sim, or leave the seed out"));
+        }
+        let config = Config {
+            workers: self.workers.unwrap_or(base.workers),
+            threads,
+            seed: self.seed,
+            graph: match self.supergraph {
+                GraphArg::Density => GraphKind::Density,
+                GraphArg::Overlap => GraphKind::Overlap,
+                GraphArg::Knn => GraphKind::Knn,
+            },
+            alpha: self.alpha,
+            k: self.k,
+            sets: match self.separator_sets {
+                SetsArg::Both => SeparatorSets::Both,
+                SetsArg::Smaller => SeparatorSets::Smaller,
+                SetsArg::Ghost => SeparatorSets::Ghost,
+            },
+            leaf: self.leaf.0,
+            transport: match self.transport {
+                TransportArg::Channel => Transport::Channel { threads },
+                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
+            },
+            skip_invalid: self.skip_invalid,
+            max_memory: self.max_memory,
+            with_owner: self.with_owner,
+            ..base
+        };
+        config.check()?;
+        Ok(config)
+    }
+}
+
+/// A whole number, with an exponent if need be.
+pub fn count(text: &str) -> Result<u64, String> {
+    let parsed = match text.split_once(['e', 'E']) {
+        None => text.parse().ok(),
+        Some((mantissa, exponent)) => exponent
+            .parse()
+            .ok()
+            .and_then(|e| 10u64.checked_pow(e))
+            .and_then(|power| mantissa.parse::<u64>().ok()?.checked_mul(power)),
+    };
+    parsed.ok_or_else(|| "expected a whole number, such as 1000 or 1e6".to_owned())
+}
+
+fn workers(text: &str) -> Result<Workers, String> {
+    match text {
+        "leaves" => Ok(Workers::Leaves),
+        _ => text.parse().map(Workers::Count).map_err(|_| "expected a number of workers, or `leaves`".into()),
+    }
+}
+
+fn alpha(text: &str) -> Result<Alpha, String> {
+    match text {
+        "auto" => Ok(Alpha::Auto),
+        _ => text.parse().map(Alpha::Value).map_err(|_| "expected a number of at least 1, or `auto`".into()),
+    }
+}
+
+fn neighbours(text: &str) -> Result<Neighbours, String> {
+    let expected = || "expected a number, `auto`, or a factor of ln n such as `10ln`".to_owned();
+    match (text, text.strip_suffix("ln")) {
+        ("auto", _) => Ok(Neighbours::Auto),
+        (_, Some(factor)) => factor.parse().map(Neighbours::Log).map_err(|_| expected()),
+        _ => text.parse().map(Neighbours::Count).map_err(|_| expected()),
+    }
+}
+
+fn leaf(text: &str) -> Result<Leaf, String> {
+    if text == "auto" { Ok(Leaf(None)) } else { count(text).map(|m| Leaf(Some(m))) }
+}
+
+/// 2 or 3.
+pub fn dimension(text: &str) -> Result<usize, String> {
+    match text {
+        "2" => Ok(2),
+        "3" => Ok(3),
+        _ => Err("expected 2 or 3".into()),
+    }
+}
+
+fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
+    let text = text.strip_suffix('i').unwrap_or(text);
+    let (digits, shift) = match text.char_indices().next_back() {
+        Some((at, 'k' | 'K')) => (&text[..at], 10),
+        Some((at, 'm' | 'M')) => (&text[..at], 20),
+        Some((at, 'g' | 'G')) => (&text[..at], 30),
+        Some((at, 't' | 'T')) => (&text[..at], 40),
+        _ => (text, 0),
+    };
+    let value = digits.parse::<f64>().ok().filter(|v| *v >= 0.0 && v.is_finite());
+    let value = value.ok_or_else(|| "expected a number of bytes, such as 500M or 2G".to_owned())?;
+    Ok((value * (1u64 << shift) as f64) as u64)
+}

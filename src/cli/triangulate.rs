@@ -1,0 +1,133 @@
+//! `septet triangulate` and `septet simulate`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use septet::geometry::range::RangeError;
+use septet::io::read::ReadOptions;
+use septet::io::write::{OutputFormat, WriteOptions, write};
+use septet::memory::{forecast, peak_rss, rss};
+use septet::model::{MeshView, Points};
+use septet::report::{Report, Setting};
+use septet::{Config, Error, Run};
+
+use super::errors::{Code, Failure};
+use super::files;
+use super::input::{self, Loaded};
+use super::options::RunArgs;
+use super::progress::Talk;
+
+/// Runs either subcommand.
+pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
+    let start = Instant::now();
+    let mut config = args.config()?;
+    // Reading, preparing and writing keep to the same threads; it can be set only once, which is now.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build_global();
+    let sample = input::sample(&args.input, args.dimension)?;
+    let is_file = sample.is_none() && args.input != "-";
+    files::check(is_file.then(|| Path::new(&args.input)), &args.output, args.json.as_deref())?;
+    let loaded = if let Some(request) = sample {
+        within_memory(&config, request.n, request.dimension, counted)?;
+        input::make(&request, talk)?
+    } else {
+        let (dimension, skip_invalid) = (args.dimension, args.skip_invalid);
+        let options = ReadOptions { dimension, skip_invalid, format: None };
+        input::open(&args.input, &options, talk)?
+    };
+    config.spacing = loaded.spacing;
+    config.cancel = Some(talk.cancel.clone());
+    config.progress = Some(talk.phases());
+    let rss_before_bytes = rss();
+    let run = go(&loaded.points, &config, counted).map_err(|e| place(e, &loaded, &args.input))?;
+    let run_seconds = start.elapsed().as_secs_f64();
+    let files = write_all(args, &run, &loaded, talk)?;
+    let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
+    talk.clear();
+    let setting = Setting {
+        command: if counted { "simulate" } else { "triangulate" },
+        input: &args.input,
+        outputs: &args.output,
+        skipped: loaded.skipped,
+        read_seconds: loaded.seconds,
+        write_seconds,
+        total_seconds: start.elapsed().as_secs_f64(),
+        rss_before_bytes,
+        peak_rss_bytes: peak_rss(),
+    };
+    let report = Report::of(&run, &config, &setting);
+    if let Some(path) = &args.json {
+        let mut text = serde_json::to_string_pretty(&report)
+            .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
+        text.push('\n');
+        files::write_text(path, &text)?;
+    }
+    for line in report.summary() {
+        talk.note(line);
+    }
+    if run.dimension < run.space as isize {
+        talk.note(format!("note: {}", report.flat_note()));
+    }
+    for file in files {
+        talk.note(format!("  wrote {}", file.display()));
+    }
+    if args.profile {
+        eprint!("{}", report.tables());
+    }
+    Ok(())
+}
+
+fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
+    match (points, counted) {
+        (Points::Plane(points), false) => septet::triangulate(points, config),
+        (Points::Space(points), false) => septet::triangulate(points, config),
+        (Points::Plane(points), true) => septet::simulate(points, config),
+        (Points::Space(points), true) => septet::simulate(points, config),
+    }
+}
+
+/// A sample too large for the limit is refused before it is made.
+fn within_memory(config: &Config, points: u64, dimension: usize, counted: bool) -> Result<(), Failure> {
+    let forecast = forecast(points, dimension, counted);
+    match config.max_memory {
+        Some(limit) if forecast > limit => Err(Error::Memory { forecast, limit, points }.into()),
+        _ => Ok(()),
+    }
+}
+
+/// Says which file a point at fault is from, and where it stands there.
+fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
+    let Error::Points(mut error) = error else { return error.into() };
+    let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
+    match &mut error {
+        RangeError::NotFinite { index, .. } => *index = at(*index),
+        RangeError::Spread { low, high, .. } => (*low, *high) = (at(*low), at(*high)),
+    }
+    let name = if input == "-" { "standard input" } else { input };
+    Failure::new(Code::Input, format!("{name}: {error} (points counted from 0)"))
+        .help("round the coordinates to a common grid, or drop the points named")
+}
+
+fn write_all(args: &RunArgs, run: &Run, loaded: &Loaded, talk: &Talk) -> Result<Vec<PathBuf>, Failure> {
+    let options =
+        WriteOptions { with_owner: args.with_owner, first_id: loaded.first_id, msh: args.msh_version.into() };
+    let mut files = Vec::new();
+    for output in &args.output {
+        talk.check();
+        let stage = format!("writing {}", output.display());
+        let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
+        let view = run.view(loaded.points.coordinates());
+        let written = match (&loaded.source_index, OutputFormat::of(output)?) {
+            // A file of cells alone counts rows of the input, those that were dropped too.
+            (Some(source), OutputFormat::Npy) => {
+                let cells: Vec<u64> = view.cells.iter().map(|&v| source[v as usize]).collect();
+                let rows = loaded.points.len() + loaded.skipped as usize;
+                let coordinates = vec![0.0; rows * run.space];
+                let view = MeshView { cells: &cells, coordinates: &coordinates, ..view };
+                write(output, &view, &options, &mut progress)
+            }
+            _ => write(output, &view, &options, &mut progress),
+        };
+        files.extend(written?);
+    }
+    Ok(files)
+}

@@ -1,0 +1,164 @@
+//! `septet verify`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use glam::DVec2;
+use septet::io::read::{CellFile, CellOptions, ReadOptions, read_cells};
+use septet::model::{MeshView, Points};
+use septet::report::Verdict;
+use septet::verify::{Report, VerifyOptions, verify};
+
+use super::errors::{Code, Failure};
+use super::files;
+use super::input::{self, Loaded};
+use super::progress::Talk;
+
+/// Options of `septet verify`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Levels: structure, orientation, manifold, hull, empty spheres, single cover. All of them together prove
+that the cells are a Delaunay triangulation of the points. Exit code 4 if they are not.
+
+Examples:
+  septet verify points.node mesh.1.ele
+  septet verify mesh.vtu mesh.vtu
+  septet verify points.npy cells.npy --perturbed --json -")]
+pub struct VerifyArgs {
+    /// The points: any readable file, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    points: String,
+    /// The cells: .ele .vtu .msh .mesh .npy .off, each also .gz
+    cells: PathBuf,
+    /// Require ties to be broken as septet breaks them
+    #[arg(long)]
+    perturbed: bool,
+    /// Threads [default: cores]
+    #[arg(long, value_name = "T", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Write the report as JSON, `-` for standard output
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+}
+
+/// Reads, verifies, reports.
+pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
+    for input in [Path::new(&args.points), &args.cells] {
+        files::check(Some(input), &[], args.json.as_deref())?;
+    }
+    let loaded = match input::sample(&args.points, None)? {
+        Some(request) => input::make(&request, talk)?,
+        None => input::open(&args.points, &ReadOptions::default(), talk)?,
+    };
+    let (points, cells) = matched(args, loaded, talk)?;
+    let mesh = MeshView {
+        dimension: points.dimension(),
+        coordinates: points.coordinates(),
+        cells: &cells.cells,
+        owner: None,
+        home_leaf: None,
+    };
+    let options = VerifyOptions { perturbed: args.perturbed, threads: args.threads, any_order: true };
+    let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
+    talk.clear();
+    if let Some(path) = &args.json {
+        let verdict = Verdict::of(&report, &args.points, &args.cells);
+        let mut text = serde_json::to_string_pretty(&verdict)
+            .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
+        text.push('\n');
+        files::write_text(path, &text)?;
+    }
+    print(&report, args, talk);
+    if report.passed() {
+        return Ok(());
+    }
+    let message = format!(
+        "{} is not a Delaunay triangulation of {}{}",
+        args.cells.display(),
+        args.points,
+        if args.perturbed { ", ties broken by the perturbation" } else { "" }
+    );
+    Err(Failure::new(Code::Rejected, message))
+}
+
+/// The cells, with the points in their dimension.
+fn matched(args: &VerifyArgs, loaded: Loaded, talk: &Talk) -> Result<(Points, CellFile), Failure> {
+    let is_node = Path::new(args.points.strip_suffix(".gz").unwrap_or(&args.points))
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("node"));
+    let flat = flattened(&loaded.points);
+    let dimension = match (&loaded.points, &flat) {
+        (Points::Plane(_), _) => Some(2),
+        _ => None,
+    };
+    let options = CellOptions {
+        base: is_node.then_some(loaded.first_id),
+        point_count: Some(loaded.points.len() as u64),
+        dimension,
+        ..CellOptions::default()
+    };
+    let mut progress = |read, total| talk.stage("reading cells", read, total);
+    let cells = read_cells(&args.cells, &options, &mut progress)?;
+    talk.check();
+    for note in &cells.notes {
+        talk.note(format!("note: {note}"));
+    }
+    let points = match (cells.dimension, flat) {
+        (2, Some(flat)) => {
+            talk.note("note: the cells are triangles and every z is 0: verified in the plane");
+            flat
+        }
+        (2, None) if loaded.points.dimension() == 3 => {
+            let message = format!(
+                "{} holds triangles, but the points of {} span three coordinates: triangles triangulate points of \
+                 the plane",
+                args.cells.display(),
+                args.points
+            );
+            return Err(Failure::new(Code::Input, message).help(
+                "give the file of tetrahedra (an .off file in space is only the hull), or points with two coordinates",
+            ));
+        }
+        _ => loaded.points,
+    };
+    Ok((points, cells))
+}
+
+/// Points of space that all lie at z = 0, as points of the plane.
+fn flattened(points: &Points) -> Option<Points> {
+    match points {
+        Points::Space(p) if p.iter().all(|p| p.z == 0.0) => {
+            Some(Points::Plane(p.iter().map(|p| DVec2::new(p.x, p.y)).collect()))
+        }
+        _ => None,
+    }
+}
+
+fn print(report: &Report, args: &VerifyArgs, talk: &Talk) {
+    for level in &report.levels {
+        let state = match (level.passed, level.stopped_by) {
+            (true, _) => talk.paint("ok", "32"),
+            (false, Some(earlier)) => format!("not reached, {earlier} failed"),
+            (false, None) => talk.paint(&format!("FAILED, {} faults", level.fault_count), "1;31"),
+        };
+        talk.note(format!("{:<14} {:>12} checked  {state}", level.name, level.checked));
+        for fault in &level.faults {
+            talk.note(format!("    {fault}"));
+        }
+        let more = level.fault_count.saturating_sub(level.faults.len() as u64);
+        if more > 0 {
+            talk.note(format!("    and {more} more"));
+        }
+    }
+    if report.passed() {
+        talk.note(format!(
+            "septet: {} is a Delaunay triangulation of {}: {} cells, {} points, {} duplicates, {} hull facets, {} ties",
+            args.cells.display(),
+            args.points,
+            report.cells,
+            report.points,
+            report.duplicates,
+            report.hull_facets,
+            report.ties
+        ));
+    }
+}

@@ -1,0 +1,21 @@
+//! What a run has to say: one documented, versioned schema, and tables for people.
+//!
+//! [`Report`] is what `--json` writes: everything that was settled, certified, counted and measured. Counts
+//! belong to the modelled machine and repeat exactly; fields whose names end in `seconds` or `bytes` of
+//! memory are measured and do not. Nothing here prints.
+
+mod build;
+mod parameters;
+mod schema;
+mod table;
+mod tree;
+mod verdict;
+
+pub use build::Setting;
+pub use parameters::Parameters;
+pub use schema::{
+    Fallback, GraphReport, HowProved, LevelReport, MachineReport, NodeReport, PathReport, PhaseReport,
+    PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
+    TreeReport,
+};
+pub use verdict::{VERIFY_SCHEMA, Verdict};
