@@ -1,6 +1,8 @@
 //! What the whole-system tests share.
 #![allow(dead_code)] // every test file uses a part of it
 
+pub mod data;
+
 pub mod sets;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
