@@ -1,8 +1,6 @@
 //! The vertices of real surface meshes and scans.
 
-mod common;
-
-use common::{base, check, data};
+use crate::common::{base, check, data};
 use septet::config::Workers;
 use septet::geometry::point::Point;
 use septet::model::Points;

@@ -1,9 +1,7 @@
 //! Inputs with ties, coincidences, few points and extreme coordinates.
 
-mod common;
-
-use common::sets::{Draw, flat_grid, grid, plane, space};
-use common::{base, check, check_counted, simulated, threaded, within};
+use crate::common::sets::{Draw, flat_grid, grid, plane, space};
+use crate::common::{base, check, check_counted, simulated, threaded, within};
 use glam::{DMat3, DVec2, DVec3};
 use septet::config::Workers;
 use septet::generate::Kind;

@@ -1,8 +1,6 @@
 //! Small nasty inputs: septet's machine, its sequential kernel and its verifier agree.
 
-mod common;
-
-use common::{assert_verified, combinations, simulated, threaded, with_graph};
+use crate::common::{assert_verified, combinations, simulated, threaded, with_graph};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use septet::config::{Neighbours, Workers};

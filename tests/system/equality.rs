@@ -1,10 +1,8 @@
 //! The same bytes for any number of workers and threads, any transport, order of input, supergraph and
 //! separator sets, by `triangulate` and by `simulate`.
 
-mod common;
-
-use common::sets::{Draw, plane, space};
-use common::{
+use crate::common::sets::{Draw, plane, space};
+use crate::common::{
     assert_same_counts, assert_verified, base, check_counted, combinations, levels, simulated, threaded,
     with_graph,
 };

@@ -1,10 +1,8 @@
 //! The graph of the divide and conquer is the graph by definition, edge by edge; and what the paper says of it
 //! holds where its hypothesis does.
 
-mod common;
-
-use common::sets::{plane, space};
-use common::{base, check_counted, combinations, threaded, with_graph};
+use crate::common::sets::{plane, space};
+use crate::common::{base, check_counted, combinations, threaded, with_graph};
 use septet::config::{Alpha, GraphKind, Neighbours, Workers};
 use septet::generate::Kind;
 use septet::geometry::graph::Supergraph;
@@ -57,7 +55,7 @@ fn compare<P: Point>(points: &[P], choices: &[(GraphKind, Alpha, Neighbours)], l
                 let config = threaded(Workers::Count(workers), 2, leaf);
                 let config = Config { keep_graph: true, ..with_graph(&config, (graph, sets, alpha, k)) };
                 let run = simulate(points, &config).unwrap_or_else(|e| panic!("{what} {config:?}: {e}"));
-                assert!(common::levels(&run.ledger) >= 3, "{what}: no tree");
+                assert!(crate::common::levels(&run.ledger) >= 3, "{what}: no tree");
                 let rule = run.settled.supergraph.unwrap();
                 let expected = expected.get_or_insert_with(|| by_definition(points, rule));
                 let found = run.graph.unwrap();

@@ -3,16 +3,14 @@
 //! `SEPTET_PYTHON` names an interpreter with numpy and scipy; CGAL's driver is compiled by `c++` against
 //! CGAL's headers. Without them these tests say what is missing and pass, unless `SEPTET_REQUIRE_ORACLES=1`.
 
-mod common;
-
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use common::sets::{plane, space};
-use common::{base, check, coordinates};
+use crate::common::sets::{plane, space};
+use crate::common::{base, check, coordinates};
 use glam::{DVec2, DVec3};
 use septet::config::Workers;
 use septet::generate::Kind;
@@ -155,7 +153,7 @@ fn cgal_agrees_where_points_tie() {
 
 #[test]
 fn cgal_agrees_on_real_data() {
-    for (name, points) in common::data::all() {
+    for (name, points) in crate::common::data::all() {
         match points {
             Points::Plane(points) => by_cgal(&points, false, &name),
             Points::Space(points) => by_cgal(&points, false, &name),

@@ -1,9 +1,7 @@
 //! What is counted, and what it may depend on.
 
-mod common;
-
-use common::sets::{plane, space};
-use common::{assert_same_counts, combinations, simulated, threaded, with_graph};
+use crate::common::sets::{plane, space};
+use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph};
 use septet::config::Workers;
 use septet::generate::Kind;
 use septet::geometry::point::Point;
