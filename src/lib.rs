@@ -51,7 +51,8 @@ pub mod io;
 
 pub use config::Config;
 pub use error::Error;
-pub use run::{Accounting, Run, Settled, simulate, triangulate};
+pub use run::{Accounting, Run, Settled, Start, run_on, simulate, triangulate};
 
 pub use septet_geometry as geometry;
 pub use septet_protocol as protocol;
+pub use septet_workers as workers;

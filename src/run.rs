@@ -7,6 +7,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Ledger;
+use septet_protocol::transport::Transport;
 use septet_workers::config::{Wanted, WorkerConfig};
 use septet_workers::transport::launch;
 
@@ -113,7 +114,7 @@ impl Run {
 /// # Errors
 /// See [`Error`].
 pub fn triangulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
-    run(points, config, false)
+    run_on(points, config, false, &mut started(config))
 }
 
 /// The same triangulation by the paper's recursion to its floor, with every count on.
@@ -121,10 +122,32 @@ pub fn triangulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error
 /// # Errors
 /// See [`Error`].
 pub fn simulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
-    run(points, config, true)
+    run_on(points, config, true, &mut started(config))
 }
 
-fn run<P: Point>(points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
+/// Starts the workers of a machine: what [`run_on`] is given. It may be called twice, for [`Workers::Leaves`]
+/// grows the tree first to count its leaves.
+pub type Start<'a, P> = dyn FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> + 'a;
+
+/// The transport of the configuration.
+fn started<P: Point>(
+    config: &Config,
+) -> impl FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> {
+    let kind = config.transport;
+    move |machine| launch::<P>(kind, machine)
+}
+
+/// [`simulate`] (`counted`) or [`triangulate`], on a machine whose workers `start` reaches; the
+/// configuration's own transport is not used.
+///
+/// # Errors
+/// See [`Error`].
+pub fn run_on<P: Point>(
+    points: &[P],
+    config: &Config,
+    counted: bool,
+    start_machine: &mut Start<'_, P>,
+) -> Result<Run, Error> {
     let start = Instant::now();
     config.check()?;
     if let Some(limit) = config.max_memory {
@@ -165,13 +188,13 @@ fn run<P: Point>(points: &[P], config: &Config, counted: bool) -> Result<Run, Er
             Plan::new()
         }
         Workers::Leaves => {
-            let plan = plan_leaves(config, &machine, &ready)?;
+            let plan = plan_leaves(config, &machine, &ready, start_machine)?;
             machine.workers = plan.get(&NodeId::ROOT).copied().unwrap_or(1);
             plan
         }
     };
     let machine = Arc::new(machine);
-    let mut transport = launch::<P>(config.transport, &machine)?;
+    let mut transport = start_machine(&machine)?;
     let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
     drop(transport);
     finish::<P>(points.len(), ready, collected, &machine, why, start)
@@ -217,10 +240,11 @@ fn plan_leaves<P: Point>(
     config: &Config,
     machine: &WorkerConfig,
     ready: &Prepared<P>,
+    start_machine: &mut Start<'_, P>,
 ) -> Result<Plan, Error> {
     let machine = WorkerConfig { counted: true, until: Some(Phase::Partition), ..machine.clone() };
     let machine = Arc::new(machine);
-    let mut transport = launch::<P>(config.transport, &machine)?;
+    let mut transport = start_machine(&machine)?;
     let grown = Coordinator::new(config, machine).run(transport.as_mut(), ready, &Plan::new())?;
     let mut plan = Plan::new();
     for (node, _) in grown.ledger.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {

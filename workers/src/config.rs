@@ -1,8 +1,11 @@
 //! What every rank knows of a run before it starts.
 
+mod text;
+
 use std::sync::Arc;
 
 use septet_geometry::graph::Supergraph;
+pub use text::ConfigTextError;
 
 /// The supergraph asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

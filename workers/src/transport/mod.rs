@@ -1,6 +1,8 @@
-//! Ways to reach workers: in threads over channels, or simulated on one thread.
+//! Ways to reach workers: in threads over channels, simulated on one thread, or as processes over pipes.
 
 mod channel;
+
+pub mod pipe;
 
 mod sim;
 

@@ -1,0 +1,133 @@
+//! The graph of the divide and conquer is the graph by definition, edge by edge; and what the paper says of it
+//! holds where its hypothesis does.
+
+use crate::common::sets::{plane, space};
+use crate::common::{base, check_counted, combinations, threaded, with_graph};
+use septet::config::{Alpha, GraphKind, Neighbours, Workers};
+use septet::generate::Kind;
+use septet::geometry::graph::Supergraph;
+use septet::geometry::point::Point;
+use septet::{Config, simulate};
+
+fn squared<P: Point>(a: &P, b: &P) -> f64 {
+    (0..P::DIM).map(|i| a.coord(i) - b.coord(i)).fold(0.0, |sum, d| sum + d * d)
+}
+
+/// All edges by definition, from all pairs.
+fn by_definition<P: Point>(points: &[P], rule: Supergraph) -> Vec<(u64, u64)> {
+    let n = points.len();
+    let order = match rule {
+        Supergraph::Knn { k } => k as usize,
+        _ => 1,
+    };
+    let mut radii = Vec::with_capacity(n);
+    let mut distances = vec![0.0; n];
+    for p in points {
+        for (d, q) in distances.iter_mut().zip(points) {
+            *d = squared(p, q);
+        }
+        // Its own distance, 0, is the smallest.
+        radii.push(*distances.select_nth_unstable_by(order, f64::total_cmp).1);
+    }
+    let mut edges = Vec::new();
+    for i in 0..n {
+        for j in i + 1..n {
+            let d2 = squared(&points[i], &points[j]);
+            let (small, large) = (radii[i].min(radii[j]), radii[i].max(radii[j]));
+            let joined = match rule {
+                Supergraph::Density { alpha } => d2 <= alpha * alpha * small,
+                Supergraph::Overlap { alpha } => d2.sqrt() <= alpha * small.sqrt() + large.sqrt(),
+                Supergraph::Knn { .. } => d2 <= large,
+            };
+            if joined {
+                edges.push((i as u64, j as u64));
+            }
+        }
+    }
+    edges
+}
+
+fn compare<P: Point>(points: &[P], choices: &[(GraphKind, Alpha, Neighbours)], leaf: u64, what: &str) {
+    for &(kind, alpha, k) in choices {
+        let mut expected = None;
+        for (graph, sets, ..) in combinations(false).into_iter().filter(|c| c.0 == kind) {
+            for workers in [1, 7] {
+                let config = threaded(Workers::Count(workers), 2, leaf);
+                let config = Config { keep_graph: true, ..with_graph(&config, (graph, sets, alpha, k)) };
+                let run = simulate(points, &config).unwrap_or_else(|e| panic!("{what} {config:?}: {e}"));
+                assert!(crate::common::levels(&run.ledger) >= 3, "{what}: no tree");
+                let rule = run.settled.supergraph.unwrap();
+                let expected = expected.get_or_insert_with(|| by_definition(points, rule));
+                let found = run.graph.unwrap();
+                assert_eq!(expected.len(), found.len(), "{what} {config:?}: number of edges");
+                assert!(*expected == found, "{what} {config:?}: other edges");
+                let counted: u64 = run.ledger.part.nodes.values().map(|facts| facts.edges).sum();
+                assert_eq!(counted, found.len() as u64, "{what} {config:?}: edges in the ledger");
+            }
+        }
+    }
+}
+
+fn choices() -> [(GraphKind, Alpha, Neighbours); 4] {
+    [
+        (GraphKind::Density, Alpha::Value(2.5), Neighbours::Auto),
+        (GraphKind::Density, Alpha::Value(4.0), Neighbours::Auto),
+        (GraphKind::Overlap, Alpha::Value(2.0), Neighbours::Auto),
+        (GraphKind::Knn, Alpha::Auto, Neighbours::Count(12)),
+    ]
+}
+
+const KINDS: [Kind; 4] = [Kind::Uniform, Kind::Grid, Kind::GradedPoint, Kind::Clusters];
+
+#[test]
+fn in_space() {
+    for kind in KINDS {
+        compare(&space(kind, 2000, 3), &choices(), 80, kind.name());
+    }
+}
+
+#[test]
+fn in_the_plane() {
+    for kind in KINDS {
+        compare(&plane(kind, 3000, 3), &choices(), 60, kind.name());
+    }
+}
+
+#[test]
+fn twenty_thousand_points() {
+    compare(&space(Kind::Uniform, 20_000, 3), &choices()[..1], 1000, "uniform");
+    compare(&plane(Kind::Uniform, 20_000, 3), &choices()[..1], 500, "uniform");
+}
+
+/// Every edge of the triangulation is an edge of the graph, no star needs an exchange, degrees are bounded.
+fn hypothesis<P: Point>(points: &[P], lipschitz: f64, what: &str) -> (f64, u64) {
+    let config = Config { spacing: Some(lipschitz), leaf: Some(200), keep_graph: true, ..base() };
+    let run = check_counted(points, &config);
+    assert_eq!(run.exchange_rounds, 0, "{what}: rounds of exchange");
+    assert_eq!((run.stars_repaired, run.fallback), (0, None), "{what}");
+    let graph = run.graph.unwrap();
+    for cell in run.cells.chunks_exact(P::DIM + 1) {
+        for (i, &a) in cell.iter().enumerate() {
+            for &b in &cell[..i] {
+                let edge = (a.min(b), a.max(b));
+                assert!(graph.binary_search(&edge).is_ok(), "{what}: edge {edge:?} is not in the graph");
+            }
+        }
+    }
+    let mean = 2.0 * graph.len() as f64 / points.len() as f64;
+    let largest = run.ledger.part.nodes.values().map(|facts| facts.max_degree).max().unwrap();
+    println!("{what} {}D: mean degree {mean:.1}, largest {largest}", P::DIM);
+    (mean, largest)
+}
+
+#[test]
+fn well_spaced_sets_need_no_exchange() {
+    for seed in 0..3 {
+        let (mean, largest) = hypothesis(&space(Kind::WellSpaced, 6000, seed), 0.0, "well-spaced");
+        assert!(mean <= 60.0 && largest <= 125, "degrees {mean} {largest}");
+        hypothesis(&plane(Kind::WellSpaced, 6000, seed), 0.0, "well-spaced");
+    }
+    // alpha is 1.25 * 2 (1 + L) / (1 - L) with the generator's constant, 1/4.
+    hypothesis(&space(Kind::GradedPoint, 4000, 1), 0.25, "graded");
+    hypothesis(&plane(Kind::GradedPoint, 4000, 1), 0.25, "graded");
+}

@@ -1,0 +1,134 @@
+//! What is counted, and what it may depend on.
+
+use crate::common::sets::{plane, space};
+use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph};
+use septet::config::Workers;
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::protocol::ids::NodeId;
+use septet::{Config, Run, simulate};
+
+const LEAF: u64 = 60;
+
+fn counted<P: Point>(points: &[P], config: &Config) -> Run {
+    simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"))
+}
+
+fn over_machines<P: Point>(points: &[P], choice: usize) {
+    let choice = combinations(false)[choice];
+    let reference = counted(points, &with_graph(&threaded(Workers::Count(1), 1, LEAF), choice));
+    for workers in [2, 3, 5, 8, 64, 1000].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
+        let sim = counted(points, &with_graph(&simulated(workers, 4, LEAF), choice));
+        let what = format!("{choice:?}, {workers:?}");
+        assert_same_counts(&reference.ledger, &sim.ledger, &what);
+        // Rounds, messages and bytes depend on the workers, but neither on transport nor on delivery.
+        let channel = counted(points, &with_graph(&threaded(workers, 2, LEAF), choice));
+        assert!(sim.ledger.part == channel.ledger.part, "{what}: rounds over a channel");
+        assert_eq!(sim.ledger.phases, channel.ledger.phases, "{what}");
+        let again = counted(points, &with_graph(&simulated(workers, 99, LEAF), choice));
+        assert!(sim.ledger.part == again.ledger.part, "{what}: rounds in another order of delivery");
+    }
+}
+
+#[test]
+fn machines_in_space() {
+    let points = space(Kind::Uniform, 3000, 6);
+    for choice in [0, 1, 4] {
+        over_machines(&points, choice);
+    }
+}
+
+#[test]
+fn machines_in_the_plane() {
+    let points = plane(Kind::GradedPoint, 3000, 6);
+    for choice in [0, 2, 3] {
+        over_machines(&points, choice);
+    }
+}
+
+#[test]
+fn other_inputs_have_other_counts() {
+    let config = threaded(Workers::Count(3), 2, LEAF);
+    let count = |seed: u64, config: &Config| {
+        let ledger = counted(&space(Kind::Uniform, 3000, seed), config).ledger;
+        (ledger.paper, ledger.part.edge_hash, ledger.part.nodes)
+    };
+    let reference = count(1, &config);
+    assert_ne!(reference.0, count(2, &config).0, "another set");
+    let seeded = count(1, &Config { seed: 2, ..config.clone() });
+    assert_ne!(reference.0, seeded.0, "another seed");
+    assert_ne!(reference.2, seeded.2, "another seed's tree");
+    let leafy = count(1, &Config { leaf: Some(120), ..config });
+    assert_ne!(reference.0, leafy.0, "another leaf");
+    assert_eq!(reference.1, leafy.1, "the graph is the set's");
+    assert_eq!(reference.1, seeded.1, "the graph is the set's");
+}
+
+fn depth_adds_up<P: Point>(points: &[P]) {
+    for choice in combinations(false) {
+        let ledger = counted(points, &with_graph(&threaded(Workers::Count(2), 2, LEAF), choice)).ledger;
+        let path: u64 = ledger.critical_path.iter().map(|step| step.depth).sum();
+        assert_eq!(path, ledger.paper.depth, "{choice:?}");
+        let phases: u64 = ledger.phases.iter().map(|p| p.critical_depth).sum();
+        assert_eq!(phases, ledger.paper.depth, "{choice:?}: by phases");
+        for phase in &ledger.phases {
+            let on_path = ledger.critical_path.iter().filter(|step| step.phase == phase.phase);
+            assert_eq!(phase.critical_depth, on_path.map(|step| step.depth).sum::<u64>(), "{phase:?}");
+            assert!(phase.critical_depth == 0 || phase.phase.is_paper(), "{phase:?} on the paper's path");
+            assert!(phase.depth <= phase.depth_log_scan && phase.critical_depth <= phase.depth, "{phase:?}");
+        }
+        let paper = ledger.phases.iter().filter(|p| p.phase.is_paper());
+        assert_eq!(paper.map(|p| p.work).sum::<u64>(), ledger.paper.work, "{choice:?}");
+        assert!(ledger.paper.brent >= ledger.paper.depth, "{choice:?}: {:?}", ledger.paper);
+        assert!(ledger.paper.brent <= ledger.paper.work, "{choice:?}: {:?}", ledger.paper);
+    }
+}
+
+#[test]
+fn critical_paths() {
+    depth_adds_up(&space(Kind::Uniform, 2000, 7));
+    depth_adds_up(&plane(Kind::Clusters, 3000, 7));
+}
+
+/// Bytes into the coordinator that are neither reading nor merging: the root's samples and counts, a
+/// summary and a certificate from every worker. At most C bytes for each of them.
+const CONTROL: u64 = 60;
+const SAMPLES: u64 = 400;
+
+#[test]
+fn the_coordinator_is_no_funnel() {
+    for n in [2000, 8000] {
+        let points = space(Kind::Uniform, n, 8);
+        for workers in [1, 2, 8, 64, 500] {
+            let run = counted(&points, &simulated(Workers::Count(workers), 4, LEAF));
+            let control: u64 = run.ledger.part.rounds.values().map(|tally| tally.control).sum();
+            let attempts = run.ledger.part.nodes[&NodeId::ROOT].attempts;
+            println!("n {n} workers {workers}: control {control}, attempts {attempts}");
+            let bound = CONTROL * (attempts * SAMPLES + 20 * u64::from(workers));
+            assert!(control <= bound, "{control} bytes above {bound}, {n} points, {workers} workers");
+        }
+    }
+}
+
+fn splits_are_balanced<P: Point>(points: &[P], what: &str) {
+    let run = counted(points, &threaded(Workers::Count(2), 2, LEAF));
+    let d = P::DIM as f64;
+    let limit = (d + 1.0) / (d + 2.0) + 0.05;
+    let nodes = &run.ledger.part.nodes;
+    let mut largest = 0.0f64;
+    for facts in nodes.values().filter(|facts| !facts.is_leaf()) {
+        let inside = facts.inside.max(facts.population - facts.inside);
+        largest = largest.max(inside as f64 / facts.population as f64);
+    }
+    println!("{what} {}D: largest split ratio {largest:.3} of {limit:.3}, {} nodes", P::DIM, nodes.len());
+    assert!(largest > 0.0 && largest <= limit, "{what}: split ratio {largest}");
+}
+
+#[test]
+fn split_ratios() {
+    use Kind::{Ball, Clusters, GradedPoint, Grid, Line, Slab, Sphere, Uniform, WellSpaced};
+    for kind in [Ball, Clusters, Grid, GradedPoint, Line, Slab, Sphere, Uniform, WellSpaced] {
+        splits_are_balanced(&space(kind, 3000, 9), kind.name());
+        splits_are_balanced(&plane(kind, 3000, 9), kind.name());
+    }
+}

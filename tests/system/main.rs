@@ -1,0 +1,24 @@
+//! The whole-system tests, one program: the machine's code is compiled once for all of them.
+//!
+//! `cargo test --release --test system equality::` runs one file's.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod degenerate;
+
+mod equality;
+
+mod graphs;
+
+mod ledger;
+
+mod oracle;
+
+mod proptest_small;
+
+mod real;
+
+mod scaling;
+
+mod tidy;

@@ -1,0 +1,104 @@
+//! The paper's claims on how a run grows, with one worker per leaf: every split and merge is a message.
+
+use crate::common::sets::{plane, space};
+use crate::common::{levels, simulated};
+use septet::config::{Alpha, Workers};
+use septet::generate::Kind;
+use septet::geometry::graph::Supergraph;
+use septet::geometry::point::Point;
+use septet::protocol::ids::Phase;
+use septet::{Config, Run, simulate};
+
+/// Levels of the tree: at most 1.5 log2(n / leaf) + 2.
+fn tree_is_shallow(run: &Run, what: &str) {
+    let n = run.points.used as f64;
+    let limit = 1.5 * (n / run.settled.leaf as f64).log2().max(0.0) + 2.0;
+    let levels = levels(&run.ledger);
+    assert!(f64::from(levels) <= limit, "{what}: {levels} levels above {limit:.1}");
+}
+
+/// Rounds of the phases that go over the tree, for log2 n: at most A log2 n + B. Measured are 3 rounds a level
+/// of partition (sample, sphere, counts), 2 of the descent and 1 of the merge.
+const ROUNDS: [(Phase, f64, f64); 3] =
+    [(Phase::Partition, 6.0, 8.0), (Phase::Neighbours, 3.0, 8.0), (Phase::Merge, 1.5, 4.0)];
+
+fn rounds_are_logarithmic(run: &Run, what: &str) {
+    let log = (run.points.used as f64).log2();
+    for (phase, a, b) in ROUNDS {
+        let rounds = run.ledger.phases.iter().find(|p| p.phase == phase).map_or(0, |p| p.rounds);
+        println!("{what}: {} rounds {rounds} of {:.0}", phase.name(), a * log + b);
+        assert!(rounds as f64 <= a * log + b, "{what}: {rounds} rounds of {}", phase.name());
+    }
+    if run.exchange_rounds as f64 > log {
+        panic!("{what}: {} rounds of exchange", run.exchange_rounds);
+    }
+}
+
+/// Balls that cross a separator of m points: at most 5 alpha m^(1 - 1/d). Attempts: 1.5 on average.
+fn separators_are_small(run: &Run, what: &str) {
+    let Some(Supergraph::Density { alpha }) = run.settled.supergraph else { panic!("{what}: no alpha") };
+    let power = 1.0 - 1.0 / run.space as f64;
+    let split: Vec<_> = run.ledger.part.nodes.values().filter(|facts| !facts.is_leaf()).collect();
+    let mut largest = 0.0f64;
+    for facts in &split {
+        let crossing = (facts.crossing_inside + facts.crossing_outside) as f64;
+        largest = largest.max(crossing / (alpha * (facts.population as f64).powf(power)));
+    }
+    println!("{what}: |B_O| / (alpha m^(1-1/d)) at most {largest:.2}");
+    assert!(largest <= 5.0, "{what}: separator of {largest} alpha m^(1-1/d)");
+    let attempts: u64 = split.iter().map(|facts| facts.attempts).sum();
+    let mean = attempts as f64 / split.len().max(1) as f64;
+    assert!(mean <= 1.5, "{what}: {mean} attempts per separator");
+}
+
+/// The depth of a split does not depend on its size.
+fn depth_is_flat(run: &Run, what: &str) {
+    let part = &run.ledger.part;
+    let once = part.nodes.iter().filter(|(_, facts)| {
+        !facts.is_leaf() && facts.attempts == 1 && facts.population > 2 * run.settled.leaf
+    });
+    let depths: Vec<u64> =
+        once.map(|(node, _)| part.charges[&(Phase::Partition as u8, *node)].cost.depth()).collect();
+    if let (Some(&low), Some(&high)) = (depths.iter().min(), depths.iter().max()) {
+        println!("{what}: depth of a split {low} to {high}, {} splits", depths.len());
+        assert!(high as f64 <= 1.5 * low as f64, "{what}: depth of a split from {low} to {high}");
+    }
+}
+
+fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
+    for exponent in 12..=15 {
+        let points = make(kind, 1 << exponent, 31);
+        let config = Config { alpha: Alpha::Value(2.5), ..simulated(Workers::Leaves, 2, leaf) };
+        let run = simulate(&points, &config).unwrap();
+        let what = format!("{kind}, {}D, 2^{exponent}", P::DIM);
+        assert_eq!(run.fallback, None, "{what}");
+        let leaves = run.ledger.part.nodes.values().filter(|facts| facts.is_leaf()).count();
+        assert_eq!(run.settled.workers as usize, leaves, "{what}: one worker per leaf");
+        tree_is_shallow(&run, &what);
+        rounds_are_logarithmic(&run, &what);
+        separators_are_small(&run, &what);
+        depth_is_flat(&run, &what);
+        let (total, log) = (run.ledger.paper, (run.points.used as f64).log2());
+        println!("{what}: depth {} = {:.0} log2 n", total.depth, total.depth as f64 / log);
+    }
+}
+
+#[test]
+fn uniform_in_space() {
+    grow(Kind::Uniform, space, 500);
+}
+
+#[test]
+fn well_spaced_in_space() {
+    grow(Kind::WellSpaced, space, 500);
+}
+
+#[test]
+fn uniform_in_the_plane() {
+    grow(Kind::Uniform, plane, 250);
+}
+
+#[test]
+fn well_spaced_in_the_plane() {
+    grow(Kind::WellSpaced, plane, 250);
+}
