@@ -49,6 +49,9 @@ pub(crate) struct Collected {
     pub(crate) seconds: Vec<(Phase, f64)>,
 }
 
+/// Vertices, number of points around each, and the points.
+type Neighbourhoods<P> = (Vec<u64>, Vec<u32>, PointBatch<P>);
+
 /// The coordinator's state.
 pub(crate) struct Coordinator<'a, P: Point> {
     config: &'a Config,
@@ -340,14 +343,14 @@ impl<'a, P: Point> Coordinator<'a, P> {
         self.result.fallback = Some((reason.to_string(), n.max(previous)));
         let points: Vec<P> = members.iter().map(|&(i, _)| region.positions[i]).collect();
         let Ok(delaunay) = Incremental::new(points) else { return };
-        let mut batches: BTreeMap<Rank, (Vec<u64>, Vec<u32>, PointBatch<P>)> = BTreeMap::new();
+        let mut batches: BTreeMap<Rank, Neighbourhoods<P>> = BTreeMap::new();
         let mut link: Vec<P::Facet> = Vec::new();
         for (vertex, &(i, wanted)) in (0u32..).zip(&members) {
             if !wanted {
                 continue;
             }
             delaunay.link_of(vertex, &mut link);
-            let mut around: Vec<u32> = link.iter().flat_map(|f| f.as_ref()).copied().collect();
+            let mut around: Vec<u32> = link.iter().flat_map(AsRef::as_ref).copied().collect();
             around.sort_unstable();
             around.dedup();
             around.retain(|&v| v != INFINITE);

@@ -157,7 +157,7 @@ pub fn run_on<P: Point>(
         }
     }
     let ready = prepare(points, config.skip_invalid)?;
-    let (wanted, why) = settle::<P>(config, ready.positions.len() as u64)?;
+    let (wanted, why) = settle(config, ready.positions.len() as u64)?;
     let alpha = match wanted {
         Wanted::Fixed(Supergraph::Density { alpha } | Supergraph::Overlap { alpha }) => Some(alpha),
         _ => None,
@@ -201,7 +201,7 @@ pub fn run_on<P: Point>(
 }
 
 /// The supergraph asked for, and why.
-fn settle<P: Point>(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
+fn settle(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     let spaced = config.spacing.map(alpha_of_spacing);
     let by_alpha = |alpha: f64| match config.graph {
         GraphKind::Overlap => Supergraph::Overlap { alpha },

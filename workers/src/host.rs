@@ -52,12 +52,11 @@ pub fn step_all<P: Point>(
     for message in inbox {
         let place = message.to.checked_sub(first).map(|d| d / stride).map(|i| i as usize);
         let place = place.filter(|&i| workers.get(i).is_some_and(|w| w.rank() == message.to));
-        match place {
-            Some(i) => boxes[i].push(message),
-            None => {
-                let reason = format!("it is for rank {}, which is not here", message.to);
-                return Err(TransportError::BadMessage { from: message.from, reason });
-            }
+        if let Some(i) = place {
+            boxes[i].push(message)
+        } else {
+            let reason = format!("it is for rank {}, which is not here", message.to);
+            return Err(TransportError::BadMessage { from: message.from, reason });
         }
     }
     let mut outbox = Vec::new();

@@ -71,20 +71,17 @@ impl<P: Point> Worker<P> {
         for facet in self.stars.link(home) {
             let below = facet.as_ref().iter().any(|&v| v != INFINITE && smaller(v));
             has_smaller |= below;
-            match finite_cell::<P>(home, facet) {
-                Some(cell) => {
-                    own.stars = 1;
-                    own.cells += u64::from(!below);
-                    let mut corners = [at; 4];
-                    for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
-                        *corner = positions[v as usize];
-                    }
-                    largest2 = largest2.max(circumradius2(&corners[..=P::DIM]));
+            if let Some(cell) = finite_cell::<P>(home, facet) {
+                own.stars = 1;
+                own.cells += u64::from(!below);
+                let mut corners = [at; 4];
+                for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
+                    *corner = positions[v as usize];
                 }
-                None => {
-                    own.hull_facets += u64::from(!below);
-                    largest2 = f64::INFINITY;
-                }
+                largest2 = largest2.max(circumradius2(&corners[..=P::DIM]));
+            } else {
+                own.hull_facets += u64::from(!below);
+                largest2 = f64::INFINITY;
             }
         }
         let known = match self.supergraph() {

@@ -83,7 +83,7 @@ impl<P: Point> Worker<P> {
         });
         for (node, all) in decisions {
             for (leader, verdict, boxes) in all {
-                self.obey(node, leader, verdict, &boxes);
+                self.obey(node, leader, &verdict, &boxes);
             }
         }
     }
@@ -106,7 +106,7 @@ impl<P: Point> Worker<P> {
                 for batch in batches {
                     append(&mut points, batch);
                 }
-                self.own(node, points);
+                self.own(node, &points);
             }
         }
     }
@@ -136,15 +136,15 @@ impl<P: Point> Worker<P> {
         let counted = sides_of(&separator, &holding.points.positions, &mut cost);
         let items = holding.points.len() as u64;
         self.ledger.charge(Phase::Partition, node, cost, items);
-        let (inside, outside) = (counted.inside, counted.sides.len() as u64 - counted.inside);
+        let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
         let [a, b] = counted.boxes;
-        holding.sides = counted.sides;
+        holding.sides = counted.of;
         holding.separator = Some(separator);
         let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
         self.out.send(leader, node, attempt, Body::Counts { inside, outside, boxes });
     }
 
-    fn obey(&mut self, node: NodeId, leader: u32, verdict: Verdict, boxes: &[P]) {
+    fn obey(&mut self, node: NodeId, leader: u32, verdict: &Verdict, boxes: &[P]) {
         let Some(holding) = self.holdings.get_mut(&node) else { return };
         match verdict {
             Verdict::Retry => {
@@ -163,7 +163,7 @@ impl<P: Point> Worker<P> {
                 }
                 self.hand_over(node, &child, points);
             }
-            Verdict::Split(children) => self.split(node, leader, children, boxes),
+            Verdict::Split(children) => self.split(node, leader, *children, boxes),
         }
     }
 
@@ -215,7 +215,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// Takes a node whole: splits it down to the floor (or not at all, if only the answer is wanted).
-    fn own(&mut self, node: NodeId, points: PointBatch<P>) {
+    fn own(&mut self, node: NodeId, points: &PointBatch<P>) {
         let builder = Builder { config: &self.config, positions: &points.positions };
         let everyone: Vec<u32> = (0..points.len() as u32).collect();
         let mut grown = Grown::default();
@@ -231,7 +231,7 @@ impl<P: Point> Worker<P> {
         for (node, facts) in grown.facts.nodes {
             *self.ledger.facts(node) = facts;
         }
-        self.settle(node, &points, grown.leaves, grown.tree);
+        self.settle(node, points, &grown.leaves, grown.tree);
     }
 
     /// Numbers the home points leaf by leaf: each leaf in lexicographic order, or where only the answer is
@@ -240,13 +240,13 @@ impl<P: Point> Worker<P> {
         &mut self,
         node: NodeId,
         points: &PointBatch<P>,
-        leaves: Vec<(NodeId, Vec<u32>)>,
+        leaves: &[(NodeId, Vec<u32>)],
         sketch: Vec<Sketch<P>>,
     ) {
         let mut ids = Vec::with_capacity(points.len());
         let mut positions = Vec::with_capacity(points.len());
         let counted = self.config.counted;
-        let ordered = map_in(&self.pool, &leaves, |(_, members)| {
+        let ordered = map_in(&self.pool, leaves, |(_, members)| {
             let mut members = members.clone();
             if counted {
                 members.sort_unstable_by(|&a, &b| {
@@ -333,7 +333,7 @@ fn append<P: Copy>(to: &mut PointBatch<P>, mut from: PointBatch<P>) {
 
 /// Sides of points, how many lie inside, and the boxes of either side.
 struct Sides<P> {
-    sides: Vec<u8>,
+    of: Vec<u8>,
     inside: u64,
     boxes: [Bounds<P>; 2],
 }
@@ -358,7 +358,7 @@ fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -
         }
         boxes
     });
-    Sides { sides, inside, boxes }
+    Sides { of: sides, inside, boxes }
 }
 
 fn split_batch<P: Point>(points: &PointBatch<P>, sides: &[u8], cost: &mut Cost) -> [PointBatch<P>; 2] {
@@ -495,7 +495,7 @@ impl<P: Point> Builder<'_, P> {
         let result = found.map(|(separator, kind, counted)| {
             let accepted = Some((counted.inside, kind, &separator));
             local_facts(facts, population, attempts, accepted);
-            let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.sides).collect();
+            let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.of).collect();
             let (a, b) = cost.split(&numbered, |m| m.1 == 0);
             let strip = |v: Vec<(u32, u8)>| v.into_iter().map(|m| m.0).collect();
             (Split { separator, boxes: counted.boxes }, [strip(a), strip(b)])

@@ -42,6 +42,9 @@ pub(crate) struct Ask {
     pub(crate) own_leaf: bool,
 }
 
+/// A way out of the shared nodes: position on the path, and side.
+type Way = (usize, usize);
+
 /// A ball of a home point.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
@@ -204,7 +207,7 @@ impl<P: Point> Walk<'_, P> {
 /// What one group of balls found in this worker's part of the tree.
 struct Walked {
     /// For each ball, its list and its ways out.
-    balls: Vec<(Vec<Found>, Vec<(usize, usize)>)>,
+    balls: Vec<(Vec<Found>, Vec<Way>)>,
     shared: Vec<(Sweep, Sweep)>,
     local: Vec<(Sweep, Sweep)>,
     at_leaf: Vec<(Sweep, u64)>,

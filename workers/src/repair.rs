@@ -152,7 +152,7 @@ impl<P: Point> Worker<P> {
     }
 
     fn send_objections(&mut self, objections: Vec<Objection<P>>) {
-        let mut batches: BTreeMap<Rank, (Rows<P>, Vec<u32>, Vec<u32>)> = BTreeMap::new();
+        let mut batches: BTreeMap<Rank, Objections<P>> = BTreeMap::new();
         for (from, to, cell, points) in objections {
             if self.table.is_home(to) {
                 self.heed(to, &cell, &points);
@@ -306,7 +306,7 @@ impl<P: Point> Worker<P> {
         let home = added[0].0;
         let old = self.stars.link(home);
         let mut candidates: Vec<u32> =
-            old.iter().flat_map(|f| f.as_ref()).copied().filter(|&v| v != INFINITE).collect();
+            old.iter().flat_map(std::convert::AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(added.iter().map(|a| a.1));
         // One canonical order, whatever the numbering here.
         let positions = &self.table.positions;
@@ -362,7 +362,7 @@ impl<P: Point> Worker<P> {
             let i = home as usize;
             // A radius of 1 marks a vertex whose star is wanted.
             batch.push(self.table.ids[i], self.table.positions[i], self.rank, 1.0);
-            links.extend(self.stars.link(home).iter().flat_map(|f| f.as_ref()).copied());
+            links.extend(self.stars.link(home).iter().flat_map(std::convert::AsRef::as_ref).copied());
         }
         links.remove(&INFINITE);
         for v in links.difference(&self.exchange.unresolved) {
@@ -396,6 +396,9 @@ impl<P: Point> Worker<P> {
         }
     }
 }
+
+/// Objected cells, number of points against each, and their positions.
+type Objections<P> = (Rows<P>, Vec<u32>, Vec<u32>);
 
 /// Cells as rows of positions among the points they name.
 struct Rows<P> {
@@ -468,7 +471,7 @@ fn conflicts<P: Point>(positions: &[P], link: &[P::Facet], cell: &P::Cell) -> Ve
         Sign::Negative => corners.swap(0, 1),
         Sign::Positive => {}
     }
-    let mut points: Vec<u32> = link.iter().flat_map(|f| f.as_ref()).copied().collect();
+    let mut points: Vec<u32> = link.iter().flat_map(std::convert::AsRef::as_ref).copied().collect();
     points.sort_unstable();
     points.dedup();
     points.retain(|&v| {

@@ -38,6 +38,9 @@ struct Item {
     neighbours: Vec<u32>,
 }
 
+/// Items that leave, with the sender's names of them, by node and receiver.
+type Leaving<P> = BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)>;
+
 /// The state of the recursion, keyed by subproblem.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SetEngine {
@@ -142,7 +145,7 @@ impl<P: Point> Worker<P> {
         let members = self.sets.members.remove(&node).unwrap_or_default();
         let Some(at) = self.path.iter().position(|s| s.id == node) else { return };
         let shared = self.path[at].clone();
-        let mut leaving: BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)> = BTreeMap::new();
+        let mut leaving: Leaving<P> = BTreeMap::new();
         if decision == 0 {
             let holder = shared.first;
             if self.rank == holder {
@@ -191,13 +194,7 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    fn send_item(
-        &mut self,
-        item: u32,
-        node: NodeId,
-        to: Rank,
-        leaving: &mut BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)>,
-    ) {
+    fn send_item(&mut self, item: u32, node: NodeId, to: Rank, leaving: &mut Leaving<P>) {
         let (points, slots) = leaving.entry((node, to)).or_default();
         self.table.export(self.sets.items[item as usize].point, points);
         slots.push(item);

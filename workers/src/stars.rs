@@ -97,15 +97,14 @@ impl<P: Point> Kernel<P> {
     fn new(positions: &[P], home: u32, frame: &[u32]) -> Option<Self> {
         let mut points = positions[..home as usize].to_vec();
         let mut numbers: Vec<u32> = (0..home).collect();
-        let delaunay = match Incremental::build(points.clone(), None) {
-            Ok(d) => d,
-            Err(_) => {
-                // A flat piece: a frame of the whole set, whose points are real points, spans it.
-                let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
-                points.extend(extra.iter().map(|&f| positions[f as usize]));
-                numbers.extend(extra);
-                Incremental::build(points, None).ok()?
-            }
+        let delaunay = if let Ok(d) = Incremental::build(points.clone(), None) {
+            d
+        } else {
+            // A flat piece: a frame of the whole set, whose points are real points, spans it.
+            let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
+            points.extend(extra.iter().map(|&f| positions[f as usize]));
+            numbers.extend(extra);
+            Incremental::build(points, None).ok()?
         };
         Some(Kernel { delaunay, numbers, home })
     }

@@ -167,7 +167,7 @@ impl<P: Point> Worker<P> {
         inbox.dedup_by_key(|m| (m.from, m.sequence));
         for message in &inbox {
             if message.run != self.config.run || message.to != self.rank {
-                return Err(self.bad(message, "it belongs to another run or rank"));
+                return Err(Self::bad(message, "it belongs to another run or rank"));
             }
         }
         match self.phase {
@@ -191,12 +191,12 @@ impl<P: Point> Worker<P> {
             Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
-            return Err(self.bad(message, &format!("it has no place in phase {}", self.phase.name())));
+            return Err(Self::bad(message, &format!("it has no place in phase {}", self.phase.name())));
         }
         Ok(self.out.take(self.phase, &mut self.ledger))
     }
 
-    fn bad(&self, message: &Message<P>, why: &str) -> TransportError {
+    fn bad(message: &Message<P>, why: &str) -> TransportError {
         TransportError::BadMessage { from: message.from, reason: why.to_string() }
     }
 

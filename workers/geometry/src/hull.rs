@@ -278,38 +278,30 @@ mod tests {
     use super::*;
     use glam::{DVec2, DVec3};
 
+    fn extend<P: Point>(points: &[P], pick: &mut Vec<usize>, out: &mut Vec<Vec<u32>>) {
+        if pick.len() > P::DIM {
+            let mut cell: Vec<P> = pick.iter().map(|&i| points[i]).collect();
+            match orientation(&cell) {
+                Sign::Zero => return,
+                Sign::Negative => cell.swap(0, 1),
+                Sign::Positive => {}
+            }
+            if (0..points.len()).all(|q| pick.contains(&q) || !in_sphere(&cell, points[q])) {
+                out.push(pick.iter().map(|&i| i as u32).collect());
+            }
+            return;
+        }
+        for i in pick.last().map_or(0, |l| l + 1)..points.len() {
+            pick.push(i);
+            extend(points, pick, out);
+            pick.pop();
+        }
+    }
+
     /// Every cell of a tiny set found by brute force, as sorted vertex lists.
     fn brute<P: Point>(points: &[P]) -> Vec<Vec<u32>> {
-        let n = points.len();
         let mut cells = Vec::new();
-        let mut pick = vec![0usize; P::DIM + 1];
-        fn rec<P: Point>(
-            points: &[P],
-            pick: &mut Vec<usize>,
-            at: usize,
-            from: usize,
-            out: &mut Vec<Vec<u32>>,
-        ) {
-            if at == P::DIM + 1 {
-                let mut cell: Vec<P> = pick.iter().map(|&i| points[i]).collect();
-                match orientation(&cell) {
-                    Sign::Zero => return,
-                    Sign::Negative => cell.swap(0, 1),
-                    Sign::Positive => {}
-                }
-                let empty = (0..points.len()).all(|q| pick.contains(&q) || !in_sphere(&cell, points[q]));
-                if empty {
-                    out.push(pick.iter().map(|&i| i as u32).collect());
-                }
-                return;
-            }
-            for i in from..points.len() {
-                pick[at] = i;
-                rec(points, pick, at + 1, i + 1, out);
-            }
-        }
-        rec(points, &mut pick, 0, 0, &mut cells);
-        assert!(n >= P::DIM + 1);
+        extend(points, &mut Vec::new(), &mut cells);
         cells
     }
 

@@ -84,7 +84,7 @@ pub fn scale_exponent<P: Point>(points: &[P]) -> Result<i32, RangeError> {
         return Err(RangeError::Spread { bits, low: low.1, high: high.1 });
     }
     // Centre the set's bits in the range.
-    Ok((LOWEST + HIGHEST) / 2 - low.0.midpoint(high.0))
+    Ok(i32::midpoint(LOWEST, HIGHEST) - low.0.midpoint(high.0))
 }
 
 /// Multiplies by `2^exponent`, exactly for what [`scale_exponent`] admitted.

@@ -20,6 +20,7 @@ impl NodeId {
     pub const DEEPEST: u32 = 62;
 
     /// The interior (`side` 0) or exterior (`side` 1) child.
+    #[must_use]
     pub fn child(self, side: usize) -> NodeId {
         NodeId(self.0 * 2 + side as u64)
     }

@@ -355,9 +355,10 @@ enum Flow {
 /// together at each node on the way down; the way up costs what [`Charge`] holds for it as well.
 fn flow(phase: Phase) -> Flow {
     match phase {
-        Phase::Partition | Phase::Sets => Flow::Down,
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate => Flow::Up,
-        Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => Flow::Down,
+        Phase::Partition | Phase::Sets | Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => {
+            Flow::Down
+        }
         _ => Flow::Local,
     }
 }
