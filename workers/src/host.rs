@@ -53,7 +53,7 @@ pub fn step_all<P: Point>(
         let place = message.to.checked_sub(first).map(|d| d / stride).map(|i| i as usize);
         let place = place.filter(|&i| workers.get(i).is_some_and(|w| w.rank() == message.to));
         if let Some(i) = place {
-            boxes[i].push(message)
+            boxes[i].push(message);
         } else {
             let reason = format!("it is for rank {}, which is not here", message.to);
             return Err(TransportError::BadMessage { from: message.from, reason });

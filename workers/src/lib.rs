@@ -20,6 +20,8 @@ pub mod worker;
 
 pub mod partition;
 
+mod grow;
+
 mod query;
 
 mod neighbours;

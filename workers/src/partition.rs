@@ -22,7 +22,8 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
 
 use crate::config::{WorkerConfig, map_in};
-use crate::leader::{MAX_ATTEMPTS, acceptable, by_node, draw_from, is_leaf, local_facts, separator_of};
+use crate::grow::{Builder, Grown};
+use crate::leader::{by_node, is_leaf, separator_of};
 use crate::table::Table;
 use crate::tree::{Bounds, Inner, Leaf, Shared, Split, Tree, bounds};
 use crate::worker::{Holding, Worker};
@@ -332,15 +333,15 @@ fn append<P: Copy>(to: &mut PointBatch<P>, mut from: PointBatch<P>) {
 }
 
 /// Sides of points, how many lie inside, and the boxes of either side.
-struct Sides<P> {
-    of: Vec<u8>,
-    inside: u64,
-    boxes: [Bounds<P>; 2],
+pub(crate) struct Sides<P> {
+    pub(crate) of: Vec<u8>,
+    pub(crate) inside: u64,
+    pub(crate) boxes: [Bounds<P>; 2],
 }
 
 /// The member's steps of an attempt: the separator to every point (a copy-scan), the side of every point
 /// (a vector step), counts and boxes (a scan).
-fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
+pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
     let mut sides = vec![0u8; points.len()];
     cost.broadcast(&mut sides, |_| {});
     let sides = cost.map(points, |&x| u8::from(separator.side(x) == Side::Exterior));
@@ -373,7 +374,7 @@ fn split_batch<P: Point>(points: &PointBatch<P>, sides: &[u8], cost: &mut Cost) 
 }
 
 /// A subtree in preorder.
-enum Sketch<P> {
+pub(crate) enum Sketch<P> {
     Leaf,
     Inner(Box<Split<P>>),
 }
@@ -403,107 +404,5 @@ fn raise<P: Point>(
             *leaf += 1;
             Tree::Leaf(*leaf - 1)
         }
-    }
-}
-
-/// What growing a subtree gives.
-struct Grown<P> {
-    leaves: Vec<(NodeId, Vec<u32>)>,
-    tree: Vec<Sketch<P>>,
-    charges: Vec<(NodeId, Cost, u64)>,
-    facts: LedgerPart,
-}
-
-impl<P> Default for Grown<P> {
-    fn default() -> Self {
-        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default() }
-    }
-}
-
-impl<P> Grown<P> {
-    fn append(&mut self, mut other: Grown<P>) {
-        self.leaves.append(&mut other.leaves);
-        self.tree.append(&mut other.tree);
-        self.charges.append(&mut other.charges);
-        self.facts.merge(&other.facts);
-    }
-}
-
-struct Builder<'a, P> {
-    config: &'a WorkerConfig,
-    positions: &'a [P],
-}
-
-impl<P: Point> Builder<'_, P> {
-    /// Splits a node and, at the same time where cores allow, its children.
-    fn grow(&self, node: NodeId, members: Vec<u32>, pool: &crate::config::Pool) -> Grown<P> {
-        match pool {
-            Some(pool) => pool.install(|| self.grow_here(node, members, true)),
-            None => self.grow_here(node, members, false),
-        }
-    }
-
-    fn grow_here(&self, node: NodeId, members: Vec<u32>, join: bool) -> Grown<P> {
-        let mut grown = Grown::default();
-        let population = members.len() as u64;
-        let split = if is_leaf(self.config, node, population) {
-            local_facts::<P>(grown.facts.facts(node), population, 0, None);
-            None
-        } else {
-            self.split(node, &members, &mut grown)
-        };
-        let Some((split, [inside, outside])) = split else {
-            grown.tree.push(Sketch::Leaf);
-            grown.leaves.push((node, members));
-            return grown;
-        };
-        drop(members);
-        grown.tree.push(Sketch::Inner(Box::new(split)));
-        let interior = || self.grow_here(node.child(0), inside, join);
-        let exterior = || self.grow_here(node.child(1), outside, join);
-        let (a, b) = if join { rayon::join(interior, exterior) } else { (interior(), exterior()) };
-        grown.append(a);
-        grown.append(b);
-        grown
-    }
-
-    /// The same steps as a shared node's, member's and leader's, by one worker.
-    fn split(
-        &self,
-        node: NodeId,
-        members: &[u32],
-        grown: &mut Grown<P>,
-    ) -> Option<(Split<P>, [Vec<u32>; 2])> {
-        let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
-        let population = points.len() as u64;
-        let mut cost = Cost::ZERO;
-        let mut found = None;
-        let mut attempts = 0;
-        while found.is_none() && attempts < MAX_ATTEMPTS {
-            let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
-            let mut samples = cost.pack(&points, |&x| is_sample(key, population, x));
-            let (separator, kind) =
-                draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
-            attempts += 1;
-            let Some(separator) = separator else { break };
-            let counted = sides_of(&separator, &points, &mut cost);
-            if acceptable::<P>(counted.inside, population - counted.inside) {
-                found = Some((separator, kind, counted));
-            }
-        }
-        let facts = grown.facts.facts(node);
-        let result = found.map(|(separator, kind, counted)| {
-            let accepted = Some((counted.inside, kind, &separator));
-            local_facts(facts, population, attempts, accepted);
-            let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.of).collect();
-            let (a, b) = cost.split(&numbered, |m| m.1 == 0);
-            let strip = |v: Vec<(u32, u8)>| v.into_iter().map(|m| m.0).collect();
-            (Split { separator, boxes: counted.boxes }, [strip(a), strip(b)])
-        });
-        if result.is_none() {
-            local_facts::<P>(facts, population, attempts, None);
-        }
-        grown.charges.push((node, cost, population));
-        result
     }
 }

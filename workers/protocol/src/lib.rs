@@ -12,3 +12,5 @@ pub mod message;
 pub mod transport;
 
 pub mod ledger;
+
+mod fold;
