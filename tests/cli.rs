@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -438,9 +438,13 @@ fn the_first_interrupt_ends_cleanly() {
         let mut command = place.command(line);
         let mut child =
             command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(400));
+        // Time to set up its handler and begin.
+        std::thread::sleep(Duration::from_millis(800));
         let pid = child.id().to_string();
         assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        let mut errors = BufReader::new(child.stderr.take().unwrap());
+        let mut talk = String::new();
+        while !talk.contains("interrupted") && errors.read_line(&mut talk).unwrap() > 0 {}
         drop(child.stdin.take());
         let start = Instant::now();
         let status = loop {
@@ -453,8 +457,7 @@ fn the_first_interrupt_ends_cleanly() {
             }
             std::thread::sleep(Duration::from_millis(20));
         };
-        let mut talk = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut talk).unwrap();
+        errors.read_to_string(&mut talk).unwrap();
         assert_eq!(status.code(), Some(130), "{line}: {talk}");
         assert!(talk.contains("interrupted"), "{line}: {talk}");
         assert!(place.names().is_empty(), "{line}: left {:?}", place.names());
