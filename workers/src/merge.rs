@@ -48,7 +48,7 @@ impl<P: Point> Worker<P> {
         let mut charges = Vec::new();
         let mut all = merge_tree(tree, &merged, &mut charges);
         let root = *root;
-        let tally = self.ledger.tally(0, Phase::Merge);
+        let tally = self.ledger.tally(self.out.round(), Phase::Merge);
         tally.merged += charges.len() as u64;
         for (node, cost) in charges {
             self.ledger.charge(Phase::Merge, node, cost, 0);

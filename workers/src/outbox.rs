@@ -27,6 +27,11 @@ impl<P: Point> Outbox<P> {
         self.round = round;
     }
 
+    /// That round.
+    pub fn round(&self) -> u32 {
+        self.round
+    }
+
     /// Sends a message about a subproblem.
     pub fn send(&mut self, to: Rank, node: NodeId, attempt: u32, body: Body<P>) {
         let message = Message {
