@@ -40,6 +40,8 @@ pub(crate) struct Collected {
     pub(crate) leaves: Vec<u64>,
     pub(crate) edges: Vec<u64>,
     pub(crate) ledger: LedgerPart,
+    /// Workers whose part of the ledger has arrived.
+    pub(crate) parts: u32,
     pub(crate) merged: Merged,
     pub(crate) supergraph: Option<Supergraph>,
     pub(crate) why: Option<String>,
@@ -173,6 +175,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
     fn step(&mut self, mut inbox: Vec<Message<P>>) -> Result<(), Error> {
         inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));
+        inbox.dedup_by_key(|m| (m.from, m.sequence));
         if self.phase == Phase::Summaries {
             self.on_frame(&mut inbox);
         }
@@ -267,6 +270,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
 
     /// Joins the root's children; judges the certificate.
     fn on_merged(&mut self, inbox: &mut Vec<Message<P>>) {
+        let phase = if self.certificates > 0 { Phase::Certificate } else { Phase::Merge };
         let below = by_node(inbox, |m| match m.body {
             Body::Merged(merged) => Some((m.round, merged)),
             _ => None,
@@ -277,7 +281,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     Some(merged)
                 } else {
                     let ledger = &mut self.result.ledger;
-                    let joined = self.leader.on_merged(child, merged, ledger);
+                    let joined = self.leader.on_merged(child, merged, phase, ledger);
                     joined.map(|(_, all)| {
                         ledger.tally(round, Phase::Merge).merged += 1;
                         all
@@ -383,7 +387,10 @@ impl<'a, P: Point> Coordinator<'a, P> {
                 }
                 Body::Edges(mut edges) => self.result.edges.append(&mut edges),
                 Body::Ledger(words) => match LedgerPart::from_words(&words) {
-                    Some(part) => self.result.ledger.merge(&part),
+                    Some(part) => {
+                        self.result.ledger.merge(&part);
+                        self.result.parts += 1;
+                    }
                     None => torn = Some(message.from),
                 },
                 body => inbox.push(Message { body, ..message }),

@@ -29,6 +29,19 @@ pub enum Error {
         /// Number of points.
         points: u64,
     },
+    /// More points on one worker than its numbers can tell apart.
+    #[error(
+        "about {points} points would fall to one worker, more than the {most} that it can triangulate: use at \
+         least {workers} workers"
+    )]
+    Piece {
+        /// Points of the largest piece expected.
+        points: u64,
+        /// Allowed.
+        most: u64,
+        /// Workers that suffice.
+        workers: u64,
+    },
     /// A worker or the transport failed.
     #[error(transparent)]
     Machine(#[from] TransportError),

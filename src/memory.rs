@@ -10,7 +10,7 @@ const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
 /// Expected peak memory of a run over `points` points, in bytes.
 pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {
     let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
-    (64 << 20) + points * row[usize::from(dimension == 2)]
+    points.saturating_mul(row[usize::from(dimension == 2)]).saturating_add(64 << 20)
 }
 
 /// Peak resident memory of this process in bytes, where the system tells.

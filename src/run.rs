@@ -5,14 +5,17 @@ use std::time::Instant;
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_protocol::transport::Transport;
+use septet_protocol::transport::TransportError;
 use septet_workers::config::{Wanted, WorkerConfig};
 use septet_workers::transport::launch;
 
 use crate::canonical::{Cells, canonicalise};
-use crate::config::{Alpha, Config, ConfigError, GraphKind, Neighbours, Workers, alpha_of_spacing};
+use crate::config::{
+    Alpha, Config, ConfigError, GraphKind, MOST_WORKERS, Neighbours, Workers, alpha_of_spacing,
+};
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::Error;
 use crate::memory::forecast;
@@ -66,7 +69,8 @@ pub struct Run {
     pub graph: Option<Vec<(u64, u64)>>,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// Stars proved by a ball of the known radius alone.
+    /// Unchanged stars whose circumspheres all lie in the ball of radius `alpha r` (`r_k` for nearest
+    /// neighbours) around their vertex: a search of that ball alone would prove them.
     pub stars_local: u64,
     /// Stars that the exchange changed.
     pub stars_repaired: u64,
@@ -193,11 +197,29 @@ pub fn run_on<P: Point>(
             plan
         }
     };
+    check_machine(&machine, ready.positions.len() as u64)?;
     let machine = Arc::new(machine);
     let mut transport = start_machine(&machine)?;
     let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
     drop(transport);
     finish::<P>(points.len(), ready, collected, &machine, why, start)
+}
+
+/// Points that one worker can triangulate at once, with room for uneven pieces.
+const MOST_IN_A_PIECE: u64 = 1 << 25;
+
+/// Refuses machines that the planned or given number of workers makes impossible.
+fn check_machine(machine: &WorkerConfig, points: u64) -> Result<(), Error> {
+    let workers = u64::from(machine.workers);
+    if machine.workers > MOST_WORKERS {
+        let error = ConfigError::TooManyWorkers { workers: machine.workers, most: MOST_WORKERS };
+        return Err(error.into());
+    }
+    if !machine.counted && points / workers > MOST_IN_A_PIECE {
+        let (most, enough) = (MOST_IN_A_PIECE, points.div_ceil(MOST_IN_A_PIECE));
+        return Err(Error::Piece { points: points / workers, most, workers: enough });
+    }
+    Ok(())
 }
 
 /// The supergraph asked for, and why.
@@ -212,7 +234,7 @@ fn settle(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
         (GraphKind::Knn, _) => {
             let (k, why) = match config.k {
                 Neighbours::Auto => (64.min(most), "64 nearest neighbours, or all there are".to_string()),
-                Neighbours::Count(k) if k == 0 || u64::from(k) > most => {
+                Neighbours::Count(k) if k == 0 || u64::from(k) >= points => {
                     return Err(ConfigError::K { k: u64::from(k), points }.into());
                 }
                 Neighbours::Count(k) => (u64::from(k), "k as given".to_string()),
@@ -311,6 +333,14 @@ fn finish<P: Point>(
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
     let merged = collected.merged;
+    let rows = (collected.cells.len() / (P::DIM + 1)) as u64;
+    if rows != merged.cells || collected.parts != machine.workers {
+        let reason = format!(
+            "{rows} of {} cells and {} of {} ledgers arrived",
+            merged.cells, collected.parts, machine.workers
+        );
+        return Err(TransportError::WorkerFailed { rank: COORDINATOR, reason }.into());
+    }
     if merged.stars != population || merged.disagreements > 0 || merged.minima != 1 {
         return Err(Error::NotCertified {
             disagreements: merged.disagreements,

@@ -128,7 +128,7 @@ pub(super) fn nodes(ledger: &Ledger) -> Vec<NodeReport> {
 pub(super) fn graph(run: &Run) -> GraphReport {
     let nodes = run.ledger.part.nodes.values();
     let edges = nodes.clone().map(|f| f.edges).sum::<u64>();
-    let members = nodes.clone().filter(|f| f.is_leaf()).map(|f| f.members).sum::<u64>();
+    let members = nodes.clone().map(|f| f.members).sum::<u64>();
     let points = run.points.used.max(1) as f64;
     GraphReport {
         edges,

@@ -15,8 +15,8 @@
 //! a certificate costs one message a pair of workers. Only where sums differ are cells looked up, or lists
 //! exchanged.
 //!
-//! **Rounds.** One, or two where lists are needed. **Work and depth.** One vector step over (cell, vertex)
-//! pairs, once, and over those of changed stars.
+//! **Rounds.** One, or two where lists are needed. **Work and depth.** One vector step over all link
+//! facets.
 
 use std::collections::{BTreeMap, HashSet};
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -116,10 +116,8 @@ impl<P: Point> Worker<P> {
         let scans = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
             for home in homes.clone() {
-                for facet in self.stars.link(home) {
-                    pairs.each(facet.as_ref(), |_| {});
-                }
-                self.sum_star(home, self.stars.link(home), true, &mut sums);
+                let link = self.stars.link(home);
+                pairs.each(link, |facet| self.sum_star(home, std::slice::from_ref(facet), true, &mut sums));
             }
             (sums, pairs)
         });

@@ -263,6 +263,7 @@ impl<P: Point> Leader<P> {
         &mut self,
         child: NodeId,
         merged: Merged,
+        phase: Phase,
         ledger: &mut LedgerPart,
     ) -> Option<(NodeId, Merged)> {
         let node = child.parent()?;
@@ -276,7 +277,7 @@ impl<P: Point> Leader<P> {
             sum.join(m);
             sum
         });
-        ledger.charge_leader(Phase::Merge, node, cost);
+        ledger.charge_leader(phase, node, cost);
         Some((node, all))
     }
 

@@ -25,12 +25,15 @@ const CELLS_PER_MESSAGE: usize = 1 << 20;
 
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_merge(&mut self) {
+        let phase = self.exchange.merge_phase();
+        self.exchange.merges += 1;
         let disagreements = self.finish_check();
         let groups = self.home_groups();
         let results = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
-            let homes: Vec<u32> = homes.clone().collect();
-            sweep.each(&homes, |&home| sum.join(&self.merge_star(home)));
+            for home in homes.clone() {
+                sum.join(&self.merge_star(home, &mut sweep));
+            }
             (sum, sweep)
         });
         let mut merged = vec![(Merged::default(), Sweep::default()); self.leaves.len()];
@@ -41,7 +44,7 @@ impl<P: Point> Worker<P> {
         for (leaf, (_, sweep)) in self.leaves.iter().zip(&merged) {
             let mut cost = Cost::ZERO;
             cost.swept(*sweep);
-            self.ledger.charge(Phase::Merge, leaf.id, cost, sweep.items());
+            self.ledger.charge(phase, leaf.id, cost, sweep.items());
         }
         let merged: Vec<Merged> = merged.into_iter().map(|m| m.0).collect();
         let Some((root, tree)) = &self.tree else { return };
@@ -51,7 +54,7 @@ impl<P: Point> Worker<P> {
         let tally = self.ledger.tally(self.out.round(), Phase::Merge);
         tally.merged += charges.len() as u64;
         for (node, cost) in charges {
-            self.ledger.charge(Phase::Merge, node, cost, 0);
+            self.ledger.charge(phase, node, cost, 0);
         }
         // Fingerprints that differ although the lists agree would be a collision in the lists.
         let unexplained = if disagreements.is_empty() { self.agreement.differing } else { 0 };
@@ -61,14 +64,14 @@ impl<P: Point> Worker<P> {
     }
 
     /// What a star contributes.
-    fn merge_star(&self, home: u32) -> Merged {
+    fn merge_star(&self, home: u32, sweep: &mut Sweep) -> Merged {
         let positions = &self.table.positions;
         let at = positions[home as usize];
         let smaller = |v: u32| lex_cmp(&positions[v as usize], &at).is_lt();
         let mut own = Merged::default();
         let mut has_smaller = false;
         let mut largest2: f64 = 0.0;
-        for facet in self.stars.link(home) {
+        sweep.each(self.stars.link(home), |facet| {
             let below = facet.as_ref().iter().any(|&v| v != INFINITE && smaller(v));
             has_smaller |= below;
             if let Some(cell) = finite_cell::<P>(home, facet) {
@@ -83,7 +86,7 @@ impl<P: Point> Worker<P> {
                 own.hull_facets += u64::from(!below);
                 largest2 = f64::INFINITY;
             }
-        }
+        });
         let known = match self.supergraph() {
             // The piece's triangulation knows no k-nearest ball: the largest alpha that is tried.
             Supergraph::Knn { .. } if !self.config.counted => Supergraph::Density { alpha: ALPHAS[3] },
@@ -92,7 +95,8 @@ impl<P: Point> Worker<P> {
         let known = known.separator_radius(self.table.radii2[home as usize]);
         own.minima = u64::from(!has_smaller);
         own.repaired = u64::from(self.exchange.repaired.contains(&home));
-        own.local = u64::from(own.repaired == 0 && 4.0 * largest2 <= known * known);
+        let provable = largest2.is_finite() && 4.0 * largest2 <= known * known;
+        own.local = u64::from(own.repaired == 0 && provable);
         own
     }
 
@@ -108,13 +112,14 @@ impl<P: Point> Worker<P> {
     }
 
     pub(crate) fn on_merge(&mut self, inbox: &mut Vec<Message<P>>) {
+        let phase = if self.exchange.merges > 1 { Phase::Certificate } else { Phase::Merge };
         let below = by_node(inbox, |m| match m.body {
             Body::Merged(merged) => Some((m.round, merged)),
             _ => None,
         });
         for (child, all) in below {
             for (round, merged) in all {
-                if let Some((node, own)) = self.leader.on_merged(child, merged, &mut self.ledger) {
+                if let Some((node, own)) = self.leader.on_merged(child, merged, phase, &mut self.ledger) {
                     self.ledger.tally(round, Phase::Merge).merged += 1;
                     self.send_merged(node, own);
                 }

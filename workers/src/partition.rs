@@ -220,17 +220,26 @@ impl<P: Point> Worker<P> {
         let builder = Builder { config: &self.config, positions: &points.positions };
         let everyone: Vec<u32> = (0..points.len() as u32).collect();
         let mut grown = Grown::default();
-        if self.config.counted {
+        // A node that its group could not split has had all its attempts.
+        let refused = self.relay.is_some_and(|(at, _)| at == node);
+        if self.config.counted && !refused {
             grown = builder.grow(node, everyone, &self.pool);
         } else {
             grown.leaves.push((node, everyone));
             grown.tree.push(Sketch::Leaf);
         }
+        let round = self.out.round();
+        let tally = self.ledger.tally(round, Phase::Partition);
+        for facts in grown.facts.nodes.values() {
+            tally.active += u64::from(facts.attempts > 0);
+            tally.separators += facts.attempts;
+            tally.retries += facts.attempts.saturating_sub(1);
+        }
         for (node, cost, items) in &grown.charges {
             self.ledger.charge(Phase::Partition, *node, *cost, *items);
         }
         for (node, facts) in grown.facts.nodes {
-            *self.ledger.facts(node) = facts;
+            self.ledger.facts(node).add(&facts);
         }
         self.settle(node, points, &grown.leaves, grown.tree);
     }
@@ -342,9 +351,13 @@ pub(crate) struct Sides<P> {
 /// The member's steps of an attempt: the separator to every point (a copy-scan), the side of every point
 /// (a vector step), counts and boxes (a scan).
 pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
-    let mut sides = vec![0u8; points.len()];
-    cost.broadcast(&mut sides, |_| {});
-    let sides = cost.map(points, |&x| u8::from(separator.side(x) == Side::Exterior));
+    let mut copies: Vec<Option<&Separator<P>>> = vec![None; points.len()];
+    cost.broadcast(&mut copies, |copy| *copy = Some(separator));
+    let mut positions = points.iter();
+    let sides = cost.map(&copies, |copy| {
+        let exterior = copy.zip(positions.next()).is_some_and(|(s, &x)| s.side(x) == Side::Exterior);
+        u8::from(exterior)
+    });
     let mut inside = 0;
     let empty = bounds(std::iter::empty::<P>());
     let mut at = 0;

@@ -45,8 +45,10 @@ pub(crate) struct Exchange<P> {
     sweeps: BTreeMap<NodeId, Sweep>,
     /// Home points whose stars changed.
     pub(crate) repaired: BTreeSet<u32>,
-    /// Rounds of exchange so far.
+    /// The last round of exchange in which this worker said something.
     pub(crate) rounds: u32,
+    /// Results merged so far: those after a gathering are charged to the certificate, not to the paper.
+    pub(crate) merges: u32,
     /// Home points whose stars disagreed at the last check.
     unresolved: BTreeSet<u32>,
     marker: std::marker::PhantomData<P>,
@@ -62,6 +64,7 @@ impl<P> Default for Exchange<P> {
             sweeps: BTreeMap::new(),
             repaired: BTreeSet::new(),
             rounds: 0,
+            merges: 0,
             unresolved: BTreeSet::new(),
             marker: std::marker::PhantomData,
         }
@@ -69,6 +72,11 @@ impl<P> Default for Exchange<P> {
 }
 
 impl<P> Exchange<P> {
+    /// The phase that the next merging is charged to.
+    pub(crate) fn merge_phase(&self) -> Phase {
+        if self.merges > 0 { Phase::Certificate } else { Phase::Merge }
+    }
+
     /// Are there stars to rebuild?
     pub(crate) fn is_pending(&self) -> bool {
         !self.additions.is_empty()
@@ -111,7 +119,7 @@ impl<P: Point> Worker<P> {
         };
         let proposals: Vec<Proposal<P>> = disagreements.iter().filter_map(propose).collect();
         if !proposals.is_empty() {
-            self.exchange.rounds += 1;
+            self.exchange.rounds = 1;
         }
         self.send_proposals(proposals);
     }
@@ -186,9 +194,12 @@ impl<P: Point> Worker<P> {
     /// that conflict with it.
     fn consider(&mut self, from: u32, to: u32, cell: &P::Cell) -> Option<Objection<P>> {
         let leaf = self.leaf_of(to);
+        let mut known = false;
         let sweep = self.exchange.sweeps.entry(leaf).or_default();
-        sweep.each(self.stars.link(to), |_| {});
-        if self.position_in(to, cell).is_some() {
+        sweep.each(self.stars.link(to), |facet| {
+            known |= facet.as_ref().iter().all(|v| cell.as_ref().contains(v));
+        });
+        if known {
             return None;
         }
         let others = cell.as_ref().iter().copied().filter(|&v| v != to);
@@ -294,10 +305,12 @@ impl<P: Point> Worker<P> {
         for (leaf, (cost, items)) in costs {
             self.ledger.charge(Phase::Repair, leaf, cost, items);
         }
-        if (proposals.is_empty() && objections.is_empty()) || self.exchange.rounds >= self.cap() {
+        // All ranks step together, so the number of the round is the same on each.
+        let round = self.step / 2 + 1;
+        if (proposals.is_empty() && objections.is_empty()) || round > self.cap() {
             return;
         }
-        self.exchange.rounds += 1;
+        self.exchange.rounds = round;
         self.send_proposals(proposals);
         self.send_objections(objections);
     }

@@ -52,6 +52,8 @@ pub(crate) struct SetEngine {
     /// Nodes to count or to solve in the next step.
     due: Vec<NodeId>,
     replicated: BTreeMap<NodeId, Sweep>,
+    /// Nodes that wait one more step for their members.
+    delayed: Vec<NodeId>,
     /// Shared nodes that stopped: their set is solved whole here.
     stopped: Vec<NodeId>,
 }
@@ -223,6 +225,11 @@ impl<P: Point> Worker<P> {
             self.sets.members.entry(node).or_default().extend(first..last);
             match self.relay {
                 Some((at, holder)) if at == node && holder != self.rank => self.relay_items(node, holder),
+                // The group's other ranks hand on in this step what they were sent as well: wait for it.
+                Some((at, _)) if at == node && !self.sets.delayed.contains(&node) => {
+                    self.sets.delayed.push(node);
+                    self.wait_for_items(node);
+                }
                 _ => self.sets.due.push(node),
             }
         }

@@ -184,7 +184,7 @@ pub struct Merged {
     pub disagreements: u64,
     /// Stars changed by the exchange.
     pub repaired: u64,
-    /// Stars that a ball of the known radius proves.
+    /// Unchanged stars whose circumspheres all lie in the ball of radius `alpha r` around their vertex.
     pub local: u64,
     /// Rounds of exchange (the largest of the parts).
     pub exchange_rounds: u64,
@@ -349,7 +349,7 @@ impl<P> Body<P> {
 
     /// Is it reading or merging, for the coordinator's budget?
     pub fn is_bulk(&self) -> bool {
-        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Edges(_) | Body::Gather(_))
+        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Edges(_))
     }
 }
 
