@@ -134,7 +134,7 @@ fn cgal_agrees_in_general_position() {
     }
     // These have edges and faces of the cube, with ties on them.
     for kind in [GradedPoint, Kind::WellSpaced] {
-        by_cgal(&space(kind, 10_000, 23), false, kind.name());
+        by_cgal(&space(kind, 5000, 23), false, kind.name());
         by_cgal(&plane(kind, 10_000, 23), false, kind.name());
     }
 }
