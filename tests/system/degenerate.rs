@@ -116,18 +116,30 @@ fn spheres() {
 
 /// All pairs are neighbours, or almost: the exchange gives up and says so, or does not need to.
 #[test]
-fn quadratic_triangulations() {
-    let run = check(&space(Kind::MomentCurve, 300, 0), &base());
+fn moment_curve() {
+    let run = within(PATIENCE, "moment curve", || check(&space(Kind::MomentCurve, 300, 0), &base()));
     assert_eq!(run.cell_count(), 298 * 297 / 2, "the cyclic polytope's lower hull");
-    let line = |i: usize| {
-        let t = (i / 2) as f64 / 150.0;
+}
+
+fn skew_lines(n: usize) -> Vec<DVec3> {
+    let point = |i: usize| {
+        let t = (i / 2) as f64 / (n / 2) as f64;
         if i % 2 == 0 { DVec3::new(t, 0.0, 0.0) } else { DVec3::new(0.5, t - 0.5, 1.0) }
     };
-    let skew: Vec<DVec3> = (0..300).map(line).collect();
-    let run = check(&skew, &base());
-    assert_eq!(run.cell_count(), 149 * 149, "two skew lines");
-    let counted = check_counted(&skew, &simulated(Workers::Count(5), 1, 60));
-    assert!(counted.cells == run.cells);
+    (0..n).map(point).collect()
+}
+
+#[test]
+fn two_skew_lines() {
+    let run = within(PATIENCE, "skew lines", || check(&skew_lines(300), &base()));
+    assert_eq!(run.cell_count(), 149 * 149);
+}
+
+#[test]
+fn two_skew_lines_counted() {
+    let sim = simulated(Workers::Count(5), 1, 60);
+    let run = within(PATIENCE, "skew lines, counted", move || check_counted(&skew_lines(300), &sim));
+    assert_eq!(run.cell_count(), 149 * 149);
 }
 
 #[test]

@@ -125,7 +125,7 @@ fn over_orders<P: Point>(points: &[P]) {
 
 #[test]
 fn machines_in_space() {
-    over_machines(&space(Kind::Uniform, 3600, 3));
+    over_machines(&space(Kind::Uniform, 3000, 3));
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn machines_in_the_plane() {
 
 #[test]
 fn machines_on_a_grid() {
-    over_machines(&space(Kind::Grid, 3375, 0));
+    over_machines(&space(Kind::Grid, 2744, 0));
 }
 
 #[test]
@@ -145,12 +145,12 @@ fn machines_on_clusters_in_the_plane() {
 
 #[test]
 fn graphs_in_space() {
-    over_graphs(&space(Kind::Uniform, 3600, 4));
+    over_graphs(&space(Kind::Uniform, 3000, 4));
 }
 
 #[test]
 fn graphs_on_a_lattice() {
-    over_graphs(&space(Kind::Fcc, 4000, 4));
+    over_graphs(&space(Kind::Fcc, 2916, 4));
 }
 
 #[test]

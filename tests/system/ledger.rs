@@ -17,7 +17,7 @@ fn counted<P: Point>(points: &[P], config: &Config) -> Run {
 fn over_machines<P: Point>(points: &[P], choice: usize) {
     let choice = combinations(false)[choice];
     let reference = counted(points, &with_graph(&threaded(Workers::Count(1), 1, LEAF), choice));
-    for workers in [2, 3, 5, 8, 64, 1000].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
+    for workers in [2, 3, 5, 64, 1000].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
         let sim = counted(points, &with_graph(&simulated(workers, 4, LEAF), choice));
         let what = format!("{choice:?}, {workers:?}");
         assert_same_counts(&reference.ledger, &sim.ledger, &what);
@@ -32,16 +32,16 @@ fn over_machines<P: Point>(points: &[P], choice: usize) {
 
 #[test]
 fn machines_in_space() {
-    let points = space(Kind::Uniform, 3000, 6);
-    for choice in [0, 1, 4] {
+    let points = space(Kind::Uniform, 2000, 6);
+    for choice in [0, 4] {
         over_machines(&points, choice);
     }
 }
 
 #[test]
 fn machines_in_the_plane() {
-    let points = plane(Kind::GradedPoint, 3000, 6);
-    for choice in [0, 2, 3] {
+    let points = plane(Kind::GradedPoint, 2500, 6);
+    for choice in [1, 2, 3] {
         over_machines(&points, choice);
     }
 }
@@ -90,9 +90,10 @@ fn critical_paths() {
     depth_adds_up(&plane(Kind::Clusters, 3000, 7));
 }
 
-/// Bytes into the coordinator that are neither reading nor merging: the root's samples and counts, a
-/// summary and a certificate from every worker. At most C bytes for each of them.
-const CONTROL: u64 = 60;
+/// Bytes into the coordinator that are neither reading nor merging: the root's samples and counts, and a
+/// summary and a certificate from every worker. Measured are 28 bytes a sample and 320 a worker.
+const BYTES_PER_SAMPLE: u64 = 40;
+const BYTES_PER_WORKER: u64 = 450;
 const SAMPLES: u64 = 400;
 
 #[test]
@@ -104,7 +105,7 @@ fn the_coordinator_is_no_funnel() {
             let control: u64 = run.ledger.part.rounds.values().map(|tally| tally.control).sum();
             let attempts = run.ledger.part.nodes[&NodeId::ROOT].attempts;
             println!("n {n} workers {workers}: control {control}, attempts {attempts}");
-            let bound = CONTROL * (attempts * SAMPLES + 20 * u64::from(workers));
+            let bound = BYTES_PER_SAMPLE * attempts * SAMPLES + BYTES_PER_WORKER * u64::from(workers);
             assert!(control <= bound, "{control} bytes above {bound}, {n} points, {workers} workers");
         }
     }

@@ -89,7 +89,7 @@ fn agree<P: Point>(points: &[P], workers: u32, leaf: u64, graph: usize) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
     #[test]
     fn in_space(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {

@@ -17,10 +17,10 @@ fn tree_is_shallow(run: &Run, what: &str) {
     assert!(f64::from(levels) <= limit, "{what}: {levels} levels above {limit:.1}");
 }
 
-/// Rounds of the phases that go over the tree, for log2 n: at most A log2 n + B. Measured are 3 rounds a level
-/// of partition (sample, sphere, counts), 2 of the descent and 1 of the merge.
+/// Rounds of the phases that go over the tree: at most A log2 n + B. Measured from 2^12 to 2^15 points: 21 to
+/// 33 of partition (4 a level), 10 to 12 of the descent (2 a level, at most), 6 to 9 of the merge (1 a level).
 const ROUNDS: [(Phase, f64, f64); 3] =
-    [(Phase::Partition, 6.0, 8.0), (Phase::Neighbours, 3.0, 8.0), (Phase::Merge, 1.5, 4.0)];
+    [(Phase::Partition, 5.0, -35.0), (Phase::Neighbours, 2.0, -12.0), (Phase::Merge, 1.25, -8.0)];
 
 fn rounds_are_logarithmic(run: &Run, what: &str) {
     let log = (run.points.used as f64).log2();
@@ -29,9 +29,7 @@ fn rounds_are_logarithmic(run: &Run, what: &str) {
         println!("{what}: {} rounds {rounds} of {:.0}", phase.name(), a * log + b);
         assert!(rounds as f64 <= a * log + b, "{what}: {rounds} rounds of {}", phase.name());
     }
-    if run.exchange_rounds as f64 > log {
-        panic!("{what}: {} rounds of exchange", run.exchange_rounds);
-    }
+    assert!(run.exchange_rounds as f64 <= log, "{what}: {} rounds of exchange", run.exchange_rounds);
 }
 
 /// Balls that cross a separator of m points: at most 5 alpha m^(1 - 1/d). Attempts: 1.5 on average.
