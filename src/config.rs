@@ -83,7 +83,7 @@ pub struct Config {
     pub sets: SeparatorSets,
     /// Largest leaf of the partition tree; by dimension and alpha if none.
     pub leaf: Option<u64>,
-    /// How messages travel.
+    /// How messages travel. Over channels the workers run on `threads` threads.
     pub transport: Transport,
     /// Lipschitz constant of a set generated as f-spaced, which gives alpha by a formula.
     pub spacing: Option<f64>,

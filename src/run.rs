@@ -10,7 +10,7 @@ use septet_protocol::ledger::Ledger;
 use septet_protocol::transport::Transport;
 use septet_protocol::transport::TransportError;
 use septet_workers::config::{Wanted, WorkerConfig};
-use septet_workers::transport::launch;
+use septet_workers::transport::{TransportKind, launch};
 
 use crate::canonical::{Cells, canonicalise};
 use crate::config::{
@@ -137,7 +137,10 @@ pub type Start<'a, P> = dyn FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn
 fn started<P: Point>(
     config: &Config,
 ) -> impl FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> {
-    let kind = config.transport;
+    let kind = match config.transport {
+        TransportKind::Channel { .. } => TransportKind::Channel { threads: config.threads },
+        kind => kind,
+    };
     move |machine| launch::<P>(kind, machine)
 }
 
