@@ -139,7 +139,7 @@ fn started<P: Point>(
 ) -> impl FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> {
     let kind = match config.transport {
         TransportKind::Channel { .. } => TransportKind::Channel { threads: config.threads },
-        kind => kind,
+        TransportKind::Sim { delivery_seed } => TransportKind::Sim { delivery_seed },
     };
     move |machine| launch::<P>(kind, machine)
 }
