@@ -152,9 +152,9 @@ impl<P: Point> Transport<P> for Pipes {
             }
         }
         let own = std::mem::take(&mut boxes[COORDINATOR as usize]);
-        for rank in 1..ranks {
+        for (rank, frames) in boxes.iter().enumerate().skip(1) {
             let written = match &mut self.children[rank - 1].input {
-                Some(input) => write_round(input, u8::from(active), &boxes[rank]),
+                Some(input) => write_round(input, u8::from(active), frames),
                 None => return Err(TransportError::Stopped),
             };
             written.map_err(|e| self.failure(rank as Rank, &e))?;
