@@ -124,7 +124,7 @@ fn moment_curve() {
 fn skew_lines(n: usize) -> Vec<DVec3> {
     let point = |i: usize| {
         let t = (i / 2) as f64 / (n / 2) as f64;
-        if i % 2 == 0 { DVec3::new(t, 0.0, 0.0) } else { DVec3::new(0.5, t - 0.5, 1.0) }
+        if i.is_multiple_of(2) { DVec3::new(t, 0.0, 0.0) } else { DVec3::new(0.5, t - 0.5, 1.0) }
     };
     (0..n).map(point).collect()
 }

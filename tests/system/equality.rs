@@ -102,10 +102,9 @@ fn over_orders<P: Point>(points: &[P]) {
     let expected = renamed(&reference, &identity);
     for seed in 0..3 {
         let mut order = identity.clone();
-        if seed == 0 {
-            order.reverse()
-        } else {
-            Draw::new(seed).shuffle(&mut order)
+        match seed {
+            0 => order.reverse(),
+            _ => Draw::new(seed).shuffle(&mut order),
         }
         let shuffled: Vec<P> = order.iter().map(|&i| points[i]).collect();
         for workers in [5, 64] {

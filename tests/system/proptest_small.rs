@@ -1,6 +1,6 @@
 //! Small nasty inputs: septet's machine, its sequential kernel and its verifier agree.
 
-use crate::common::{assert_verified, combinations, simulated, threaded, with_graph};
+use crate::common::{assert_verified, combinations, simulated, threaded, with_graph, within};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use septet::config::{Neighbours, Workers};
@@ -8,6 +8,9 @@ use septet::geometry::complex::INFINITE;
 use septet::geometry::incremental::{Incremental, IncrementalError};
 use septet::geometry::point::Point;
 use septet::{simulate, triangulate};
+
+/// Seconds after which a run of so few points has hung.
+const PATIENCE: u64 = 5;
 
 /// Points on few places: integers, lines, clusters far apart, one sphere.
 fn points() -> impl Strategy<Value = Vec<DVec3>> {
@@ -68,7 +71,9 @@ fn by_insertion<P: Point>(points: &[P]) -> Option<Vec<Vec<u64>>> {
 }
 
 fn sorted(mut rows: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
-    rows.iter_mut().for_each(|row| row.sort_unstable());
+    for row in &mut rows {
+        row.sort_unstable();
+    }
     rows.sort_unstable();
     rows
 }
@@ -88,17 +93,63 @@ fn agree<P: Point>(points: &[P], workers: u32, leaf: u64, graph: usize) {
     }
 }
 
+/// Seventeen points in the corners of a large cube: far corner or not by axis, then quarters.
+const CORNERS: [[u32; 6]; 17] = [
+    [0, 0, 0, 0, 1, 3],
+    [1, 1, 1, 0, 3, 3],
+    [1, 0, 0, 3, 3, 0],
+    [0, 0, 0, 0, 1, 2],
+    [0, 1, 0, 2, 2, 1],
+    [1, 0, 0, 2, 2, 2],
+    [1, 0, 0, 1, 3, 1],
+    [0, 0, 0, 1, 0, 3],
+    [1, 1, 0, 2, 1, 3],
+    [0, 1, 1, 0, 1, 1],
+    [0, 0, 0, 3, 2, 2],
+    [1, 1, 1, 0, 1, 3],
+    [1, 1, 0, 3, 1, 2],
+    [1, 1, 1, 1, 1, 1],
+    [0, 0, 0, 3, 0, 2],
+    [1, 1, 1, 3, 1, 2],
+    [0, 1, 1, 1, 3, 0],
+];
+
+fn corners() -> Vec<DVec3> {
+    let axis = |row: &[u32; 6], i: usize| f64::from(row[i]) * 1e6 + f64::from(row[i + 3]) * 0.25;
+    CORNERS.iter().map(|row| DVec3::from_array(std::array::from_fn(|i| axis(row, i)))).collect()
+}
+
+/// Found at random: a run of these points did not end.
+#[test]
+fn seventeen_points_in_corners() {
+    for (graph, choice) in combinations(false).into_iter().enumerate() {
+        let choice = (choice.0, choice.1, choice.2, Neighbours::Auto);
+        for workers in 1..5 {
+            let what = format!("{choice:?} ({graph}), {workers} workers");
+            let threads = with_graph(&threaded(Workers::Count(workers), 2, 2), choice);
+            let sim = with_graph(&simulated(Workers::Count(workers), 7, 2), choice);
+            let run =
+                within(PATIENCE, &format!("triangulate, {what}"), move || triangulate(&corners(), &threads));
+            assert_verified(&corners(), &run.unwrap());
+            let run = within(PATIENCE, &format!("simulate, {what}"), move || simulate(&corners(), &sim));
+            assert_verified(&corners(), &run.unwrap());
+        }
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
 
     #[test]
     fn in_space(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {
-        agree(&points, workers, leaf, graph);
+        let what = format!("{points:?}");
+        within(PATIENCE, &what, move || agree(&points, workers, leaf, graph));
     }
 
     #[test]
     fn in_the_plane(points in points(), workers in 1..9u32, leaf in 1..12u64, graph in 0..7usize) {
         let flat: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
-        agree(&flat, workers, leaf, graph);
+        let what = format!("{flat:?}");
+        within(PATIENCE, &what, move || agree(&flat, workers, leaf, graph));
     }
 }
