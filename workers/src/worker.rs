@@ -116,7 +116,9 @@ impl<P: Point> Worker<P> {
 
     /// Has it more to do although no message is on its way to it?
     pub fn busy(&self) -> bool {
-        self.out.has_own() || self.exchange.is_pending() || self.sets.is_pending()
+        // What a gathering brings is used when the exchange begins again: no reason to wait before.
+        let exchanging = self.phase == Phase::Repair && self.exchange.is_pending();
+        self.out.has_own() || exchanging || self.sets.is_pending()
     }
 
     /// Begins a phase (the one before moved nothing any more). Returns what it sends.
