@@ -24,6 +24,8 @@ mod grow;
 
 mod query;
 
+mod forwards;
+
 mod neighbours;
 
 mod summaries;

@@ -27,6 +27,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch, QueryBatch};
 
 use crate::config::map_in;
+use crate::forwards::Forwards;
 use crate::table::Table;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
@@ -43,7 +44,7 @@ pub(crate) struct Ask {
 }
 
 /// A way out of the shared nodes: position on the path, and side.
-type Way = (usize, usize);
+pub(crate) type Way = (usize, usize);
 
 /// A ball of a home point.
 #[derive(Clone, Debug)]
@@ -75,6 +76,18 @@ pub(crate) struct Engine<P> {
     up: BTreeMap<NodeId, Sweep>,
     pairs: BTreeMap<NodeId, Sweep>,
     marker: std::marker::PhantomData<P>,
+}
+
+impl<P> Engine<P> {
+    /// What the balls of this phase ask for.
+    pub(crate) fn ask(&self) -> Ask {
+        self.ask
+    }
+
+    /// The name of the query that is kept next.
+    pub(crate) fn next_slot(&self) -> u32 {
+        self.pending.len() as u32
+    }
 }
 
 impl<P> Default for Engine<P> {
@@ -456,46 +469,12 @@ pub(crate) fn empty_lists<P>() -> ListBatch<P> {
     ListBatch { slots: Bulk(Vec::new()), counts: Bulk(Vec::new()), points: PointBatch::default() }
 }
 
-fn empty_queries<P>() -> QueryBatch<P> {
+pub(crate) fn empty_queries<P>() -> QueryBatch<P> {
     QueryBatch {
         slots: Bulk(Vec::new()),
         centres: Bulk(Vec::new()),
         radii2: Bulk(Vec::new()),
         probe: false,
         wanted: 0,
-    }
-}
-
-/// Replicas that leave, batched by child and member.
-struct Forwards<P> {
-    ask: Ask,
-    batches: BTreeMap<(NodeId, Rank), QueryBatch<P>>,
-}
-
-impl<P: Point> Forwards<P> {
-    fn new(ask: Ask) -> Self {
-        Forwards { ask, batches: BTreeMap::new() }
-    }
-
-    /// Adds a ball's ways out; its pending entry is pushed next.
-    fn add(&mut self, worker: &Worker<P>, ways: &[(usize, usize)], centre: P, radius2: f64) {
-        let slot = worker.engine.pending.len() as u32;
-        let ask = worker.engine.ask;
-        self.ask = ask;
-        for &(i, side) in ways {
-            let shared = &worker.path[i];
-            let to = shared.member_below(worker.rank, side);
-            let batch = self.batches.entry((shared.id.child(side), to)).or_insert_with(empty_queries);
-            batch.slots.push(slot);
-            batch.centres.push(centre);
-            batch.radii2.push(radius2);
-            (batch.probe, batch.wanted) = (ask.probe, ask.wanted);
-        }
-    }
-
-    fn send(self, worker: &mut Worker<P>) {
-        for ((node, to), batch) in self.batches {
-            worker.out.send(to, node, 0, Body::Query(batch));
-        }
     }
 }

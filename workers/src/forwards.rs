@@ -1,0 +1,44 @@
+//! Balls that leave for other workers' parts of the tree.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::message::{Body, QueryBatch};
+
+use crate::query::{Ask, Way, empty_queries};
+use crate::worker::Worker;
+
+/// Replicas that leave, batched by child and member.
+pub(crate) struct Forwards<P> {
+    ask: Ask,
+    batches: BTreeMap<(NodeId, Rank), QueryBatch<P>>,
+}
+
+impl<P: Point> Forwards<P> {
+    pub(crate) fn new(ask: Ask) -> Self {
+        Forwards { ask, batches: BTreeMap::new() }
+    }
+
+    /// Adds a ball's ways out; its pending entry is pushed next.
+    pub(crate) fn add(&mut self, worker: &Worker<P>, ways: &[Way], centre: P, radius2: f64) {
+        let slot = worker.engine.next_slot();
+        let ask = worker.engine.ask();
+        self.ask = ask;
+        for &(i, side) in ways {
+            let shared = &worker.path[i];
+            let to = shared.member_below(worker.rank, side);
+            let batch = self.batches.entry((shared.id.child(side), to)).or_insert_with(empty_queries);
+            batch.slots.push(slot);
+            batch.centres.push(centre);
+            batch.radii2.push(radius2);
+            (batch.probe, batch.wanted) = (ask.probe, ask.wanted);
+        }
+    }
+
+    pub(crate) fn send(self, worker: &mut Worker<P>) {
+        for ((node, to), batch) in self.batches {
+            worker.out.send(to, node, 0, Body::Query(batch));
+        }
+    }
+}
