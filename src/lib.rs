@@ -1,7 +1,6 @@
 //! septet: Delaunay triangulation by sphere separators, density graphs and local convex hulls.
 //!
-//! The parallel algorithm of Miller, Talmor, Teng, Walkington and Wang's *Delaunay Tetrahedralization and
-//! Parallel Three Dimensional Mesh Generation*, run as a message-passing machine whose rounds, messages,
+//! The parallel algorithm of *Delaunay Tetrahedralization and Parallel Three Dimensional Mesh Generation*, run as a message-passing machine whose rounds, messages,
 //! bytes, work and depth are counted; exact for every input, and the same bytes for any number of workers.
 //!
 //! ```
