@@ -9,6 +9,7 @@ use septet_protocol::ledger::LedgerPart;
 use crate::config::WorkerConfig;
 use crate::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts};
 use crate::partition::{Sketch, sides_of};
+use crate::tasks::{Samples, record_samples};
 use crate::tree::Split;
 
 /// What growing a subtree gives.
@@ -17,11 +18,13 @@ pub(crate) struct Grown<P> {
     pub(crate) tree: Vec<Sketch<P>>,
     pub(crate) charges: Vec<(NodeId, Cost, u64)>,
     pub(crate) facts: LedgerPart,
+    /// Samples by block, if recorded.
+    pub(crate) samples: Vec<Samples>,
 }
 
 impl<P> Default for Grown<P> {
     fn default() -> Self {
-        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default() }
+        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default(), samples: Vec::new() }
     }
 }
 
@@ -31,6 +34,7 @@ impl<P> Grown<P> {
         self.tree.append(&mut other.tree);
         self.charges.append(&mut other.charges);
         self.facts.merge(&other.facts);
+        self.samples.append(&mut other.samples);
     }
 }
 
@@ -88,6 +92,10 @@ impl<P: Point> Builder<'_, P> {
         while found.is_none() && attempts < MAX_ATTEMPTS {
             let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
             let mut samples = cost.pack(&points, |&x| is_sample(key, population, x));
+            if self.config.record_tasks {
+                let all = self.positions.len() as u64;
+                grown.samples.push(record_samples(key, population, members, &points, all));
+            }
             let (separator, kind) =
                 draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
             attempts += 1;
