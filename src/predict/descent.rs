@@ -149,7 +149,6 @@ pub(super) fn queries(replay: &mut Replay<'_>, phase: Phase) -> BTreeMap<Rank, u
     done
 }
 
-#[expect(clippy::too_many_arguments, reason = "one step of the loop above")]
 fn post(
     replay: &mut Replay<'_>,
     phase: Phase,

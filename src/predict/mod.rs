@@ -8,7 +8,7 @@
 //!
 //! **Time.** Work is placed like the leaves it is charged to, a shared node's over its group. BSP (Valiant
 //! 1990): a round costs `max work / rate + h / bandwidth + latency`, `h` the most bytes that one rank sends or
-//! receives. LogGP (Alexandrov et al. 1995): `max work / rate + latency + 2 overhead + (m - 1) max(overhead,
+//! receives. `LogGP` (Alexandrov et al. 1995): `max work / rate + latency + 2 overhead + (m - 1) max(overhead,
 //! gap) + (bytes - m) / bandwidth` with `m` messages at the busiest rank and the gap taken as the overhead. Brent's bound
 //! on the steps with p processors is `work / p + depth`.
 
@@ -115,7 +115,7 @@ pub struct Prediction {
     pub brent: u64,
     /// Seconds by BSP, computing and communicating.
     pub bsp: Seconds,
-    /// Seconds by LogGP.
+    /// Seconds by `LogGP`.
     pub loggp: Seconds,
     /// Phase by phase.
     pub phases: Vec<PhasePrediction>,
@@ -194,7 +194,7 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
     if !named.all(known) || !pairs.all(|(a, b)| known(a) && known(b)) {
         return torn("a leaf that is not there");
     }
-    if log.leaves.iter().any(|&leaf| leaf == 0) || log.nodes.iter().any(|n| n.0 == 0) {
+    if log.leaves.contains(&0) || log.nodes.iter().any(|n| n.0 == 0) {
         return torn("a path of zero");
     }
     Ok(())

@@ -91,7 +91,8 @@ fn attempts(
     let sizes = replay.sizes;
     let tries = tables.attempts.get(&group.node.0).copied().unwrap_or(0) as u32;
     for attempt in 0..tries {
-        let (from, places) = if attempt == 0 { (senders.clone(), before) } else { (members.clone(), holders) };
+        let (from, places) =
+            if attempt == 0 { (senders.clone(), before) } else { (members.clone(), holders) };
         let mut counts: BTreeMap<Rank, u64> = from.map(|rank| (rank, 0)).collect();
         for &(block, count) in tables.samples.get(&(group.node, attempt)).copied().unwrap_or_default() {
             *counts.entry(places[block as usize]).or_default() += u64::from(count);

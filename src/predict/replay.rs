@@ -88,24 +88,20 @@ impl Replay<'_> {
     /// Results up the tree, each child's to its parent's leader.
     fn up(&mut self, phase: Phase, bytes: u64) -> Vec<u32> {
         let rounds = self.rounds_up();
-        for at in 0..self.place.groups.len() {
-            let group = &self.place.groups[at];
+        for (group, &round) in self.place.groups.clone().iter().zip(&rounds) {
             let Some(parent) = group.parent else { continue };
             let from = if group.whole { group.first } else { group.leader };
             let to = self.place.groups[parent].leader;
-            self.send(phase, rounds[at], (from, to), bytes);
+            self.send(phase, round, (from, to), bytes);
         }
         rounds
     }
 
     fn summaries(&mut self) {
         let rounds = self.up(Phase::Summaries, self.sizes.summary);
-        for at in 0..self.place.groups.len() {
-            let group = self.place.groups[at].clone();
-            if group.children.is_some() {
-                for rank in group.first..group.first + group.ranks {
-                    self.send(Phase::Summaries, rounds[at], (group.leader, rank), self.sizes.children);
-                }
+        for (group, round) in self.place.groups.clone().iter().zip(rounds).filter(|(g, _)| !g.whole) {
+            for rank in group.first..group.first + group.ranks {
+                self.send(Phase::Summaries, round, (group.leader, rank), self.sizes.children);
             }
         }
         let mut homes: BTreeMap<Rank, u64> = BTreeMap::new();
@@ -201,12 +197,11 @@ impl Replay<'_> {
 
     fn merge(&mut self) {
         let rounds = self.up(Phase::Merge, self.sizes.merged);
-        let root = &self.place.groups[0];
-        if root.whole {
-            let holder = root.first;
+        let (whole, holder) = (self.place.groups[0].whole, self.place.groups[0].first);
+        if whole {
             self.send(Phase::Merge, 1, (holder, COORDINATOR), self.sizes.merged);
         }
-        let told = if root_whole(&self.place) { 2 } else { rounds[0] };
+        let told = if whole { 2 } else { rounds[0] };
         self.broadcast(Phase::Merge, told, self.sizes.outcome);
     }
 
@@ -230,8 +225,4 @@ impl Replay<'_> {
             }
         }
     }
-}
-
-fn root_whole(place: &Placement) -> bool {
-    place.groups[0].whole
 }

@@ -5,11 +5,12 @@ use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::NodeId;
 use septet_protocol::ledger::LedgerPart;
+use septet_protocol::tasks::SampleRow;
 
 use crate::config::WorkerConfig;
 use crate::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts};
 use crate::partition::{Sketch, sides_of};
-use crate::tasks::{Samples, record_samples};
+use crate::tasks::record_samples;
 use crate::tree::Split;
 
 /// What growing a subtree gives.
@@ -19,12 +20,18 @@ pub(crate) struct Grown<P> {
     pub(crate) charges: Vec<(NodeId, Cost, u64)>,
     pub(crate) facts: LedgerPart,
     /// Samples by block, if recorded.
-    pub(crate) samples: Vec<Samples>,
+    pub(crate) samples: Vec<SampleRow>,
 }
 
 impl<P> Default for Grown<P> {
     fn default() -> Self {
-        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default(), samples: Vec::new() }
+        Grown {
+            leaves: Vec::new(),
+            tree: Vec::new(),
+            charges: Vec::new(),
+            facts: LedgerPart::default(),
+            samples: Vec::new(),
+        }
     }
 }
 

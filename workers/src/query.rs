@@ -372,13 +372,7 @@ impl<P: Point> Worker<P> {
         self.engine.asked.len() as u32 - 1
     }
 
-    fn on_query(
-        &mut self,
-        from: Rank,
-        node: NodeId,
-        batch: &QueryBatch<P>,
-        forwards: &mut Forwards<P>,
-    ) {
+    fn on_query(&mut self, from: Rank, node: NodeId, batch: &QueryBatch<P>, forwards: &mut Forwards<P>) {
         self.engine.ask.wanted = batch.wanted;
         self.engine.ask.probe = batch.probe;
         if let Some((at, holder)) = self.relay

@@ -8,7 +8,7 @@ use septet_geometry::neighbourhood::{Found, keep_nearest};
 use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::tasks::{Said, TaskLog};
+use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 
 use crate::check::Sums;
 use crate::grow::Grown;
@@ -21,8 +21,8 @@ pub const BLOCKS: u32 = 4096;
 /// Balls or points of a leaf that reach a node off their way home, and points found there for them.
 pub(crate) type Reached = BTreeMap<(u32, NodeId), (u64, u64)>;
 
-/// Samples of a node's attempt, by block.
-pub(crate) type Samples = (u64, u32, Vec<(u32, u32)>);
+/// Step, objection or proposal, speaker's and listener's leaf.
+type Speech = (u32, bool, u32, u32);
 
 /// What one walk of balls reached; nothing is kept unless asked for.
 #[derive(Clone, Debug, Default)]
@@ -66,7 +66,8 @@ pub(crate) struct Recorder {
     pub(crate) log: TaskLog,
     reverse: BTreeMap<(u32, u32), u64>,
     reach: BTreeMap<(u8, u32, NodeId), (u64, u64)>,
-    said: BTreeMap<(u32, bool, u32, u32), (u64, u64, BTreeSet<u64>)>,
+    /// Cells, conflicts, ids of the points named.
+    said: BTreeMap<Speech, (u64, u64, BTreeSet<u64>)>,
     checks: u32,
 }
 
@@ -93,7 +94,7 @@ pub(crate) fn record_samples<P: Point>(
     members: &[u32],
     points: &[P],
     all: u64,
-) -> Samples {
+) -> SampleRow {
     let drawn = members.iter().zip(points).filter(|&(_, &x)| is_sample(key, population, x));
     (key.node, key.attempt, by_block(drawn.map(|m| *m.0), all))
 }

@@ -11,6 +11,9 @@
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
 
+/// Samples of a node's attempt: path, attempt, and (block, number) of those drawn.
+pub type SampleRow = (u64, u32, Vec<(u32, u32)>);
+
 /// The terms of a run. Rows are sorted by their first columns.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode, Serialize, Deserialize)]
 pub struct TaskLog {
@@ -30,8 +33,8 @@ pub struct TaskLog {
     pub frame: Vec<u32>,
     /// For each leaf, (block, home points that come from it).
     pub first_blocks: Vec<Vec<(u32, u32)>>,
-    /// For each node and attempt: samples, as (block, count).
-    pub samples: Vec<(u64, u32, Vec<(u32, u32)>)>,
+    /// For each node and attempt: its samples.
+    pub samples: Vec<SampleRow>,
     /// Phase, home leaf, node off the way home; balls or points that reach it, points found there for them.
     pub reach: Vec<(u8, u32, u64, u64, u64)>,
     /// Was the supergraph chosen by a sample?
