@@ -97,6 +97,9 @@ pub struct Config {
     pub with_owner: bool,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
     pub exchange_cap: Option<u32>,
+    /// Record what leaves have to say to each other ([`crate::predict`]); only where work and depth are
+    /// counted. Unless there is one worker, this takes a second run, with one.
+    pub record_tasks: bool,
     /// Set to stop the run at the next round.
     pub cancel: Option<Arc<AtomicBool>>,
     /// Told of phases and rounds.
@@ -138,6 +141,7 @@ impl Default for Config {
             keep_graph: false,
             with_owner: false,
             exchange_cap: None,
+            record_tasks: false,
             cancel: None,
             progress: None,
         }
@@ -198,6 +202,9 @@ pub enum ConfigError {
         /// The graph.
         graph: &'static str,
     },
+    /// A record of tasks with a rule of sets that it does not cover.
+    #[error("tasks are recorded with separator sets `ghost` only: leave out --tasks or --separator-sets")]
+    TasksOfSets,
     /// A leaf size of zero.
     #[error("a leaf holds at least one point (--leaf 1)")]
     EmptyLeaf,
@@ -235,6 +242,9 @@ impl Config {
         }
         if self.leaf == Some(0) {
             return Err(ConfigError::EmptyLeaf);
+        }
+        if self.record_tasks && self.sets != SeparatorSets::Ghost {
+            return Err(ConfigError::TasksOfSets);
         }
         let graph = self.graph.name();
         match (self.graph, self.alpha, self.k) {

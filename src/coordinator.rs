@@ -17,6 +17,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Merged, Message, PointBatch};
+use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::{Transport, TransportError};
 use septet_workers::choice::{choose, encode_choice};
 use septet_workers::config::{SetRule, Wanted, WorkerConfig};
@@ -45,6 +46,8 @@ pub(crate) struct Collected {
     pub(crate) merged: Merged,
     pub(crate) supergraph: Option<Supergraph>,
     pub(crate) why: Option<String>,
+    /// What leaves had to say to each other, if recorded.
+    pub(crate) tasks: Option<Box<TaskLog>>,
     /// Number of points gathered when the exchange was cut short.
     pub(crate) fallback: Option<(String, u64)>,
     /// Wall-clock seconds of each phase, measured here.
@@ -386,6 +389,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     self.result.cells.append(&mut cells);
                 }
                 Body::Edges(mut edges) => self.result.edges.append(&mut edges),
+                Body::Tasks(log) => self.result.tasks = Some(log),
                 Body::Ledger(words) => match LedgerPart::from_words(&words) {
                     Some(part) => {
                         self.result.ledger.merge(&part);

@@ -42,6 +42,8 @@ pub mod memory;
 
 mod run;
 
+pub mod predict;
+
 pub mod report;
 
 pub mod verify;

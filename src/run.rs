@@ -7,6 +7,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::ledger::Ledger;
+use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::Transport;
 use septet_protocol::transport::TransportError;
 use septet_workers::config::{Wanted, WorkerConfig};
@@ -82,6 +83,8 @@ pub struct Run {
     pub ledger: Ledger,
     /// What was run.
     pub settled: Settled,
+    /// What leaves had to say to each other, if recorded.
+    pub tasks: Option<TaskLog>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds from points in memory to certified stars on the workers, canonical order not
@@ -181,6 +184,7 @@ pub fn run_on<P: Point>(
         until: None,
         with_leaves: config.with_owner,
         exchange_cap: config.exchange_cap,
+        record_tasks: config.record_tasks && counted,
     };
     if ready.dimension < P::DIM as isize {
         machine.workers = match config.workers {
@@ -201,11 +205,47 @@ pub fn run_on<P: Point>(
         }
     };
     check_machine(&machine, ready.positions.len() as u64)?;
+    let mut tasks = None;
+    if machine.record_tasks && machine.workers != 1 {
+        tasks = record(config, &machine, &ready, start_machine)?;
+        machine.record_tasks = false;
+    }
     let machine = Arc::new(machine);
     let mut transport = start_machine(&machine)?;
     let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
     drop(transport);
-    finish::<P>(points.len(), ready, collected, &machine, why, start)
+    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start)?;
+    run.tasks = tasks.or(run.tasks);
+    Ok(run)
+}
+
+/// The record of a run with one worker.
+fn record<P: Point>(
+    config: &Config,
+    machine: &WorkerConfig,
+    ready: &Prepared<P>,
+    start_machine: &mut Start<'_, P>,
+) -> Result<Option<TaskLog>, Error> {
+    let machine = Arc::new(WorkerConfig { workers: 1, ..machine.clone() });
+    let mut transport = start_machine(&machine)?;
+    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), ready, &Plan::new())?;
+    Ok(tasks_of(&collected, &machine, P::DIM))
+}
+
+/// The record with what the ledger knows: the tree and the charges. None of a run that had to gather.
+fn tasks_of(collected: &Collected, machine: &WorkerConfig, dimension: usize) -> Option<TaskLog> {
+    let mut log = collected.tasks.as_deref()?.clone();
+    if collected.fallback.is_some() {
+        return None;
+    }
+    log.leaf_size = machine.leaf;
+    log.dimension = dimension as u32;
+    log.chosen = !matches!(machine.wanted, Wanted::Fixed(_));
+    let ledger = &collected.ledger;
+    log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind)).collect();
+    let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));
+    log.charges = charged.collect();
+    Some(log)
 }
 
 /// Points that one worker can triangulate at once, with room for uneven pieces.
@@ -311,6 +351,7 @@ fn flat_result<P: Point>(
         fallback: None,
         ledger: Ledger::default(),
         settled: settled(machine, None, why),
+        tasks: None,
         phase_seconds: Vec::new(),
         triangulate_seconds: seconds,
         total_seconds: seconds,
@@ -335,6 +376,7 @@ fn finish<P: Point>(
     start: Instant,
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
+    let tasks = tasks_of(&collected, machine, P::DIM);
     let merged = collected.merged;
     let rows = (collected.cells.len() / (P::DIM + 1)) as u64;
     if rows != merged.cells || collected.parts != machine.workers {
@@ -377,6 +419,7 @@ fn finish<P: Point>(
         fallback: collected.fallback,
         ledger: Ledger::finish(collected.ledger, population),
         settled: settled(machine, collected.supergraph, why),
+        tasks,
         phase_seconds: collected.seconds,
         triangulate_seconds,
         total_seconds: start.elapsed().as_secs_f64(),

@@ -6,6 +6,7 @@ mod files;
 mod generate;
 mod input;
 mod options;
+mod predict;
 mod progress;
 mod triangulate;
 mod verify;
@@ -57,6 +58,8 @@ enum Command {
     Generate(generate::GenerateArgs),
     /// Check any triangulation of any points in exact arithmetic.
     Verify(verify::VerifyArgs),
+    /// What the machine would do with any number of workers, from the record of one run.
+    Predict(predict::PredictArgs),
     /// Write a completion script for a shell.
     Completions(completions::CompletionsArgs),
     /// Write the manual page.
@@ -91,6 +94,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Simulate(args) => triangulate::run(&args.run, true, talk),
         Command::Generate(args) => generate::run(&args, talk),
         Command::Verify(args) => verify::run(&args, talk),
+        Command::Predict(args) => predict::run(&args, talk),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }

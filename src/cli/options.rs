@@ -76,6 +76,10 @@ pub struct RunArgs {
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
+    /// Put the record of what leaves say to each other into the report, for `septet predict` (`simulate`
+    /// only; a second run, unless there is one worker)
+    #[arg(long)]
+    pub tasks: bool,
     /// Print tables of phases, rounds and tree levels
     #[arg(long)]
     pub profile: bool,
@@ -174,6 +178,7 @@ impl RunArgs {
             skip_invalid: self.skip_invalid,
             max_memory: self.max_memory,
             with_owner: self.with_owner,
+            record_tasks: self.tasks,
             ..base
         };
         config.check()?;

@@ -56,9 +56,9 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     };
     let report = Report::of(&run, &config, &setting);
     if let Some(path) = &args.json {
-        let mut text = serde_json::to_string_pretty(&report)
+        let text = report
+            .to_json()
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
-        text.push('\n');
         files::write_text(path, &text)?;
     }
     for line in report.summary() {

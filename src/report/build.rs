@@ -80,7 +80,27 @@ impl Report {
             },
             rss_before_bytes: setting.rss_before_bytes,
             peak_rss_bytes: setting.peak_rss_bytes,
+            tasks: run.tasks.clone(),
         }
+    }
+}
+
+impl Report {
+    /// The report as text: indented, but for what is bulk.
+    ///
+    /// # Errors
+    /// If a number cannot be written as JSON.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        let mut text = serde_json::to_string_pretty(self)?;
+        if let Some(tasks) = &self.tasks {
+            let open = text.strip_suffix("\n}").map_or(text.len(), str::len);
+            text.truncate(open);
+            text.push_str(",\n  \"tasks\": ");
+            text.push_str(&serde_json::to_string(tasks)?);
+            text.push_str("\n}");
+        }
+        text.push('\n');
+        Ok(text)
     }
 }
 

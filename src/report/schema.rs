@@ -1,5 +1,6 @@
 //! The schema, field by field. README.md says the same for readers of the JSON.
 
+use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
 
 use super::Parameters;
@@ -61,6 +62,9 @@ pub struct Report {
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
+    /// What leaves have to say to each other, free of the number of workers; if asked for.
+    #[serde(skip)]
+    pub tasks: Option<TaskLog>,
 }
 
 /// The supergraph.

@@ -14,6 +14,7 @@ mod graphs;
 mod ledger;
 
 mod oracle;
+mod predict;
 
 mod proptest_small;
 

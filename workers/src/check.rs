@@ -51,13 +51,15 @@ pub(crate) struct Sums {
     remote: BTreeMap<Rank, (u128, u64)>,
 }
 
-/// Adds or takes away one key.
-fn count(entry: &mut (u128, u64), key: u128, add: bool) {
-    *entry = if add {
-        (entry.0.wrapping_add(key), entry.1.wrapping_add(1))
-    } else {
-        (entry.0.wrapping_sub(key), entry.1.wrapping_sub(1))
-    };
+impl Sums {
+    /// Adds or takes away one key.
+    pub(crate) fn count(entry: &mut (u128, u64), key: u128, add: bool) {
+        *entry = if add {
+            (entry.0.wrapping_add(key), entry.1.wrapping_add(1))
+        } else {
+            (entry.0.wrapping_sub(key), entry.1.wrapping_sub(1))
+        };
+    }
 }
 
 fn unite(entry: &mut (u128, u64), other: (u128, u64)) {
@@ -144,6 +146,7 @@ impl<P: Point> Worker<P> {
     /// Compares the sums as they are.
     pub(crate) fn begin_certificate(&mut self) {
         self.charge_considered();
+        self.record_agreement();
         let differ = self.agreement.sums.from_smallest != self.agreement.sums.from_other;
         let found = if differ { self.look_up() } else { Vec::new() };
         let agreement = &mut self.agreement;
@@ -204,32 +207,30 @@ impl<P: Point> Worker<P> {
         mix(cell_hash ^ self.agreement.hashes[other as usize])
     }
 
-    /// Adds the pairs of one star to the sums, or takes them away.
-    fn sum_star(&self, home: u32, link: &[P::Facet], add: bool, sums: &mut Sums) {
+    /// Calls `f` with the pairs of a star: key, the other vertex, and whether this one is the smallest.
+    pub(crate) fn each_pair(&self, home: u32, link: &[P::Facet], mut f: impl FnMut(u128, u32, bool)) {
         for facet in link {
             let Some(cell) = finite_cell::<P>(home, facet) else { continue };
             let smallest = self.smallest(&cell);
             let hash = self.cell_hash(&cell);
-            if smallest != home {
-                let key = self.key(hash, home);
-                if self.table.is_home(smallest) {
-                    count(&mut sums.from_other, key, add);
-                } else {
-                    let rank = self.table.owners[smallest as usize];
-                    count(sums.remote.entry(rank).or_default(), key, add);
-                }
-                continue;
-            }
-            for &other in facet.as_ref() {
-                let key = self.key(hash, other);
-                if self.table.is_home(other) {
-                    count(&mut sums.from_smallest, key, add);
-                } else {
-                    let rank = self.table.owners[other as usize];
-                    count(sums.remote.entry(rank).or_default(), key, add);
-                }
+            if smallest == home {
+                facet.as_ref().iter().for_each(|&other| f(self.key(hash, other), other, true));
+            } else {
+                f(self.key(hash, home), smallest, false);
             }
         }
+    }
+
+    /// Adds the pairs of one star to the sums, or takes them away.
+    fn sum_star(&self, home: u32, link: &[P::Facet], add: bool, sums: &mut Sums) {
+        self.each_pair(home, link, |key, other, from_smallest| {
+            let entry = match (self.table.is_home(other), from_smallest) {
+                (true, true) => &mut sums.from_smallest,
+                (true, false) => &mut sums.from_other,
+                _ => sums.remote.entry(self.table.owners[other as usize]).or_default(),
+            };
+            Sums::count(entry, key, add);
+        });
     }
 
     /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.

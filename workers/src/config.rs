@@ -54,6 +54,8 @@ pub struct WorkerConfig {
     pub with_leaves: bool,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
     pub exchange_cap: Option<u32>,
+    /// Record what leaves have to say to each other. One worker only.
+    pub record_tasks: bool,
 }
 
 /// Cores that a worker has to itself.

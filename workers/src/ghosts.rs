@@ -18,6 +18,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::config::{SetRule, map_in};
+use crate::tasks::Reach;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
 
@@ -34,6 +35,7 @@ struct Walk<'a, P> {
     /// `[interior, exterior]` home points whose separator ball crosses, of shared and of inner nodes.
     crossing_shared: Vec<[u64; 2]>,
     crossing_local: Vec<[u64; 2]>,
+    reach: Reach,
 }
 
 /// A point under way: position, squared radius, and its home leaf while on the way there.
@@ -44,7 +46,21 @@ struct Pushed<P> {
     home: Option<NodeId>,
 }
 
+/// What a walk counted.
+struct Counts {
+    shared: Vec<Sweep>,
+    local: Vec<Sweep>,
+    crossing_shared: Vec<[u64; 2]>,
+    crossing_local: Vec<[u64; 2]>,
+    reach: Reach,
+}
+
 impl<P: Point> Walk<'_, P> {
+    fn into_counts(self) -> Counts {
+        let Walk { shared, local, crossing_shared, crossing_local, reach, .. } = self;
+        Counts { shared, local, crossing_shared, crossing_local, reach }
+    }
+
     fn goes(&self, split: &Split<P>, side: usize, max2: f64, x: &Pushed<P>) -> bool {
         let reach = self.rule.reach(x.radius2, max2);
         split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
@@ -106,6 +122,9 @@ impl<P: Point> Walk<'_, P> {
                     let on_way = home == Some(side);
                     if on_way || (push && self.goes(&inner.split, side, inner.max_radius2[side], x)) {
                         let home = x.home.filter(|_| on_way);
+                        if !on_way {
+                            self.reach.visit(inner.id.child(side));
+                        }
                         self.down(child, &Pushed { home, ..*x }, hits, push);
                     }
                 }
@@ -134,6 +153,7 @@ impl<P: Point> Worker<P> {
             local: vec![Sweep::default(); self.inner_ids.len()],
             crossing_shared: vec![[0; 2]; self.path.len()],
             crossing_local: vec![[0; 2]; self.inner_ids.len()],
+            reach: Reach::new(self.recorder.is_some()),
         }
     }
 
@@ -162,6 +182,7 @@ impl<P: Point> Worker<P> {
         let walked = map_in(&self.pool, &groups, |(at, homes)| {
             let mut walk = self.ghost_walk();
             let mut found = Vec::new();
+            walk.reach.start(*at);
             for &home in homes {
                 let x = Pushed {
                     position: self.table.positions[home as usize],
@@ -177,11 +198,16 @@ impl<P: Point> Worker<P> {
                     found.push((home, hits, ways));
                 }
             }
-            (found, walk.shared, walk.local, walk.crossing_shared, walk.crossing_local)
+            (found, walk)
         });
         let mut batches: BTreeMap<(NodeId, Rank), PointBatch<P>> = BTreeMap::new();
-        for (found, shared, local, crossing_shared, crossing_local) in walked {
+        let reduced: Vec<_> = walked.into_iter().map(|(found, walk)| (found, walk.into_counts())).collect();
+        for (found, counts) in reduced {
+            let Counts { shared, local, crossing_shared, crossing_local, reach } = counts;
             self.charge_sets(&shared, &local);
+            if let (Some(recorder), Some(reached)) = (&mut self.recorder, reach.reached) {
+                recorder.reached(Phase::Sets, reached);
+            }
             let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
             for (ids, crossings) in [(&ids, &crossing_shared), (&self.inner_ids, &crossing_local)] {
                 for (&id, crossing) in ids.iter().zip(crossings) {

@@ -5,10 +5,12 @@ use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::NodeId;
 use septet_protocol::ledger::LedgerPart;
+use septet_protocol::tasks::SampleRow;
 
 use crate::config::WorkerConfig;
 use crate::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts};
 use crate::partition::{Sketch, sides_of};
+use crate::tasks::record_samples;
 use crate::tree::Split;
 
 /// What growing a subtree gives.
@@ -17,11 +19,19 @@ pub(crate) struct Grown<P> {
     pub(crate) tree: Vec<Sketch<P>>,
     pub(crate) charges: Vec<(NodeId, Cost, u64)>,
     pub(crate) facts: LedgerPart,
+    /// Samples by block, if recorded.
+    pub(crate) samples: Vec<SampleRow>,
 }
 
 impl<P> Default for Grown<P> {
     fn default() -> Self {
-        Grown { leaves: Vec::new(), tree: Vec::new(), charges: Vec::new(), facts: LedgerPart::default() }
+        Grown {
+            leaves: Vec::new(),
+            tree: Vec::new(),
+            charges: Vec::new(),
+            facts: LedgerPart::default(),
+            samples: Vec::new(),
+        }
     }
 }
 
@@ -31,6 +41,7 @@ impl<P> Grown<P> {
         self.tree.append(&mut other.tree);
         self.charges.append(&mut other.charges);
         self.facts.merge(&other.facts);
+        self.samples.append(&mut other.samples);
     }
 }
 
@@ -88,6 +99,10 @@ impl<P: Point> Builder<'_, P> {
         while found.is_none() && attempts < MAX_ATTEMPTS {
             let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
             let mut samples = cost.pack(&points, |&x| is_sample(key, population, x));
+            if self.config.record_tasks {
+                let all = self.positions.len() as u64;
+                grown.samples.push(record_samples(key, population, members, &points, all));
+            }
             let (separator, kind) =
                 draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
             attempts += 1;

@@ -205,10 +205,7 @@ impl<P: Point> Leader<P> {
             (Some(a), Some(b)) => [a, b],
             _ => population,
         };
-        let k = u128::from(lead.ranks);
-        let total = u128::from(weight[0]) + u128::from(weight[1]);
-        let rounded = (2 * k * u128::from(weight[0]) + total) / (2 * total);
-        let interior = (rounded as u32).clamp(1, lead.ranks - 1);
+        let interior = divide(lead.ranks, weight);
         let child = |i: usize, first: Rank, ranks: u32| Child {
             population: population[i],
             first,
@@ -300,6 +297,15 @@ impl<P: Point> Leader<P> {
     pub fn group(&self, node: NodeId) -> Option<(Rank, u32)> {
         self.leads.get(&node).map(|l| (l.first, l.ranks))
     }
+}
+
+/// Of a group of at least two ranks, how many go to the interior child: in proportion to the children's
+/// weights, at least one to each.
+pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
+    let [a, b] = weight.map(u128::from);
+    let total = (a + b).max(1);
+    let rounded = (2 * u128::from(ranks) * a + total) / (2 * total);
+    (rounded as u32).clamp(1, ranks - 1)
 }
 
 /// Decides how a set is shared, from the numbers of its interior and exterior points and of those among

@@ -9,6 +9,7 @@ pub mod config;
 pub mod schedule;
 
 pub mod table;
+pub mod tasks;
 
 pub mod tree;
 
@@ -42,7 +43,7 @@ mod check;
 
 mod repair;
 
-mod merge;
+pub mod merge;
 
 pub mod host;
 

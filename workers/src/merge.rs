@@ -20,8 +20,8 @@ use crate::schedule::Outcome;
 use crate::tree::Tree;
 use crate::worker::{Worker, finite_cell};
 
-/// Cells per message.
-const CELLS_PER_MESSAGE: usize = 1 << 20;
+/// Indices in a message of cells before it is sent.
+pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_merge(&mut self) {
@@ -146,8 +146,10 @@ impl<P: Point> Worker<P> {
 
     fn send_cells(&mut self) {
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
+        let mut sent = 0;
         for at in 0..self.leaves.len() {
             let leaf = self.leaves[at].id.0;
+            let before = sent + cells.len();
             for home in self.leaves[at].home() {
                 let x = self.table.positions[home as usize];
                 for facet in self.stars.link(home) {
@@ -160,10 +162,20 @@ impl<P: Point> Worker<P> {
                         }
                     }
                 }
-                if cells.len() >= CELLS_PER_MESSAGE {
-                    let (cells, homes) = (std::mem::take(&mut cells), std::mem::take(&mut homes));
-                    self.post_cells(cells, homes);
+                // Leaves of a counted run are small: their cells stay together, so that how many messages
+                // there are is told by the leaves' counts.
+                if !self.config.counted && cells.len() >= CELLS_PER_MESSAGE {
+                    sent += cells.len();
+                    self.post_cells(std::mem::take(&mut cells), std::mem::take(&mut homes));
                 }
+            }
+            let own = (sent + cells.len() - before) / (P::DIM + 1);
+            if let Some(recorder) = &mut self.recorder {
+                recorder.log.cells.push(own as u64);
+            }
+            if cells.len() >= CELLS_PER_MESSAGE {
+                sent += cells.len();
+                self.post_cells(std::mem::take(&mut cells), std::mem::take(&mut homes));
             }
         }
         if !cells.is_empty() {
@@ -184,6 +196,9 @@ impl<P: Point> Worker<P> {
             !own
         });
         if asked {
+            if let Some(log) = self.take_tasks() {
+                self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(log)));
+            }
             let words = self.ledger.to_words();
             self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Ledger(Bulk(words)));
         }

@@ -174,6 +174,12 @@ impl<P: Point> Worker<P> {
                 }
             }
         }
+        for &(j, i) in &local {
+            let leaves = (self.leaf_number(i), self.leaf_number(j));
+            if let Some(recorder) = &mut self.recorder {
+                recorder.reverse(leaves.0, leaves.1);
+            }
+        }
         for (j, i) in local {
             self.adjacency[j as usize].push(i);
         }

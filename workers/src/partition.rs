@@ -238,8 +238,11 @@ impl<P: Point> Worker<P> {
         for (node, cost, items) in &grown.charges {
             self.ledger.charge(Phase::Partition, *node, *cost, *items);
         }
-        for (node, facts) in grown.facts.nodes {
+        for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
             self.ledger.facts(node).add(&facts);
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.grown(&mut grown, points.len() as u64);
         }
         self.settle(node, points, &grown.leaves, grown.tree);
     }

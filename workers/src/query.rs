@@ -29,6 +29,7 @@ use septet_protocol::message::{Body, ListBatch, Message, PointBatch, QueryBatch}
 use crate::config::map_in;
 use crate::forwards::Forwards;
 use crate::table::Table;
+use crate::tasks::Reach;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
 
@@ -58,11 +59,20 @@ pub(crate) struct Ball {
 
 #[derive(Clone, Debug)]
 struct Pending {
-    origin: Option<(Rank, u32)>,
+    /// The batch it came in, and the sender's name of it; none for an own ball.
+    origin: Option<(u32, u32)>,
     home: u32,
     outstanding: u32,
     radius2: f64,
     list: Vec<Found>,
+}
+
+/// Queries that came in one message: answered in one message, when the last of them is.
+#[derive(Clone, Debug)]
+struct Asked<P> {
+    from: Rank,
+    outstanding: u32,
+    answer: ListBatch<P>,
 }
 
 /// Queries under way.
@@ -70,12 +80,12 @@ struct Pending {
 pub(crate) struct Engine<P> {
     ask: Ask,
     pending: Vec<Pending>,
+    asked: Vec<Asked<P>>,
     /// Home points whose lists are complete.
     pub(crate) done: Vec<(u32, Vec<Found>)>,
     down: BTreeMap<NodeId, Sweep>,
     up: BTreeMap<NodeId, Sweep>,
     pairs: BTreeMap<NodeId, Sweep>,
-    marker: std::marker::PhantomData<P>,
 }
 
 impl<P> Engine<P> {
@@ -95,11 +105,11 @@ impl<P> Default for Engine<P> {
         Engine {
             ask: Ask::default(),
             pending: Vec::new(),
+            asked: Vec::new(),
             done: Vec::new(),
             down: BTreeMap::new(),
             up: BTreeMap::new(),
             pairs: BTreeMap::new(),
-            marker: std::marker::PhantomData,
         }
     }
 }
@@ -115,6 +125,7 @@ pub(crate) struct Walk<'a, P: Point> {
     local: Vec<(Sweep, Sweep)>,
     /// Pairs and visits of each leaf.
     at_leaf: Vec<(Sweep, u64)>,
+    reach: Reach,
 }
 
 /// A ball under way.
@@ -181,7 +192,12 @@ impl<P: Point> Walk<'_, P> {
                 for (side, child) in inner.children.iter().enumerate() {
                     if sides[side] {
                         let on_way = here.home.filter(|&leaf| inner.id.side_of(leaf) == side);
+                        let before = found.len();
                         self.down(child, &Probe { home: on_way, ..here }, found);
+                        if on_way.is_none() {
+                            let wanted = self.ask.wanted as usize;
+                            self.reach.found(inner.id.child(side), &found[before..], wanted, ball.radius2);
+                        }
                     }
                 }
             }
@@ -224,6 +240,7 @@ struct Walked {
     shared: Vec<(Sweep, Sweep)>,
     local: Vec<(Sweep, Sweep)>,
     at_leaf: Vec<(Sweep, u64)>,
+    reach: Reach,
 }
 
 impl<P: Point> Worker<P> {
@@ -237,6 +254,7 @@ impl<P: Point> Worker<P> {
             shared: vec![Default::default(); self.path.len()],
             local: vec![Default::default(); self.inner_ids.len()],
             at_leaf: vec![Default::default(); self.leaves.len()],
+            reach: Reach::new(self.recorder.is_some()),
         }
     }
 
@@ -247,6 +265,7 @@ impl<P: Point> Worker<P> {
         let walked = map_in(&self.pool, &groups, |group| {
             let mut walk = self.walk();
             let balls = group.iter().map(|ball| {
+                walk.reach.start(ball.leaf);
                 let start = Probe {
                     centre: self.table.positions[ball.home as usize],
                     radius2: ball.radius2,
@@ -263,12 +282,16 @@ impl<P: Point> Worker<P> {
                 (found, ways)
             });
             let balls = balls.collect();
-            Walked { balls, shared: walk.shared, local: walk.local, at_leaf: walk.at_leaf }
+            let Walk { shared, local, at_leaf, reach, .. } = walk;
+            Walked { balls, shared, local, at_leaf, reach }
         });
         let mut forwards = Forwards::new(ask);
         let mut balls = balls.into_iter();
         for group in walked {
             self.count_walk(&group.shared, &group.local, &group.at_leaf);
+            if let (Some(recorder), Some(reached)) = (&mut self.recorder, group.reach.reached) {
+                recorder.reached(self.phase, reached);
+            }
             for ((found, ways), ball) in group.balls.into_iter().zip(&mut balls) {
                 if ways.is_empty() {
                     self.engine.done.push((ball.home, found));
@@ -309,7 +332,6 @@ impl<P: Point> Worker<P> {
 
     /// Queries from other workers, and answers to own ones.
     pub(crate) fn on_queries(&mut self, inbox: &mut Vec<Message<P>>) {
-        let mut answers: BTreeMap<Rank, ListBatch<P>> = BTreeMap::new();
         let mut queries = Vec::new();
         let mut lists = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
@@ -325,25 +347,32 @@ impl<P: Point> Worker<P> {
         });
         let mut forwards = Forwards::new(self.engine.ask);
         for (from, node, batch) in queries {
-            self.on_query(from, node, &batch, &mut forwards, &mut answers);
+            self.on_query(from, node, &batch, &mut forwards);
         }
         forwards.send(self);
         for batch in lists {
-            self.on_answer(&batch, &mut answers);
+            self.on_answer(&batch);
         }
-        for (to, batch) in answers {
-            self.out.send(to, NodeId::ROOT, 0, Body::Answer(batch));
+        self.answer_batches();
+    }
+
+    /// Answers every batch whose last query is done: as many answers as there were questions.
+    fn answer_batches(&mut self) {
+        for asked in &mut self.engine.asked {
+            if asked.outstanding == 0 && !asked.answer.slots.is_empty() {
+                let answer = std::mem::replace(&mut asked.answer, empty_lists());
+                self.out.send(asked.from, NodeId::ROOT, 0, Body::Answer(answer));
+            }
         }
     }
 
-    fn on_query(
-        &mut self,
-        from: Rank,
-        node: NodeId,
-        batch: &QueryBatch<P>,
-        forwards: &mut Forwards<P>,
-        answers: &mut BTreeMap<Rank, ListBatch<P>>,
-    ) {
+    /// Keeps account of a batch of queries; returns its number.
+    fn ask_for(&mut self, from: Rank, queries: usize) -> u32 {
+        self.engine.asked.push(Asked { from, outstanding: queries as u32, answer: empty_lists() });
+        self.engine.asked.len() as u32 - 1
+    }
+
+    fn on_query(&mut self, from: Rank, node: NodeId, batch: &QueryBatch<P>, forwards: &mut Forwards<P>) {
         self.engine.ask.wanted = batch.wanted;
         self.engine.ask.probe = batch.probe;
         if let Some((at, holder)) = self.relay
@@ -369,15 +398,16 @@ impl<P: Point> Worker<P> {
         }
         let Walk { shared, local, at_leaf, .. } = walk;
         self.count_walk(&shared, &local, &at_leaf);
+        let asked = self.ask_for(from, results.len());
         for (i, (found, ways)) in results.into_iter().enumerate() {
             let (slot, radius2) = (batch.slots[i], batch.radii2[i]);
             if ways.is_empty() {
-                let answer = answers.entry(from).or_insert_with(empty_lists);
-                answer_list(&self.table, slot, &found, answer);
+                self.engine.asked[asked as usize].outstanding -= 1;
+                answer_list(&self.table, slot, &found, &mut self.engine.asked[asked as usize].answer);
             } else {
                 forwards.add(self, &ways, batch.centres[i], radius2);
                 self.engine.pending.push(Pending {
-                    origin: Some((from, slot)),
+                    origin: Some((asked, slot)),
                     home: u32::MAX,
                     outstanding: ways.len() as u32,
                     radius2,
@@ -390,10 +420,11 @@ impl<P: Point> Worker<P> {
     /// Passes queries for a node that turned out a leaf on to the rank that holds it.
     fn relay_queries(&mut self, from: Rank, node: NodeId, holder: Rank, batch: &QueryBatch<P>) {
         let mut on = batch.clone();
+        let asked = self.ask_for(from, batch.slots.len());
         for (slot, (&theirs, &radius2)) in on.slots.iter_mut().zip(batch.slots.iter().zip(&batch.radii2.0)) {
             *slot = self.engine.pending.len() as u32;
             self.engine.pending.push(Pending {
-                origin: Some((from, theirs)),
+                origin: Some((asked, theirs)),
                 home: u32::MAX,
                 outstanding: 1,
                 radius2,
@@ -403,7 +434,7 @@ impl<P: Point> Worker<P> {
         self.out.send(holder, node, 0, Body::Query(on));
     }
 
-    fn on_answer(&mut self, batch: &ListBatch<P>, answers: &mut BTreeMap<Rank, ListBatch<P>>) {
+    fn on_answer(&mut self, batch: &ListBatch<P>) {
         let mut at = 0;
         for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
             let end = at + count as usize;
@@ -426,9 +457,10 @@ impl<P: Point> Worker<P> {
                 keep_nearest(&mut list, self.engine.ask.wanted as usize, pending.radius2);
                 match pending.origin {
                     None => self.engine.done.push((pending.home, list)),
-                    Some((to, slot)) => {
-                        let answer = answers.entry(to).or_insert_with(empty_lists);
-                        answer_list(&self.table, slot, &list, answer);
+                    Some((asked, slot)) => {
+                        let asked = &mut self.engine.asked[asked as usize];
+                        asked.outstanding -= 1;
+                        answer_list(&self.table, slot, &list, &mut asked.answer);
                     }
                 }
             }

@@ -145,8 +145,13 @@ impl<P: Point> Worker<P> {
         let mut batches: BTreeMap<Rank, Rows<P>> = BTreeMap::new();
         let mut answers = Vec::new();
         for (from, to, cell) in proposals {
+            self.record_said(self.step, false, (from, to), &cell, &[]);
             if self.table.is_home(to) {
-                answers.extend(self.consider(from, to, &cell));
+                let answer = self.consider(from, to, &cell);
+                if let Some((from, to, cell, points)) = &answer {
+                    self.record_said(self.step + 1, true, (*from, *to), cell, points);
+                }
+                answers.extend(answer);
             } else {
                 let rows = batches.entry(self.table.owners[to as usize]).or_default();
                 rows.cell(&self.table, from, to, &cell);
@@ -180,6 +185,25 @@ impl<P: Point> Worker<P> {
                 conflicts: Bulk(conflicts),
             };
             self.out.send(rank, NodeId::ROOT, self.exchange.rounds, body);
+        }
+    }
+
+    /// Records what a star of one leaf tells a star of another. An answer to a proposal is due a step later.
+    fn record_said(
+        &mut self,
+        step: u32,
+        objection: bool,
+        (from, to): (u32, u32),
+        cell: &P::Cell,
+        conflicts: &[u32],
+    ) {
+        if self.recorder.is_none() {
+            return;
+        }
+        let leaves = (self.leaf_number(from), self.leaf_number(to));
+        let named = cell.as_ref().iter().chain(conflicts).map(|&v| self.table.ids[v as usize]);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.said((step, objection), leaves, named, conflicts.len() as u64);
         }
     }
 
@@ -312,6 +336,9 @@ impl<P: Point> Worker<P> {
         }
         self.exchange.rounds = round;
         self.send_proposals(proposals);
+        for (from, to, cell, points) in &objections {
+            self.record_said(self.step, true, (*from, *to), cell, points);
+        }
         self.send_objections(objections);
     }
 

@@ -42,6 +42,10 @@ impl<P: Point> Worker<P> {
         for &id in &self.frame.ids.0 {
             if let Some(at) = self.table.find(id).filter(|&at| self.table.is_home(at)) {
                 self.table.export(at, &mut homes);
+                let leaf = self.leaf_number(at);
+                if let Some(recorder) = &mut self.recorder {
+                    recorder.log.frame.push(leaf);
+                }
             }
         }
         if !homes.is_empty() {

@@ -21,6 +21,7 @@ use crate::schedule::{Known, Outcome};
 use crate::sets::SetEngine;
 use crate::stars::Stars;
 use crate::table::Table;
+use crate::tasks::Recorder;
 use crate::tree::{Leaf, Shared, Tree};
 
 /// One worker of the machine. Pure: what it does depends on its messages and its parameters alone.
@@ -53,6 +54,8 @@ pub struct Worker<P: Point> {
     pub(crate) stars: Stars<P>,
     pub(crate) agreement: Agreement,
     pub(crate) exchange: Exchange<P>,
+    /// What leaves have to say to each other, if asked for.
+    pub(crate) recorder: Option<Box<Recorder>>,
 }
 
 /// A worker's share of a node that is being split.
@@ -76,6 +79,7 @@ impl<P: Point> Worker<P> {
             },
             outcome: Outcome::Passed,
         };
+        let recorder = (config.record_tasks && config.workers == 1).then(Box::default);
         Worker {
             rank,
             out: Outbox::new(config.run, rank),
@@ -101,6 +105,7 @@ impl<P: Point> Worker<P> {
             stars: Stars::default(),
             agreement: Agreement::default(),
             exchange: Exchange::default(),
+            recorder,
         }
     }
 

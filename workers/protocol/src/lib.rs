@@ -13,4 +13,6 @@ pub mod transport;
 
 pub mod ledger;
 
+pub mod tasks;
+
 mod fold;

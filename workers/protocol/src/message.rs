@@ -5,6 +5,7 @@ use bytemuck::Pod;
 
 use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
+use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
 pub const PROTOCOL_VERSION: u16 = 1;
@@ -339,12 +340,14 @@ pub enum Body<P> {
     Edges(Bulk<u64>),
     /// Worker to coordinator: its part of the ledger. Not billed: it is the instrument.
     Ledger(Bulk<u64>),
+    /// Worker to coordinator: what its leaves had to say to each other, on request. Not billed either.
+    Tasks(Box<TaskLog>),
 }
 
 impl<P> Body<P> {
     /// Is it the instrument's own traffic, which is not billed?
     pub fn is_instrument(&self) -> bool {
-        matches!(self, Body::Ledger(_))
+        matches!(self, Body::Ledger(_) | Body::Tasks(_))
     }
 
     /// Is it reading or merging, for the coordinator's budget?

@@ -34,6 +34,7 @@ impl fmt::Display for WorkerConfig {
             until,
             with_leaves,
             exchange_cap,
+            record_tasks,
         } = self;
         write!(f, "{run} {seed} {workers} {leaf} {counted} ")?;
         match wanted {
@@ -55,9 +56,10 @@ impl fmt::Display for WorkerConfig {
         }
         write!(f, " {with_leaves} ")?;
         match exchange_cap {
-            Some(cap) => write!(f, "{cap}"),
-            None => f.write_str("-"),
+            Some(cap) => write!(f, "{cap}")?,
+            None => f.write_str("-")?,
         }
+        write!(f, " {record_tasks}")
     }
 }
 
@@ -67,7 +69,7 @@ impl FromStr for WorkerConfig {
     fn from_str(line: &str) -> Result<Self, ConfigTextError> {
         let fields: Vec<&str> = line.split(' ').collect();
         let fail = |field: usize| ConfigTextError { line: line.to_string(), field };
-        if fields.len() != 12 {
+        if fields.len() != 13 {
             return Err(fail(fields.len()));
         }
         let parameter = fields[6];
@@ -106,6 +108,7 @@ impl FromStr for WorkerConfig {
             until,
             with_leaves: parse(&fields, 10).ok_or_else(|| fail(10))?,
             exchange_cap,
+            record_tasks: parse(&fields, 12).ok_or_else(|| fail(12))?,
         })
     }
 }
@@ -141,12 +144,13 @@ mod tests {
                 until: odd.then_some(Phase::Partition),
                 with_leaves: odd,
                 exchange_cap: (!odd).then_some(9),
+                record_tasks: odd,
             };
             let line = config.to_string();
             let back: WorkerConfig = line.parse().unwrap();
             assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
             let cut = line.rsplit_once(' ').unwrap().0;
-            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 11);
+            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 12);
             let torn =
                 line.replacen("density", "dense", 1).replacen("knn", "k", 1).replacen("overlap", "o", 1);
             assert_eq!(torn.parse::<WorkerConfig>().unwrap_err().field, 5);

@@ -1,0 +1,73 @@
+//! The hardware of this machine, as a run and its channels show it.
+
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender, unbounded};
+
+use super::Hardware;
+
+/// Measured work and seconds of one phase of a run with one worker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timed {
+    /// Name of the phase.
+    pub name: String,
+    /// Charged work.
+    pub work: u64,
+    /// Measured seconds.
+    pub seconds: f64,
+}
+
+const BOUNCES: u32 = 2000;
+const SMALL: usize = 64;
+const LARGE: usize = 1 << 23;
+const TRIALS: usize = 5;
+
+type Line = (Sender<Vec<u8>>, Receiver<Vec<u8>>);
+
+/// Seconds in which a buffer of this many bytes is filled, sent to another thread, read and sent back.
+fn bounce(out: &Sender<Vec<u8>>, back: &Receiver<Vec<u8>>, bytes: usize) -> Option<f64> {
+    let start = Instant::now();
+    out.send(vec![1; bytes]).ok()?;
+    let echo = back.recv_timeout(Duration::from_secs(10)).ok()?;
+    Some(start.elapsed().as_secs_f64() + if echo.len() == bytes { 0.0 } else { f64::INFINITY })
+}
+
+fn median(mut all: Vec<f64>) -> f64 {
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Latency, overhead and bandwidth of channels between two threads; rates from the phases of a run with one
+/// worker. A phase without charged work keeps its seconds whatever the number of workers.
+pub fn calibrate(phases: &[Timed]) -> Hardware {
+    let (out, inbox): Line = unbounded();
+    let (reply, back): Line = unbounded();
+    let echo = std::thread::spawn(move || {
+        for buffer in inbox {
+            // Reading is part of the way: the bytes are touched.
+            let copy = buffer.clone();
+            if reply.send(copy).is_err() {
+                return;
+            }
+        }
+    });
+    let small = median((0..BOUNCES).filter_map(|_| bounce(&out, &back, SMALL)).collect());
+    let large = median((0..TRIALS).filter_map(|_| bounce(&out, &back, LARGE)).collect());
+    drop(out);
+    // It ends when the line is closed; it cannot fail.
+    let _ = echo.join();
+    let usual = Hardware::default();
+    let one_way = small / 2.0;
+    let mut hardware = Hardware { latency: one_way, overhead: one_way / 2.0, ..usual };
+    if large > small {
+        hardware.bandwidth = 2.0 * LARGE as f64 / (large - small);
+    }
+    let timed = phases.iter().filter(|t| t.work > 0 && t.seconds > 0.0);
+    hardware.phase_rates = timed.map(|t| (t.name.clone(), t.work as f64 / t.seconds)).collect();
+    let (work, seconds) = phases.iter().fold((0, 0.0), |s, t| (s.0 + t.work, s.1 + t.seconds));
+    if work > 0 && seconds > 0.0 {
+        hardware.rate = work as f64 / seconds;
+    }
+    hardware.fixed = phases.iter().filter(|t| t.work == 0).map(|t| t.seconds).sum();
+    hardware
+}

@@ -1,0 +1,70 @@
+//! Predicted rounds, messages and bytes are those of real runs, phase by phase.
+
+use crate::common::sets::{plane, space};
+use crate::common::{combinations, simulated, with_graph};
+use septet::config::{SeparatorSets, Workers};
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::predict::{Hardware, predict};
+use septet::{Config, simulate};
+
+type Row = (&'static str, u64, u64, u64);
+
+fn real<P: Point>(points: &[P], config: &Config) -> Vec<Row> {
+    let run = simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
+    let sends = run.ledger.phases.iter().filter(|p| p.messages > 0);
+    sends.map(|p| (p.phase.name(), p.rounds, p.messages, p.bytes)).collect()
+}
+
+fn compare<P: Point>(points: &[P], config: &Config, workers: &[u32]) {
+    let alone = Config { workers: Workers::Count(1), record_tasks: true, ..config.clone() };
+    let log = simulate(points, &alone).unwrap().tasks.expect("a record");
+    for &p in workers {
+        let prediction = predict(&log, p, &Hardware::default()).unwrap();
+        assert!(prediction.exact);
+        let sends = prediction.phases.iter().filter(|ph| ph.messages > 0);
+        let predicted: Vec<Row> = sends.map(|ph| (ph.name, ph.rounds, ph.messages, ph.bytes)).collect();
+        let ran = real(points, &Config { workers: Workers::Count(p), ..config.clone() });
+        assert_eq!(predicted, ran, "{p} workers, {config:?}");
+    }
+}
+
+const P: [u32; 6] = [1, 2, 8, 16, 64, 512];
+
+#[test]
+fn equal_to_runs_in_space() {
+    for choice in combinations(false) {
+        let config = with_graph(&simulated(Workers::Count(1), 7, 60), choice);
+        if config.sets == SeparatorSets::Ghost {
+            compare(&space(Kind::Uniform, 3000, 3), &config, &P);
+        }
+    }
+}
+
+#[test]
+fn equal_to_runs_in_the_plane() {
+    for choice in combinations(false) {
+        let config = with_graph(&simulated(Workers::Count(1), 7, 50), choice);
+        if config.sets == SeparatorSets::Ghost {
+            compare(&plane(Kind::GradedPoint, 3000, 4), &config, &P);
+        }
+    }
+}
+
+#[test]
+fn equal_where_points_tie_and_where_one_rank_holds_all() {
+    let config = simulated(Workers::Count(1), 7, 60);
+    compare(&space(Kind::Grid, 1728, 1), &config, &P);
+    compare(&space(Kind::WellSpaced, 3000, 1), &config, &P);
+    compare(&space(Kind::Uniform, 40, 1), &config, &P);
+}
+
+#[test]
+fn a_record_beside_many_workers_is_the_record_of_one() {
+    let points = space(Kind::Uniform, 2000, 5);
+    let config = Config { record_tasks: true, ..simulated(Workers::Count(8), 7, 60) };
+    let beside = simulate(&points, &config).unwrap();
+    let alone = simulate(&points, &Config { workers: Workers::Count(1), ..config }).unwrap();
+    assert!(beside.tasks.is_some() && beside.tasks == alone.tasks);
+    assert_eq!(beside.cells, alone.cells);
+}
