@@ -9,6 +9,8 @@ mod degenerate;
 
 mod equality;
 
+mod faults;
+
 mod graphs;
 
 mod ledger;
