@@ -50,7 +50,9 @@ pub enum Error {
     #[error("workers could not be started: {0}")]
     Start(#[from] std::io::Error),
     /// The stars do not agree after every remedy: a fault of this program.
-    #[error("the certificate failed: {refutation}; this is a fault of septet: please report it with the input")]
+    #[error(
+        "the certificate failed: {refutation}; this is a fault of septet: please report it with the input"
+    )]
     NotCertified {
         /// What is wrong with the stars.
         refutation: Refutation,

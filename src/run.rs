@@ -409,7 +409,12 @@ fn accounting<P>(input: usize, ready: Prepared<P>) -> Accounting {
 ///
 /// # Errors
 /// If not everything that was announced has arrived.
-fn certify(collected: &Collected, population: u64, dimension: usize, workers: u32) -> Result<Option<Refutation>, Error> {
+fn certify(
+    collected: &Collected,
+    population: u64,
+    dimension: usize,
+    workers: u32,
+) -> Result<Option<Refutation>, Error> {
     let merged = &collected.merged;
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
     let rows = (collected.cells.len() / (dimension + 1)) as u64;

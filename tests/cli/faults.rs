@@ -11,7 +11,8 @@ use super::{Place, code, stderr};
 fn a_failed_certificate_is_exit_4_with_its_counts() {
     let place = Place::new();
     for command in ["triangulate", "simulate"] {
-        let line = format!("{command} sample:uniform:2000 --workers 3 --fault spoil:2 -o a.vtu --json r.json");
+        let line =
+            format!("{command} sample:uniform:2000 --workers 3 --fault spoil:2 -o a.vtu --json r.json");
         let output = place.run(&line);
         let talk = stderr(&output);
         assert_eq!(code(&output), 4, "{talk}");
@@ -19,7 +20,10 @@ fn a_failed_certificate_is_exit_4_with_its_counts() {
         assert_eq!(place.names().into_iter().collect::<Vec<_>>(), ["r.json"], "cells were written");
         let report = place.json("r.json");
         let certificate = report["certificate"].as_str().unwrap();
-        assert!(certificate.starts_with("failed: ") && certificate.contains(" of 2000 stars"), "{certificate}");
+        assert!(
+            certificate.starts_with("failed: ") && certificate.contains(" of 2000 stars"),
+            "{certificate}"
+        );
         assert_eq!((&report["simplices"], &report["how_proved"]["hypothesis"]), (&0.into(), &0.into()));
         assert_eq!(report["points"]["used"], 2000);
         assert!(report["machine"]["messages"].as_u64().unwrap() > 0);
@@ -36,7 +40,8 @@ fn a_dead_worker_is_exit_6_and_leaves_nothing() {
         [("", "hulls"), ("--transport sim", "partition"), ("--threads 1", "certificate"), ("", "collect")]
     {
         let fault = format!("--workers 3 --fault die:2:{phase}");
-        let line = format!("triangulate sample:uniform:2000 {options} {fault} -o a.vtu -o b.ele --json r.json");
+        let line =
+            format!("triangulate sample:uniform:2000 {options} {fault} -o a.vtu -o b.ele --json r.json");
         place.fails(&line, 6, &["worker 2 failed", phase]);
     }
     place.fails("triangulate sample:uniform:2000 --fault nothing", 2, &["refuse:NODE"]);
@@ -88,7 +93,10 @@ fn an_interrupt_ends_a_long_step() {
     std::io::Read::read_to_string(&mut errors, &mut talk).unwrap();
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(130), "{talk}");
-    assert!(!talk.contains("radii"), "the pieces were triangulated before the signal, or all the same: {talk}");
+    assert!(
+        !talk.contains("radii"),
+        "the pieces were triangulated before the signal, or all the same: {talk}"
+    );
     assert!(start.elapsed() < Duration::from_secs(10), "it took {:?}", start.elapsed());
     assert!(place.names().is_empty(), "left {:?}", place.names());
 }

@@ -11,8 +11,8 @@ use septet::{Config, Error, simulate, triangulate};
 
 const LEAF: u64 = 60;
 
-fn refuse(first: u64, last: u64) -> Option<Fault> {
-    Some(Fault::RefuseSplit { first: NodeId(first), last: NodeId(last) })
+fn refuse(first: u64, last: u64) -> Fault {
+    Fault::RefuseSplit { first: NodeId(first), last: NodeId(last) }
 }
 
 /// Groups that cannot split their node pass on what they are sent for it: cells and graph stay the same.
@@ -24,7 +24,7 @@ fn relayed<P: Point>(points: &[P]) {
         let reference = simulate(points, &whole).unwrap();
         for (workers, first, last) in refused {
             let config = with_graph(&simulated(Workers::Count(workers), 3, LEAF), choice);
-            let config = Config { keep_graph: true, fault: refuse(first, last), ..config };
+            let config = Config { keep_graph: true, fault: Some(refuse(first, last)), ..config };
             let what = format!("{choice:?}, {workers} workers, {first} to {last} refused");
             let counted = simulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
             let facts = &counted.ledger.part.nodes[&NodeId(first)];
@@ -59,7 +59,9 @@ fn a_spoilt_star_has_no_certificate() {
             assert!(refutation.disagreements > 0 && refutation.points == 800, "{refutation}");
             assert_eq!(run.refutation, Some(refutation));
             assert!(run.cells.is_empty());
-            assert!(run.ledger.phases.iter().any(|p| p.phase == Phase::Hulls || p.phase == Phase::Certificate));
+            assert!(
+                run.ledger.phases.iter().any(|p| p.phase == Phase::Hulls || p.phase == Phase::Certificate)
+            );
         }
     }
 }

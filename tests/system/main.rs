@@ -2,12 +2,13 @@
 //!
 //! `cargo test --release --test system equality::` runs one file's.
 
-#[path = "../common/mod.rs"]
 mod common;
 
 mod degenerate;
 
 mod equality;
+
+mod exclusive;
 
 mod faults;
 

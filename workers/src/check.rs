@@ -146,7 +146,8 @@ impl<P: Point> Worker<P> {
     /// Compares the sums as they are.
     pub(crate) fn begin_certificate(&mut self) {
         self.charge_considered();
-        if self.phase == Phase::Certificate && self.config.fault == Some(Fault::SpoilStar { rank: self.rank }) {
+        if self.phase == Phase::Certificate && self.config.fault == Some(Fault::SpoilStar { rank: self.rank })
+        {
             self.spoil_star();
         }
         self.record_agreement();

@@ -8,8 +8,8 @@ mod text;
 
 use std::sync::Arc;
 
-use septet_geometry::graph::Supergraph;
 pub use fault::{Fault, FaultTextError};
+use septet_geometry::graph::Supergraph;
 pub use stop::Stop;
 pub use text::ConfigTextError;
 

@@ -12,14 +12,13 @@
 //!
 //! **Rounds.** None where the paper's hypothesis holds; about `0.4 log2 n` on uniform sets (measured).
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::hash::BuildHasherDefault;
+use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::neighbourhood::Found;
-use septet_geometry::point::{Point, Simplex, lex_cmp};
+use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::predicates::{Sign, in_sphere, orientation};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
@@ -27,8 +26,8 @@ use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::check::Disagreement;
 use crate::config::map_in;
+use crate::rows::{Objections, Rows, cell_of};
 use crate::schedule::Outcome;
-use crate::table::{IdHasher, Table};
 use crate::worker::{Worker, finite_cell};
 
 /// The state of the exchange, and of phases that only pass something on.
@@ -450,52 +449,6 @@ impl<P: Point> Worker<P> {
             }
         }
     }
-}
-
-/// Objected cells, number of points against each, and their positions.
-type Objections<P> = (Rows<P>, Vec<u32>, Vec<u32>);
-
-/// Cells as rows of positions among the points they name.
-struct Rows<P> {
-    points: PointBatch<P>,
-    cells: Vec<u32>,
-    places: HashMap<u64, u32, BuildHasherDefault<IdHasher>>,
-}
-
-impl<P> Default for Rows<P> {
-    fn default() -> Self {
-        Rows { points: PointBatch::default(), cells: Vec::new(), places: HashMap::default() }
-    }
-}
-
-impl<P: Point> Rows<P> {
-    /// The position of a point, which is added if need be.
-    fn place(&mut self, table: &Table<P>, v: u32) -> u32 {
-        let next = self.points.len() as u32;
-        let place = *self.places.entry(u64::from(v)).or_insert(next);
-        if place == next {
-            table.export(v, &mut self.points);
-        }
-        place
-    }
-
-    /// Adds a cell: from, to, then the others.
-    fn cell(&mut self, table: &Table<P>, from: u32, to: u32, cell: &P::Cell) {
-        let others = cell.as_ref().iter().copied().filter(|&v| v != from && v != to);
-        for v in [from, to].into_iter().chain(others) {
-            let place = self.place(table, v);
-            self.cells.push(place);
-        }
-    }
-}
-
-/// The cell of a row.
-fn cell_of<P: Point>(row: &[u32], numbers: &[u32]) -> P::Cell {
-    let mut cell = P::Cell::splat(0);
-    for (v, &place) in cell.as_mut().iter_mut().zip(row) {
-        *v = numbers[place as usize];
-    }
-    cell
 }
 
 /// The facets of a new link that the old one lacks, and those of the old one that the new one lacks: both are

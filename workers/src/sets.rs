@@ -78,9 +78,7 @@ impl<P: Point> Worker<P> {
     /// Every home point is a member of the root's set.
     pub(crate) fn begin_set_recursion(&mut self) {
         self.adjacency = vec![Vec::new(); self.table.home as usize];
-        self.sets.items = (0..self.table.home)
-            .map(|point| Item::new(point, None))
-            .collect();
+        self.sets.items = (0..self.table.home).map(|point| Item::new(point, None)).collect();
         let members: Vec<u32> = (0..self.table.home).collect();
         let root = self.path.first().map(|s| s.id).or(self.tree.as_ref().map(|t| t.0));
         if let Some(root) = root {
@@ -327,8 +325,7 @@ impl<P: Point> Worker<P> {
         let at = |i: u32| self.table.positions[self.sets.items[i as usize].point as usize];
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_unstable_by(|&a, &b| lex_cmp(&at(members[a]), &at(members[b])));
-        let points: Vec<u32> =
-            order.iter().map(|&i| self.sets.items[members[i] as usize].point).collect();
+        let points: Vec<u32> = order.iter().map(|&i| self.sets.items[members[i] as usize].point).collect();
         let mut cost = Cost::ZERO;
         let (table, rule) = (&self.table, self.supergraph());
         let found = graph_direct(rule, &table.positions, &table.radii2, &points, &points, &mut cost);
