@@ -50,7 +50,7 @@ fn a_dead_worker_is_exit_6_and_leaves_nothing() {
 #[test]
 fn faults_are_not_offered() {
     let place = Place::new();
-    for line in ["triangulate --help", "simulate --help", "man", "completions bash"] {
+    for line in ["triangulate --help", "simulate --help", "man"] {
         let text = String::from_utf8(place.good(line).stdout).unwrap();
         assert!(!text.contains("--fault") && !text.contains("\\-\\-fault"), "{line}");
     }
