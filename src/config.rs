@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 use thiserror::Error;
 
-pub use septet_workers::config::SetRule as SeparatorSets;
+pub use septet_workers::config::{Fault, SetRule as SeparatorSets};
 pub use septet_workers::transport::TransportKind as Transport;
 
 /// How many workers.
@@ -100,7 +100,9 @@ pub struct Config {
     /// Record what leaves have to say to each other ([`crate::predict`]); only where work and depth are
     /// counted. Unless there is one worker, this takes a second run, with one.
     pub record_tasks: bool,
-    /// Set to stop the run at the next round.
+    /// A fault planted in the machine, for tests of what a machine without faults never shows.
+    pub fault: Option<Fault>,
+    /// Set to stop the run.
     pub cancel: Option<Arc<AtomicBool>>,
     /// Told of phases and rounds.
     pub progress: Option<ProgressFn>,
@@ -142,6 +144,7 @@ impl Default for Config {
             with_owner: false,
             exchange_cap: None,
             record_tasks: false,
+            fault: None,
             cancel: None,
             progress: None,
         }

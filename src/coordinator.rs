@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
-use septet_geometry::incremental::Incremental;
+use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
@@ -107,10 +107,13 @@ impl<'a, P: Point> Coordinator<'a, P> {
         let mut started = Instant::now();
         while self.phase != Phase::Done {
             let outbox = self.out.take(self.phase, &mut self.result.ledger);
-            let delivery = transport.exchange(outbox, self.out.has_own())?;
+            let delivery = match transport.exchange(outbox, self.out.has_own()) {
+                Err(TransportError::Stopped) if self.cancelled() => return Err(Error::Interrupted),
+                delivery => delivery?,
+            };
             round += 1;
             self.out.set_round(round);
-            if self.config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed)) {
+            if self.cancelled() {
                 return Err(Error::Interrupted);
             }
             if delivery.active {
@@ -125,6 +128,10 @@ impl<'a, P: Point> Coordinator<'a, P> {
         }
         self.result.supergraph = self.known.supergraph;
         Ok(self.result)
+    }
+
+    fn cancelled(&self) -> bool {
+        self.config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
     }
 
     fn tell(&self, round: u32) {
@@ -349,7 +356,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
         let previous = self.result.fallback.as_ref().map_or(0, |f| f.1);
         self.result.fallback = Some((reason.to_string(), n.max(previous)));
         let points: Vec<P> = members.iter().map(|&(i, _)| region.positions[i]).collect();
-        let Ok(delaunay) = Incremental::new(points) else { return };
+        let order = insertion_order(&points);
+        let built = Incremental::build_while(points, Some(&order), &mut || !self.cancelled());
+        let Ok(delaunay) = built else { return };
         let mut batches: BTreeMap<Rank, Neighbourhoods<P>> = BTreeMap::new();
         let mut link: Vec<P::Facet> = Vec::new();
         for (vertex, &(i, wanted)) in (0u32..).zip(&members) {

@@ -6,6 +6,7 @@ use septet_geometry::range::RangeError;
 use septet_protocol::transport::TransportError;
 
 use crate::config::ConfigError;
+use crate::run::Run;
 
 /// The error of [`crate::triangulate`] and [`crate::simulate`].
 #[derive(Debug, Error)]
@@ -50,20 +51,29 @@ pub enum Error {
     Start(#[from] std::io::Error),
     /// The stars do not agree after every remedy: a fault of this program.
     #[error(
-        "the certificate failed: {disagreements} disagreements, {minima} minima, {stars} of {points} stars; this \
-         is a fault of septet: please report it with the input"
+        "the certificate failed: {refutation}; this is a fault of septet: please report it with the input"
     )]
     NotCertified {
-        /// Cells missing from stars.
-        disagreements: u64,
-        /// Vertices without a smaller neighbour (1 is right).
-        minima: u64,
-        /// Stars that hold a cell.
-        stars: u64,
-        /// Number of points.
-        points: u64,
+        /// What is wrong with the stars.
+        refutation: Refutation,
+        /// The run with its counts, without cells.
+        run: Box<Run>,
     },
     /// The run was cancelled.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// Why stars are no triangulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars")]
+pub struct Refutation {
+    /// Cells missing from stars.
+    pub disagreements: u64,
+    /// Vertices without a smaller neighbour (1 is right).
+    pub minima: u64,
+    /// Stars that hold a cell.
+    pub stars: u64,
+    /// Number of points.
+    pub points: u64,
 }

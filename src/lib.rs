@@ -51,8 +51,8 @@ pub mod verify;
 pub mod io;
 
 pub use config::Config;
-pub use error::Error;
-pub use run::{Accounting, Run, Settled, Start, run_on, simulate, triangulate};
+pub use error::{Error, Refutation};
+pub use run::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
 
 pub use septet_geometry as geometry;
 pub use septet_protocol as protocol;

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use serde::Serialize;
+
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
@@ -10,7 +12,7 @@ use septet_protocol::ledger::Ledger;
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::Transport;
 use septet_protocol::transport::TransportError;
-use septet_workers::config::{Wanted, WorkerConfig};
+use septet_workers::config::{Stop, Wanted, WorkerConfig};
 use septet_workers::transport::{TransportKind, launch};
 
 use crate::canonical::{Cells, canonicalise};
@@ -18,7 +20,7 @@ use crate::config::{
     Alpha, Config, ConfigError, GraphKind, MOST_WORKERS, Neighbours, Workers, alpha_of_spacing,
 };
 use crate::coordinator::{Collected, Coordinator, Plan};
-use crate::error::Error;
+use crate::error::{Error, Refutation};
 use crate::memory::forecast;
 use crate::model::MeshView;
 use crate::prepare::{Prepared, prepare};
@@ -51,6 +53,28 @@ pub struct Settled {
     pub counted: bool,
 }
 
+/// What a machine sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Traffic {
+    /// Rounds in which something was sent.
+    pub rounds: u64,
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Traffic {
+    /// The totals of a ledger.
+    pub fn of(ledger: &Ledger) -> Self {
+        ledger.phases.iter().fold(Traffic::default(), |sum, phase| Traffic {
+            rounds: sum.rounds + phase.rounds,
+            messages: sum.messages + phase.messages,
+            bytes: sum.bytes + phase.bytes,
+        })
+    }
+}
+
 /// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Run {
@@ -81,6 +105,10 @@ pub struct Run {
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
+    /// What it took to count the leaves before, for [`Workers::Leaves`]; not part of the ledger.
+    pub plan: Option<Traffic>,
+    /// What is wrong with the stars: nothing, in a run that is no part of an error.
+    pub refutation: Option<Refutation>,
     /// What was run.
     pub settled: Settled,
     /// What leaves had to say to each other, if recorded.
@@ -185,6 +213,8 @@ pub fn run_on<P: Point>(
         with_leaves: config.with_owner,
         exchange_cap: config.exchange_cap,
         record_tasks: config.record_tasks && counted,
+        fault: config.fault,
+        stop: Stop::new(config.cancel.clone()),
     };
     if ready.dimension < P::DIM as isize {
         machine.workers = match config.workers {
@@ -193,15 +223,15 @@ pub fn run_on<P: Point>(
         };
         return Ok(flat_result::<P>(points.len(), ready, &machine, why, start));
     }
-    let plan = match config.workers {
+    let (plan, planning) = match config.workers {
         Workers::Count(p) => {
             machine.workers = p;
-            Plan::new()
+            (Plan::new(), None)
         }
         Workers::Leaves => {
-            let plan = plan_leaves(config, &machine, &ready, start_machine)?;
+            let (plan, traffic) = plan_leaves(config, &machine, &ready, start_machine)?;
             machine.workers = plan.get(&NodeId::ROOT).copied().unwrap_or(1);
-            plan
+            (plan, Some(traffic))
         }
     };
     check_machine(&machine, ready.positions.len() as u64)?;
@@ -214,9 +244,14 @@ pub fn run_on<P: Point>(
     let mut transport = start_machine(&machine)?;
     let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
     drop(transport);
-    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start)?;
+    let refutation = certify(&collected, ready.positions.len() as u64, P::DIM, machine.workers)?;
+    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start);
+    (run.plan, run.refutation) = (planning, refutation);
     run.tasks = tasks.or(run.tasks);
-    Ok(run)
+    match refutation {
+        None => Ok(run),
+        Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),
+    }
 }
 
 /// The record of a run with one worker.
@@ -306,11 +341,12 @@ fn plan_leaves<P: Point>(
     machine: &WorkerConfig,
     ready: &Prepared<P>,
     start_machine: &mut Start<'_, P>,
-) -> Result<Plan, Error> {
+) -> Result<(Plan, Traffic), Error> {
     let machine = WorkerConfig { counted: true, until: Some(Phase::Partition), ..machine.clone() };
     let machine = Arc::new(machine);
     let mut transport = start_machine(&machine)?;
     let grown = Coordinator::new(config, machine).run(transport.as_mut(), ready, &Plan::new())?;
+    let traffic = Traffic::of(&Ledger::finish(grown.ledger.clone(), ready.positions.len() as u64));
     let mut plan = Plan::new();
     for (node, _) in grown.ledger.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
         let mut at = Some(*node);
@@ -319,7 +355,7 @@ fn plan_leaves<P: Point>(
             at = n.parent();
         }
     }
-    Ok(plan)
+    Ok((plan, traffic))
 }
 
 fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
@@ -350,6 +386,8 @@ fn flat_result<P: Point>(
         exchange_rounds: 0,
         fallback: None,
         ledger: Ledger::default(),
+        plan: None,
+        refutation: None,
         settled: settled(machine, None, why),
         tasks: None,
         phase_seconds: Vec::new(),
@@ -367,6 +405,35 @@ fn accounting<P>(input: usize, ready: Prepared<P>) -> Accounting {
     }
 }
 
+/// What the stars lack of a certificate, if anything.
+///
+/// # Errors
+/// If not everything that was announced has arrived.
+fn certify(
+    collected: &Collected,
+    population: u64,
+    dimension: usize,
+    workers: u32,
+) -> Result<Option<Refutation>, Error> {
+    let merged = &collected.merged;
+    let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
+    let rows = (collected.cells.len() / (dimension + 1)) as u64;
+    // Stars that do not agree send no cells.
+    let expected = if passed { merged.cells } else { 0 };
+    if rows != expected || collected.parts != workers {
+        let parts = collected.parts;
+        let reason = format!("{rows} of {expected} cells and {parts} of {workers} ledgers arrived");
+        return Err(TransportError::WorkerFailed { rank: COORDINATOR, reason }.into());
+    }
+    let refutation = Refutation {
+        disagreements: merged.disagreements,
+        minima: merged.minima,
+        stars: merged.stars,
+        points: population,
+    };
+    Ok((!passed).then_some(refutation))
+}
+
 fn finish<P: Point>(
     input: usize,
     ready: Prepared<P>,
@@ -374,26 +441,10 @@ fn finish<P: Point>(
     machine: &WorkerConfig,
     why: String,
     start: Instant,
-) -> Result<Run, Error> {
+) -> Run {
     let population = ready.positions.len() as u64;
     let tasks = tasks_of(&collected, machine, P::DIM);
     let merged = collected.merged;
-    let rows = (collected.cells.len() / (P::DIM + 1)) as u64;
-    if rows != merged.cells || collected.parts != machine.workers {
-        let reason = format!(
-            "{rows} of {} cells and {} of {} ledgers arrived",
-            merged.cells, collected.parts, machine.workers
-        );
-        return Err(TransportError::WorkerFailed { rank: COORDINATOR, reason }.into());
-    }
-    if merged.stars != population || merged.disagreements > 0 || merged.minima != 1 {
-        return Err(Error::NotCertified {
-            disagreements: merged.disagreements,
-            minima: merged.minima,
-            stars: merged.stars,
-            points: population,
-        });
-    }
     let triangulate_seconds = start.elapsed().as_secs_f64()
         - collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum::<f64>();
     let with_owner = machine.with_leaves;
@@ -404,7 +455,7 @@ fn finish<P: Point>(
     };
     let cells = canonicalise::<P>(cells);
     let why = collected.why.unwrap_or(why);
-    Ok(Run {
+    Run {
         space: P::DIM,
         dimension: P::DIM as isize,
         points: accounting(input, ready),
@@ -418,12 +469,14 @@ fn finish<P: Point>(
         exchange_rounds: merged.exchange_rounds,
         fallback: collected.fallback,
         ledger: Ledger::finish(collected.ledger, population),
+        plan: None,
+        refutation: None,
         settled: settled(machine, collected.supergraph, why),
         tasks,
         phase_seconds: collected.seconds,
         triangulate_seconds,
         total_seconds: start.elapsed().as_secs_f64(),
-    })
+    }
 }
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {

@@ -10,8 +10,12 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "cli/faults.rs"]
+mod faults;
+
 #[path = "cli/predict.rs"]
 mod predict;
+
 #[path = "cli/report.rs"]
 mod report;
 

@@ -1,5 +1,7 @@
-//! Times one run, phase by phase, after checking its result: `septet-bench KIND N [simulate|triangulate]
-//! [workers|leaves] [threads] [supergraph] [d] [verify]`.
+//! Times generation, one run phase by phase, and the check of its result: `septet-bench KIND N
+//! [simulate|triangulate] [workers|leaves] [threads] [supergraph] [d] [verify]`.
+
+use std::time::Instant;
 
 use septet::config::{GraphKind, Transport, Workers};
 use septet::geometry::point::Point;
@@ -13,7 +15,9 @@ fn main() {
     let dimension = word(6, "3");
     let spec = format!("{}:{},d={dimension}", word(0, "uniform"), word(1, "100000"));
     let request = septet::generate::parse_sample(&spec).expect("a known kind");
+    let start = Instant::now();
     let set = septet::generate::generate(&request, &mut |_, _, _| {}).expect("points");
+    println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
     let threads: usize = word(4, "2").parse().expect("threads");
     let config = Config {
         workers: match word(3, "2").as_str() {
@@ -45,8 +49,10 @@ fn report<P: Point>(points: &[P], config: &Config, counted: bool, check: bool) {
     if check {
         let coordinates: &[f64] = bytemuck::cast_slice(points);
         let options = VerifyOptions { perturbed: true, ..VerifyOptions::default() };
+        let start = Instant::now();
         let verdict = verify(&run.view(coordinates), &options, &mut |_, _, _| {});
         assert!(verdict.passed(), "the result is wrong: {verdict:?}");
+        println!("verify {:.2} s, {} ties", start.elapsed().as_secs_f64(), verdict.ties);
     }
     print(&run);
 }

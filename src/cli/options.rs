@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use septet::Config;
-use septet::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
+use septet::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
 use septet::io::write::MshVersion;
 
 use super::errors::{Code, Failure};
@@ -98,6 +98,9 @@ pub struct RunArgs {
     /// Version of files named .msh
     #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41)]
     pub msh_version: MshArg,
+    /// Plant a fault in the machine (refuse:NODE[-NODE], spoil:RANK, die:RANK:PHASE): for tests
+    #[arg(long, hide = true, value_name = "FAULT")]
+    pub fault: Option<Fault>,
 }
 
 /// `--supergraph`.
@@ -179,6 +182,7 @@ impl RunArgs {
             max_memory: self.max_memory,
             with_owner: self.with_owner,
             record_tasks: self.tasks,
+            fault: self.fault,
             ..base
         };
         config.check()?;

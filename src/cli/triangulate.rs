@@ -38,9 +38,12 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     config.cancel = Some(talk.cancel.clone());
     config.progress = Some(talk.phases());
     let rss_before_bytes = rss();
-    let run = go(&loaded.points, &config, counted).map_err(|e| place(e, &loaded, &args.input))?;
+    let (run, failure) = match go(&loaded.points, &config, counted) {
+        Ok(run) => (run, None),
+        Err(error) => uncertified(error).map_err(|e| place(e, &loaded, &args.input))?,
+    };
     let run_seconds = start.elapsed().as_secs_f64();
-    let files = write_all(args, &run, &loaded, talk)?;
+    let files = if failure.is_none() { write_all(args, &run, &loaded, talk)? } else { Vec::new() };
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
     let setting = Setting {
@@ -55,6 +58,12 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         peak_rss_bytes: peak_rss(),
     };
     let report = Report::of(&run, &config, &setting);
+    tell(args, &report, &files, talk)?;
+    failure.map_or(Ok(()), Err)
+}
+
+/// The report as JSON, and for people.
+fn tell(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         let text = report
             .to_json()
@@ -64,7 +73,7 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     for line in report.summary() {
         talk.note(line);
     }
-    if run.dimension < run.space as isize {
+    if report.dimension < report.space as isize {
         talk.note(format!("note: {}", report.flat_note()));
     }
     for file in files {
@@ -74,6 +83,15 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         eprint!("{}", report.tables());
     }
     Ok(())
+}
+
+/// A run whose certificate failed has counts to report: the run, and how it ended. Other errors are handed on.
+fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
+    let message = error.to_string();
+    match error {
+        Error::NotCertified { run, .. } => Ok((*run, Some(Failure::new(Code::Rejected, message)))),
+        error => Err(error),
+    }
 }
 
 fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {

@@ -4,7 +4,7 @@ use septet_geometry::incremental::Incremental;
 use septet_geometry::point::{Simplex, dist2};
 
 use super::completion::{circumsphere, in_domain};
-use super::sizing::{Centre, Sizing};
+use super::sizing::Sizing;
 use super::*;
 
 /// What the theorems speak about, measured.
@@ -207,45 +207,4 @@ fn impossible_requests_are_refused() {
     assert!(matches!(unused, GenerateError::LipschitzUnused(Kind::Grid)));
     let many = refusal(request(Kind::MomentCurve, 1 << 20, 3, None));
     assert!(matches!(many, GenerateError::TooMany { limit: 131_072, .. }));
-}
-
-/// Speeds and quality; run in release with `--ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn measure() {
-    for kind in Kind::all().filter(|&kind| kind != Kind::MomentCurve) {
-        let start = std::time::Instant::now();
-        let set = made(&request(kind, 1_000_000, 3, None));
-        let seconds = start.elapsed().as_secs_f64();
-        println!("{kind}: {} points in {seconds:.1} s; {:?}", set.points.len(), set.notes);
-    }
-    let constant = |least| Sizing { centre: Centre::Point, slope: 0.0, least };
-    for least in [0.08, 0.04, 0.025, 0.0093] {
-        measure_one::<DVec3>(constant(least));
-    }
-    for least in [0.0064, 0.0016, 0.0006] {
-        measure_one::<DVec2>(constant(least));
-    }
-    for (slope, offset) in [(0.06, 0.3), (0.06, 0.1), (0.25, 0.1), (0.25, 0.01), (0.5, 0.02)] {
-        for centre in [Centre::Point, Centre::Line] {
-            measure_one::<DVec3>(Sizing { centre, slope, least: slope * offset });
-            measure_one::<DVec2>(Sizing { centre, slope, least: slope * offset * offset });
-        }
-    }
-}
-
-fn measure_one<P: Point>(sizing: Sizing) {
-    let start = std::time::Instant::now();
-    let points: Vec<P> = spaced::build(sizing, 1, &mut |_| {}).unwrap();
-    let per_point = start.elapsed().as_secs_f64() * 1e6 / points.len() as f64;
-    println!(
-        "d {} {:?} slope {} least {:.5}: {} points, {:.3} of the estimate, {per_point:.1} us each, {:?}",
-        P::DIM,
-        sizing.centre,
-        sizing.slope,
-        sizing.least,
-        points.len(),
-        points.len() as f64 / search::estimate::<P>(&sizing),
-        quality(&points, &sizing)
-    );
 }

@@ -59,12 +59,16 @@ impl Report {
             space: run.space,
             dimension: run.dimension,
             simplices: run.cell_count() as u64,
-            hull_facets: run.hull_facets,
-            certificate: "passed",
+            hull_facets: if run.refutation.is_none() { run.hull_facets } else { 0 },
+            certificate: match run.refutation {
+                None => "passed".to_owned(),
+                Some(refutation) => format!("failed: {refutation}"),
+            },
             repair: RepairReport { rounds: run.exchange_rounds, stars: run.stars_repaired },
             fallback: run.fallback.clone().map(|(reason, points)| Fallback { reason, points }),
             how_proved: how_proved(run),
             machine: machine(run),
+            plan: run.plan,
             phases: phases(run),
             critical_path: if counted { path(ledger) } else { Vec::new() },
             rounds: rounds(ledger),
@@ -115,6 +119,9 @@ fn supergraph(run: &Run) -> SupergraphReport {
 }
 
 fn how_proved(run: &Run) -> HowProved {
+    if run.refutation.is_some() {
+        return HowProved { hypothesis: 0, local_radius: 0, exchange: 0 };
+    }
     let certified = if run.cells.is_empty() { 0 } else { run.points.used };
     HowProved {
         hypothesis: certified.saturating_sub(run.stars_local + run.stars_repaired),

@@ -3,6 +3,8 @@
 use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
 
+use crate::run::Traffic;
+
 use super::Parameters;
 
 /// Name and version of the schema of [`Report`]. The number changes when a field changes its meaning or
@@ -32,8 +34,8 @@ pub struct Report {
     pub simplices: u64,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// `passed`: a run whose certificate fails has no report.
-    pub certificate: &'static str,
+    /// `passed`, or `failed: ` and what is wrong with the stars; then there are no simplices.
+    pub certificate: String,
     /// The exchange between stars that did not agree.
     pub repair: RepairReport,
     /// Regions gathered because the exchange was cut short.
@@ -42,6 +44,8 @@ pub struct Report {
     pub how_proved: HowProved,
     /// Totals of the machine.
     pub machine: MachineReport,
+    /// What the machine sent before, to count the leaves for `--workers leaves`; not in the totals.
+    pub plan: Option<Traffic>,
     /// Phase by phase.
     pub phases: Vec<PhaseReport>,
     /// The longest chain of subproblems; depths add up to `machine.paper.depth`. Empty if not counted.

@@ -2,12 +2,15 @@
 //!
 //! `cargo test --release --test system equality::` runs one file's.
 
-#[path = "../common/mod.rs"]
 mod common;
 
 mod degenerate;
 
 mod equality;
+
+mod exclusive;
+
+mod faults;
 
 mod graphs;
 

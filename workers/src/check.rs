@@ -25,10 +25,10 @@ use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
-use crate::config::map_in;
+use crate::config::{Fault, map_in};
 use crate::worker::{Worker, finite_cell};
 
 /// A cell of a home star that another star lacks: the home vertex, the position of its facet in the
@@ -146,6 +146,10 @@ impl<P: Point> Worker<P> {
     /// Compares the sums as they are.
     pub(crate) fn begin_certificate(&mut self) {
         self.charge_considered();
+        if self.phase == Phase::Certificate && self.config.fault == Some(Fault::SpoilStar { rank: self.rank })
+        {
+            self.spoil_star();
+        }
         self.record_agreement();
         let differ = self.agreement.sums.from_smallest != self.agreement.sums.from_other;
         let found = if differ { self.look_up() } else { Vec::new() };
@@ -166,6 +170,20 @@ impl<P: Point> Worker<P> {
         self.sum_star(home, old, false, &mut sums);
         self.sum_star(home, new, true, &mut sums);
         self.agreement.sums = sums;
+    }
+
+    /// The planted fault: the first home star with a cell loses one.
+    fn spoil_star(&mut self) {
+        let cell_of = |home: u32| {
+            let link = self.stars.link(home);
+            let at = link.iter().position(|facet| finite_cell::<P>(home, facet).is_some())?;
+            Some((home, at, link.to_vec()))
+        };
+        let Some((home, at, link)) = (0..self.table.home).find_map(cell_of) else { return };
+        let mut spoilt = link.clone();
+        spoilt.remove(at);
+        self.recount_star(home, &link, &spoilt);
+        self.stars.replace(home, &spoilt);
     }
 
     /// Finds what home stars hold and other home stars lack.

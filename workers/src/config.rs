@@ -1,10 +1,16 @@
 //! What every rank knows of a run before it starts.
 
+mod fault;
+
+mod stop;
+
 mod text;
 
 use std::sync::Arc;
 
+pub use fault::{Fault, FaultTextError};
 use septet_geometry::graph::Supergraph;
+pub use stop::Stop;
 pub use text::ConfigTextError;
 
 /// The supergraph asked for.
@@ -56,6 +62,10 @@ pub struct WorkerConfig {
     pub exchange_cap: Option<u32>,
     /// Record what leaves have to say to each other. One worker only.
     pub record_tasks: bool,
+    /// A fault planted by a test.
+    pub fault: Option<Fault>,
+    /// Asks workers in the caller's process to give up; those of other processes are ended with it.
+    pub stop: Stop,
 }
 
 /// Cores that a worker has to itself.

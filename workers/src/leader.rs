@@ -163,7 +163,9 @@ impl<P: Point> Leader<P> {
         let inside: u64 = counts.iter().map(|c| c.0).sum();
         let outside: u64 = counts.iter().map(|c| c.1).sum();
         let mut boxes: Vec<P> = Vec::new();
-        let verdict = if separator.is_some() && acceptable::<P>(inside, outside) {
+        let verdict = if config.fault.is_some_and(|fault| fault.refuses(node)) {
+            Verdict::Leaf
+        } else if separator.is_some() && acceptable::<P>(inside, outside) {
             let all = counts.iter().map(|c| &c.2);
             for side in 0..2 {
                 let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);

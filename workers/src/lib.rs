@@ -43,6 +43,8 @@ mod check;
 
 mod repair;
 
+mod rows;
+
 pub mod merge;
 
 pub mod host;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::Cost;
+use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::neighbourhood::{Found, keep_nearest, nearest_direct};
 use septet_geometry::point::Point;
@@ -162,26 +162,28 @@ impl<P: Point> Worker<P> {
     /// The other end of every edge: `j` is told that it is among the nearest of `i`.
     fn send_reverse(&mut self) {
         let mut batches: BTreeMap<Rank, (PointBatch<P>, Vec<u64>)> = BTreeMap::new();
-        let mut local = Vec::new();
-        for (home, list) in (0u32..).zip(&self.adjacency) {
-            for &j in list {
-                if self.table.is_home(j) {
-                    local.push((j, home));
-                } else {
-                    let (points, targets) = batches.entry(self.table.owners[j as usize]).or_default();
-                    self.table.export(home, points);
-                    targets.push(self.table.ids[j as usize]);
-                }
+        for leaf in &self.leaves {
+            let mut edges = Sweep::default();
+            for home in leaf.home() {
+                edges.each(&self.adjacency[home as usize], |&j| {
+                    if self.table.is_home(j) {
+                        self.sets.reverse.push((j, home));
+                    } else {
+                        let (points, targets) = batches.entry(self.table.owners[j as usize]).or_default();
+                        self.table.export(home, points);
+                        targets.push(self.table.ids[j as usize]);
+                    }
+                });
             }
+            let mut cost = Cost::ZERO;
+            cost.swept(edges);
+            self.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
         }
-        for &(j, i) in &local {
+        for &(j, i) in &self.sets.reverse {
             let leaves = (self.leaf_number(i), self.leaf_number(j));
             if let Some(recorder) = &mut self.recorder {
                 recorder.reverse(leaves.0, leaves.1);
             }
-        }
-        for (j, i) in local {
-            self.adjacency[j as usize].push(i);
         }
         for (to, (points, targets)) in batches {
             let body = Body::Reverse { points, targets: Bulk(targets) };
@@ -202,9 +204,37 @@ impl<P: Point> Worker<P> {
             let numbers = self.table.intern_all(&points);
             for (number, target) in numbers.into_iter().zip(targets) {
                 if let Some(home) = self.table.find(target).filter(|&h| self.table.is_home(h)) {
-                    self.adjacency[home as usize].push(number);
+                    self.sets.reverse.push((home, number));
                 }
             }
+        }
+    }
+}
+
+impl<P: Point> Worker<P> {
+    /// The edges of every leaf's points from both ends, multiple edges deleted: those that were told are sorted
+    /// by the point they are told to.
+    pub(crate) fn unite_reverse(&mut self) {
+        let mut told = std::mem::take(&mut self.sets.reverse);
+        // Delivery to the leaves; within each the order is charged.
+        told.sort_by_key(|&(home, _)| self.leaves.partition_point(|leaf| leaf.end <= home));
+        let mut rest = told.as_mut_slice();
+        for leaf in &self.leaves {
+            let (own, others) = rest.split_at_mut(rest.partition_point(|&(home, _)| home < leaf.end));
+            rest = others;
+            let mut cost = Cost::ZERO;
+            cost.sort(own, Ord::cmp);
+            let homes: Vec<u32> = leaf.home().collect();
+            let mut segments = own.chunk_by(|a, b| a.0 == b.0).peekable();
+            cost.map_nested(&homes, |&home, inner| {
+                let list = &mut self.adjacency[home as usize];
+                if let Some(segment) = segments.next_if(|s| s[0].0 == home) {
+                    list.extend(segment.iter().map(|edge| edge.1));
+                }
+                inner.distinct_inside(list, Ord::cmp);
+            });
+            self.ledger.charge(Phase::Graph, leaf.id, cost, 0);
+            self.ledger.facts(leaf.id).members += u64::from(leaf.end - leaf.start);
         }
     }
 }

@@ -12,14 +12,13 @@
 //!
 //! **Rounds.** None where the paper's hypothesis holds; about `0.4 log2 n` on uniform sets (measured).
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::hash::BuildHasherDefault;
+use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::neighbourhood::Found;
-use septet_geometry::point::{Point, Simplex, lex_cmp};
+use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::predicates::{Sign, in_sphere, orientation};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
@@ -27,8 +26,8 @@ use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::check::Disagreement;
 use crate::config::map_in;
+use crate::rows::{Objections, Rows, cell_of};
 use crate::schedule::Outcome;
-use crate::table::{IdHasher, Table};
 use crate::worker::{Worker, finite_cell};
 
 /// The state of the exchange, and of phases that only pass something on.
@@ -41,8 +40,9 @@ pub(crate) struct Exchange<P> {
     pub(crate) sample_sent: bool,
     /// Points to add to home stars: star, point.
     additions: Vec<(u32, u32)>,
-    /// Link facets looked at since the last rebuilding: one vector step of each leaf.
-    sweeps: BTreeMap<NodeId, Sweep>,
+    /// Link facets looked at since the last rebuilding, and what became of those that lack a cell: one vector
+    /// step of each leaf.
+    considered: BTreeMap<NodeId, (Sweep, Cost)>,
     /// Home points whose stars changed.
     pub(crate) repaired: BTreeSet<u32>,
     /// The last round of exchange in which this worker said something.
@@ -61,7 +61,7 @@ impl<P> Default for Exchange<P> {
             samples: 0,
             sample_sent: false,
             additions: Vec::new(),
-            sweeps: BTreeMap::new(),
+            considered: BTreeMap::new(),
             repaired: BTreeSet::new(),
             rounds: 0,
             merges: 0,
@@ -209,7 +209,7 @@ impl<P: Point> Worker<P> {
 
     /// A star that holds the cell takes the points that are in its sphere.
     fn heed(&mut self, to: u32, cell: &P::Cell, points: &[u32]) {
-        if self.position_in(to, cell).is_some() {
+        if self.holds(to, cell) {
             self.exchange.additions.extend(points.iter().map(|&v| (to, v)));
         }
     }
@@ -217,19 +217,28 @@ impl<P: Point> Worker<P> {
     /// A star that lacks a proposed cell takes its vertices, and objects with those of its own link points
     /// that conflict with it.
     fn consider(&mut self, from: u32, to: u32, cell: &P::Cell) -> Option<Objection<P>> {
-        let leaf = self.leaf_of(to);
-        let mut known = false;
-        let sweep = self.exchange.sweeps.entry(leaf).or_default();
-        sweep.each(self.stars.link(to), |facet| {
-            known |= facet.as_ref().iter().all(|v| cell.as_ref().contains(v));
-        });
-        if known {
+        if self.holds(to, cell) {
             return None;
         }
         let others = cell.as_ref().iter().copied().filter(|&v| v != to);
         self.exchange.additions.extend(others.map(|v| (to, v)));
-        let conflicts = conflicts(&self.table.positions, self.stars.link(to), cell);
+        let mut cost = Cost::ZERO;
+        let points = link_points::<P>(self.stars.link(to), &mut cost);
+        let mut tests = Sweep::default();
+        let conflicts = conflicts(&self.table.positions, &points, cell, &mut tests);
+        cost.swept_inside(tests);
+        self.exchange.considered.entry(self.leaf_of(to)).or_default().1.beside(cost);
         (!conflicts.is_empty()).then_some((to, from, *cell, conflicts))
+    }
+
+    /// Has the star the cell? Looks at every facet of its link.
+    fn holds(&mut self, home: u32, cell: &P::Cell) -> bool {
+        let mut known = false;
+        let sweep = &mut self.exchange.considered.entry(self.leaf_of(home)).or_default().0;
+        sweep.each(self.stars.link(home), |facet| {
+            known |= facet.as_ref().iter().all(|v| cell.as_ref().contains(v));
+        });
+        known
     }
 
     fn take_objections(&mut self, inbox: &mut Vec<Message<P>>) {
@@ -283,10 +292,11 @@ impl<P: Point> Worker<P> {
 
     /// Charges the step of considering what was said in a round.
     pub(crate) fn charge_considered(&mut self) {
-        for (leaf, sweep) in std::mem::take(&mut self.exchange.sweeps) {
+        for (leaf, (sweep, objected)) in std::mem::take(&mut self.exchange.considered) {
             let mut cost = Cost::ZERO;
             let items = sweep.items();
             cost.swept(sweep);
+            cost.then(objected);
             self.ledger.charge(Phase::Repair, leaf, cost, items);
         }
     }
@@ -302,8 +312,8 @@ impl<P: Point> Worker<P> {
         if pairs.is_empty() {
             return;
         }
+        // Delivery to the stars; what a star was told twice it drops itself.
         pairs.sort_unstable();
-        pairs.dedup();
         let additions: Vec<&[(u32, u32)]> = pairs.chunk_by(|a, b| a.0 == b.0).collect();
         self.extend_hashes();
         let groups: Vec<&[&[(u32, u32)]]> = additions.chunks(256).collect();
@@ -350,39 +360,43 @@ impl<P: Point> Worker<P> {
         candidates.extend(added.iter().map(|a| a.1));
         // One canonical order, whatever the numbering here.
         let positions = &self.table.positions;
-        candidates.sort_unstable_by(|&a, &b| lex_cmp(&positions[a as usize], &positions[b as usize]));
-        candidates.dedup();
         let mut cost = Cost::ZERO;
+        let order = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
+        cost.distinct_inside(&mut candidates, order);
         let built = builder.build(positions, home, &candidates, &mut cost);
-        let mut star = Rebuilt { home, link: None, proposals: Vec::new(), objections: Vec::new(), cost };
         let mut link = Vec::new();
         builder.facets(&mut link);
-        if !built || same_links::<P>(old, &link) {
-            return star;
+        let mut star = Rebuilt { home, link: None, proposals: Vec::new(), objections: Vec::new(), cost };
+        if built && self.compare(old, &link, &mut star) {
+            star.link = Some(link);
         }
-        self.compare(home, old, &link, &mut star);
-        star.link = Some(link);
         star
     }
 
-    /// New cells to propose, and objections to those that are gone.
-    fn compare(&self, home: u32, old: &[P::Facet], new: &[P::Facet], star: &mut Rebuilt<P>) {
-        let cells = |link: &[P::Facet]| -> Vec<P::Cell> {
-            let finite = link.iter().filter_map(|f| finite_cell::<P>(home, f));
-            let mut all: Vec<P::Cell> = finite.map(|c| sorted::<P>(&c)).collect();
-            all.sort_unstable();
-            all
+    /// New cells to propose, and objections to those that are gone. Has the link changed at all?
+    fn compare(&self, old: &[P::Facet], new: &[P::Facet], star: &mut Rebuilt<P>) -> bool {
+        let (fresh, gone) = difference::<P>(old, new, &mut star.cost);
+        let home = star.home;
+        let cells = |facets: &[P::Facet]| -> Vec<P::Cell> {
+            let finite = facets.iter().filter_map(|f| finite_cell::<P>(home, f));
+            finite.map(|c| sorted::<P>(&c)).collect()
         };
-        let (before, after) = (cells(old), cells(new));
-        for cell in after.iter().filter(|c| before.binary_search(c).is_err()) {
+        for cell in cells(&fresh) {
             let others = cell.as_ref().iter().filter(|&&v| v != home);
-            star.proposals.extend(others.map(|&v| (home, v, *cell)));
+            star.proposals.extend(others.map(|&v| (home, v, cell)));
         }
-        for cell in before.iter().filter(|c| after.binary_search(c).is_err()) {
-            let points = conflicts(&self.table.positions, new, cell);
-            let others = cell.as_ref().iter().filter(|&&v| v != home);
-            star.objections.extend(others.map(|&v| (home, v, *cell, points.clone())));
+        let gone_cells = cells(&gone);
+        if !gone_cells.is_empty() {
+            let points = link_points::<P>(new, &mut star.cost);
+            let mut tests = Sweep::default();
+            for cell in gone_cells {
+                let against = conflicts(&self.table.positions, &points, &cell, &mut tests);
+                let others = cell.as_ref().iter().filter(|&&v| v != home);
+                star.objections.extend(others.map(|&v| (home, v, cell, against.clone())));
+            }
+            star.cost.swept_inside(tests);
         }
+        !(fresh.is_empty() && gone.is_empty())
     }
 
     /// Gathers what the last check found unresolved, or everything.
@@ -437,85 +451,55 @@ impl<P: Point> Worker<P> {
     }
 }
 
-/// Objected cells, number of points against each, and their positions.
-type Objections<P> = (Rows<P>, Vec<u32>, Vec<u32>);
-
-/// Cells as rows of positions among the points they name.
-struct Rows<P> {
-    points: PointBatch<P>,
-    cells: Vec<u32>,
-    places: HashMap<u64, u32, BuildHasherDefault<IdHasher>>,
+/// The facets of a new link that the old one lacks, and those of the old one that the new one lacks: both are
+/// sorted together, and what stands alone is packed.
+fn difference<P: Point>(
+    old: &[P::Facet],
+    new: &[P::Facet],
+    cost: &mut Cost,
+) -> (Vec<P::Facet>, Vec<P::Facet>) {
+    let mut own = Cost::ZERO;
+    let both: Vec<(P::Facet, bool)> =
+        old.iter().map(|&f| (f, false)).chain(new.iter().map(|&f| (f, true))).collect();
+    let mut both = own.map(&both, |&(mut facet, is_new)| {
+        facet.as_mut().sort_unstable();
+        (facet, is_new)
+    });
+    own.sort(&mut both, Ord::cmp);
+    let at = |i: Option<usize>| i.and_then(|i| both.get(i)).map(|f| f.0);
+    let places: Vec<usize> = (0..both.len()).collect();
+    let alone = own.pack(&places, |&i| {
+        let this = at(Some(i));
+        this != at(i.checked_sub(1)) && this != at(Some(i + 1))
+    });
+    let (fresh, gone): (Vec<usize>, Vec<usize>) = own.split(&alone, |&i| both[i].1);
+    own.close(both.len() as u64);
+    cost.then(own);
+    let facets = |places: Vec<usize>| places.into_iter().map(|i| both[i].0).collect();
+    (facets(fresh), facets(gone))
 }
 
-impl<P> Default for Rows<P> {
-    fn default() -> Self {
-        Rows { points: PointBatch::default(), cells: Vec::new(), places: HashMap::default() }
-    }
+/// The finite points of a link.
+fn link_points<P: Point>(link: &[P::Facet], cost: &mut Cost) -> Vec<u32> {
+    let mut points: Vec<u32> = link.iter().flat_map(std::convert::AsRef::as_ref).copied().collect();
+    cost.distinct_inside(&mut points, Ord::cmp);
+    points.retain(|&v| v != INFINITE);
+    points
 }
 
-impl<P: Point> Rows<P> {
-    /// The position of a point, which is added if need be.
-    fn place(&mut self, table: &Table<P>, v: u32) -> u32 {
-        let next = self.points.len() as u32;
-        let place = *self.places.entry(u64::from(v)).or_insert(next);
-        if place == next {
-            table.export(v, &mut self.points);
-        }
-        place
-    }
-
-    /// Adds a cell: from, to, then the others.
-    fn cell(&mut self, table: &Table<P>, from: u32, to: u32, cell: &P::Cell) {
-        let others = cell.as_ref().iter().copied().filter(|&v| v != from && v != to);
-        for v in [from, to].into_iter().chain(others) {
-            let place = self.place(table, v);
-            self.cells.push(place);
-        }
-    }
-}
-
-/// The cell of a row.
-fn cell_of<P: Point>(row: &[u32], numbers: &[u32]) -> P::Cell {
-    let mut cell = P::Cell::splat(0);
-    for (v, &place) in cell.as_mut().iter_mut().zip(row) {
-        *v = numbers[place as usize];
-    }
-    cell
-}
-
-/// Are two links the same set of facets?
-fn same_links<P: Point>(a: &[P::Facet], b: &[P::Facet]) -> bool {
-    if a.len() != b.len() {
-        return false;
-    }
-    let canonical = |link: &[P::Facet]| {
-        let mut all: Vec<P::Facet> = link
-            .iter()
-            .map(|f| {
-                let mut s = *f;
-                s.as_mut().sort_unstable();
-                s
-            })
-            .collect();
-        all.sort_unstable();
-        all
-    };
-    canonical(a) == canonical(b)
-}
-
-/// Finite link points that lie in the (perturbed) circumsphere of a cell.
-fn conflicts<P: Point>(positions: &[P], link: &[P::Facet], cell: &P::Cell) -> Vec<u32> {
+/// Those points that lie in the (perturbed) circumsphere of a cell.
+fn conflicts<P: Point>(positions: &[P], points: &[u32], cell: &P::Cell, tests: &mut Sweep) -> Vec<u32> {
     let mut corners: Vec<P> = cell.as_ref().iter().map(|&v| positions[v as usize]).collect();
     match orientation(&corners) {
         Sign::Zero => return Vec::new(),
         Sign::Negative => corners.swap(0, 1),
         Sign::Positive => {}
     }
-    let mut points: Vec<u32> = link.iter().flat_map(std::convert::AsRef::as_ref).copied().collect();
-    points.sort_unstable();
-    points.dedup();
-    points.retain(|&v| {
-        v != INFINITE && !cell.as_ref().contains(&v) && in_sphere(&corners, positions[v as usize])
+    let mut found = Vec::new();
+    tests.each(points, |&v| {
+        if !cell.as_ref().contains(&v) && in_sphere(&corners, positions[v as usize]) {
+            found.push(v);
+        }
     });
-    points
+    found
 }

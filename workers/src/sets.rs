@@ -35,7 +35,10 @@ struct Item {
     origin: Option<(Rank, u32)>,
     /// Places where its neighbours are still looked for: here, and where it was sent.
     outstanding: u32,
-    neighbours: Vec<u32>,
+    /// Its neighbours in this worker's piece, once found.
+    own: Option<Vec<u32>>,
+    /// Its neighbours below other nodes: where it was sent from, and the list that came back.
+    returned: Vec<(NodeId, Vec<u32>)>,
 }
 
 /// Items that leave, with the sender's names of them, by node and receiver.
@@ -44,16 +47,22 @@ type Leaving<P> = BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)>;
 /// The state of the recursion, keyed by subproblem.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SetEngine {
+    /// Edges whose other end is told: a home point, and who is joined to it.
+    pub(crate) reverse: Vec<(u32, u32)>,
     /// Ghost descents' steps, by node.
     pub(crate) sweeps: BTreeMap<NodeId, Sweep>,
     items: Vec<Item>,
+    /// Items sent: which, and the node that shared it. Their position is the name under which the list returns.
+    sent: Vec<(u32, NodeId)>,
+    /// What uniting lists costs, by the node whose children's they are.
+    unions: BTreeMap<NodeId, Cost>,
     /// Members of each node's set on this worker.
     members: BTreeMap<NodeId, Vec<u32>>,
     /// Nodes to count or to solve in the next step.
     due: Vec<NodeId>,
     replicated: BTreeMap<NodeId, Sweep>,
-    /// Nodes that wait one more step for their members.
-    delayed: Vec<NodeId>,
+    /// Nodes that wait one more step for their members, and the step when the first came.
+    delayed: BTreeMap<NodeId, u32>,
     /// Shared nodes that stopped: their set is solved whole here.
     stopped: Vec<NodeId>,
 }
@@ -69,9 +78,7 @@ impl<P: Point> Worker<P> {
     /// Every home point is a member of the root's set.
     pub(crate) fn begin_set_recursion(&mut self) {
         self.adjacency = vec![Vec::new(); self.table.home as usize];
-        self.sets.items = (0..self.table.home)
-            .map(|point| Item { point, origin: None, outstanding: 1, neighbours: Vec::new() })
-            .collect();
+        self.sets.items = (0..self.table.home).map(|point| Item::new(point, None)).collect();
         let members: Vec<u32> = (0..self.table.home).collect();
         let root = self.path.first().map(|s| s.id).or(self.tree.as_ref().map(|t| t.0));
         if let Some(root) = root {
@@ -157,7 +164,7 @@ impl<P: Point> Worker<P> {
                 return;
             }
             for item in members {
-                self.send_item(item, node, holder, &mut leaving);
+                self.send_item(item, node, (node, holder), &mut leaving);
                 self.sets.items[item as usize].outstanding -= 1;
             }
         } else {
@@ -171,7 +178,7 @@ impl<P: Point> Worker<P> {
                         stays = true;
                     } else {
                         let member = shared.member_below(self.rank, to);
-                        self.send_item(item, node.child(to), member, &mut leaving);
+                        self.send_item(item, node, (node.child(to), member), &mut leaving);
                     }
                 }
                 if stays {
@@ -196,10 +203,12 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    fn send_item(&mut self, item: u32, node: NodeId, to: Rank, leaving: &mut Leaving<P>) {
-        let (points, slots) = leaving.entry((node, to)).or_default();
+    /// Sends an item from a node to the place below it, or to the rank that holds it.
+    fn send_item(&mut self, item: u32, node: NodeId, to: (NodeId, Rank), leaving: &mut Leaving<P>) {
+        let (points, slots) = leaving.entry(to).or_default();
         self.table.export(self.sets.items[item as usize].point, points);
-        slots.push(item);
+        slots.push(self.sets.sent.len() as u32);
+        self.sets.sent.push((item, node));
         self.sets.items[item as usize].outstanding += 1;
     }
 
@@ -215,21 +224,18 @@ impl<P: Point> Worker<P> {
         for (from, node, points, slots) in received {
             let numbers = self.table.intern_all(&points);
             let first = self.sets.items.len() as u32;
-            self.sets.items.extend(numbers.iter().zip(slots).map(|(&point, slot)| Item {
-                point,
-                origin: Some((from, slot)),
-                outstanding: 1,
-                neighbours: Vec::new(),
-            }));
+            let new = numbers.iter().zip(slots).map(|(&point, slot)| Item::new(point, Some((from, slot))));
+            self.sets.items.extend(new);
             let last = self.sets.items.len() as u32;
             self.sets.members.entry(node).or_default().extend(first..last);
             match self.relay {
                 Some((at, holder)) if at == node && holder != self.rank => self.relay_items(node, holder),
                 // The group's other ranks hand on in this step what they were sent as well: wait for it.
-                Some((at, _)) if at == node && !self.sets.delayed.contains(&node) => {
-                    self.sets.delayed.push(node);
+                Some((at, _)) if at == node && !self.sets.delayed.contains_key(&node) => {
+                    self.sets.delayed.insert(node, self.step);
                     self.wait_for_items(node);
                 }
+                _ if self.sets.delayed.get(&node) == Some(&self.step) => {}
                 _ => self.sets.due.push(node),
             }
         }
@@ -245,7 +251,7 @@ impl<P: Point> Worker<P> {
     fn relay_items(&mut self, node: NodeId, holder: Rank) {
         let mut leaving = BTreeMap::new();
         for item in self.sets.members.remove(&node).unwrap_or_default() {
-            self.send_item(item, node, holder, &mut leaving);
+            self.send_item(item, node, (node, holder), &mut leaving);
             self.sets.items[item as usize].outstanding -= 1;
         }
         for ((id, to), (points, slots)) in leaving {
@@ -259,37 +265,33 @@ impl<P: Point> Worker<P> {
         for &item in &members {
             self.sets.items[item as usize].outstanding -= 1;
         }
-        if let Some((root, tree)) = self.tree.take() {
-            if root == node {
-                self.solve(&tree, node, members);
-            } else {
-                self.solve_direct(node, &members);
-            }
-            self.tree = Some((root, tree));
-        } else {
-            self.solve_direct(node, &members);
+        let tree = self.tree.take();
+        let lists = match &tree {
+            Some((root, tree)) if *root == node => self.solve(tree, node, &members),
+            _ => self.solve_direct(node, &members),
+        };
+        self.tree = tree;
+        for (&item, list) in members.iter().zip(lists) {
+            self.sets.items[item as usize].own = Some(list);
         }
         self.answer_items();
     }
 
-    fn solve(&mut self, tree: &Tree<P>, node: NodeId, members: Vec<u32>) {
-        let Tree::Node(inner) = tree else {
-            self.solve_direct(node, &members);
-            return;
-        };
+    /// The graph of a set in this worker's piece: the neighbours of each member.
+    fn solve(&mut self, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
+        let Tree::Node(inner) = tree else { return self.solve_direct(node, members) };
         let mut cost = Cost::ZERO;
-        let sum = self.count_members(&inner.split, &members, &mut cost);
+        let sum = self.count_members(&inner.split, members, &mut cost);
         let decision = decide_sets(sum, self.set_rule());
         self.ledger.charge(Phase::Sets, node, cost, members.len() as u64);
         if decision == 0 {
-            self.solve_direct(node, &members);
-            return;
+            return self.solve_direct(node, members);
         }
         let mut cost = Cost::ZERO;
-        let places = cost.map(&members, |&i| self.place_item(&inner.split, i));
+        let places = cost.map(members, |&i| self.place_item(&inner.split, i));
         self.ledger.charge(Phase::Sets, node, cost, 0);
         let mut children = [Vec::new(), Vec::new()];
-        for (&item, (side, crosses)) in members.iter().zip(places) {
+        for (&item, &(side, crosses)) in members.iter().zip(&places) {
             for (to, child) in children.iter_mut().enumerate() {
                 if goes_to(to, side, crosses, decision) {
                     child.push(item);
@@ -299,27 +301,42 @@ impl<P: Point> Worker<P> {
                 self.sets.replicated.entry(node).or_default().visit();
             }
         }
-        drop(members);
-        for (side, child) in children.into_iter().enumerate() {
-            self.solve(&inner.children[side], node.child(side), child);
-        }
+        let [inside, outside] = &children;
+        let mut lists = [
+            self.solve(&inner.children[0], node.child(0), inside).into_iter(),
+            self.solve(&inner.children[1], node.child(1), outside).into_iter(),
+        ];
+        let unions = self.sets.unions.entry(node).or_default();
+        let united = places.into_iter().map(|(side, crosses)| {
+            let mut own = [0, 1].map(|to| {
+                let there = goes_to(to, side, crosses, decision);
+                there.then(|| lists[to].next()).flatten()
+            });
+            match own.each_mut().map(Option::take) {
+                [Some(a), Some(b)] => unite(a, b, unions),
+                [a, b] => a.or(b).unwrap_or_default(),
+            }
+        });
+        united.collect()
     }
 
     /// The base case: all pairs.
-    fn solve_direct(&mut self, node: NodeId, members: &[u32]) {
-        let mut members = members.to_vec();
+    fn solve_direct(&mut self, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let at = |i: u32| self.table.positions[self.sets.items[i as usize].point as usize];
-        members.sort_unstable_by(|&a, &b| lex_cmp(&at(a), &at(b)));
-        let points: Vec<u32> = members.iter().map(|&i| self.sets.items[i as usize].point).collect();
+        let mut order: Vec<usize> = (0..members.len()).collect();
+        order.sort_unstable_by(|&a, &b| lex_cmp(&at(members[a]), &at(members[b])));
+        let points: Vec<u32> = order.iter().map(|&i| self.sets.items[members[i] as usize].point).collect();
         let mut cost = Cost::ZERO;
         let (table, rule) = (&self.table, self.supergraph());
-        let lists = graph_direct(rule, &table.positions, &table.radii2, &points, &points, &mut cost);
+        let found = graph_direct(rule, &table.positions, &table.radii2, &points, &points, &mut cost);
         let pairs = (points.len() * points.len()) as u64;
         self.ledger.charge(Phase::Graph, node, cost, pairs);
         self.ledger.facts(node).members += points.len() as u64;
-        for (item, mut list) in members.into_iter().zip(lists) {
-            self.sets.items[item as usize].neighbours.append(&mut list);
+        let mut lists = vec![Vec::new(); members.len()];
+        for (i, list) in order.into_iter().zip(found) {
+            lists[i] = list;
         }
+        lists
     }
 
     /// Lists that are complete go back to where their item came from.
@@ -328,15 +345,13 @@ impl<P: Point> Worker<P> {
         for item in &mut self.sets.items {
             let Some((to, slot)) = item.origin.filter(|_| item.outstanding == 0) else { continue };
             item.origin = None;
-            unite(&mut item.neighbours);
+            let list = item.united(&mut self.sets.unions);
             let batch = answers.entry(to).or_insert_with(empty_lists);
             batch.slots.push(slot);
-            batch.counts.push(item.neighbours.len() as u32);
-            for &n in &item.neighbours {
+            batch.counts.push(list.len() as u32);
+            for n in list {
                 self.table.export(n, &mut batch.points);
             }
-            // Not a home point's: its list is not needed here any more.
-            item.neighbours = Vec::new();
             item.point = u32::MAX;
         }
         for (to, batch) in answers {
@@ -361,8 +376,9 @@ impl<P: Point> Worker<P> {
             let mut at = 0;
             for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
                 let end = at + count as usize;
-                let item = &mut self.sets.items[slot as usize];
-                item.neighbours.extend(&numbers[at..end]);
+                let (item, node) = self.sets.sent[slot as usize];
+                let item = &mut self.sets.items[item as usize];
+                item.returned.push((node, numbers[at..end].to_vec()));
                 item.outstanding -= 1;
                 at = end;
             }
@@ -378,12 +394,15 @@ impl<P: Point> Worker<P> {
             cost.swept(sweep);
             self.ledger.charge(Phase::Sets, node, cost, items);
         }
-        let home = self.table.home as usize;
-        for (at, item) in std::mem::take(&mut self.sets.items).into_iter().take(home).enumerate() {
-            let mut list = item.neighbours;
-            unite(&mut list);
-            self.adjacency[at] = list;
+        let mut unions = std::mem::take(&mut self.sets.unions);
+        let items = std::mem::take(&mut self.sets.items);
+        for (list, mut item) in self.adjacency.iter_mut().zip(items) {
+            *list = item.united(&mut unions);
         }
+        for (node, cost) in unions {
+            self.ledger.charge(Phase::Sets, node, cost, 0);
+        }
+        self.sets.sent = Vec::new();
     }
 }
 
@@ -392,8 +411,32 @@ fn goes_to(to: usize, side: usize, crosses: bool, decision: u8) -> bool {
     to == side || (crosses && (decision == 1 || usize::from(decision) == 2 + side))
 }
 
-/// Deletes multiple edges.
-fn unite(list: &mut Vec<u32>) {
-    list.sort_unstable();
-    list.dedup();
+/// The neighbours of a point in both children's graphs, multiple edges deleted: an item of the vector step over
+/// the points that both children have.
+fn unite(mut list: Vec<u32>, other: Vec<u32>, all: &mut Cost) -> Vec<u32> {
+    list.extend(other);
+    let mut own = Cost::ZERO;
+    own.distinct_inside(&mut list, Ord::cmp);
+    all.beside(own);
+    list
+}
+
+impl Item {
+    fn new(point: u32, origin: Option<(Rank, u32)>) -> Self {
+        Item { point, origin, outstanding: 1, own: None, returned: Vec::new() }
+    }
+
+    /// Its neighbours in the set's graph: the lists of its way, united node by node from the lowest up.
+    fn united(&mut self, unions: &mut BTreeMap<NodeId, Cost>) -> Vec<u32> {
+        let mut lists = std::mem::take(&mut self.returned);
+        lists.sort_by_key(|(node, _)| std::cmp::Reverse(node.level()));
+        let mut all = self.own.take();
+        for (node, list) in lists {
+            all = Some(match all {
+                Some(below) => unite(below, list, unions.entry(node).or_default()),
+                None => list,
+            });
+        }
+        all.unwrap_or_default()
+    }
 }

@@ -26,7 +26,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
 
-use crate::config::{SetRule, map_in};
+use crate::config::{SetRule, Stop, map_in};
 use crate::table::IdHasher;
 use crate::tree::{Leaf, Tree};
 use crate::worker::Worker;
@@ -94,17 +94,18 @@ pub(crate) struct Kernel<P: Point> {
 
 impl<P: Point> Kernel<P> {
     /// Triangulates the home points, which are numbered in the order of insertion.
-    fn new(positions: &[P], home: u32, frame: &[u32]) -> Option<Self> {
+    fn new(positions: &[P], home: u32, frame: &[u32], stop: &Stop) -> Option<Self> {
+        let go_on = &mut || !stop.is_raised();
         let mut points = positions[..home as usize].to_vec();
         let mut numbers: Vec<u32> = (0..home).collect();
-        let delaunay = if let Ok(d) = Incremental::build(points.clone(), None) {
+        let delaunay = if let Ok(d) = Incremental::build_while(points.clone(), None, go_on) {
             d
         } else {
             // A flat piece: a frame of the whole set, whose points are real points, spans it.
             let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
             points.extend(extra.iter().map(|&f| positions[f as usize]));
             numbers.extend(extra);
-            Incremental::build(points, None).ok()?
+            Incremental::build_while(points, None, go_on).ok()?
         };
         Some(Kernel { delaunay, numbers, home })
     }
@@ -222,7 +223,7 @@ impl<P: Point> Worker<P> {
             return;
         }
         let frame = self.table.intern_all(&self.frame);
-        self.stars.kernel = Kernel::new(&self.table.positions, self.table.home, &frame);
+        self.stars.kernel = Kernel::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
         if let Some(kernel) = &self.stars.kernel {
             let radii2 = kernel.nearest_edges();
             self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
@@ -244,13 +245,7 @@ impl<P: Point> Worker<P> {
         if self.config.sets != SetRule::Ghost {
             self.finish_set_recursion();
         } else if matches!(self.supergraph(), Supergraph::Knn { .. }) {
-            for list in &mut self.adjacency {
-                list.sort_unstable();
-                list.dedup();
-            }
-            for leaf in &self.leaves {
-                self.ledger.facts(leaf.id).members += u64::from(leaf.end - leaf.start);
-            }
+            self.unite_reverse();
         } else {
             self.graph_of_leaves();
         }

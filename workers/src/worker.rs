@@ -129,11 +129,14 @@ impl<P: Point> Worker<P> {
     /// Begins a phase (the one before moved nothing any more). Returns what it sends.
     ///
     /// # Errors
-    /// If its state cannot go on; a fault of the program, not of the input.
+    /// If it was told to stop, or by a planted fault.
     pub fn begin(&mut self, phase: Phase, round: u32) -> Result<Vec<Message<P>>, TransportError> {
         self.out.set_round(round);
         self.phase = phase;
         self.step = 0;
+        if let Some(fault) = self.config.fault {
+            fault.strike(self.rank, phase)?;
+        }
         match phase {
             Phase::Load | Phase::Done => {}
             Phase::Partition => self.begin_partition(),
@@ -155,13 +158,14 @@ impl<P: Point> Worker<P> {
             Phase::Merge => self.begin_merge(),
             Phase::Collect => self.begin_collect(),
         }
+        self.config.stop.check()?;
         Ok(self.out.take(self.phase, &mut self.ledger))
     }
 
     /// Handles a round's messages, in whatever order they came, and returns what it sends.
     ///
     /// # Errors
-    /// A message that does not belong to this run, or to the phase.
+    /// A message that does not belong to this run, or to the phase; or if it was told to stop.
     pub fn step(
         &mut self,
         round: u32,
@@ -200,6 +204,7 @@ impl<P: Point> Worker<P> {
         if let Some(message) = inbox.first() {
             return Err(Self::bad(message, &format!("it has no place in phase {}", self.phase.name())));
         }
+        self.config.stop.check()?;
         Ok(self.out.take(self.phase, &mut self.ledger))
     }
 

@@ -172,14 +172,19 @@ mod tests {
         assert!(names(directory.path()).is_empty());
     }
 
-    #[test]
-    fn a_failing_rename_leaves_no_mixed_set() {
-        let directory = tempfile::tempdir().unwrap();
-        let first = directory.path().join("a.node");
-        let second = directory.path().join("a.ele");
+    /// Two files of a set, written and not yet in place.
+    fn staged(directory: &Path) -> (Stage, PathBuf) {
+        let (first, second) = (directory.join("a.node"), directory.join("a.ele"));
         let mut stage = Stage::default();
         stage.write(&first, |_| Ok(())).unwrap();
         stage.write(&second, |_| Ok(())).unwrap();
+        (stage, second)
+    }
+
+    #[test]
+    fn a_failing_rename_leaves_no_mixed_set() {
+        let directory = tempfile::tempdir().unwrap();
+        let (stage, _) = staged(directory.path());
         // The temporary of the second file vanishes: its rename must fail.
         fs::remove_file(&stage.files[1].0).unwrap();
         assert!(stage.commit().is_err());
@@ -189,11 +194,7 @@ mod tests {
     #[test]
     fn a_directory_in_the_way_is_found_before_any_rename() {
         let directory = tempfile::tempdir().unwrap();
-        let first = directory.path().join("a.node");
-        let second = directory.path().join("a.ele");
-        let mut stage = Stage::default();
-        stage.write(&first, |_| Ok(())).unwrap();
-        stage.write(&second, |_| Ok(())).unwrap();
+        let (stage, second) = staged(directory.path());
         fs::create_dir(&second).unwrap();
         let error = stage.commit().unwrap_err();
         assert!(matches!(error, OutputError::IsDirectory { .. }));

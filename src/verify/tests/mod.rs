@@ -5,6 +5,5 @@
 
 mod faults;
 mod fixtures;
-mod large;
 mod random;
 mod valid;

@@ -242,6 +242,23 @@ impl Cost {
         items.sort_by(compare);
     }
 
+    /// Sorts the items and leaves one of each run of equal ones: the sort, then flag, scan and permute.
+    pub fn distinct<T>(&mut self, items: &mut Vec<T>, mut compare: impl FnMut(&T, &T) -> Ordering) {
+        self.sort(items, &mut compare);
+        self.step(items.len());
+        self.scan_step(items.len());
+        self.step(items.len());
+        items.dedup_by(|a, b| compare(a, b).is_eq());
+    }
+
+    /// [`Cost::distinct`] of a list that is an item of a larger problem: its scan is over itself.
+    pub fn distinct_inside<T>(&mut self, items: &mut Vec<T>, compare: impl FnMut(&T, &T) -> Ordering) {
+        let (mut inner, m) = (Cost::ZERO, items.len() as u64);
+        inner.distinct(items, compare);
+        inner.close(m);
+        self.then(inner);
+    }
+
     /// A loop on one processor: every trip costs one unit of work and of depth.
     pub fn sequential<A>(&mut self, trips: usize, init: A, mut f: impl FnMut(A, usize) -> A) -> A {
         let mut state = init;
@@ -323,6 +340,17 @@ mod tests {
         cost.sort(&mut items, |a, b| a.0.cmp(&b.0));
         assert_eq!(items, [(1, 'b'), (1, 'e'), (2, 'd'), (3, 'a'), (3, 'c')]);
         assert_eq!((cost.work(), cost.depth(), cost.scans()), (15, 3, 0));
+    }
+
+    #[test]
+    fn repetitions_are_deleted_and_paid() {
+        let mut cost = Cost::ZERO;
+        let mut items = vec![3, 1, 3, 2, 1, 1, 9, 2];
+        cost.distinct(&mut items, Ord::cmp);
+        assert_eq!((items, cost.work(), cost.depth(), cost.scans()), (vec![1, 2, 3, 9], 6 * 8, 6, 1));
+        let mut cost = Cost::ZERO;
+        cost.distinct_inside(&mut vec![1, 1, 2, 2], Ord::cmp);
+        assert_eq!((cost.depth(), cost.scans(), cost.depth_log_scan(1 << 20)), (5, 0, 6));
     }
 
     #[test]

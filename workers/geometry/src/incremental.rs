@@ -50,6 +50,9 @@ pub enum IncrementalError {
         /// The number of the point.
         point: u32,
     },
+    /// It was told to stop.
+    #[error("the triangulation was stopped")]
+    Stopped,
     /// More points or cells than one triangulation can number.
     #[error("more than 2^26 points or 2^29 cells in one triangulation")]
     TooMany,
@@ -71,6 +74,9 @@ const MOST_POINTS: usize = 1 << 26;
 /// Half of what the complex can number: one insertion adds at most two cells per vertex.
 const MOST_CELLS: u32 = 1 << 29;
 
+/// Points between two questions whether to go on.
+pub const ASKED_EVERY: usize = 4096;
+
 impl<P: Point> Incremental<P> {
     /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with
     /// [`insertion_order`].
@@ -90,6 +96,19 @@ impl<P: Point> Incremental<P> {
     ///
     /// Any [`IncrementalError`]; of coincident points, the first met in the order of insertion.
     pub fn build(points: Vec<P>, order: Option<&[u32]>) -> Result<Self, IncrementalError> {
+        Self::build_while(points, order, &mut || true)
+    }
+
+    /// The same, as long as `go_on`, which is asked every [`ASKED_EVERY`] points, answers yes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Incremental::build`]; [`IncrementalError::Stopped`].
+    pub fn build_while(
+        points: Vec<P>,
+        order: Option<&[u32]>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Self, IncrementalError> {
         if points.len() > MOST_POINTS {
             return Err(IncrementalError::TooMany);
         }
@@ -99,14 +118,14 @@ impl<P: Point> Incremental<P> {
             *p = cleaned(*p).ok_or(IncrementalError::NotFinite { point: i })?;
         }
         match order {
-            Some(order) => this.fill(order.iter().copied())?,
-            None => this.fill(0..this.points.len() as u32)?,
+            Some(order) => this.fill(order.iter().copied(), go_on)?,
+            None => this.fill(0..this.points.len() as u32, go_on)?,
         }
         Ok(this)
     }
 
     /// Starts from the first affinely independent points of the order and inserts the others.
-    fn fill<I>(&mut self, order: I) -> Result<(), IncrementalError>
+    fn fill<I>(&mut self, order: I, go_on: &mut dyn FnMut() -> bool) -> Result<(), IncrementalError>
     where
         I: Iterator<Item = u32> + Clone,
     {
@@ -134,7 +153,10 @@ impl<P: Point> Incremental<P> {
         for &v in &frame {
             self.incident[v as usize] = 0;
         }
-        for v in order {
+        for (i, v) in order.enumerate() {
+            if i % ASKED_EVERY == 0 && !go_on() {
+                return Err(IncrementalError::Stopped);
+            }
             if !frame.contains(&v) {
                 self.insert_vertex(v, self.last)?;
             }

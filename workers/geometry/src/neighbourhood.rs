@@ -96,8 +96,8 @@ impl Candidates {
         self.prune();
         // Arrival order is the canonical one; pruning permutes, so restore it.
         self.list.sort_unstable_by_key(|e| e.1);
-        self.list.shrink_to_fit();
-        self.list
+        // A copy of its own size: a large block that shrinks in place leaves a hole that nothing fills.
+        self.list.as_slice().into()
     }
 }
 

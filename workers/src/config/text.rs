@@ -7,7 +7,7 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use thiserror::Error;
 
-use super::{SetRule, Wanted, WorkerConfig};
+use super::{SetRule, Stop, Wanted, WorkerConfig};
 
 /// Why a line is no configuration: the field, counted from zero.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -19,7 +19,8 @@ pub struct ConfigTextError {
     pub field: usize,
 }
 
-/// Fields separated by spaces, in the order of the struct; floating-point numbers by their bits.
+/// Fields separated by spaces, in the order of the struct, but for what is the process's own; floating-point
+/// numbers by their bits.
 impl fmt::Display for WorkerConfig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let WorkerConfig {
@@ -34,7 +35,9 @@ impl fmt::Display for WorkerConfig {
             until,
             with_leaves,
             exchange_cap,
+            fault,
             record_tasks,
+            stop: _,
         } = self;
         write!(f, "{run} {seed} {workers} {leaf} {counted} ")?;
         match wanted {
@@ -59,6 +62,10 @@ impl fmt::Display for WorkerConfig {
             Some(cap) => write!(f, "{cap}")?,
             None => f.write_str("-")?,
         }
+        match fault {
+            Some(fault) => write!(f, " {fault}")?,
+            None => f.write_str(" -")?,
+        }
         write!(f, " {record_tasks}")
     }
 }
@@ -69,7 +76,7 @@ impl FromStr for WorkerConfig {
     fn from_str(line: &str) -> Result<Self, ConfigTextError> {
         let fields: Vec<&str> = line.split(' ').collect();
         let fail = |field: usize| ConfigTextError { line: line.to_string(), field };
-        if fields.len() != 13 {
+        if fields.len() != 14 {
             return Err(fail(fields.len()));
         }
         let parameter = fields[6];
@@ -96,6 +103,10 @@ impl FromStr for WorkerConfig {
             "-" => None,
             _ => Some(parse(&fields, 11).ok_or_else(|| fail(11))?),
         };
+        let fault = match fields[12] {
+            "-" => None,
+            _ => Some(parse(&fields, 12).ok_or_else(|| fail(12))?),
+        };
         Ok(WorkerConfig {
             run: parse(&fields, 0).ok_or_else(|| fail(0))?,
             seed: parse(&fields, 1).ok_or_else(|| fail(1))?,
@@ -108,7 +119,9 @@ impl FromStr for WorkerConfig {
             until,
             with_leaves: parse(&fields, 10).ok_or_else(|| fail(10))?,
             exchange_cap,
-            record_tasks: parse(&fields, 12).ok_or_else(|| fail(12))?,
+            fault,
+            record_tasks: parse(&fields, 13).ok_or_else(|| fail(13))?,
+            stop: Stop::default(),
         })
     }
 }
@@ -120,6 +133,7 @@ fn parse<T: FromStr>(fields: &[&str], field: usize) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::Fault;
 
     #[test]
     fn every_configuration_survives_the_line() {
@@ -144,13 +158,15 @@ mod tests {
                 until: odd.then_some(Phase::Partition),
                 with_leaves: odd,
                 exchange_cap: (!odd).then_some(9),
+                fault: odd.then_some(Fault::SpoilStar { rank: 2 }),
+                stop: Stop::default(),
                 record_tasks: odd,
             };
             let line = config.to_string();
             let back: WorkerConfig = line.parse().unwrap();
             assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
             let cut = line.rsplit_once(' ').unwrap().0;
-            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 12);
+            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 13);
             let torn =
                 line.replacen("density", "dense", 1).replacen("knn", "k", 1).replacen("overlap", "o", 1);
             assert_eq!(torn.parse::<WorkerConfig>().unwrap_err().field, 5);

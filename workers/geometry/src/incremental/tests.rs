@@ -271,46 +271,6 @@ fn refusals_name_their_reason() {
     check(&dt);
 }
 
-/// The time per point; run with `--ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn speed() {
-    let mut random = Lcg(3);
-    for n in [1_000, 100_000, 1_000_000] {
-        let points: Vec<DVec3> =
-            (0..n).map(|_| DVec3::new(random.unit(), random.unit(), random.unit())).collect();
-        let start = std::time::Instant::now();
-        let order = insertion_order(&points);
-        let sorted = start.elapsed().as_secs_f64();
-        let permuted: Vec<DVec3> = order.iter().map(|&i| points[i as usize]).collect();
-        let plane: Vec<DVec2> = permuted.iter().map(|p| p.truncate()).collect();
-        let per = |start: std::time::Instant| start.elapsed().as_secs_f64() * 1e6 / f64::from(n);
-        let start = std::time::Instant::now();
-        let given = Incremental::build(permuted, None).unwrap();
-        let in_order = per(start);
-        let start = std::time::Instant::now();
-        let built = Incremental::build(points, Some(&order)).unwrap();
-        let indirect = per(start);
-        assert_eq!(given.complex().len(), built.complex().len());
-        let start = std::time::Instant::now();
-        let mut links = 0;
-        let mut link = Vec::new();
-        for v in 0..n as u32 {
-            given.link_of(v, &mut link);
-            links += link.len();
-        }
-        let linked = per(start);
-        let start = std::time::Instant::now();
-        Incremental::new(plane).unwrap();
-        let flat = per(start);
-        println!(
-            "n {n}: sort {:.2}, in order {in_order:.2}, indirect {indirect:.2}, plane {flat:.2}, \
-             links {linked:.2} us per point ({links})",
-            sorted * 1e6 / f64::from(n)
-        );
-    }
-}
-
 fn distinct<P: Point>(mut points: Vec<P>) -> Vec<P> {
     points.sort_by(lex_cmp);
     points.dedup();

@@ -1,0 +1,238 @@
+//! Exclusive reads and writes between workers, by a log of all accesses: what a round's messages read in the
+//! memory of their sender and write in that of their receiver.
+//!
+//! A cell is a point's record in the memory of one worker, or the place where an answer to a query is awaited.
+//! In one step of the machine
+//! 1. a record that moves is given away by the one worker that has it, to one other;
+//! 2. a record is read only by the processors of a worker that was sent it before, or was given it;
+//! 3. a subproblem takes each of its points once, by one of its processors: what both children need was copied;
+//! 4. an answer is written once by each worker that was asked, and by no other.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex};
+
+use glam::DVec3;
+use septet::config::Workers;
+use septet::generate::Kind;
+use septet::protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet::protocol::message::{Body, Message, PointBatch};
+use septet::protocol::transport::{Delivery, Transport, TransportError};
+use septet::run_on;
+use septet::workers::config::WorkerConfig;
+use septet::workers::host::step_all;
+use septet::workers::worker::Worker;
+
+use crate::common::sets::space;
+use crate::common::{combinations, simulated, with_graph};
+
+type Sent = (Phase, Message<DVec3>);
+
+/// One thread of workers that keeps every message.
+struct Observed {
+    workers: Vec<Worker<DVec3>>,
+    wire: Vec<Message<DVec3>>,
+    log: Arc<Mutex<Vec<Sent>>>,
+    round: u32,
+    phase: Phase,
+}
+
+impl Observed {
+    fn new(config: &Arc<WorkerConfig>, log: Arc<Mutex<Vec<Sent>>>) -> Self {
+        let workers = (1..=config.workers).map(|rank| Worker::new(rank, config.clone(), None)).collect();
+        Observed { workers, wire: Vec::new(), log, round: 0, phase: Phase::Load }
+    }
+
+    fn send(&mut self, messages: Vec<Message<DVec3>>) {
+        self.log.lock().unwrap().extend(messages.iter().map(|m| (self.phase, m.clone())));
+        self.wire.extend(messages);
+    }
+}
+
+impl Transport<DVec3> for Observed {
+    fn size(&self) -> u32 {
+        self.workers.len() as u32 + 1
+    }
+
+    fn exchange(
+        &mut self,
+        outbox: Vec<Message<DVec3>>,
+        busy: bool,
+    ) -> Result<Delivery<DVec3>, TransportError> {
+        let busy = busy || self.workers.iter().any(Worker::busy);
+        self.send(outbox);
+        let all = std::mem::take(&mut self.wire);
+        let active = busy || !all.is_empty();
+        let (inbox, inner): (Vec<_>, Vec<_>) = all.into_iter().partition(|m| m.to == COORDINATOR);
+        self.round += 1;
+        if active {
+            let sent = step_all(&mut self.workers, self.round, inner)?;
+            self.send(sent);
+        } else if self.phase != Phase::Done {
+            self.phase = self.workers[0].next_phase();
+            for i in 0..self.workers.len() {
+                let sent = self.workers[i].begin(self.phase, self.round)?;
+                self.send(sent);
+            }
+        }
+        Ok(Delivery { inbox, active })
+    }
+}
+
+fn records(body: &Body<DVec3>) -> Vec<&PointBatch<DVec3>> {
+    match body {
+        Body::Start { frame: points, .. }
+        | Body::Block(points)
+        | Body::Move(points)
+        | Body::Frame(points)
+        | Body::Ghosts(points)
+        | Body::Gather(points)
+        | Body::Reverse { points, .. }
+        | Body::Items { points, .. }
+        | Body::Propose { points, .. }
+        | Body::Object { points, .. }
+        | Body::Region { points, .. } => vec![points],
+        Body::Answer(list) | Body::Lists(list) => vec![&list.points],
+        Body::Summary(summary) => vec![&summary.smallest],
+        Body::Children(both) => both.iter().map(|s| &s.smallest).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// The worker whose memory holds a point as its own, and those that were sent a copy.
+#[derive(Default)]
+struct Memory {
+    home: BTreeMap<u64, Rank>,
+    copies: BTreeSet<(Rank, u64)>,
+    /// Places where answers are awaited: who waits, its name of the query, who was asked.
+    awaited: BTreeSet<(Rank, u32, Rank)>,
+    /// Points that a subproblem has taken.
+    taken: BTreeSet<(Phase, NodeId, u64)>,
+}
+
+impl Memory {
+    fn may_read(&self, rank: Rank, id: u64) -> bool {
+        rank == COORDINATOR || self.home.get(&id) == Some(&rank) || self.copies.contains(&(rank, id))
+    }
+
+    /// What a message reads where it is sent: the accesses that are not exclusive.
+    fn read(&mut self, phase: Phase, m: &Message<DVec3>) -> Option<String> {
+        let what = |why: &str, id: u64| Some(format!("{} {}: point {id} {why}", phase.name(), m.node.0));
+        for batch in records(&m.body) {
+            for &id in batch.ids.iter() {
+                let mine = self.home.get(&id) == Some(&m.from);
+                match &m.body {
+                    Body::Move(_) if !mine => return what("is given by another than its worker", id),
+                    // It is on its way, and nobody's until it arrives.
+                    Body::Move(_) => drop(self.home.remove(&id)),
+                    Body::Ghosts(_) | Body::Items { .. } if !self.taken.insert((phase, m.node, id)) => {
+                        return what("is taken twice", id);
+                    }
+                    _ if !self.may_read(m.from, id) => return what("is read where it never was", id),
+                    _ => {}
+                }
+            }
+        }
+        None
+    }
+
+    /// What it writes where it arrives.
+    fn write(&mut self, m: &Message<DVec3>) -> Option<String> {
+        match &m.body {
+            Body::Block(points) | Body::Move(points) => {
+                for &id in points.ids.iter() {
+                    if self.home.insert(id, m.to).is_some() {
+                        return Some(format!("point {id} is at home twice"));
+                    }
+                }
+            }
+            Body::Query(batch) => {
+                self.awaited.extend(batch.slots.iter().map(|&slot| (m.from, slot, m.to)));
+            }
+            Body::Items { slots, .. } => {
+                self.awaited.extend(slots.iter().map(|&slot| (m.from, slot, m.to)));
+            }
+            Body::Answer(list) | Body::Lists(list) => {
+                for &slot in list.slots.iter() {
+                    if !self.awaited.remove(&(m.to, slot, m.from)) {
+                        return Some(format!("{} answers {} of {} again, or unasked", m.from, slot, m.to));
+                    }
+                }
+            }
+            _ => {}
+        }
+        for batch in records(&m.body) {
+            self.copies.extend(batch.ids.iter().map(|&id| (m.to, id)));
+        }
+        None
+    }
+}
+
+/// The first access that is not exclusive.
+fn conflict(log: &[Sent]) -> Option<String> {
+    let mut memory = Memory::default();
+    for step in log.chunk_by(|a, b| a.1.round == b.1.round) {
+        // All reads of a step come before its writes.
+        for (phase, message) in step {
+            if let Some(conflict) = memory.read(*phase, message) {
+                return Some(conflict);
+            }
+        }
+        for (_, message) in step {
+            if let Some(conflict) = memory.write(message) {
+                return Some(conflict);
+            }
+        }
+    }
+    (!memory.awaited.is_empty()).then(|| format!("{} answers are missing", memory.awaited.len()))
+}
+
+fn logged(workers: u32, choice: usize, counted: bool) -> Vec<Sent> {
+    let points = space(Kind::Uniform, 1500, 4);
+    let config = with_graph(&simulated(Workers::Count(workers), 0, 60), combinations(false)[choice]);
+    let log = Arc::new(Mutex::new(Vec::new()));
+    let run = run_on(&points, &config, counted, &mut |machine| {
+        Ok(Box::new(Observed::new(machine, log.clone())) as Box<dyn Transport<DVec3>>)
+    });
+    assert!(run.unwrap().refutation.is_none());
+    let mut log = std::mem::take(&mut *log.lock().unwrap());
+    log.sort_by_key(|(_, message)| message.round);
+    log
+}
+
+#[test]
+fn accesses_between_workers_are_exclusive() {
+    for choice in 0..combinations(false).len() {
+        for (workers, counted) in [(2, true), (5, true), (16, true), (5, false)] {
+            let log = logged(workers, choice, counted);
+            assert!(log.len() > 50, "{} messages", log.len());
+            let found = conflict(&log);
+            assert!(found.is_none(), "{:?}, {workers} workers: {found:?}", combinations(false)[choice]);
+        }
+    }
+}
+
+/// Each kind of planted access is found.
+#[test]
+fn the_log_finds_what_is_not_exclusive() {
+    let log = logged(5, 1, true);
+    let doubled = |is: &dyn Fn(&Body<DVec3>) -> bool, change: &dyn Fn(&mut Message<DVec3>)| {
+        let mut log = log.clone();
+        let at = log.iter().position(|(_, m)| m.from != COORDINATOR && is(&m.body)).expect("such a message");
+        let (phase, mut message) = log[at].clone();
+        change(&mut message);
+        log.insert(at, (phase, message));
+        conflict(&log)
+    };
+    let elsewhere = |m: &mut Message<DVec3>| m.to = m.to % 5 + 1;
+    let full = |points: &PointBatch<DVec3>| !points.is_empty();
+    let found = [
+        doubled(&|b| matches!(b, Body::Move(p) if full(p)), &elsewhere),
+        doubled(&|b| matches!(b, Body::Items { points, .. } if full(points)), &elsewhere),
+        doubled(&|b| matches!(b, Body::Answer(list) if !list.slots.is_empty()), &|_| {}),
+        doubled(&|b| matches!(b, Body::Lists(list) if full(&list.points)), &|_| {}),
+    ];
+    let again = "again, or unasked";
+    for (found, words) in found.iter().zip(["given by another", "taken twice", again, again]) {
+        assert!(found.as_ref().is_some_and(|f| f.contains(words)), "{words}: {found:?}");
+    }
+}

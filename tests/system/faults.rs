@@ -1,0 +1,85 @@
+//! What a machine does when something in it goes wrong.
+
+use crate::common::sets::{plane, space};
+use crate::common::{combinations, simulated, threaded, with_graph};
+use septet::config::{Fault, Workers};
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::protocol::ids::{NodeId, Phase};
+use septet::protocol::transport::TransportError;
+use septet::{Config, Error, simulate, triangulate};
+
+const LEAF: u64 = 60;
+
+fn refuse(first: u64, last: u64) -> Fault {
+    Fault::RefuseSplit { first: NodeId(first), last: NodeId(last) }
+}
+
+/// Groups that cannot split their node pass on what they are sent for it: cells and graph stay the same.
+fn relayed<P: Point>(points: &[P]) {
+    // The root; both its children; one of them; one or all of the nodes below, where there is a group.
+    let refused = [(2, 1, 1), (5, 1, 1), (5, 2, 3), (5, 3, 3), (8, 2, 2), (8, 2, 3), (8, 5, 5), (8, 4, 7)];
+    for choice in combinations(false) {
+        let whole = Config { keep_graph: true, ..with_graph(&simulated(Workers::Count(1), 0, LEAF), choice) };
+        let reference = simulate(points, &whole).unwrap();
+        for (workers, first, last) in refused {
+            let config = with_graph(&simulated(Workers::Count(workers), 3, LEAF), choice);
+            let config = Config { keep_graph: true, fault: Some(refuse(first, last)), ..config };
+            let what = format!("{choice:?}, {workers} workers, {first} to {last} refused");
+            let counted = simulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
+            let facts = &counted.ledger.part.nodes[&NodeId(first)];
+            assert!(facts.is_leaf() && facts.population > LEAF, "{what}: it was split");
+            assert!(counted.cells == reference.cells, "{what}: other cells");
+            assert!(counted.graph == reference.graph, "{what}: another graph");
+            let run = triangulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
+            assert!(run.cells == reference.cells, "{what}: other cells, triangulated");
+        }
+    }
+}
+
+#[test]
+fn a_refused_split_is_relayed_in_space() {
+    relayed(&space(Kind::Uniform, 1500, 5));
+}
+
+#[test]
+fn a_refused_split_is_relayed_in_the_plane() {
+    relayed(&plane(Kind::Clusters, 1500, 5));
+}
+
+#[test]
+fn a_spoilt_star_has_no_certificate() {
+    let points = space(Kind::Uniform, 800, 6);
+    for (workers, rank) in [(1, 1), (3, 2)] {
+        for counted in [false, true] {
+            let config = threaded(Workers::Count(workers), 2, LEAF);
+            let config = Config { fault: Some(Fault::SpoilStar { rank }), ..config };
+            let result = if counted { simulate(&points, &config) } else { triangulate(&points, &config) };
+            let Err(Error::NotCertified { refutation, run }) = result else { panic!("{result:?}") };
+            assert!(refutation.disagreements > 0 && refutation.points == 800, "{refutation}");
+            assert_eq!(run.refutation, Some(refutation));
+            assert!(run.cells.is_empty());
+            assert!(
+                run.ledger.phases.iter().any(|p| p.phase == Phase::Hulls || p.phase == Phase::Certificate)
+            );
+        }
+    }
+}
+
+#[test]
+fn a_worker_that_ends_is_named() {
+    let points = plane(Kind::Uniform, 800, 6);
+    for rank in [1, 3] {
+        for phase in [Phase::Partition, Phase::Neighbours, Phase::Graph, Phase::Repair, Phase::Collect] {
+            for config in [simulated(Workers::Count(3), 1, LEAF), threaded(Workers::Count(3), 2, LEAF)] {
+                let config = Config { fault: Some(Fault::DieAt { rank, phase }), ..config };
+                match simulate(&points, &config) {
+                    Err(Error::Machine(TransportError::WorkerFailed { rank: named, .. })) => {
+                        assert_eq!(named, rank);
+                    }
+                    other => panic!("{rank} {phase:?}: {:?}", other.map(|run| run.cell_count())),
+                }
+            }
+        }
+    }
+}
