@@ -44,6 +44,8 @@ mod run;
 
 pub mod report;
 
+pub mod trace;
+
 pub mod verify;
 
 pub mod io;

@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[path = "cli/instruments.rs"]
+mod instruments;
 #[path = "cli/report.rs"]
 mod report;
 
