@@ -61,7 +61,7 @@ fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
     (run.unwrap(), exchanges.load(Ordering::Relaxed))
 }
 
-/// One slice for each exchange and worker, one arrow for each message, by two readers.
+/// One slice between any two exchanges for each worker, one arrow for each message, by two readers.
 fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     let workers = u64::from(run.settled.workers);
     let billed: u64 = run.ledger.phases.iter().map(|p| p.messages).sum();
@@ -69,8 +69,8 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     let messages = billed + workers;
     let seen = rules::read(path);
     for rank in 0..=workers {
-        // The coordinator hands out the blocks before the first.
-        let expected = exchanges + u64::from(rank == 0);
+        // The coordinator hands out the blocks before the first; after the last there is nothing to do.
+        let expected = exchanges - u64::from(rank > 0);
         assert_eq!(seen.slices[&(rank + 1, "round".to_owned())], expected, "rank {rank}");
     }
     assert_eq!(seen.arrows, messages);
@@ -83,7 +83,7 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     for (rank, (pid, name, place)) in (0u64..).zip(perfetto.processes()) {
         let expected = if rank == 0 { "coordinator".to_owned() } else { format!("worker {rank}") };
         assert_eq!((pid, name, place), (rank + 1, expected, rank + 1));
-        assert_eq!(perfetto.slices(pid, "rounds", "round"), exchanges + u64::from(rank == 0), "rank {rank}");
+        assert_eq!(perfetto.slices(pid, "rounds", "round"), exchanges - u64::from(rank > 0), "rank {rank}");
     }
     let steps: u64 = seen.slices.iter().filter(|s| s.0.1 == "subproblem").map(|s| s.1).sum();
     assert_eq!(perfetto.slices_of("subproblem"), steps);
@@ -141,8 +141,8 @@ fn details_add_up_and_change_nothing() {
         assert_same_counts(&run.ledger, &silent.ledger, "with a trace");
         let seen = rules::read(&path);
         let has = |category: &str| seen.slices.keys().any(|k| k.1 == category);
-        // The run and its phases, the end among them.
-        assert_eq!(seen.slices[&(1, "phase".to_owned())], run.phase_seconds.len() as u64 + 2);
+        // The run and its phases.
+        assert_eq!(seen.slices[&(1, "phase".to_owned())], run.phase_seconds.len() as u64 + 1);
         assert_eq!(has("round"), detail >= Detail::Round);
         assert_eq!(seen.arrows > 0, detail >= Detail::Message);
         assert_eq!(seen.last.contains_key("bytes in flight"), detail >= Detail::Message);

@@ -18,8 +18,8 @@
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::Message;
-use tracing::Level;
 use tracing::span::EnteredSpan;
+use tracing::{Level, Span};
 
 use crate::config::WorkerConfig;
 
@@ -48,8 +48,11 @@ pub struct Site {
 
 impl Site {
     /// Enters the span of what this rank does in this round. `received` messages start it, or, if none, the
-    /// beginning of the phase.
+    /// beginning of the phase. At the end of the run nothing is done.
     pub fn round(self, phase: Phase, received: Option<usize>) -> EnteredSpan {
+        if phase == Phase::Done {
+            return Span::none().entered();
+        }
         tracing::debug_span!(
             target: ROUND,
             "round",
@@ -90,6 +93,9 @@ pub fn run_span(config: &WorkerConfig, points: u64) -> EnteredSpan {
 
 /// Enters the span of a phase, from the coordinator's first step in it to its first in the next.
 pub fn phase_span(run: u64, phase: Phase) -> EnteredSpan {
+    if phase == Phase::Done {
+        return Span::none().entered();
+    }
     tracing::info_span!(target: PHASE, "phase", run, phase = phase.name()).entered()
 }
 
