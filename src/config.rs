@@ -73,6 +73,9 @@ pub struct Config {
     pub threads: usize,
     /// Seed of every random draw.
     pub seed: u64,
+    /// Names the run in messages and traces; the seed if none. Runs that are traced into one file at the same
+    /// time need names of their own.
+    pub run: Option<u64>,
     /// The supergraph.
     pub graph: GraphKind,
     /// Its alpha.
@@ -131,6 +134,7 @@ impl Default for Config {
             workers: Workers::Count(cores as u32),
             threads: cores,
             seed: 1,
+            run: None,
             graph: GraphKind::Density,
             alpha: Alpha::Auto,
             k: Neighbours::Auto,

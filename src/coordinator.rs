@@ -24,6 +24,7 @@ use septet_workers::config::{SetRule, Wanted, WorkerConfig};
 use septet_workers::leader::{Leader, by_node, is_leaf};
 use septet_workers::outbox::Outbox;
 use septet_workers::partition::lead_partition;
+use septet_workers::profile::{phase_span, received, run_span};
 use septet_workers::schedule::{Known, Outcome, next};
 
 use crate::config::{Config, Progress};
@@ -102,11 +103,12 @@ impl<'a, P: Point> Coordinator<'a, P> {
         points: &Prepared<P>,
         plan: &Plan,
     ) -> Result<Collected, Error> {
-        self.load(points, plan);
+        let _run = run_span(&self.machine, points.positions.len() as u64);
+        let mut phase = phase_span(self.machine.run, self.phase);
+        let mut outbox = self.load(points, plan);
         let mut round = 0;
         let mut started = Instant::now();
         while self.phase != Phase::Done {
-            let outbox = self.out.take(self.phase, &mut self.result.ledger);
             let delivery = match transport.exchange(outbox, self.out.has_own()) {
                 Err(TransportError::Stopped) if self.cancelled() => return Err(Error::Interrupted),
                 delivery => delivery?,
@@ -117,12 +119,14 @@ impl<'a, P: Point> Coordinator<'a, P> {
                 return Err(Error::Interrupted);
             }
             if delivery.active {
-                self.step(delivery.inbox)?;
+                outbox = self.step(delivery.inbox)?;
             } else {
                 self.result.seconds.push((self.phase, started.elapsed().as_secs_f64()));
                 started = Instant::now();
                 self.phase = next(self.phase, &self.machine, &self.known);
-                self.begin();
+                drop(phase);
+                phase = phase_span(self.machine.run, self.phase);
+                outbox = self.begin();
             }
             self.tell(round);
         }
@@ -142,7 +146,8 @@ impl<'a, P: Point> Coordinator<'a, P> {
     }
 
     /// Blocks of the input in its order, one a worker; and to the root's leader the root.
-    fn load(&mut self, points: &Prepared<P>, plan: &Plan) {
+    fn load(&mut self, points: &Prepared<P>, plan: &Plan) -> Vec<Message<P>> {
+        let _span = self.out.site().round(self.phase, None);
         let workers = self.machine.workers;
         self.population = points.positions.len() as u64;
         let mut frame = PointBatch::default();
@@ -168,12 +173,15 @@ impl<'a, P: Point> Coordinator<'a, P> {
             self.leader.plan(&nodes, &leaves);
             self.leader.lead(NodeId::ROOT, self.population, 1, workers);
         }
+        self.out.take(self.phase, &mut self.result.ledger)
     }
 
-    fn begin(&mut self) {
+    fn begin(&mut self) -> Vec<Message<P>> {
+        let _span = self.out.site().round(self.phase, None);
         if self.phase == Phase::Fallback {
             self.gathered = (0, PointBatch::default());
         }
+        self.out.take(self.phase, &mut self.result.ledger)
     }
 
     fn broadcast(&mut self, body: &Body<P>) {
@@ -182,7 +190,10 @@ impl<'a, P: Point> Coordinator<'a, P> {
         }
     }
 
-    fn step(&mut self, mut inbox: Vec<Message<P>>) -> Result<(), Error> {
+    /// Handles a round's messages; returns what it sends.
+    fn step(&mut self, mut inbox: Vec<Message<P>>) -> Result<Vec<Message<P>>, Error> {
+        let _span = self.out.site().round(self.phase, Some(inbox.len()));
+        received(self.phase, &inbox);
         inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));
         inbox.dedup_by_key(|m| (m.from, m.sequence));
@@ -225,7 +236,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
             _ => {}
         }
         match inbox.first() {
-            None => Ok(()),
+            None => Ok(self.out.take(self.phase, &mut self.result.ledger)),
             Some(message) => Err(TransportError::BadMessage {
                 from: message.from,
                 reason: format!("it has no place at the coordinator in phase {}", self.phase.name()),
@@ -291,7 +302,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     Some(merged)
                 } else {
                     let ledger = &mut self.result.ledger;
-                    let joined = self.leader.on_merged(child, merged, phase, ledger);
+                    let joined = self.leader.on_merged(child, merged, phase, self.out.site(), ledger);
                     joined.map(|(_, all)| {
                         ledger.tally(round, Phase::Merge).merged += 1;
                         all

@@ -46,6 +46,8 @@ pub mod predict;
 
 pub mod report;
 
+pub mod trace;
+
 pub mod verify;
 
 pub mod io;

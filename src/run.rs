@@ -201,7 +201,7 @@ pub fn run_on<P: Point>(
         _ => None,
     };
     let mut machine = WorkerConfig {
-        run: config.seed,
+        run: config.run.unwrap_or(config.seed),
         seed: config.seed,
         workers: 1,
         leaf: config.leaf_size(P::DIM, alpha),
@@ -335,6 +335,9 @@ fn settle(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     })
 }
 
+/// Sets a planning run's name apart from that of the run it plans for.
+const PLANNING: u64 = 1 << 63;
+
 /// Grows the tree once, on one worker, to learn how many leaves lie below each node.
 fn plan_leaves<P: Point>(
     config: &Config,
@@ -342,7 +345,8 @@ fn plan_leaves<P: Point>(
     ready: &Prepared<P>,
     start_machine: &mut Start<'_, P>,
 ) -> Result<(Plan, Traffic), Error> {
-    let machine = WorkerConfig { counted: true, until: Some(Phase::Partition), ..machine.clone() };
+    let (run, until) = (machine.run ^ PLANNING, Some(Phase::Partition));
+    let machine = WorkerConfig { run, counted: true, until, ..machine.clone() };
     let machine = Arc::new(machine);
     let mut transport = start_machine(&machine)?;
     let grown = Coordinator::new(config, machine).run(transport.as_mut(), ready, &Plan::new())?;

@@ -13,6 +13,9 @@ use tempfile::TempDir;
 #[path = "cli/faults.rs"]
 mod faults;
 
+#[path = "cli/instruments.rs"]
+mod instruments;
+
 #[path = "cli/predict.rs"]
 mod predict;
 

@@ -31,16 +31,18 @@ fn files_of(path: &Path) -> Vec<PathBuf> {
 }
 
 /// Checks all outputs of a run before any work.
-pub fn check(input: Option<&Path>, outputs: &[PathBuf], json: Option<&Path>) -> Result<(), Failure> {
+///
+/// `texts` are files of one piece (report, tables, trace); `-` among them is no file.
+pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Result<(), Failure> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     let input_identity = input.map(identity);
-    let json = json.filter(|j| j.as_os_str() != "-");
+    let texts = texts.iter().copied().filter(|t| t.as_os_str() != "-");
     for output in outputs {
         // A name that is no output at all is a matter of usage, and comes first.
         OutputFormat::of(output)?;
     }
-    for output in outputs.iter().map(PathBuf::as_path).chain(json) {
-        let files = if Some(output) == json { vec![output.to_owned()] } else { files_of(output) };
+    let meshes = outputs.iter().map(|o| (o.as_path(), files_of(o)));
+    for (output, files) in meshes.chain(texts.clone().map(|t| (t, vec![t.to_owned()]))) {
         let mut own: Vec<PathBuf> = files.iter().map(|f| identity(f)).collect();
         own.sort();
         own.dedup();
@@ -70,7 +72,10 @@ pub fn check(input: Option<&Path>, outputs: &[PathBuf], json: Option<&Path>) -> 
     for output in outputs {
         check_output(output)?;
     }
-    json.map_or(Ok(()), |path| probe(path).map_err(Failure::from))
+    for path in texts {
+        probe(path)?;
+    }
+    Ok(())
 }
 
 /// The temporary file that becomes `path`.

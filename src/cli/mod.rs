@@ -5,6 +5,7 @@ mod errors;
 mod files;
 mod generate;
 mod input;
+mod instruments;
 mod options;
 mod predict;
 mod progress;
@@ -15,6 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
+use tracing_subscriber::layer::Identity;
 
 use errors::{Code, Failure};
 use progress::{Cancelled, Talk, TalkArgs};
@@ -92,12 +94,18 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
     match command {
         Command::Triangulate(args) => triangulate::run(&args.run, false, talk),
         Command::Simulate(args) => triangulate::run(&args.run, true, talk),
-        Command::Generate(args) => generate::run(&args, talk),
-        Command::Verify(args) => verify::run(&args, talk),
-        Command::Predict(args) => predict::run(&args, talk),
+        Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
+        Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
+        Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }
+}
+
+/// What has no trace.
+fn logged(talk: &Talk, run: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    talk.log(None::<Identity>);
+    run()
 }
 
 /// `--color` for the messages of the parser itself, which come before the options are known.

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use septet::Config;
 use septet::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
 use septet::io::write::MshVersion;
+use septet::trace::Detail;
 
 use super::errors::{Code, Failure};
 
@@ -27,7 +28,8 @@ pub struct TriangulateArgs {
 #[command(after_help = "\
 Examples:
   septet simulate sample:well-spaced:65536 --workers leaves --profile
-  septet simulate points.npy --workers 64 --supergraph knn --k 10ln --json counts.json")]
+  septet simulate points.npy --workers 64 --supergraph knn --k 10ln --json counts.json
+  septet simulate sample:uniform:1e5 --workers 16 --trace run.json --profile=run.md")]
 pub struct SimulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
@@ -80,9 +82,16 @@ pub struct RunArgs {
     /// only; a second run, unless there is one worker)
     #[arg(long)]
     pub tasks: bool,
-    /// Print tables of phases, rounds and tree levels
-    #[arg(long)]
-    pub profile: bool,
+    /// Print tables of phases, rounds and tree levels; with a name ending in .md write them as Markdown, in .csv
+    /// as three files (NAME.phases.csv, NAME.rounds.csv, NAME.levels.csv)
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    pub profile: Option<PathBuf>,
+    /// Write what every worker did when, as Chrome's JSON: open it with Perfetto (ui.perfetto.dev)
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// How much the trace tells, each more than the one before [default: subproblem]
+    #[arg(long, value_name = "DETAIL", value_enum, requires = "trace")]
+    pub trace_level: Option<DetailArg>,
     /// Drop and count points that are not finite or not numbers, instead of refusing the file
     #[arg(long)]
     pub skip_invalid: bool,
@@ -140,6 +149,30 @@ impl From<MshArg> for MshVersion {
         match version {
             MshArg::V22 => MshVersion::V22,
             MshArg::V41 => MshVersion::V41,
+        }
+    }
+}
+
+/// `--trace-level`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DetailArg {
+    /// The coordinator's phases
+    Phase,
+    /// What each worker does in each round
+    Round,
+    /// Messages and bytes in flight
+    Message,
+    /// Steps at nodes of the partition tree
+    Subproblem,
+}
+
+impl From<DetailArg> for Detail {
+    fn from(detail: DetailArg) -> Self {
+        match detail {
+            DetailArg::Phase => Detail::Phase,
+            DetailArg::Round => Detail::Round,
+            DetailArg::Message => Detail::Message,
+            DetailArg::Subproblem => Detail::Subproblem,
         }
     }
 }

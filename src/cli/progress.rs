@@ -10,7 +10,9 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use septet::config::{Progress, ProgressFn};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer, Registry};
 
 /// Options of every subcommand about what is said.
 #[derive(Debug, Args)]
@@ -42,13 +44,14 @@ pub struct Cancelled;
 pub struct Talk {
     quiet: bool,
     color: bool,
+    level: &'static str,
     bar: ProgressBar,
     /// Set by the first Ctrl-C.
     pub cancel: Arc<AtomicBool>,
 }
 
 impl Talk {
-    /// Sets up logging and the interrupt handler.
+    /// Sets up the bar and the interrupt handler.
     pub fn new(args: &TalkArgs) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let color = match args.color {
@@ -59,17 +62,11 @@ impl Talk {
         let level = match (args.quiet, args.verbose) {
             (true, _) => "error",
             (_, 0) => "warn",
-            (_, 1) => "info",
+            // The lines say which phase it is.
+            (_, 1) => "info,septet::phase=off",
             (_, 2) => "debug",
             _ => "trace",
         };
-        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(level));
-        // A second subscriber cannot be there yet; if it were, it would serve as well.
-        let _ = tracing_subscriber::fmt()
-            .with_env_filter(filter)
-            .with_writer(std::io::stderr)
-            .with_ansi(color)
-            .try_init();
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         if terminal && !args.quiet && args.verbose == 0 {
             bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
@@ -93,7 +90,18 @@ impl Talk {
                 eprintln!("interrupted: ending at the next step (once more to end at once)");
             }
         });
-        Talk { quiet: args.quiet, color, bar, cancel }
+        Talk { quiet: args.quiet, color, level, bar, cancel }
+    }
+
+    /// Sets up logging, and a trace if there is one; it can be done only once.
+    pub fn log<L>(&self, trace: Option<L>)
+    where
+        L: Layer<Registry> + Send + Sync,
+    {
+        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(self.level));
+        let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(self.color);
+        // A second subscriber cannot be there yet; if it were, it would serve as well.
+        let _ = tracing_subscriber::registry().with(trace).with(lines.with_filter(filter)).try_init();
     }
 
     /// Colours on standard error?

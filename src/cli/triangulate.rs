@@ -14,6 +14,7 @@ use septet::{Config, Error, Run};
 use super::errors::{Code, Failure};
 use super::files;
 use super::input::{self, Loaded};
+use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
 
@@ -25,7 +26,11 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let _ = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build_global();
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
-    files::check(is_file.then(|| Path::new(&args.input)), &args.output, args.json.as_deref())?;
+    check_trace(args)?;
+    let tables = Tables::of(args.profile.as_deref())?;
+    let texts = args.json.iter().chain(&args.trace).map(PathBuf::as_path).chain(tables.paths());
+    let texts: Vec<&Path> = texts.collect();
+    files::check(is_file.then(|| Path::new(&args.input)), &args.output, &texts)?;
     let loaded = if let Some(request) = sample {
         within_memory(&config, request.n, request.dimension, counted)?;
         input::make(&request, talk)?
@@ -38,12 +43,16 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     config.cancel = Some(talk.cancel.clone());
     config.progress = Some(talk.phases());
     let rss_before_bytes = rss();
-    let (run, failure) = match go(&loaded.points, &config, counted) {
-        Ok(run) => (run, None),
-        Err(error) => uncertified(error).map_err(|e| place(e, &loaded, &args.input))?,
+    let go = || match go(&loaded.points, &config, counted) {
+        Ok(run) => Ok((run, None)),
+        Err(error) => uncertified(error).map_err(|e| place(e, &loaded, &args.input)),
     };
+    let mut files = Vec::new();
+    let (run, failure) = traced(args, talk, &mut files, go)?;
     let run_seconds = start.elapsed().as_secs_f64();
-    let files = if failure.is_none() { write_all(args, &run, &loaded, talk)? } else { Vec::new() };
+    if failure.is_none() {
+        files.extend(write_all(args, &run, &loaded, talk)?);
+    }
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
     let setting = Setting {
@@ -58,7 +67,9 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         peak_rss_bytes: peak_rss(),
     };
     let report = Report::of(&run, &config, &setting);
+    files.extend(tables.write(&report)?);
     tell(args, &report, &files, talk)?;
+    tables.print(&report);
     failure.map_or(Ok(()), Err)
 }
 
@@ -78,9 +89,6 @@ fn tell(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Resu
     }
     for file in files {
         talk.note(format!("  wrote {}", file.display()));
-    }
-    if args.profile {
-        eprint!("{}", report.tables());
     }
     Ok(())
 }

@@ -43,7 +43,8 @@ pub struct VerifyArgs {
 /// Reads, verifies, reports.
 pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     for input in [Path::new(&args.points), &args.cells] {
-        files::check(Some(input), &[], args.json.as_deref())?;
+        let json: Vec<&Path> = args.json.as_deref().into_iter().collect();
+        files::check(Some(input), &[], &json)?;
     }
     let loaded = match input::sample(&args.points, None)? {
         Some(request) => input::make(&request, talk)?,

@@ -7,7 +7,8 @@
 mod build;
 mod parameters;
 mod schema;
-mod table;
+mod summary;
+mod tables;
 mod tree;
 mod verdict;
 
@@ -18,4 +19,5 @@ pub use schema::{
     PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
     TreeReport,
 };
+pub use tables::TableFormat;
 pub use verdict::{VERIFY_SCHEMA, Verdict};

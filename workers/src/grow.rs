@@ -3,13 +3,14 @@
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, is_sample};
-use septet_protocol::ids::NodeId;
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::tasks::SampleRow;
 
 use crate::config::WorkerConfig;
 use crate::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts};
 use crate::partition::{Sketch, sides_of};
+use crate::profile::Site;
 use crate::tasks::record_samples;
 use crate::tree::Split;
 
@@ -48,6 +49,7 @@ impl<P> Grown<P> {
 /// Splits nodes that one worker holds.
 pub(crate) struct Builder<'a, P> {
     pub(crate) config: &'a WorkerConfig,
+    pub(crate) site: Site,
     pub(crate) positions: &'a [P],
 }
 
@@ -93,6 +95,7 @@ impl<P: Point> Builder<'_, P> {
     ) -> Option<(Split<P>, [Vec<u32>; 2])> {
         let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
         let population = points.len() as u64;
+        let _span = self.site.subproblem(Phase::Partition, node, "split", population);
         let mut cost = Cost::ZERO;
         let mut found = None;
         let mut attempts = 0;

@@ -15,6 +15,7 @@ use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
 
 use crate::config::{SetRule, WorkerConfig};
 use crate::outbox::Outbox;
+use crate::profile::Site;
 use crate::tree::join_bounds;
 
 /// Draws before a subproblem is left unsplit.
@@ -139,6 +140,7 @@ impl<P: Point> Leader<P> {
         let Some(lead) = self.leads.get_mut(&node) else { return };
         let mut cost = Cost::ZERO;
         let population = lead.population;
+        let _span = out.site().subproblem(Phase::Partition, node, "draw", population);
         let (separator, kind) = draw_from(config, node, lead.attempt, population, &mut samples, &mut cost);
         ledger.charge_leader(Phase::Partition, node, cost);
         lead.kind = kind;
@@ -246,6 +248,7 @@ impl<P: Point> Leader<P> {
         let lead = self.leads.get_mut(&node)?;
         lead.children[child.side()] = Some(summary);
         let [Some(a), Some(b)] = &lead.children else { return None };
+        let _span = out.site().subproblem(Phase::Summaries, node, "join summaries", lead.population);
         let mut cost = Cost::ZERO;
         let both = [a, b];
         let own = cost.reduce(&both, a.clone(), |best, s| join_summaries(&best, s));
@@ -263,6 +266,7 @@ impl<P: Point> Leader<P> {
         child: NodeId,
         merged: Merged,
         phase: Phase,
+        site: Site,
         ledger: &mut LedgerPart,
     ) -> Option<(NodeId, Merged)> {
         let node = child.parent()?;
@@ -271,6 +275,7 @@ impl<P: Point> Leader<P> {
         if lead.merged.len() < 2 {
             return None;
         }
+        let _span = site.subproblem(phase, node, "join results", lead.population);
         let mut cost = Cost::ZERO;
         let all = cost.reduce(&std::mem::take(&mut lead.merged), Merged::default(), |mut sum, m| {
             sum.join(m);

@@ -8,6 +8,8 @@ pub mod config;
 
 pub mod schedule;
 
+pub mod profile;
+
 pub mod table;
 pub mod tasks;
 

@@ -119,7 +119,8 @@ impl<P: Point> Worker<P> {
         });
         for (child, all) in below {
             for (round, merged) in all {
-                if let Some((node, own)) = self.leader.on_merged(child, merged, phase, &mut self.ledger) {
+                let joined = self.leader.on_merged(child, merged, phase, self.out.site(), &mut self.ledger);
+                if let Some((node, own)) = joined {
                     self.ledger.tally(round, Phase::Merge).merged += 1;
                     self.send_merged(node, own);
                 }

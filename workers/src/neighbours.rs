@@ -33,8 +33,9 @@ impl<P: Point> Worker<P> {
 
     /// For every home point, its `k` nearest in its leaf.
     fn leaf_lists(&mut self, k: usize, phase: Phase) -> Vec<Vec<Found>> {
-        let table = &self.table;
+        let (table, site) = (&self.table, self.out.site());
         let results = map_in(&self.pool, &self.leaves, |leaf| {
+            let _span = site.subproblem(phase, leaf.id, "leaf lists", leaf.home_len());
             let members: Vec<u32> = leaf.home().collect();
             let mut cost = Cost::ZERO;
             let all = |_| f64::INFINITY;

@@ -5,6 +5,8 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Message, PROTOCOL_VERSION};
 
+use crate::profile::{Site, sent};
+
 /// Messages of one rank in one round. Those to itself are kept for its next step and never billed.
 #[derive(Debug)]
 pub struct Outbox<P> {
@@ -25,6 +27,11 @@ impl<P: Point> Outbox<P> {
     /// The round that messages are stamped with from now on.
     pub fn set_round(&mut self, round: u32) {
         self.round = round;
+    }
+
+    /// Whose round it is.
+    pub fn site(&self) -> Site {
+        Site { run: self.run, rank: self.rank, round: self.round }
     }
 
     /// That round.
@@ -63,11 +70,12 @@ impl<P: Point> Outbox<P> {
         std::mem::take(&mut self.own)
     }
 
-    /// Takes what leaves, billing it to the ledger.
+    /// Takes what leaves, billing it to the ledger and telling of it.
     pub fn take(&mut self, phase: Phase, ledger: &mut LedgerPart) -> Vec<Message<P>> {
         if self.messages.is_empty() {
             return Vec::new();
         }
+        sent(phase, &self.messages);
         let tally = ledger.tally(self.round, phase);
         for message in &self.messages {
             if message.body.is_instrument() {

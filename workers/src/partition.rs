@@ -217,7 +217,8 @@ impl<P: Point> Worker<P> {
 
     /// Takes a node whole: splits it down to the floor (or not at all, if only the answer is wanted).
     fn own(&mut self, node: NodeId, points: &PointBatch<P>) {
-        let builder = Builder { config: &self.config, positions: &points.positions };
+        let site = self.out.site();
+        let builder = Builder { config: &self.config, site, positions: &points.positions };
         let everyone: Vec<u32> = (0..points.len() as u32).collect();
         let mut grown = Grown::default();
         // A node that its group could not split has had all its attempts.

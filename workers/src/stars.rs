@@ -223,6 +223,9 @@ impl<P: Point> Worker<P> {
             return;
         }
         let frame = self.table.intern_all(&self.frame);
+        let piece = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
+        let home = u64::from(self.table.home);
+        let _span = self.out.site().subproblem(Phase::Radii, piece, "triangulate piece", home);
         self.stars.kernel = Kernel::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
         if let Some(kernel) = &self.stars.kernel {
             let radii2 = kernel.nearest_edges();
@@ -254,8 +257,9 @@ impl<P: Point> Worker<P> {
 
     /// All pairs of every leaf's home points with its members.
     fn graph_of_leaves(&mut self) {
-        let (table, rule) = (&self.table, self.supergraph());
+        let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
         let results = map_in(&self.pool, &self.leaves, |leaf| {
+            let _span = site.subproblem(Phase::Graph, leaf.id, "leaf graph", leaf.home_len());
             let home: Vec<u32> = leaf.home().collect();
             let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
             let mut cost = Cost::ZERO;
@@ -345,6 +349,7 @@ impl<P: Point> Worker<P> {
 
     /// One vector step over the stars of a leaf.
     fn hulls_of(&self, leaf: &Leaf<P>, seed: Option<u32>, frame: &[u32]) -> Hulled<P> {
+        let _span = self.out.site().subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.home_len());
         let mut cost = Cost::ZERO;
         let nearest = self.supplement(leaf, &mut cost);
         let mut builder = StarBuilder::default();
@@ -387,7 +392,10 @@ impl<P: Point> Worker<P> {
     /// Inserts the ghosts into the piece's triangulation and reads the stars off.
     fn fast_hulls(&mut self, seeds: &[Option<u32>]) {
         let Some(mut kernel) = self.stars.kernel.take() else { return };
+        let site = self.out.site();
         for (leaf, seed) in self.leaves.iter_mut().zip(seeds) {
+            let ghosts = leaf.ghosts.len() as u64;
+            let _span = site.subproblem(Phase::Hulls, leaf.id, "insert ghosts", ghosts);
             let mut ghosts = std::mem::take(&mut leaf.ghosts);
             ghosts.extend(seed);
             ghosts.sort_unstable();

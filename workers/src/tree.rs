@@ -138,4 +138,9 @@ impl<P> Leaf<P> {
     pub fn home(&self) -> std::ops::Range<u32> {
         self.start..self.end
     }
+
+    /// Number of its home points.
+    pub(crate) fn home_len(&self) -> u64 {
+        u64::from(self.end - self.start)
+    }
 }

@@ -15,6 +15,7 @@ use crate::check::Agreement;
 use crate::config::{Pool, SetRule, Wanted, WorkerConfig};
 use crate::leader::Leader;
 use crate::outbox::Outbox;
+use crate::profile::received;
 use crate::query::Engine;
 use crate::repair::Exchange;
 use crate::schedule::{Known, Outcome};
@@ -132,6 +133,7 @@ impl<P: Point> Worker<P> {
     /// If it was told to stop, or by a planted fault.
     pub fn begin(&mut self, phase: Phase, round: u32) -> Result<Vec<Message<P>>, TransportError> {
         self.out.set_round(round);
+        let _span = self.out.site().round(phase, None);
         self.phase = phase;
         self.step = 0;
         if let Some(fault) = self.config.fault {
@@ -172,6 +174,8 @@ impl<P: Point> Worker<P> {
         mut inbox: Vec<Message<P>>,
     ) -> Result<Vec<Message<P>>, TransportError> {
         self.out.set_round(round);
+        let _span = self.out.site().round(self.phase, Some(inbox.len()));
+        received(self.phase, &inbox);
         self.step += 1;
         inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));

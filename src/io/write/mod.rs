@@ -15,7 +15,7 @@ mod quality;
 mod records;
 #[cfg(test)]
 mod samples;
-mod stage;
+pub(crate) mod stage;
 mod tetgen;
 pub mod topology;
 mod vtu;

@@ -16,20 +16,27 @@ const ATTEMPTS: u32 = 1000;
 
 /// A set of files on the way to their names.
 #[derive(Default)]
-pub(super) struct Stage {
+pub(crate) struct Stage {
     /// Temporary name and target of every complete file, in the order of writing.
     files: Vec<(PathBuf, PathBuf)>,
 }
 
 impl Stage {
+    /// Opens one file of the set under a temporary name, for a caller that writes it bit by bit and closes
+    /// it before the set is committed.
+    pub(crate) fn open(&mut self, target: &Path) -> Result<File, OutputError> {
+        let (file, temporary) = create_beside(target)?;
+        self.files.push((temporary, target.to_path_buf()));
+        Ok(file)
+    }
+
     /// Writes one file of the set under a temporary name.
-    pub(super) fn write(
+    pub(in crate::io::write) fn write(
         &mut self,
         target: &Path,
         body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
     ) -> Result<(), OutputError> {
-        let (file, temporary) = create_beside(target)?;
-        self.files.push((temporary, target.to_path_buf()));
+        let file = self.open(target)?;
         let mut buffered = BufWriter::with_capacity(1 << 18, file);
         body(&mut buffered).map_err(|fault| fault.at(target))?;
         let io_error = |source| OutputError::Io { path: target.to_path_buf(), source };
@@ -39,7 +46,7 @@ impl Stage {
 
     /// Gives all files their names, replacing earlier files of those names; returns the names. Where
     /// one cannot be renamed, those already renamed are removed, so that no mixed set remains.
-    pub(super) fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
+    pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
         for (_, target) in &self.files {
             refuse_directory(target)?;
         }
@@ -69,7 +76,7 @@ impl Drop for Stage {
 }
 
 /// Can a file be written under this name? Creates and removes a temporary file to find out.
-pub(super) fn probe(target: &Path) -> Result<(), OutputError> {
+pub(crate) fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
     if let Ok(metadata) = fs::metadata(target)
         && metadata.permissions().readonly()

@@ -345,6 +345,45 @@ pub enum Body<P> {
 }
 
 impl<P> Body<P> {
+    /// Name of its kind in traces.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Body::Start { .. } => "start",
+            Body::Block(_) => "block",
+            Body::Plan { .. } => "plan",
+            Body::Samples(_) => "samples",
+            Body::Sphere(_) => "sphere",
+            Body::Counts { .. } => "counts",
+            Body::Decision { .. } => "decision",
+            Body::Move(_) => "move",
+            Body::Query(_) => "query",
+            Body::Answer(_) => "answer",
+            Body::Summary(_) => "summary",
+            Body::Children(_) => "children",
+            Body::Frame(_) => "frame",
+            Body::SampleStars(_) => "sample stars",
+            Body::Choice { .. } => "choice",
+            Body::Ghosts(_) => "ghosts",
+            Body::Reverse { .. } => "reverse",
+            Body::Items { .. } => "items",
+            Body::SetCounts(_) => "set counts",
+            Body::SetDecision(_) => "set decision",
+            Body::Lists(_) => "lists",
+            Body::Fingerprint(_) => "fingerprint",
+            Body::FingerprintList(_) => "fingerprint list",
+            Body::Propose { .. } => "propose",
+            Body::Object { .. } => "object",
+            Body::Merged(_) => "merged",
+            Body::Outcome(_) => "outcome",
+            Body::Gather(_) => "gather",
+            Body::Region { .. } => "region",
+            Body::Cells { .. } => "cells",
+            Body::Edges(_) => "edges",
+            Body::Ledger(_) => "ledger",
+            Body::Tasks(_) => "tasks",
+        }
+    }
+
     /// Is it the instrument's own traffic, which is not billed?
     pub fn is_instrument(&self) -> bool {
         matches!(self, Body::Ledger(_) | Body::Tasks(_))

@@ -14,6 +14,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, Rank};
 use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
+use tracing::dispatcher::{self, Dispatch};
 
 use crate::config::{Pool, WorkerConfig};
 use crate::host::serve;
@@ -137,7 +138,9 @@ impl<P: Point> Channel<P> {
             early: Vec::new(),
         };
         let coordinator = end(&[COORDINATOR]);
-        let pools = pools(threads, hosts)?;
+        // Who listens to the caller listens to its workers.
+        let listener = dispatcher::get_default(Clone::clone);
+        let pools = pools(threads, hosts, &listener)?;
         let mut channel = Channel { end: coordinator, threads: Vec::new() };
         for (host, pool) in pools.into_iter().enumerate() {
             let ranks: Vec<Rank> =
@@ -145,9 +148,10 @@ impl<P: Point> Channel<P> {
             let own = end(&ranks);
             let config = config.clone();
             let name = format!("septet-{host}");
-            let thread = std::thread::Builder::new()
-                .name(name)
-                .spawn(move || host_thread(own, &ranks, &config, &pool))?;
+            let listener = listener.clone();
+            let thread = std::thread::Builder::new().name(name).spawn(move || {
+                dispatcher::with_default(&listener, || host_thread(own, &ranks, &config, &pool));
+            })?;
             channel.threads.push(thread);
         }
         Ok(channel)
@@ -155,15 +159,19 @@ impl<P: Point> Channel<P> {
 }
 
 /// Cores that are left over when there are fewer workers than threads.
-fn pools(threads: usize, hosts: usize) -> std::io::Result<Vec<Pool>> {
+fn pools(threads: usize, hosts: usize, listener: &Dispatch) -> std::io::Result<Vec<Pool>> {
     (0..hosts)
         .map(|host| {
             let own = threads / hosts + usize::from(host < threads % hosts);
             if own < 2 {
                 return Ok(None);
             }
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(own).build();
-            pool.map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)
+            let builder = rayon::ThreadPoolBuilder::new().num_threads(own).spawn_handler(|thread| {
+                let listener = listener.clone();
+                let run = move || dispatcher::with_default(&listener, || thread.run());
+                std::thread::Builder::new().spawn(run).map(drop)
+            });
+            builder.build().map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)
         })
         .collect()
 }

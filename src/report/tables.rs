@@ -1,0 +1,320 @@
+//! The report as tables: phases, rounds, tree levels; aligned for people, as Markdown, or as CSV for programs.
+//! Modelled counts and measured times never share a column, and every column says which it is.
+
+use std::fmt::Write;
+
+use super::schema::{Report, TotalReport};
+
+/// How tables are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Aligned columns, a bar between modelled and measured ones.
+    Text,
+    /// Tables of Markdown under headings.
+    Markdown,
+    /// RFC 4180, one header row, no totals; empty where nothing was counted. One table a file.
+    Csv,
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Column {
+    /// What the row is about.
+    Label(&'static str),
+    /// A count of the machine.
+    Modelled(&'static str),
+    /// A time.
+    Measured(&'static str),
+}
+
+/// A cell; empty where nothing was counted.
+type Cell = String;
+
+/// One table.
+struct Table {
+    title: &'static str,
+    /// Its heading as aligned text.
+    heading: &'static str,
+    columns: Vec<Column>,
+    rows: Vec<Vec<Cell>>,
+    /// Rows of sums, for people.
+    totals: Vec<Vec<Cell>>,
+    /// Lines below, for people.
+    notes: Vec<String>,
+}
+
+fn maybe(x: Option<u64>) -> Cell {
+    x.map_or_else(String::new, |x| x.to_string())
+}
+
+fn ratio(x: Option<f64>) -> Cell {
+    x.map_or_else(String::new, |x| format!("{x:.3}"))
+}
+
+/// As people see it.
+fn shown(cell: &str) -> &str {
+    if cell.is_empty() { "-" } else { cell }
+}
+
+impl Column {
+    fn name(self) -> &'static str {
+        match self {
+            Column::Label(name) | Column::Modelled(name) | Column::Measured(name) => name,
+        }
+    }
+
+    /// The name with what it holds.
+    fn full_name(self) -> String {
+        match self {
+            Column::Label(name) => name.to_owned(),
+            Column::Modelled(name) => format!("modelled {name}"),
+            Column::Measured(name) => format!("measured {name}"),
+        }
+    }
+}
+
+impl Table {
+    fn render(&self, format: TableFormat, out: &mut String) {
+        match format {
+            TableFormat::Text => self.text(out),
+            TableFormat::Markdown => self.markdown(out),
+            TableFormat::Csv => self.csv(out),
+        }
+    }
+
+    /// The first column to the left, the others to the right.
+    fn text(&self, out: &mut String) {
+        let _ = writeln!(out, "\n{}", self.heading);
+        let barred = |cells: Vec<String>| {
+            let mut line = Vec::new();
+            for (cell, column) in cells.into_iter().zip(&self.columns) {
+                if matches!(column, Column::Measured(_)) && !line.iter().any(|c| c == "|") {
+                    line.push("|".to_owned());
+                }
+                line.push(cell);
+            }
+            line
+        };
+        let head = barred(self.columns.iter().map(|c| c.name().to_owned()).collect());
+        let rows = self.rows.iter().map(|r| r.iter().map(|c| shown(c).to_owned()).collect());
+        let totals = self.totals.iter().cloned();
+        let lines: Vec<Vec<String>> = std::iter::once(head).chain(rows.chain(totals).map(barred)).collect();
+        let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..lines[0].len()).map(width).collect();
+        for line in &lines {
+            let mut text = format!("{:<1$}", line[0], widths[0]);
+            for (cell, width) in line.iter().zip(&widths).skip(1) {
+                let _ = write!(text, "  {cell:>width$}");
+            }
+            let _ = writeln!(out, "{}", text.trim_end());
+        }
+        for note in &self.notes {
+            let _ = writeln!(out, "{note}");
+        }
+    }
+
+    fn markdown(&self, out: &mut String) {
+        let row = |cells: &mut dyn Iterator<Item = String>| {
+            let cells: Vec<String> = cells.map(|c| c.replace('|', "\\|")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let _ = writeln!(out, "## {}\n", self.title);
+        out.push_str(&row(&mut self.columns.iter().map(|c| c.full_name())));
+        let rule = |c: &Column| if matches!(c, Column::Label(_)) { "---" } else { "---:" }.to_owned();
+        out.push_str(&row(&mut self.columns.iter().map(rule)));
+        for cells in &self.rows {
+            out.push_str(&row(&mut cells.iter().map(|c| shown(c).to_owned())));
+        }
+        for cells in &self.totals {
+            out.push_str(&row(&mut cells.iter().cloned()));
+        }
+        out.push('\n');
+        for note in &self.notes {
+            let _ = writeln!(out, "{note}\n");
+        }
+    }
+
+    fn csv(&self, out: &mut String) {
+        let quoted = |c: &str| {
+            if c.contains([',', '"', '\n']) {
+                format!("\"{}\"", c.replace('"', "\"\""))
+            } else {
+                c.to_owned()
+            }
+        };
+        let head: Vec<String> = self.columns.iter().map(|c| c.full_name().replace(' ', "_")).collect();
+        let _ = writeln!(out, "{}", head.join(","));
+        for row in &self.rows {
+            let cells: Vec<String> = row.iter().map(|c| quoted(c)).collect();
+            let _ = writeln!(out, "{}", cells.join(","));
+        }
+    }
+}
+
+impl Report {
+    /// The tables of `--profile`: phases, rounds, tree levels; all of them, or the one of that number.
+    pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
+        let mut out = String::new();
+        if format == TableFormat::Markdown {
+            let n = self.points.used;
+            let _ = writeln!(out, "# {} of {n} points\n", self.parameters.command);
+        }
+        let tables = [self.phase_table(format), self.round_table(), self.level_table()];
+        for (i, table) in tables.iter().enumerate() {
+            if which.is_none_or(|w| w == i) {
+                table.render(format, &mut out);
+            }
+        }
+        out
+    }
+
+    fn totals(&self) -> Vec<(&'static str, &TotalReport)> {
+        let totals = [("paper", &self.machine.paper), ("repair", &self.machine.repair)];
+        totals.into_iter().filter(|(_, t)| t.work.is_some()).collect()
+    }
+
+    fn phase_table(&self, format: TableFormat) -> Table {
+        use Column::{Label, Measured, Modelled};
+        let mut columns = vec![Label("phase")];
+        // Aligned text has a star in the place of the column.
+        let starred = format == TableFormat::Text;
+        if !starred {
+            columns.push(Label("paper"));
+        }
+        columns.extend(["rounds", "work", "depth", "critical", "messages", "bytes"].map(Modelled));
+        columns.push(Measured("seconds"));
+        let mut rows = Vec::new();
+        for p in &self.phases {
+            let mut row = vec![format!("{}{}", p.name, if p.paper || !starred { "" } else { " *" })];
+            if !starred {
+                row.push(p.paper.to_string());
+            }
+            row.extend([p.rounds.to_string(), maybe(p.work), maybe(p.depth), maybe(p.critical_depth)]);
+            row.extend([p.messages.to_string(), p.bytes.to_string(), format!("{:.4}", p.seconds)]);
+            rows.push(row);
+        }
+        let (mut totals, mut notes) = (Vec::new(), Vec::new());
+        for (name, total) in self.totals() {
+            let mut row = vec![format!("= {name}")];
+            row.resize(columns.len(), String::new());
+            let first = usize::from(!starred) + 2;
+            (row[first], row[first + 1]) = (maybe(total.work), maybe(total.depth));
+            totals.push(row);
+            notes.push(format!(
+                "{name}: depth {} with scans at log2 m; Brent's bound {} steps on n processors",
+                shown(&maybe(total.depth_log_scan)),
+                shown(&maybe(total.brent))
+            ));
+        }
+        Table {
+            title: "Phases",
+            heading: "Phases: modelled | measured (* not the paper's)",
+            columns,
+            rows,
+            totals,
+            notes,
+        }
+    }
+
+    fn round_table(&self) -> Table {
+        use Column::{Label, Modelled};
+        let counts = ["active", "merged", "separators", "retries", "points", "messages", "bytes", "largest"];
+        let columns = [Label("round"), Label("phase")].into_iter().chain(counts.map(Modelled)).collect();
+        let row = |r: &super::schema::RoundReport| {
+            let counts =
+                [r.active, r.merged, r.separators, r.retries, r.points, r.messages, r.bytes, r.largest];
+            [r.round.to_string(), r.phase.to_owned()]
+                .into_iter()
+                .chain(counts.map(|c| c.to_string()))
+                .collect()
+        };
+        let rows = self.rounds.iter().map(row).collect();
+        Table {
+            title: "Rounds",
+            heading: "Rounds (modelled)",
+            columns,
+            rows,
+            totals: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    fn level_table(&self) -> Table {
+        use Column::{Label, Modelled};
+        let counts = ["nodes", "leaves", "points", "largest", "split", "attempts", "on separators"];
+        let depths = ["partition depth", "neighbours depth", "merge depth"];
+        let columns = std::iter::once(Label("level")).chain(counts.into_iter().chain(depths).map(Modelled));
+        let row = |l: &super::schema::LevelReport| {
+            vec![
+                l.level.to_string(),
+                l.nodes.to_string(),
+                l.leaves.to_string(),
+                l.points.to_string(),
+                l.largest.to_string(),
+                ratio(l.largest_split_ratio),
+                l.largest_attempts.to_string(),
+                l.separator_points.to_string(),
+                maybe(l.partition_depth),
+                maybe(l.neighbours_depth),
+                maybe(l.merge_depth),
+            ]
+        };
+        let t = &self.tree;
+        let note = format!(
+            "{} levels, {} leaves, {} spheres, {} planes; split at most {}, on average {}; \
+             separator points at most {} m^(1-1/d)",
+            t.levels,
+            t.leaves,
+            t.spheres,
+            t.planes,
+            shown(&ratio(t.largest_split_ratio)),
+            shown(&ratio(t.mean_split_ratio)),
+            shown(&ratio(t.largest_separator_ratio))
+        );
+        Table {
+            title: "Tree levels",
+            heading: "Tree levels (modelled)",
+            columns: columns.collect(),
+            rows: t.by_level.iter().map(row).collect(),
+            totals: Vec::new(),
+            notes: vec![note],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        Table {
+            title: "T",
+            heading: "T (modelled | measured)",
+            columns: vec![Column::Label("name"), Column::Modelled("depth"), Column::Measured("seconds")],
+            rows: vec![
+                vec!["a,b".to_string(), String::new(), "0.5".to_string()],
+                vec!["c".to_string(), 12.to_string(), "1.25".to_string()],
+            ],
+            totals: vec![vec!["= all".to_string(), 12.to_string(), String::new()]],
+            notes: vec!["that is all".to_owned()],
+        }
+    }
+
+    fn rendered(format: TableFormat) -> String {
+        let mut out = String::new();
+        table().render(format, &mut out);
+        out
+    }
+
+    #[test]
+    fn the_three_formats() {
+        let text = "\nT (modelled | measured)\nname   depth  |  seconds\na,b        -  |      0.5\n\
+                    c         12  |     1.25\n= all     12  |\nthat is all\n";
+        assert_eq!(rendered(TableFormat::Text), text);
+        let csv = "name,modelled_depth,measured_seconds\n\"a,b\",,0.5\nc,12,1.25\n";
+        assert_eq!(rendered(TableFormat::Csv), csv);
+        let markdown = "## T\n\n| name | modelled depth | measured seconds |\n| --- | ---: | ---: |\n\
+                        | a,b | - | 0.5 |\n| c | 12 | 1.25 |\n| = all | 12 |  |\n\nthat is all\n\n";
+        assert_eq!(rendered(TableFormat::Markdown), markdown);
+    }
+}

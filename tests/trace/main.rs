@@ -1,0 +1,244 @@
+//! Traces: their rules read row by row here, and as a whole by Perfetto's own trace processor.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod perfetto;
+mod rules;
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use septet::config::{Transport as Kind, Workers};
+use septet::protocol::message::Message;
+use septet::protocol::transport::{Delivery, Transport, TransportError};
+use septet::trace::{Detail, layer};
+use septet::workers::transport::launch;
+use septet::{Config, Run, run_on, simulate};
+use tracing_subscriber::layer::SubscriberExt;
+
+use common::sets::space;
+use common::{assert_same_counts, simulated, threaded};
+use septet::generate::Kind as Points;
+
+/// Counts the exchanges of the machine it passes on to.
+struct Counted<P> {
+    inner: Box<dyn Transport<P>>,
+    exchanges: Arc<AtomicU64>,
+}
+
+impl<P> Transport<P> for Counted<P> {
+    fn size(&self) -> u32 {
+        self.inner.size()
+    }
+
+    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+        self.exchanges.fetch_add(1, Ordering::Relaxed);
+        self.inner.exchange(outbox, busy)
+    }
+}
+
+/// Does the work with a trace in this scope alone.
+fn traced<T>(path: &Path, detail: Detail, work: impl FnOnce() -> T) -> T {
+    let (layer, file) = layer(path, detail).unwrap();
+    let done = tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), work);
+    assert!(!path.exists(), "the trace has its name before it is finished");
+    assert_eq!(file.finish().unwrap(), path);
+    done
+}
+
+/// A traced run, and the number of its exchanges.
+fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
+    let exchanges = Arc::new(AtomicU64::new(0));
+    let run = traced(path, Detail::default(), || {
+        run_on(points, config, true, &mut |machine| {
+            let inner = launch(config.transport, machine)?;
+            Ok(Box::new(Counted { inner, exchanges: exchanges.clone() }))
+        })
+    });
+    (run.unwrap(), exchanges.load(Ordering::Relaxed))
+}
+
+/// One slice between any two exchanges for each worker, one arrow for each message, by two readers.
+fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
+    let workers = u64::from(run.settled.workers);
+    let billed: u64 = run.ledger.phases.iter().map(|p| p.messages).sum();
+    // Each worker's part of the ledger travels unbilled.
+    let messages = billed + workers;
+    let seen = rules::read(path);
+    for rank in 0..=workers {
+        // The coordinator hands out the blocks before the first; after the last there is nothing to do.
+        let expected = exchanges - u64::from(rank > 0);
+        assert_eq!(seen.slices[&(rank + 1, "round".to_owned())], expected, "rank {rank}");
+    }
+    assert_eq!(seen.arrows, messages);
+    assert_eq!(seen.last["bytes in flight"], 0);
+    assert_eq!(seen.last["active subproblems"], 0);
+    let Some(perfetto) = perfetto::read(path) else { return };
+    assert_eq!(perfetto.faults(), Vec::<String>::new());
+    assert_eq!(perfetto.overlaps(), 0);
+    assert_eq!(perfetto.processes().len() as u64, workers + 1);
+    for (rank, (pid, name, place)) in (0u64..).zip(perfetto.processes()) {
+        let expected = if rank == 0 { "coordinator".to_owned() } else { format!("worker {rank}") };
+        assert_eq!((pid, name, place), (rank + 1, expected, rank + 1));
+        assert_eq!(perfetto.slices(pid, "rounds", "round"), exchanges - u64::from(rank > 0), "rank {rank}");
+    }
+    let steps: u64 = seen.slices.iter().filter(|s| s.0.1 == "subproblem").map(|s| s.1).sum();
+    assert_eq!(perfetto.slices_of("subproblem"), steps);
+    assert_eq!(perfetto.flows(), [messages; 5]);
+    assert_eq!(perfetto.last("bytes in flight"), 0);
+    assert_eq!(perfetto.last("active subproblems"), 0);
+    // Nothing was left open: Perfetto gives a slice without an end the duration -1.
+    assert!(perfetto.shortest() >= 0);
+}
+
+#[test]
+fn a_trace_of_a_large_run_is_complete_and_small() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("trace.json");
+    let config = Config {
+        workers: Workers::Count(16),
+        threads: 2,
+        transport: Kind::Channel { threads: 2 },
+        ..common::base()
+    };
+    let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
+    assert!(fs::metadata(&path).unwrap().len() < 100_000_000);
+    assert_complete(&path, &run, exchanges);
+}
+
+#[test]
+fn every_transport_and_any_threads_are_heard() {
+    let directory = tempfile::tempdir().unwrap();
+    let points = space(Points::Clusters, 3000, 8);
+    let configs = [
+        simulated(Workers::Count(7), 5, 200),
+        threaded(Workers::Count(7), 3, 200),
+        // Cores to itself: steps in threads of a pool.
+        threaded(Workers::Count(1), 3, 200),
+        threaded(Workers::Count(2), 4, 200),
+    ];
+    for (i, config) in configs.iter().enumerate() {
+        let path = directory.path().join(format!("{i}.json"));
+        let (run, exchanges) = counted_run(&path, &points, config);
+        assert_complete(&path, &run, exchanges);
+    }
+}
+
+#[test]
+fn details_add_up_and_change_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let points = space(Points::Uniform, 2000, 4);
+    let config = simulated(Workers::Count(4), 1, 200);
+    let silent = simulate(&points, &config).unwrap();
+    let details = [Detail::Phase, Detail::Round, Detail::Message, Detail::Subproblem];
+    for (i, detail) in details.into_iter().enumerate() {
+        let path = directory.path().join(format!("{i}.json"));
+        let run = traced(&path, detail, || simulate(&points, &config)).unwrap();
+        assert!(run.cells == silent.cells);
+        assert_same_counts(&run.ledger, &silent.ledger, "with a trace");
+        let seen = rules::read(&path);
+        let has = |category: &str| seen.slices.keys().any(|k| k.1 == category);
+        // The run and its phases.
+        assert_eq!(seen.slices[&(1, "phase".to_owned())], run.phase_seconds.len() as u64 + 1);
+        assert_eq!(has("round"), detail >= Detail::Round);
+        assert_eq!(seen.arrows > 0, detail >= Detail::Message);
+        assert_eq!(seen.last.contains_key("bytes in flight"), detail >= Detail::Message);
+        assert_eq!(has("subproblem"), detail >= Detail::Subproblem);
+        assert_eq!(seen.last.contains_key("active subproblems"), detail >= Detail::Subproblem);
+        if detail == Detail::Subproblem {
+            let splits = run.ledger.part.nodes.values().filter(|f| f.attempts > 0).count();
+            let drawn = seen.names["split"] + seen.names["draw"];
+            assert!(drawn >= splits as u64, "{drawn} steps for {splits} splits");
+        }
+    }
+}
+
+#[test]
+fn runs_are_told_apart() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("trace.json");
+    let points = space(Points::Uniform, 1000, 4);
+    let (workers, one, two) = traced(&path, Detail::default(), || {
+        let leaves = simulated(Workers::Leaves, 1, 300);
+        let workers = simulate(&points, &leaves).unwrap().settled.workers;
+        let other = |run: u64| Config { run: Some(run), ..simulated(Workers::Count(1), 1, 300) };
+        // At the same time, from threads of the caller's.
+        let listener = tracing::dispatcher::get_default(Clone::clone);
+        let run = |number: u64| {
+            let (listener, points) = (listener.clone(), &points);
+            move || tracing::dispatcher::with_default(&listener, || simulate(points, &other(number)).unwrap())
+        };
+        let (one, two) = (run(77), run(78));
+        std::thread::scope(|scope| {
+            let both = (scope.spawn(one), scope.spawn(two));
+            (workers, both.0.join().unwrap(), both.1.join().unwrap())
+        })
+    });
+    assert!(one.cells == two.cells && workers > 1);
+    let seen = rules::read(&path);
+    let mut expected = vec!["planning: coordinator".to_owned(), "planning: worker 1".to_owned()];
+    let of_main = |rank| if rank == 0 { "coordinator".to_owned() } else { format!("worker {rank}") };
+    // The planning run came first, so the run it planned is not the first.
+    expected.extend((0..=workers).map(|rank| format!("run 1: {}", of_main(rank))));
+    for run in [77, 78] {
+        expected.extend((0..=1).map(|rank| format!("run {run}: {}", of_main(rank))));
+    }
+    let mut names: Vec<String> = seen.processes.into_values().collect();
+    names.sort();
+    expected.sort();
+    assert_eq!(names, expected);
+}
+
+#[test]
+fn a_trace_that_is_dropped_vanishes() {
+    let directory = tempfile::tempdir().unwrap();
+    let (layer, file) =
+        layer::<tracing_subscriber::Registry>(&directory.path().join("trace.json"), Detail::Round).unwrap();
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    drop((layer, file));
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+}
+
+/// Spans left open when a trace is finished are closed there.
+#[test]
+fn a_trace_finished_early_is_whole() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("trace.json");
+    let (layer, file) = layer(&path, Detail::default()).unwrap();
+    tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), || {
+        let site = septet::workers::profile::Site { run: 1, rank: 1, round: 3 };
+        let _round = site.round(septet::protocol::ids::Phase::Hulls, Some(2));
+        let _step = site.subproblem(
+            septet::protocol::ids::Phase::Hulls,
+            septet::protocol::ids::NodeId::ROOT,
+            "split",
+            9,
+        );
+        file.finish().unwrap();
+    });
+    let seen = rules::read(&path);
+    assert_eq!(seen.slices.values().sum::<u64>(), 2);
+}
+
+/// The foreign reader finds what is wrong, so that its silence means something.
+#[test]
+fn perfetto_refuses_torn_traces() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("trace.json");
+    let config = simulated(Workers::Count(3), 1, 200);
+    traced(&path, Detail::default(), || simulate(&space(Points::Uniform, 800, 4), &config)).unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    let rows: Vec<&str> = text.lines().collect();
+    let first = rows.iter().position(|r| r.contains("\"ph\":\"B\"") && r.contains("\"tid\":1")).unwrap();
+    let without: Vec<&str> = rows.iter().enumerate().filter(|r| r.0 != first).map(|r| *r.1).collect();
+    let torn = directory.path().join("torn.json");
+    fs::write(&torn, without.join("\n")).unwrap();
+    assert!(std::panic::catch_unwind(|| rules::read(&torn)).is_err());
+    let Some(found) = perfetto::read(&torn) else { return };
+    assert!(!found.faults().is_empty());
+    fs::write(&torn, &text[..text.len() / 2]).unwrap();
+    assert!(perfetto::try_read(&torn).unwrap().is_err());
+}
