@@ -21,6 +21,7 @@ use crate::error::Error;
 use crate::memory::forecast;
 use crate::model::MeshView;
 use crate::prepare::{Prepared, prepare};
+use crate::view::{MOST_POINTS, View};
 
 /// What became of every input point.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -80,6 +81,8 @@ pub struct Run {
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
+    /// Sampled points and the tree, for pictures, if asked for.
+    pub picture: Option<View>,
     /// What was run.
     pub settled: Settled,
     /// Measured wall-clock seconds of each phase that occurred, in order.
@@ -180,6 +183,7 @@ pub fn run_on<P: Point>(
         collect_graph: config.keep_graph && counted,
         until: None,
         with_leaves: config.with_owner,
+        view: config.view.min(MOST_POINTS),
         exchange_cap: config.exchange_cap,
     };
     if ready.dimension < P::DIM as isize {
@@ -310,6 +314,7 @@ fn flat_result<P: Point>(
         exchange_rounds: 0,
         fallback: None,
         ledger: Ledger::default(),
+        picture: None,
         settled: settled(machine, None, why),
         phase_seconds: Vec::new(),
         triangulate_seconds: seconds,
@@ -354,7 +359,7 @@ fn finish<P: Point>(
     }
     let triangulate_seconds = start.elapsed().as_secs_f64()
         - collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum::<f64>();
-    let with_owner = machine.with_leaves;
+    let (with_owner, exponent) = (machine.with_leaves, ready.exponent);
     let cells = Cells {
         rows: collected.cells,
         owner: with_owner.then_some(collected.owner),
@@ -376,6 +381,7 @@ fn finish<P: Point>(
         exchange_rounds: merged.exchange_rounds,
         fallback: collected.fallback,
         ledger: Ledger::finish(collected.ledger, population),
+        picture: (machine.view > 0).then(|| collected.album.view::<P>(population, machine.view, exponent)),
         settled: settled(machine, collected.supergraph, why),
         phase_seconds: collected.seconds,
         triangulate_seconds,

@@ -9,6 +9,7 @@ use septet::io::write::{OutputFormat, WriteOptions, write};
 use septet::memory::{forecast, peak_rss, rss};
 use septet::model::{MeshView, Points};
 use septet::report::{Report, Setting};
+use septet::view::MOST_POINTS;
 use septet::{Config, Error, Run};
 
 use super::errors::{Code, Failure};
@@ -35,6 +36,9 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         input::open(&args.input, &options, talk)?
     };
     config.spacing = loaded.spacing;
+    if args.json.is_some() {
+        config.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
+    }
     config.cancel = Some(talk.cancel.clone());
     config.progress = Some(talk.phases());
     let rss_before_bytes = rss();
@@ -56,7 +60,8 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     };
     let report = Report::of(&run, &config, &setting);
     if let Some(path) = &args.json {
-        let mut text = serde_json::to_string_pretty(&report)
+        let mut text = report
+            .to_json()
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
         text.push('\n');
         files::write_text(path, &text)?;

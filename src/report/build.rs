@@ -13,7 +13,7 @@ use super::schema::{
     Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, Report,
     RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
 };
-use super::{Parameters, tree};
+use super::{Parameters, traffic, tree};
 
 /// What surrounds a run and is not known to it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,9 +68,12 @@ impl Report {
             phases: phases(run),
             critical_path: if counted { path(ledger) } else { Vec::new() },
             rounds: rounds(ledger),
+            traffic: traffic::links(ledger, run.settled.workers),
+            timeline: traffic::senders(ledger, run.settled.workers),
             tree: tree::summary(run),
             nodes: if counted { tree::nodes(ledger) } else { Vec::new() },
             graph: counted.then(|| tree::graph(run)),
+            view: run.picture.clone(),
             control_bytes: ledger.part.rounds.values().map(|t| t.control).sum(),
             seconds: Seconds {
                 read: setting.read_seconds,

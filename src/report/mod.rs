@@ -5,9 +5,11 @@
 //! memory are measured and do not. Nothing here prints.
 
 mod build;
+mod json;
 mod parameters;
 mod schema;
 mod table;
+mod traffic;
 mod tree;
 mod verdict;
 
@@ -18,4 +20,5 @@ pub use schema::{
     PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
     TreeReport,
 };
+pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport};
 pub use verdict::{VERIFY_SCHEMA, Verdict};

@@ -2,7 +2,10 @@
 
 use serde::Serialize;
 
+use crate::view::View;
+
 use super::Parameters;
+use super::traffic::{TimelineReport, TrafficReport};
 
 /// Name and version of the schema of [`Report`]. The number changes when a field changes its meaning or
 /// disappears; new fields may appear under the same number.
@@ -47,12 +50,18 @@ pub struct Report {
     pub critical_path: Vec<PathReport>,
     /// Round by round.
     pub rounds: Vec<RoundReport>,
+    /// Who sent to whom, phase by phase.
+    pub traffic: TrafficReport,
+    /// Who sent, round by round.
+    pub timeline: TimelineReport,
     /// The partition tree; in `triangulate` the part above one worker.
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted.
     pub nodes: Vec<NodeReport>,
     /// The supergraph's size; none if not counted.
     pub graph: Option<GraphReport>,
+    /// Sampled points and the tree, for pictures; none if not asked for.
+    pub view: Option<View>,
     /// Bytes received by the coordinator less reading and merging.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.

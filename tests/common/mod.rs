@@ -26,7 +26,7 @@ pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     let report = verify(&run.view(&coordinates), &options, &mut |_, _, _| {});
     assert!(report.passed(), "{report:#?}");
     assert_eq!(report.hull_facets, run.hull_facets);
-    assert_eq!(report.dimension_of_points, run.dimension as _);
+    assert_eq!(report.dimension_of_points, run.dimension as i32);
 }
 
 /// Triangulates and verifies.

@@ -44,6 +44,8 @@ mod repair;
 
 mod merge;
 
+pub mod view;
+
 pub mod host;
 
 pub mod transport;
