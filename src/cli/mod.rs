@@ -7,6 +7,7 @@ mod generate;
 mod input;
 mod options;
 mod progress;
+mod report;
 mod triangulate;
 mod verify;
 
@@ -57,6 +58,8 @@ enum Command {
     Generate(generate::GenerateArgs),
     /// Check any triangulation of any points in exact arithmetic.
     Verify(verify::VerifyArgs),
+    /// Make one offline page of runs: pictures, tables, the partition to turn and slice.
+    Report(report::ReportArgs),
     /// Write a completion script for a shell.
     Completions(completions::CompletionsArgs),
     /// Write the manual page.
@@ -91,6 +94,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Simulate(args) => triangulate::run(&args.run, true, talk),
         Command::Generate(args) => generate::run(&args, talk),
         Command::Verify(args) => verify::run(&args, talk),
+        Command::Report(args) => report::run(&args, talk),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }

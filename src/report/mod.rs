@@ -6,6 +6,7 @@
 
 mod build;
 mod json;
+pub mod page;
 mod parameters;
 mod schema;
 mod table;

@@ -1,0 +1,127 @@
+//! The tree of one run, level by level and node by node.
+
+use serde_json::json;
+
+use super::data::{RunData, number};
+use super::fit::{power_law, scaled};
+use super::plot::{Plot, Series};
+use super::{Figure, Table, Variant};
+
+/// The figures of the tree.
+pub(super) fn figures(run: &RunData) -> Vec<Figure> {
+    [depths(run), separators(run)].into_iter().flatten().collect()
+}
+
+/// Largest depth of a node of each level.
+fn depths(run: &RunData) -> Option<Figure> {
+    let levels = run.rows("/tree/by_level");
+    let phases = ["partition", "neighbours", "merge"];
+    let mut table = Table::new(&["level", "nodes", "leaves", "points", "largest node"]);
+    table.columns.extend(phases.map(|p| format!("depth of {p}")));
+    for l in levels {
+        let keys = ["level", "nodes", "leaves", "points", "largest"];
+        let mut row: Vec<_> = keys.iter().map(|&k| l[k].clone()).collect();
+        row.extend(phases.iter().map(|p| l[&format!("{p}_depth")].clone()));
+        table.rows.push(row);
+    }
+    let line = |phase: &&str| {
+        let key = format!("{phase}_depth");
+        let marks: Vec<(f64, f64)> =
+            levels.iter().filter_map(|l| Some((number(&l["level"]), l[&key].as_f64()?))).collect();
+        let marks = marks.into_iter().filter(|m| m.1 > 0.0).collect();
+        Series { name: (*phase).to_owned(), marks, joined: true, ..Series::default() }
+    };
+    let depth: Vec<Series> = phases.iter().map(line).filter(|s| !s.marks.is_empty()).collect();
+    let size = |key: &str, name: &str| Series {
+        name: name.to_owned(),
+        marks: levels.iter().map(|l| (number(&l["level"]), number(&l[key]))).filter(|m| m.1 > 0.0).collect(),
+        joined: true,
+        ..Series::default()
+    };
+    let sizes = vec![
+        size("points", "points of all nodes"),
+        size("largest", "points of the largest"),
+        size("separator_points", "separator points"),
+        size("nodes", "nodes"),
+    ];
+    let mut variants = Vec::new();
+    if !depth.is_empty() {
+        let plot =
+            Plot { x: ("level (root 0)", false), y: ("depth of a node [steps]", false), series: depth };
+        variants.push(Variant { name: "depth".to_owned(), body: plot.draw(), table: table.clone() });
+    }
+    if levels.len() > 1 {
+        let plot = Plot { x: ("level (root 0)", false), y: ("number", true), series: sizes };
+        variants.push(Variant { name: "sizes".to_owned(), body: plot.draw(), table });
+    }
+    let caption =
+        "The paper's recursion takes O(1) steps a level at every size: flat lines, times O(log n) levels, \
+                   make O(log n) depth. The depth of a level is that of its deepest node."
+            .to_owned();
+    (!variants.is_empty()).then_some(Figure { id: "levels", title: "Level by level", caption, variants })
+}
+
+/// Separator sizes of all nodes against the law.
+fn separators(run: &RunData) -> Option<Figure> {
+    let mut table = Table::new(&["node", "level", "points", "separator points", "kind"]);
+    let mut marks = Vec::new();
+    for node in run.rows("/nodes").iter().filter(|n| n["kind"] != "leaf") {
+        let crossing = number(&node["crossing_inside"]) + number(&node["crossing_outside"]);
+        table.rows.push(vec![
+            node["id"].clone(),
+            node["level"].clone(),
+            node["population"].clone(),
+            json!(crossing),
+            node["kind"].clone(),
+        ]);
+        marks.push((number(&node["population"]), crossing));
+    }
+    marks.retain(|m| m.1 > 0.0);
+    if marks.len() < 3 {
+        return None;
+    }
+    let exponent = 1.0 - 1.0 / run.space();
+    let series = law_series("every split", &marks, exponent, &format!("m^{exponent:.2}"));
+    let plot = Plot {
+        x: ("points of the node, m", true),
+        y: ("points whose ball meets the separator", true),
+        series: vec![series],
+    };
+    let variants = vec![Variant { name: String::new(), body: plot.draw(), table }];
+    let caption = format!(
+        "Each mark is one split. Dashed: the law c m^{exponent:.2} of sphere separators; solid: the power law fitted \
+         to the marks. Small nodes lie below the law, where a ball's size is that of the node."
+    );
+    Some(Figure { id: "separators", title: "Separator sizes", caption, variants })
+}
+
+/// Marks with their fitted power law and the law as proved.
+pub(super) fn law_series(name: &str, marks: &[(f64, f64)], exponent: f64, law_name: &str) -> Series {
+    with_law(name, marks, &|x: f64| x.powf(exponent), law_name)
+}
+
+/// Marks with their fitted power law and a law of another shape.
+pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &dyn Fn(f64) -> f64, law_name: &str) -> Series {
+    let low = marks.iter().map(|m| m.0).fold(f64::INFINITY, f64::min);
+    let high = marks.iter().map(|m| m.0).fold(0.0, f64::max);
+    let along = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        let at = |i: u32| low * (high / low).powf(f64::from(i) / 40.0);
+        (0..=40).map(|i| (at(i), f(at(i)))).collect()
+    };
+    let mut series = Series { name: name.to_owned(), marks: marks.to_vec(), ..Series::default() };
+    if let Some(fit) = power_law(marks) {
+        series.notes.push(fit.words());
+        series.fit = along(&|x| fit.coefficient * x.powf(fit.exponent));
+        if let Some(c) = scaled(marks, law) {
+            series.law = along(&|x| c * law(x));
+            series.notes.push(format!("law {} {law_name}, dashed", significant(c)));
+        }
+    }
+    series
+}
+
+/// Two significant digits.
+fn significant(c: f64) -> String {
+    let digits = usize::try_from(1 - c.abs().log10().floor() as i32).unwrap_or(0).min(6);
+    format!("{c:.digits$}")
+}
