@@ -40,6 +40,15 @@ pub(super) fn scaled(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<
     (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }
 
+/// The straight line `a + b x` of least squares; none unless two abscissae differ.
+pub(super) fn straight(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let n = points.len() as f64;
+    let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    let sxx: f64 = points.iter().map(|p| (p.0 - mx).powi(2)).sum();
+    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / sxx;
+    (points.len() > 1 && sxx > 1e-12).then_some((my - slope * mx, slope))
+}
+
 impl PowerLaw {
     /// In words.
     pub(super) fn words(&self) -> String {
@@ -63,7 +72,9 @@ mod tests {
         assert_eq!(power_law(&[(2.0, 1.0), (2.0, 3.0)]), None);
         assert_eq!(power_law(&exact[..2]).unwrap().margin, None);
         assert!((scaled(&exact, |x| x.powf(0.66)).unwrap() - 3.0).abs() < 1e-9);
-        // Slopes 1 and 3 around 2: s^2 = 4 ln(2)^2 / 6 ... the interval holds both.
+        let (a, b) = straight(&[(1.0, 5.0), (2.0, 7.0), (4.0, 11.0)]).unwrap();
+        assert!((a - 3.0).abs() < 1e-9 && (b - 2.0).abs() < 1e-9);
+        // Steps of slope 1 and 3: the interval round 2 holds both.
         let noisy = [(1.0, 1.0), (2.0, 2.0), (4.0, 16.0)];
         let law = power_law(&noisy).unwrap();
         assert!((law.exponent - 2.0).abs() < 1e-9 && law.margin.unwrap() > 1.0);

@@ -31,7 +31,7 @@ fn bin_ticks(bins: &[Value]) -> Vec<(usize, String)> {
         (0, _) | (_, None) => "c".to_owned(),
         (_, Some(bin)) => format!("{}", number(&bin["first"])),
     };
-    (0..bins.len()).filter(|i| i % stride == 0 || *i == 1 && stride < 3).map(|i| (i, name(i))).collect()
+    (0..bins.len()).filter(|i| i % stride == 0).map(|i| (i, name(i))).collect()
 }
 
 /// Phases along the rounds: name, first and last column.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::data::{RunData, text};
-use super::levels::with_law;
+use super::levels::{Shape, with_law};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
@@ -13,11 +13,12 @@ use super::{Figure, Table, Variant};
 struct Law {
     shape: fn(n: f64, space: f64) -> f64,
     name: &'static str,
+    affine: bool,
 }
 
-const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n" };
-const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)" };
-const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n" };
+const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
+const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
+const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
 
 /// The figures of runs of at least two sizes.
 pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
@@ -54,9 +55,9 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         ),
         one(
             "law-traffic",
-            "Messages and bytes against their laws",
+            "Bytes and rounds against their laws",
             "Bytes of the load and of the results grow with n, those of the surfaces between workers with \
-             n^(1−1/d).",
+             n^(1−1/d). Rounds are those of the recursion: logarithmic until every worker has its leaf.",
             vec![
                 variant(runs, "bytes", "bytes [B]", &total("bytes"), &SURFACE),
                 variant(
@@ -66,7 +67,7 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
                     &|r| r.phase("separator-sets", "bytes"),
                     &SURFACE,
                 ),
-                variant(runs, "messages", "messages", &total("messages"), &LOG),
+                variant(runs, "rounds", "rounds", &total("rounds"), &LOG),
             ],
         ),
         one(
@@ -85,8 +86,8 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     figures.into_iter().flatten().collect()
 }
 
-const DEPTH: &str = "Solid: the power law fitted to the marks; dashed: c log₂ n. An exponent that falls towards 0 as n \
-                     grows is what a logarithm looks like on these axes.";
+const DEPTH: &str = "Solid: the power law fitted to the marks; dashed: b log₂ n + a, by least \
+                     squares. A logarithm bends below every power on these axes.";
 
 /// The whole critical path, then the phases by themselves.
 fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
@@ -130,7 +131,8 @@ fn variant(
         .map(|((kind, space, workers), marks)| {
             let p = if *workers > 0 { format!(", p = {workers}") } else { String::new() };
             let shape = |n: f64| (law.shape)(n, *space as f64);
-            with_law(&format!("{kind}, {space}D{p}"), marks, &shape, law.name)
+            let law = Shape { of: &shape, affine: law.affine, name: law.name };
+            with_law(&format!("{kind}, {space}D{p}"), marks, &law)
         })
         .collect();
     if series.iter().all(|s| s.fit.is_empty()) {

@@ -2,8 +2,9 @@
 
 use serde_json::json;
 
+use super::axes::si;
 use super::data::{RunData, number};
-use super::fit::{power_law, scaled};
+use super::fit::{power_law, scaled, straight};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
@@ -81,7 +82,9 @@ fn separators(run: &RunData) -> Option<Figure> {
         return None;
     }
     let exponent = 1.0 - 1.0 / run.space();
-    let series = law_series("every split", &marks, exponent, &format!("m^{exponent:.2}"));
+    let power = if run.space() == 2.0 { "m^(1/2)" } else { "m^(2/3)" };
+    let law = Shape { of: &|m| m.powf(exponent), affine: false, name: power };
+    let series = with_law("every split", &marks, &law);
     let plot = Plot {
         x: ("points of the node, m", true),
         y: ("points whose ball meets the separator", true),
@@ -89,19 +92,21 @@ fn separators(run: &RunData) -> Option<Figure> {
     };
     let variants = vec![Variant { name: String::new(), body: plot.draw(), table }];
     let caption = format!(
-        "Each mark is one split. Dashed: the law c m^{exponent:.2} of sphere separators; solid: the power law fitted \
-         to the marks. Small nodes lie below the law, where a ball's size is that of the node."
+        "Each mark is one split. Dashed: the law c {power} of sphere separators; solid: the power law fitted to the \
+         marks."
     );
     Some(Figure { id: "separators", title: "Separator sizes", caption, variants })
 }
 
-/// Marks with their fitted power law and the law as proved.
-pub(super) fn law_series(name: &str, marks: &[(f64, f64)], exponent: f64, law_name: &str) -> Series {
-    with_law(name, marks, &|x: f64| x.powf(exponent), law_name)
+/// A law to hold the marks against: `c of(x)`, or `a + b of(x)` where it is affine.
+pub(super) struct Shape<'a> {
+    pub(super) of: &'a dyn Fn(f64) -> f64,
+    pub(super) affine: bool,
+    pub(super) name: &'a str,
 }
 
-/// Marks with their fitted power law and a law of another shape.
-pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &dyn Fn(f64) -> f64, law_name: &str) -> Series {
+/// Marks with their fitted power law and the law as proved.
+pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &Shape<'_>) -> Series {
     let low = marks.iter().map(|m| m.0).fold(f64::INFINITY, f64::min);
     let high = marks.iter().map(|m| m.0).fold(0.0, f64::max);
     let along = |f: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
@@ -109,19 +114,29 @@ pub(super) fn with_law(name: &str, marks: &[(f64, f64)], law: &dyn Fn(f64) -> f6
         (0..=40).map(|i| (at(i), f(at(i)))).collect()
     };
     let mut series = Series { name: name.to_owned(), marks: marks.to_vec(), ..Series::default() };
-    if let Some(fit) = power_law(marks) {
-        series.notes.push(fit.words());
-        series.fit = along(&|x| fit.coefficient * x.powf(fit.exponent));
-        if let Some(c) = scaled(marks, law) {
-            series.law = along(&|x| c * law(x));
-            series.notes.push(format!("law {} {law_name}, dashed", significant(c)));
+    let Some(fit) = power_law(marks) else { return series };
+    series.notes.push(fit.words());
+    series.fit = along(&|x| fit.coefficient * x.powf(fit.exponent));
+    let shaped: Vec<(f64, f64)> = marks.iter().map(|m| ((law.of)(m.0), m.1)).collect();
+    if law.affine {
+        if let Some((a, b)) = straight(&shaped) {
+            series.law = along(&|x| a + b * (law.of)(x));
+            let sign = if a < 0.0 { "−" } else { "+" };
+            let (a, b) = (significant(a.abs()), significant(b));
+            series.notes.push(format!("law {b} {} {sign} {a}, dashed", law.name));
         }
+    } else if let Some(c) = scaled(marks, law.of) {
+        series.law = along(&|x| c * (law.of)(x));
+        series.notes.push(format!("law {} {}, dashed", significant(c), law.name));
     }
     series
 }
 
-/// Two significant digits.
+/// Two significant digits or more.
 fn significant(c: f64) -> String {
-    let digits = usize::try_from(1 - c.abs().log10().floor() as i32).unwrap_or(0).min(6);
+    if c.abs() >= 1e6 {
+        return si(c);
+    }
+    let digits = usize::try_from(1 - c.abs().max(1e-9).log10().floor() as i32).unwrap_or(0).min(6);
     format!("{c:.digits$}")
 }

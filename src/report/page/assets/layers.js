@@ -137,10 +137,10 @@ export function entriesOf(view, frame) {
 
 function tintOf(entry, state) {
     if (entry.level === state.level && state.separators) {
-        return { colour: state.dark ? '#dfe6ee' : '#3c4856', opacity: 0.22 };
+        return { colour: state.dark ? '#dfe6ee' : '#3c4856', opacity: 0.42 };
     }
     if (entry.level < state.level && state.upper) {
-        return { colour: state.dark ? '#8a97a6' : '#8792a0', opacity: 0.1 };
+        return { colour: state.dark ? '#8a97a6' : '#8792a0', opacity: 0.16 };
     }
     return null;
 }

@@ -1,10 +1,13 @@
 // The partition: layers, the controls beside them, and the loop that draws when something changed.
-import { Scene, Vector3, Vector4, Matrix4, WebGLRenderer } from 'three';
+import { ColorManagement, LinearSRGBColorSpace, Scene, Vector3, Vector4, Matrix4, WebGLRenderer } from 'three';
 import { bit, space, view } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
 import { Camera } from 'septet/camera';
 import { BoxLayer, CurveLayer, PointLayer, SurfaceLayer, wong } from 'septet/layers';
+
+// Shaders here write the colours that the style sheet names, as they are.
+ColorManagement.enabled = false;
 
 const get = (id) => document.getElementById(id);
 const EVERYTHING = 1e6;
@@ -22,6 +25,7 @@ class Picture {
         this.canvas = get('canvas');
         this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
         this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+        this.renderer.outputColorSpace = LinearSRGBColorSpace;
         this.scene = new Scene();
         this.shared = {
             cut: { value: new Vector4(0, 0, 0, 1) }, thickness: { value: EVERYTHING }, pixel: { value: 1 },
