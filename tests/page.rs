@@ -33,7 +33,8 @@ fn reports(directory: &Path) {
             "n": run["points"]["used"], "kind": "well-spaced", "d": 3, "workers": 9, "seed": run["seed"],
             "phases": run["phases"], "levels": run["tree"]["levels"],
         });
-        sweep.push_str(&format!("{line}\n"));
+        sweep.push_str(&line.to_string());
+        sweep.push('\n');
     }
     fs::write(directory.join("runs.jsonl"), sweep).unwrap();
 }
@@ -64,7 +65,7 @@ fn pages_stand_alone_and_figures_are_files() {
         let svg = fs::read_to_string(figure).unwrap();
         assert!(svg.starts_with("<?xml") && svg.ends_with("</svg>\n"), "{}", figure.display());
         let names = figure.file_name().unwrap().to_str().unwrap();
-        assert!(names.ends_with(".svg") && !names.contains(' '), "{names}");
+        assert!(figure.extension().is_some_and(|e| e == "svg") && !names.contains(' '), "{names}");
     }
     browse(place.path());
 }

@@ -23,7 +23,7 @@ impl Cells {
         let positive = || values.values().copied().filter(|v| *v > 0.0);
         let low = positive().fold(f64::INFINITY, f64::min);
         let high = positive().fold(0.0, f64::max);
-        Cells { low, high, values }
+        Cells { values, low, high }
     }
 
     pub(super) fn is_empty(&self) -> bool {
