@@ -98,6 +98,9 @@ pub struct Config {
     pub keep_graph: bool,
     /// Keep the owning worker and home leaf of every cell in the result.
     pub with_owner: bool,
+    /// Keep a picture of the run in the result ([`crate::Run::picture`]): about this many sampled points; 0
+    /// for none, at most [`crate::view::MOST_POINTS`].
+    pub view: u32,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
     pub exchange_cap: Option<u32>,
     /// Record what leaves have to say to each other ([`crate::predict`]); only where work and depth are
@@ -146,6 +149,7 @@ impl Default for Config {
             max_memory: None,
             keep_graph: false,
             with_owner: false,
+            view: 0,
             exchange_cap: None,
             record_tasks: false,
             fault: None,

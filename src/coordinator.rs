@@ -30,6 +30,7 @@ use septet_workers::schedule::{Known, Outcome, next};
 use crate::config::{Config, Progress};
 use crate::error::Error;
 use crate::prepare::Prepared;
+use crate::view::Album;
 
 /// Leaves below every node of a planned tree.
 pub(crate) type Plan = BTreeMap<NodeId, u32>;
@@ -44,6 +45,8 @@ pub(crate) struct Collected {
     pub(crate) ledger: LedgerPart,
     /// Workers whose part of the ledger has arrived.
     pub(crate) parts: u32,
+    /// What the workers show of themselves.
+    pub(crate) album: Album,
     pub(crate) merged: Merged,
     pub(crate) supergraph: Option<Supergraph>,
     pub(crate) why: Option<String>,
@@ -410,6 +413,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
                 }
                 Body::Edges(mut edges) => self.result.edges.append(&mut edges),
                 Body::Tasks(log) => self.result.tasks = Some(log),
+                Body::View(part) if part.is_consistent() => self.result.album.add(&part),
                 Body::Ledger(words) => match LedgerPart::from_words(&words) {
                     Some(part) => {
                         self.result.ledger.merge(&part);

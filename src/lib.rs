@@ -38,6 +38,8 @@ mod coordinator;
 
 mod canonical;
 
+pub mod view;
+
 pub mod memory;
 
 mod run;

@@ -20,6 +20,8 @@ pub(crate) struct Prepared<P> {
     pub(crate) duplicates: Vec<(u64, u64)>,
     /// Points dropped because they were not finite.
     pub(crate) refused: Vec<u64>,
+    /// The coordinates were multiplied by two to this power.
+    pub(crate) exponent: i32,
     /// Dimension of the affine hull, -1 for no points.
     pub(crate) dimension: isize,
     /// Positions (in `positions`) of affinely independent points that span it.
@@ -51,7 +53,7 @@ pub(crate) fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prep
         .collect();
     let ids = first.iter().map(|&i| kept[i as usize]).collect();
     let (dimension, frame) = affine_frame(&positions);
-    Ok(Prepared { positions, ids, duplicates, refused, dimension, frame })
+    Ok(Prepared { positions, ids, duplicates, refused, exponent, dimension, frame })
 }
 
 fn without_negative_zero<P: Point>(mut p: P) -> P {

@@ -24,6 +24,7 @@ use crate::error::{Error, Refutation};
 use crate::memory::forecast;
 use crate::model::MeshView;
 use crate::prepare::{Prepared, prepare};
+use crate::view::{MOST_POINTS, View};
 
 /// What became of every input point.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -109,6 +110,8 @@ pub struct Run {
     pub plan: Option<Traffic>,
     /// What is wrong with the stars: nothing, in a run that is no part of an error.
     pub refutation: Option<Refutation>,
+    /// Sampled points and the tree, for pictures, if asked for.
+    pub picture: Option<View>,
     /// What was run.
     pub settled: Settled,
     /// What leaves had to say to each other, if recorded.
@@ -211,6 +214,7 @@ pub fn run_on<P: Point>(
         collect_graph: config.keep_graph && counted,
         until: None,
         with_leaves: config.with_owner,
+        view: config.view.min(MOST_POINTS),
         exchange_cap: config.exchange_cap,
         record_tasks: config.record_tasks && counted,
         fault: config.fault,
@@ -392,6 +396,7 @@ fn flat_result<P: Point>(
         ledger: Ledger::default(),
         plan: None,
         refutation: None,
+        picture: None,
         settled: settled(machine, None, why),
         tasks: None,
         phase_seconds: Vec::new(),
@@ -451,7 +456,7 @@ fn finish<P: Point>(
     let merged = collected.merged;
     let triangulate_seconds = start.elapsed().as_secs_f64()
         - collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum::<f64>();
-    let with_owner = machine.with_leaves;
+    let (with_owner, exponent) = (machine.with_leaves, ready.exponent);
     let cells = Cells {
         rows: collected.cells,
         owner: with_owner.then_some(collected.owner),
@@ -475,6 +480,7 @@ fn finish<P: Point>(
         ledger: Ledger::finish(collected.ledger, population),
         plan: None,
         refutation: None,
+        picture: (machine.view > 0).then(|| collected.album.view::<P>(population, machine.view, exponent)),
         settled: settled(machine, collected.supergraph, why),
         tasks,
         phase_seconds: collected.seconds,

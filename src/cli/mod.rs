@@ -9,6 +9,7 @@ mod instruments;
 mod options;
 mod predict;
 mod progress;
+mod report;
 mod triangulate;
 mod verify;
 
@@ -62,6 +63,8 @@ enum Command {
     Verify(verify::VerifyArgs),
     /// What the machine would do with any number of workers, from the record of one run.
     Predict(predict::PredictArgs),
+    /// Make one offline page of runs: pictures, tables, the partition to turn and slice.
+    Report(report::ReportArgs),
     /// Write a completion script for a shell.
     Completions(completions::CompletionsArgs),
     /// Write the manual page.
@@ -97,6 +100,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
+        Command::Report(args) => logged(talk, || report::run(&args, talk)),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }

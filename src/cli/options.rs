@@ -7,6 +7,7 @@ use septet::Config;
 use septet::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
 use septet::io::write::MshVersion;
 use septet::trace::Detail;
+use septet::view::MOST_POINTS;
 
 use super::errors::{Code, Failure};
 
@@ -78,6 +79,10 @@ pub struct RunArgs {
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
+    /// Points of the picture in the JSON report, at most 20000, 0 for none [default: 20000 in simulate, 0 in
+    /// triangulate]
+    #[arg(long, value_name = "N", value_parser = shown)]
+    pub view: Option<u32>,
     /// Put the record of what leaves say to each other into the report, for `septet predict` (`simulate`
     /// only; a second run, unless there is one worker)
     #[arg(long)]
@@ -234,6 +239,14 @@ pub fn count(text: &str) -> Result<u64, String> {
             .and_then(|power| mantissa.parse::<u64>().ok()?.checked_mul(power)),
     };
     parsed.ok_or_else(|| "expected a whole number, such as 1000 or 1e6".to_owned())
+}
+
+fn shown(text: &str) -> Result<u32, String> {
+    let number = count(text)?;
+    u32::try_from(number)
+        .ok()
+        .filter(|&n| n <= MOST_POINTS)
+        .ok_or_else(|| format!("expected at most {MOST_POINTS} points"))
 }
 
 fn workers(text: &str) -> Result<Workers, String> {

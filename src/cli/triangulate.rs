@@ -9,6 +9,7 @@ use septet::io::write::{OutputFormat, WriteOptions, write};
 use septet::memory::{forecast, peak_rss, rss};
 use septet::model::{MeshView, Points};
 use septet::report::{Report, Setting};
+use septet::view::MOST_POINTS;
 use septet::{Config, Error, Run};
 
 use super::errors::{Code, Failure};
@@ -40,6 +41,9 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         input::open(&args.input, &options, talk)?
     };
     config.spacing = loaded.spacing;
+    if args.json.is_some() {
+        config.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
+    }
     config.cancel = Some(talk.cancel.clone());
     config.progress = Some(talk.phases());
     let rss_before_bytes = rss();
@@ -76,9 +80,10 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
 /// The report as JSON, and for people.
 fn tell(args: &RunArgs, report: &Report, files: &[PathBuf], talk: &Talk) -> Result<(), Failure> {
     if let Some(path) = &args.json {
-        let text = report
+        let mut text = report
             .to_json()
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
+        text.push('\n');
         files::write_text(path, &text)?;
     }
     for line in report.summary() {

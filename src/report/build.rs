@@ -13,7 +13,7 @@ use super::schema::{
     Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, Report,
     RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
 };
-use super::{Parameters, tree};
+use super::{Parameters, traffic, tree};
 
 /// What surrounds a run and is not known to it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,9 +72,12 @@ impl Report {
             phases: phases(run),
             critical_path: if counted { path(ledger) } else { Vec::new() },
             rounds: rounds(ledger),
+            traffic: traffic::links(ledger, run.settled.workers),
+            timeline: traffic::senders(ledger, run.settled.workers),
             tree: tree::summary(run),
             nodes: if counted { tree::nodes(ledger) } else { Vec::new() },
             graph: counted.then(|| tree::graph(run)),
+            view: run.picture.clone(),
             control_bytes: ledger.part.rounds.values().map(|t| t.control).sum(),
             seconds: Seconds {
                 read: setting.read_seconds,
@@ -86,25 +89,6 @@ impl Report {
             peak_rss_bytes: setting.peak_rss_bytes,
             tasks: run.tasks.clone(),
         }
-    }
-}
-
-impl Report {
-    /// The report as text: indented, but for what is bulk.
-    ///
-    /// # Errors
-    /// If a number cannot be written as JSON.
-    pub fn to_json(&self) -> serde_json::Result<String> {
-        let mut text = serde_json::to_string_pretty(self)?;
-        if let Some(tasks) = &self.tasks {
-            let open = text.strip_suffix("\n}").map_or(text.len(), str::len);
-            text.truncate(open);
-            text.push_str(",\n  \"tasks\": ");
-            text.push_str(&serde_json::to_string(tasks)?);
-            text.push_str("\n}");
-        }
-        text.push('\n');
-        Ok(text)
     }
 }
 

@@ -5,10 +5,13 @@
 //! memory are measured and do not. Nothing here prints.
 
 mod build;
+mod json;
+pub mod page;
 mod parameters;
 mod schema;
 mod summary;
 mod tables;
+mod traffic;
 mod tree;
 mod verdict;
 
@@ -20,4 +23,5 @@ pub use schema::{
     TreeReport,
 };
 pub use tables::TableFormat;
+pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport};
 pub use verdict::{VERIFY_SCHEMA, Verdict};

@@ -45,6 +45,8 @@ pub struct Parameters {
     pub max_memory: Option<u64>,
     /// Are the owner and home leaf of cells kept?
     pub with_owner: bool,
+    /// Points of the picture asked for.
+    pub view: u32,
     /// Rounds of exchange before a fallback; none for `4 log2 n`.
     pub exchange_cap: Option<u32>,
 }
@@ -88,6 +90,7 @@ impl Parameters {
             skip_invalid: config.skip_invalid,
             max_memory: config.max_memory,
             with_owner: config.with_owner,
+            view: config.view,
             exchange_cap: config.exchange_cap,
         }
     }

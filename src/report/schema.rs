@@ -4,8 +4,10 @@ use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
 
 use crate::run::Traffic;
+use crate::view::View;
 
 use super::Parameters;
+use super::traffic::{TimelineReport, TrafficReport};
 
 /// Name and version of the schema of [`Report`]. The number changes when a field changes its meaning or
 /// disappears; new fields may appear under the same number.
@@ -52,12 +54,18 @@ pub struct Report {
     pub critical_path: Vec<PathReport>,
     /// Round by round.
     pub rounds: Vec<RoundReport>,
+    /// Who sent to whom, phase by phase.
+    pub traffic: TrafficReport,
+    /// Who sent, round by round.
+    pub timeline: TimelineReport,
     /// The partition tree; in `triangulate` the part above one worker.
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted.
     pub nodes: Vec<NodeReport>,
     /// The supergraph's size; none if not counted.
     pub graph: Option<GraphReport>,
+    /// Sampled points and the tree, for pictures; none if not asked for.
+    pub view: Option<View>,
     /// Bytes received by the coordinator less reading and merging.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.
@@ -67,7 +75,7 @@ pub struct Report {
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
     /// What leaves have to say to each other, free of the number of workers; if asked for.
-    #[serde(skip)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub tasks: Option<TaskLog>,
 }
 

@@ -7,17 +7,17 @@ use serde_json::Value;
 use super::Place;
 
 /// The documented keys, level by level.
-const KEYS: [(&str, &str); 13] = [
+const KEYS: [(&str, &str); 17] = [
     (
         "",
         "schema version parameters seed supergraph points space dimension simplices hull_facets certificate \
-         repair fallback how_proved machine plan phases critical_path rounds tree nodes graph control_bytes seconds \
+         repair fallback how_proved machine plan phases critical_path rounds traffic timeline tree nodes graph view control_bytes seconds \
          rss_before_bytes peak_rss_bytes",
     ),
     (
         "/parameters",
         "command input outputs workers threads supergraph alpha k separator_sets leaf leaf_auto transport \
-         delivery_seed lipschitz skip_invalid max_memory with_owner exchange_cap",
+         delivery_seed lipschitz skip_invalid max_memory with_owner view exchange_cap",
     ),
     ("/supergraph", "kind alpha k why"),
     ("/points", "input used duplicate refused"),
@@ -27,6 +27,10 @@ const KEYS: [(&str, &str); 13] = [
     ("/machine/paper", "work depth depth_log_scan brent"),
     ("/phases/0", "name paper rounds work depth critical_depth messages bytes seconds"),
     ("/rounds/0", "round phase active merged points messages bytes largest retries separators"),
+    ("/traffic", "bins grouped rows"),
+    ("/traffic/rows/0", "phase from to messages bytes"),
+    ("/timeline", "bins grouped rows"),
+    ("/timeline/rows/0", "round phase worker messages bytes points"),
     (
         "/tree",
         "levels leaves nodes spheres planes largest_split_ratio mean_split_ratio largest_attempts mean_attempts \
@@ -62,8 +66,22 @@ fn the_report_is_whole_and_adds_up() {
         "/nodes/0",
         "id level population inside attempts kind crossing_inside crossing_outside members edges",
     );
+    assert_keys(
+        &report,
+        "/view",
+        "of points low high leaves positions owner leaf crossing flags ghost ghost_leaf ghosts_omitted separators \
+         separators_omitted",
+    );
+    assert_keys(&report, "/view/separators/0", "node level kind vector number interior low high");
     let sum = |array: &str, key: &str| -> u64 {
-        report[array].as_array().unwrap().iter().map(|s| s[key].as_u64().unwrap()).sum()
+        report
+            .pointer(&format!("/{array}"))
+            .unwrap()
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|s| s[key].as_u64().unwrap())
+            .sum()
     };
     let machine = &report["machine"];
     assert_eq!(report["schema"], "septet-run/1");
@@ -72,6 +90,12 @@ fn the_report_is_whole_and_adds_up() {
     assert_eq!(machine["bytes"], sum("phases", "bytes"));
     assert_eq!(machine["bytes"], sum("rounds", "bytes"));
     assert_eq!(machine["messages"], sum("rounds", "messages"));
+    for rows in ["traffic/rows", "timeline/rows"] {
+        assert_eq!(machine["bytes"], sum(rows, "bytes"), "{rows}");
+        assert_eq!(machine["messages"], sum(rows, "messages"), "{rows}");
+    }
+    assert_eq!(sum("rounds", "points"), sum("timeline/rows", "points"));
+    assert!(report["traffic"]["rows"].as_array().unwrap().iter().all(|r| r["from"] != r["to"]));
     assert_eq!(machine["workers"], report["tree"]["leaves"]);
     assert_eq!(report["tree"]["nodes"], report["nodes"].as_array().unwrap().len());
     let part = |key: &str| report["how_proved"][key].as_u64().unwrap();
@@ -109,4 +133,57 @@ fn triangulate_has_the_same_keys_and_echoes_its_options() {
     let alpha = report["supergraph"]["alpha"].as_f64().unwrap();
     assert!(lipschitz > 0.0 && lipschitz <= 0.2, "{lipschitz}");
     assert!((alpha - 1.25 * 2.0 * (1.0 + lipschitz) / (1.0 - lipschitz)).abs() < 1e-12, "{alpha}");
+}
+
+/// The picture without what depends on the workers.
+fn picture(p: &str, more: &str) -> Value {
+    let line = format!("simulate sample:well-spaced:30000,seed=4 --workers {p} {more} --json -");
+    let output = Place::new().good(&line);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let mut view = report["view"].clone();
+    let text = view.to_string();
+    assert!(text.len() <= 4 << 20, "{} bytes", text.len());
+    assert!(
+        view["owner"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|o| (1..=p.parse().unwrap()).contains(&o.as_u64().unwrap()))
+    );
+    view["owner"] = Value::Null;
+    view
+}
+
+#[test]
+fn the_picture_does_not_depend_on_the_workers() {
+    let one = picture("1", "");
+    assert_eq!(one, picture("7", "--transport sim --delivery-seed 3"));
+    let points = one["points"].as_u64().unwrap();
+    assert!((18_000..=20_000).contains(&points), "{points}");
+    assert_eq!(one["positions"].as_array().unwrap().len() as u64, 3 * points);
+    assert!(one["of"].as_u64().unwrap() > 20_000);
+    // Every ghost lies in another leaf than its home; every separator's members are on its path.
+    let list = |key: &str| one[key].as_array().unwrap().clone();
+    let (leaf, ghost, holder) = (list("leaf"), list("ghost"), list("ghost_leaf"));
+    assert!(!ghost.is_empty() && ghost.len() == holder.len());
+    for (g, h) in ghost.iter().zip(&holder) {
+        assert_ne!(&leaf[g.as_u64().unwrap() as usize], h);
+    }
+    let level = |leaf: &Value| list("leaves")[leaf.as_u64().unwrap() as usize].as_u64().unwrap().ilog2();
+    let crossing = list("crossing");
+    assert!(crossing.iter().any(|c| c.as_u64().unwrap() & 1 == 1));
+    for (c, l) in crossing.iter().zip(&leaf).take(2000) {
+        assert!(c.as_u64().unwrap() >> level(l) == 0);
+    }
+}
+
+#[test]
+fn pictures_are_asked_for() {
+    let place = Place::new();
+    let view = |line: &str| -> Value {
+        serde_json::from_slice::<Value>(&place.good(line).stdout).unwrap()["view"].clone()
+    };
+    assert_eq!(view("triangulate sample:uniform:500 --json -"), Value::Null);
+    assert_eq!(view("simulate sample:uniform:500 --view 0 --json -"), Value::Null);
+    assert_eq!(view("triangulate sample:uniform:500,d=2 --view 20000 --json -")["points"], 500);
 }

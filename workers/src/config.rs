@@ -58,6 +58,8 @@ pub struct WorkerConfig {
     pub until: Option<septet_protocol::ids::Phase>,
     /// Send the home leaf of every cell with it.
     pub with_leaves: bool,
+    /// Sampled points that the workers show of themselves, expected over all of them; 0 for no picture.
+    pub view: u32,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
     pub exchange_cap: Option<u32>,
     /// Record what leaves have to say to each other. One worker only.

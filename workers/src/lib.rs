@@ -49,6 +49,8 @@ mod rows;
 
 pub mod merge;
 
+pub mod view;
+
 pub mod host;
 
 pub mod transport;

@@ -64,7 +64,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// What a star contributes.
-    fn merge_star(&self, home: u32, sweep: &mut Sweep) -> Merged {
+    pub(crate) fn merge_star(&self, home: u32, sweep: &mut Sweep) -> Merged {
         let positions = &self.table.positions;
         let at = positions[home as usize];
         let smaller = |v: u32| lex_cmp(&positions[v as usize], &at).is_lt();
@@ -140,6 +140,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_collect(&mut self) {
         if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
             self.send_cells();
+            self.send_view();
         }
         // The ledger follows in the next step, when the cells are billed.
         self.out.send(self.rank, NodeId::ROOT, 0, Body::Outcome(0));

@@ -2,7 +2,7 @@
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::ledger::LedgerPart;
+use septet_protocol::ledger::{LedgerPart, Traffic};
 use septet_protocol::message::{Body, Message, PROTOCOL_VERSION};
 
 use crate::profile::{Site, sent};
@@ -76,16 +76,14 @@ impl<P: Point> Outbox<P> {
             return Vec::new();
         }
         sent(phase, &self.messages);
-        let tally = ledger.tally(self.round, phase);
+        ledger.tally(self.round, phase);
         for message in &self.messages {
             if message.body.is_instrument() {
                 continue;
             }
             let bytes = message.encoded_len() as u64;
-            tally.messages += 1;
-            tally.bytes += bytes;
-            tally.largest = tally.largest.max(bytes);
-            tally.points += points_in(&message.body) as u64;
+            let moved = Traffic { messages: 1, bytes, points: points_in(&message.body) as u64 };
+            let tally = ledger.bill(self.round, phase, self.rank, message.to, moved);
             if message.to == COORDINATOR && !message.body.is_bulk() {
                 tally.control += bytes;
             }

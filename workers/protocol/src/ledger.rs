@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
 
-use crate::ids::{NodeId, Phase};
+use crate::ids::{NodeId, Phase, Rank};
 
 /// What is counted in a round besides messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,6 +75,36 @@ impl RoundTally {
         self.separators += other.separators;
         self.retries += other.retries;
         self.control += other.control;
+    }
+}
+
+/// Numbers of messages, bytes and points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Points shipped in them.
+    pub points: u64,
+}
+
+impl Traffic {
+    const LEN: usize = 3;
+
+    /// Adds what else was counted.
+    pub fn add(&mut self, other: &Traffic) {
+        self.messages += other.messages;
+        self.bytes += other.bytes;
+        self.points += other.points;
+    }
+
+    fn parts(&self) -> [u64; Self::LEN] {
+        [self.messages, self.bytes, self.points]
+    }
+
+    fn from_parts(p: &[u64]) -> Self {
+        Traffic { messages: p[0], bytes: p[1], points: p[2] }
     }
 }
 
@@ -179,6 +209,10 @@ impl NodeFacts {
 pub struct LedgerPart {
     /// By phase number and round.
     pub rounds: BTreeMap<(u32, u8), RoundTally>,
+    /// What left, by phase number, sender and receiver.
+    pub links: BTreeMap<(u8, Rank, Rank), Traffic>,
+    /// What left, by round, phase number and sender.
+    pub senders: BTreeMap<(u32, u8, Rank), Traffic>,
     /// By phase number and node.
     pub charges: BTreeMap<(u8, NodeId), Charge>,
     /// By node.
@@ -211,10 +245,35 @@ impl LedgerPart {
         self.rounds.entry((round, phase as u8)).or_default()
     }
 
+    /// Counts one message in the round, on its link and for its sender.
+    pub fn bill(
+        &mut self,
+        round: u32,
+        phase: Phase,
+        from: Rank,
+        to: Rank,
+        moved: Traffic,
+    ) -> &mut RoundTally {
+        self.links.entry((phase as u8, from, to)).or_default().add(&moved);
+        self.senders.entry((round, phase as u8, from)).or_default().add(&moved);
+        let tally = self.tally(round, phase);
+        tally.messages += moved.messages;
+        tally.bytes += moved.bytes;
+        tally.points += moved.points;
+        tally.largest = tally.largest.max(moved.bytes);
+        tally
+    }
+
     /// Merges another rank's part: shares of one subproblem are beside each other.
     pub fn merge(&mut self, other: &LedgerPart) {
         for (key, tally) in &other.rounds {
             self.rounds.entry(*key).or_default().add(tally);
+        }
+        for (key, moved) in &other.links {
+            self.links.entry(*key).or_default().add(moved);
+        }
+        for (key, moved) in &other.senders {
+            self.senders.entry(*key).or_default().add(moved);
         }
         for (key, charge) in &other.charges {
             let entry = self.charges.entry(*key).or_default();
@@ -234,6 +293,8 @@ impl LedgerPart {
             self.charges.len() as u64,
             self.nodes.len() as u64,
             self.edge_hash,
+            self.links.len() as u64,
+            self.senders.len() as u64,
         ];
         for ((round, phase), tally) in &self.rounds {
             out.extend([u64::from(*round), u64::from(*phase)]);
@@ -247,13 +308,21 @@ impl LedgerPart {
             out.push(node.0);
             out.extend(facts.parts());
         }
+        for ((phase, from, to), moved) in &self.links {
+            out.extend([u64::from(*phase), u64::from(*from), u64::from(*to)]);
+            out.extend(moved.parts());
+        }
+        for ((round, phase, from), moved) in &self.senders {
+            out.extend([u64::from(*round), u64::from(*phase), u64::from(*from)]);
+            out.extend(moved.parts());
+        }
         out
     }
 
     /// The part in these numbers; `None` if they are not one.
     pub fn from_words(words: &[u64]) -> Option<Self> {
         let mut part = LedgerPart::default();
-        let (head, mut rest) = words.split_at_checked(4)?;
+        let (head, mut rest) = words.split_at_checked(6)?;
         part.edge_hash = head[3];
         for _ in 0..head[0] {
             let (row, tail) = rest.split_at_checked(2 + RoundTally::LEN)?;
@@ -273,8 +342,53 @@ impl LedgerPart {
             part.nodes.insert(NodeId(row[0]), NodeFacts::from_parts(&row[1..]));
             rest = tail;
         }
+        for _ in 0..head[4] {
+            let (row, tail) = rest.split_at_checked(3 + Traffic::LEN)?;
+            let key = (u8::try_from(row[0]).ok()?, rank(row[1])?, rank(row[2])?);
+            part.links.insert(key, Traffic::from_parts(&row[3..]));
+            rest = tail;
+        }
+        for _ in 0..head[5] {
+            let (row, tail) = rest.split_at_checked(3 + Traffic::LEN)?;
+            let key = (u32::try_from(row[0]).ok()?, u8::try_from(row[1]).ok()?, rank(row[2])?);
+            part.senders.insert(key, Traffic::from_parts(&row[3..]));
+            rest = tail;
+        }
         rest.is_empty().then_some(part)
     }
 }
 
+fn rank(word: u64) -> Option<Rank> {
+    Rank::try_from(word).ok()
+}
+
 pub use crate::fold::{Ledger, PathStep, PhaseTotal, Total};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_survives_its_numbers_and_parts_add_up() {
+        let mut part = LedgerPart::default();
+        let moved = Traffic { messages: 1, bytes: 40, points: 3 };
+        part.bill(7, Phase::Partition, 2, 5, moved);
+        part.bill(7, Phase::Partition, 2, 5, Traffic { bytes: 60, ..moved });
+        part.bill(8, Phase::Probe, 2, 1, moved);
+        part.facts(NodeId(6)).edges = 4;
+        part.charge(Phase::Graph, NodeId(6), Cost::ZERO, 9);
+        assert_eq!(
+            part.links[&(Phase::Partition as u8, 2, 5)],
+            Traffic { messages: 2, bytes: 100, points: 6 }
+        );
+        assert_eq!(part.senders[&(8, Phase::Probe as u8, 2)], moved);
+        assert_eq!(part.rounds[&(7, Phase::Partition as u8)].largest, 60);
+        let words = part.to_words();
+        assert_eq!(LedgerPart::from_words(&words), Some(part.clone()));
+        assert_eq!(LedgerPart::from_words(&words[..words.len() - 1]), None);
+        let mut both = part.clone();
+        both.merge(&part);
+        assert_eq!(both.links[&(Phase::Partition as u8, 2, 5)].bytes, 200);
+        assert_eq!(both.senders[&(8, Phase::Probe as u8, 2)].messages, 2);
+    }
+}

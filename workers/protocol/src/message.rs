@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -205,6 +205,64 @@ impl Merged {
     }
 }
 
+/// A star was changed by the exchange: a flag in [`ViewPart::flags`].
+pub const SHOWN_REPAIRED: u64 = 1;
+/// A star's circumspheres all lie in the known ball around its vertex: a flag in [`ViewPart::flags`].
+pub const SHOWN_LOCAL: u64 = 2;
+
+/// What a worker shows of its points and of the tree: sampled points, one entry each, and the splits it
+/// answers for.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct ViewPart<P> {
+    /// Sampled home points.
+    pub points: PointBatch<P>,
+    /// Home leaf of each.
+    pub leaves: Bulk<u64>,
+    /// Bit `l`: the point's ball meets the separator of its ancestor of level `l`.
+    pub crossing: Bulk<u64>,
+    /// [`SHOWN_REPAIRED`], [`SHOWN_LOCAL`].
+    pub flags: Bulk<u64>,
+    /// Ids of sampled points that a leaf here holds as ghosts.
+    pub ghosts: Bulk<u64>,
+    /// That leaf, one entry a ghost.
+    pub ghost_leaves: Bulk<u64>,
+    /// Nodes that were split.
+    pub nodes: Bulk<u64>,
+    /// Their separators, 9 numbers each (`Separator::to_array`).
+    pub separators: Bulk<f64>,
+    /// Low and high corner of their home points' boxes.
+    pub boxes: Bulk<P>,
+}
+
+impl<P> Default for ViewPart<P> {
+    fn default() -> Self {
+        ViewPart {
+            points: PointBatch::default(),
+            leaves: Bulk(Vec::new()),
+            crossing: Bulk(Vec::new()),
+            flags: Bulk(Vec::new()),
+            ghosts: Bulk(Vec::new()),
+            ghost_leaves: Bulk(Vec::new()),
+            nodes: Bulk(Vec::new()),
+            separators: Bulk(Vec::new()),
+            boxes: Bulk(Vec::new()),
+        }
+    }
+}
+
+impl<P: Copy> ViewPart<P> {
+    /// Do all columns fit each other?
+    pub fn is_consistent(&self) -> bool {
+        let (n, m) = (self.points.len(), self.nodes.len());
+        self.points.is_consistent()
+            && [self.leaves.len(), self.crossing.len(), self.flags.len()] == [n; 3]
+            && self.ghosts.len() == self.ghost_leaves.len()
+            && self.separators.len() == 9 * m
+            && self.boxes.len() == 2 * m
+    }
+}
+
 /// What a message says.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
@@ -342,6 +400,9 @@ pub enum Body<P> {
     Ledger(Bulk<u64>),
     /// Worker to coordinator: what its leaves had to say to each other, on request. Not billed either.
     Tasks(Box<TaskLog>),
+    /// Worker to coordinator, on request: what it shows of itself in pictures. Not billed: it is the
+    /// instrument.
+    View(Box<ViewPart<P>>),
 }
 
 impl<P> Body<P> {
@@ -381,12 +442,13 @@ impl<P> Body<P> {
             Body::Edges(_) => "edges",
             Body::Ledger(_) => "ledger",
             Body::Tasks(_) => "tasks",
+            Body::View(_) => "view",
         }
     }
 
     /// Is it the instrument's own traffic, which is not billed?
     pub fn is_instrument(&self) -> bool {
-        matches!(self, Body::Ledger(_) | Body::Tasks(_))
+        matches!(self, Body::Ledger(_) | Body::Tasks(_) | Body::View(_))
     }
 
     /// Is it reading or merging, for the coordinator's budget?
@@ -413,6 +475,7 @@ mod tests {
             },
             Body::Merged(Merged { cells: 4, ..Merged::default() }),
             Body::Outcome(1),
+            Body::View(Box::new(ViewPart { points: batch, flags: Bulk(vec![2]), ..ViewPart::default() })),
         ];
         for body in bodies {
             let message = Message {

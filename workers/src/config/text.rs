@@ -34,6 +34,7 @@ impl fmt::Display for WorkerConfig {
             collect_graph,
             until,
             with_leaves,
+            view,
             exchange_cap,
             fault,
             record_tasks,
@@ -57,7 +58,7 @@ impl fmt::Display for WorkerConfig {
             Some(phase) => write!(f, "{}", *phase as u8)?,
             None => f.write_str("-")?,
         }
-        write!(f, " {with_leaves} ")?;
+        write!(f, " {with_leaves} {view} ")?;
         match exchange_cap {
             Some(cap) => write!(f, "{cap}")?,
             None => f.write_str("-")?,
@@ -76,7 +77,7 @@ impl FromStr for WorkerConfig {
     fn from_str(line: &str) -> Result<Self, ConfigTextError> {
         let fields: Vec<&str> = line.split(' ').collect();
         let fail = |field: usize| ConfigTextError { line: line.to_string(), field };
-        if fields.len() != 14 {
+        if fields.len() != 15 {
             return Err(fail(fields.len()));
         }
         let parameter = fields[6];
@@ -99,13 +100,13 @@ impl FromStr for WorkerConfig {
             "-" => None,
             _ => Some(parse(&fields, 9).and_then(Phase::from_number).ok_or_else(|| fail(9))?),
         };
-        let exchange_cap = match fields[11] {
-            "-" => None,
-            _ => Some(parse(&fields, 11).ok_or_else(|| fail(11))?),
-        };
-        let fault = match fields[12] {
+        let exchange_cap = match fields[12] {
             "-" => None,
             _ => Some(parse(&fields, 12).ok_or_else(|| fail(12))?),
+        };
+        let fault = match fields[13] {
+            "-" => None,
+            _ => Some(parse(&fields, 13).ok_or_else(|| fail(13))?),
         };
         Ok(WorkerConfig {
             run: parse(&fields, 0).ok_or_else(|| fail(0))?,
@@ -118,9 +119,10 @@ impl FromStr for WorkerConfig {
             collect_graph: parse(&fields, 8).ok_or_else(|| fail(8))?,
             until,
             with_leaves: parse(&fields, 10).ok_or_else(|| fail(10))?,
+            view: parse(&fields, 11).ok_or_else(|| fail(11))?,
             exchange_cap,
             fault,
-            record_tasks: parse(&fields, 13).ok_or_else(|| fail(13))?,
+            record_tasks: parse(&fields, 14).ok_or_else(|| fail(14))?,
             stop: Stop::default(),
         })
     }
@@ -157,6 +159,7 @@ mod tests {
                 collect_graph: !odd,
                 until: odd.then_some(Phase::Partition),
                 with_leaves: odd,
+                view: 20_000,
                 exchange_cap: (!odd).then_some(9),
                 fault: odd.then_some(Fault::SpoilStar { rank: 2 }),
                 stop: Stop::default(),
@@ -166,7 +169,7 @@ mod tests {
             let back: WorkerConfig = line.parse().unwrap();
             assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
             let cut = line.rsplit_once(' ').unwrap().0;
-            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 13);
+            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 14);
             let torn =
                 line.replacen("density", "dense", 1).replacen("knn", "k", 1).replacen("overlap", "o", 1);
             assert_eq!(torn.parse::<WorkerConfig>().unwrap_err().field, 5);

@@ -70,6 +70,27 @@ pub struct Separator<P> {
     c: f64,
 }
 
+/// A separator for reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Surface<P> {
+    /// A sphere (circle).
+    Sphere {
+        /// Its centre.
+        centre: P,
+        /// Its radius.
+        radius: f64,
+        /// Is the interior child in the ball, not around it?
+        ball_is_interior: bool,
+    },
+    /// A plane (line): the interior child lies where `normal . x < offset`.
+    Plane {
+        /// Unit normal.
+        normal: P,
+        /// Its offset.
+        offset: f64,
+    },
+}
+
 /// Numbers of a separator on the wire, in either dimension (the plane leaves two of them zero).
 pub const SEPARATOR_WORDS: usize = 9;
 
@@ -171,6 +192,18 @@ impl<P: Point> Separator<P> {
     /// Is it a sphere, not a plane?
     pub fn is_sphere(&self) -> bool {
         self.a != 0.0
+    }
+
+    /// The surface as people draw it, rounded, and where its interior lies; nothing beyond the range of
+    /// floats.
+    pub fn surface(&self) -> Option<Surface<P>> {
+        if let (Some(centre), Some(radius)) = (self.centre(), self.radius()) {
+            return Some(Surface::Sphere { centre, radius, ball_is_interior: self.a > 0.0 });
+        }
+        let length = self.b.norm2().sqrt();
+        let normal = self.b / length;
+        let offset = normal.dot(self.origin) - self.c / (length * self.unit);
+        offset.is_finite().then_some(Surface::Plane { normal, offset })
     }
 
     /// Centre of a sphere, rounded, for reports; nothing for a plane or beyond the range of floats.

@@ -1,0 +1,222 @@
+// The partition: layers, the controls beside them, and the loop that draws when something changed.
+import { ColorManagement, LinearSRGBColorSpace, Scene, Vector3, Vector4, Matrix4, WebGLRenderer } from 'three';
+import { bit, space, view } from 'septet/data';
+import { isDark, onTheme } from 'septet/theme';
+import { tie } from 'septet/tables';
+import { Camera } from 'septet/camera';
+import { BoxLayer, CurveLayer, PointLayer, SurfaceLayer, wong } from 'septet/layers';
+
+// Shaders here write the colours that the style sheet names, as they are.
+ColorManagement.enabled = false;
+
+const get = (id) => document.getElementById(id);
+const EVERYTHING = 1e6;
+
+/** Centre and size of the set: the picture's coordinates lie in a unit cube round 0. */
+function frameOf() {
+    const centre = [0, 1, 2].map((i) => ((view.low[i] ?? 0) + (view.high[i] ?? 0)) / 2);
+    const size = Math.max(...view.low.map((l, i) => view.high[i] - l)) || 1;
+    return { centre, size };
+}
+
+class Picture {
+    constructor() {
+        this.flat = space === 2;
+        this.canvas = get('canvas');
+        this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+        this.renderer.outputColorSpace = LinearSRGBColorSpace;
+        this.scene = new Scene();
+        this.shared = {
+            cut: { value: new Vector4(0, 0, 0, 1) }, thickness: { value: EVERYTHING }, pixel: { value: 1 },
+            towards: { value: new Vector3() }, clip: { value: new Matrix4() },
+        };
+        const frame = frameOf();
+        const separators = this.flat ? new CurveLayer(view, frame) : new SurfaceLayer(view, frame, this.shared);
+        this.points = new PointLayer(view, frame, this.shared);
+        this.layers = [new BoxLayer(view, frame), this.points, separators];
+        for (const layer of this.layers) {
+            this.scene.add(layer.object);
+        }
+        this.camera = new Camera(this.canvas, this.flat, () => this.request());
+        this.turning = false;
+    }
+
+    request() {
+        if (!this.pending) {
+            this.pending = requestAnimationFrame(() => {
+                this.pending = null;
+                this.draw();
+            });
+        }
+    }
+
+    /** Reads the controls and lets every layer follow. */
+    update() {
+        const on = (id) => get(id).checked;
+        this.state = {
+            dark: isDark(), colour: get('colour').value, level: Number(get('level').value), leaf: Number(get('leaf').value),
+            points: on('show-points'), separators: on('show-separators'), upper: on('show-upper'), sets: on('show-sets'),
+            ghosts: on('show-ghosts'), repaired: on('show-repaired'),
+        };
+        for (const layer of this.layers) {
+            layer.update(this.state);
+        }
+        this.request();
+    }
+
+    slice() {
+        const axis = get('axis').value;
+        const at = Number(get('slice').value) - 0.5;
+        get('slice-value').textContent = (at + 0.5).toFixed(2);
+        const normal = axis === 'view' ? this.camera.direction() : new Vector3(...[0, 1, 2].map((i) => (Number(axis) === i ? 1 : 0)));
+        const thin = axis !== '' && get('thin').checked;
+        this.shared.thickness.value = thin ? 0.06 : EVERYTHING;
+        if (axis === '') {
+            this.shared.cut.value.set(0, 0, 0, 1);
+        } else {
+            this.shared.cut.value.set(normal.x, normal.y, normal.z, at * (axis === 'view' ? 1.75 : 1.02) + (thin ? 0.03 : 0));
+        }
+    }
+
+    draw() {
+        const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+        if (this.width !== width || this.height !== height) {
+            [this.width, this.height] = [width, height];
+            this.renderer.setSize(width, height, false);
+        }
+        if (this.turning) {
+            this.camera.place.turn += 0.006;
+            this.request();
+        }
+        this.camera.look(width, height);
+        this.slice();
+        this.shared.pixel.value = this.renderer.getPixelRatio() * Math.max(1, Math.sqrt(this.camera.place.zoom)) * (height / 544);
+        this.shared.towards.value.copy(this.camera.direction());
+        const { eye } = this.camera;
+        this.shared.clip.value.multiplyMatrices(eye.projectionMatrix, eye.matrixWorldInverse);
+        this.renderer.render(this.scene, eye);
+    }
+}
+
+function say(picture) {
+    const { state } = picture;
+    const at = view.separators.filter((s) => s.level === state.level);
+    const crossing = view.crossing.filter((mask) => bit(mask, state.level)).length;
+    get('readout').textContent = `level ${state.level}: ${at.length} splits, ${crossing} of ${view.points} sampled points `
+        + `in their separator sets (of ${view.of} points)`;
+}
+
+/** The key of the colours in use. */
+function key(state) {
+    const names = {
+        side: [['inside', wong(0, state.dark)], ['outside', wong(1, state.dark)]],
+        owner: [], node: [],
+        proof: [['hypothesis', wong(0, state.dark)], ['local radius', wong(1, state.dark)], ['exchange', wong(2, state.dark)]],
+    }[state.colour];
+    const ghosts = [['home points of the leaf', wong(0, state.dark)], ['its ghosts', wong(1, state.dark)]];
+    const rows = state.ghosts ? ghosts : [...names, ...(state.repaired ? [['repaired star', wong(2, state.dark)]] : [])];
+    get('key').replaceChildren(...rows.map(([name, colour]) => {
+        const item = document.createElement('li');
+        const swatch = document.createElement('span');
+        swatch.className = 'swatch';
+        swatch.style.background = colour;
+        item.append(swatch, name);
+        return item;
+    }));
+}
+
+/** Leaves in the order of their points on the screen's list, those with ghosts first. */
+function fillLeaves(picture) {
+    const leaves = [...picture.points.ghosts.keys()].sort((a, b) => a - b);
+    get('leaf').replaceChildren(...leaves.map((leaf) => {
+        const count = picture.points.ghosts.get(leaf).length;
+        return new Option(`node ${view.leaves[leaf]} (${count} ghosts)`, String(leaf));
+    }));
+    get('show-ghosts').disabled = leaves.length === 0;
+}
+
+function table() {
+    const names = ['x', 'y', 'z'].slice(0, space);
+    const columns = [...names, 'owner', 'leaf', 'levels whose separator set holds it', 'proved by', 'ghost in leaves'];
+    const ghosts = new Map();
+    view.ghost.forEach((point, i) => {
+        ghosts.set(point, [...(ghosts.get(point) ?? []), view.leaves[view.ghost_leaf[i]]]);
+    });
+    const proof = (flags) => (flags & 1 ? 'exchange' : flags & 2 ? 'local radius' : 'hypothesis');
+    const rows = view.owner.map((owner, i) => {
+        const leaf = view.leaves[view.leaf[i]];
+        const depth = Math.floor(Math.log2(leaf));
+        const levels = Array.from({ length: depth }, (_, l) => l).filter((l) => bit(view.crossing[i], l));
+        const x = view.positions.slice(space * i, space * (i + 1));
+        return [...x, owner, leaf, levels.join(' '), proof(view.flags[i]), (ghosts.get(i) ?? []).join(' ')];
+    });
+    return { columns, rows };
+}
+
+function keys(picture, step) {
+    const slide = (by) => {
+        get('slice').value = Number(get('slice').value) + by;
+        picture.request();
+    };
+    const acts = {
+        ArrowLeft: () => picture.camera.turn(-0.12, 0), ArrowRight: () => picture.camera.turn(0.12, 0),
+        ArrowUp: () => picture.camera.turn(0, 0.1), ArrowDown: () => picture.camera.turn(0, -0.1),
+        '+': () => picture.camera.scale(1.2), '=': () => picture.camera.scale(1.2), '-': () => picture.camera.scale(1 / 1.2),
+        PageUp: () => step(-1), PageDown: () => step(1), '[': () => slide(-0.02), ']': () => slide(0.02),
+        0: () => picture.camera.reset(),
+    };
+    picture.canvas.addEventListener('keydown', (event) => {
+        const act = acts[event.key];
+        if (act && !event.ctrlKey && !event.metaKey && !event.altKey) {
+            event.preventDefault();
+            act();
+        }
+    });
+}
+
+function save(picture) {
+    picture.draw();
+    const link = document.createElement('a');
+    link.href = picture.canvas.toDataURL('image/png');
+    link.download = 'partition.png';
+    link.click();
+}
+
+export function startScene() {
+    const picture = new Picture();
+    const deepest = Math.max(0, ...view.separators.map((s) => s.level));
+    get('level').max = deepest;
+    fillLeaves(picture);
+    if (picture.flat) {
+        get('axis').querySelectorAll('[value="2"], [value="view"]').forEach((option) => option.remove());
+        get('turn').hidden = true;
+    }
+    const refresh = () => {
+        get('level-value').textContent = `${get('level').value} of ${deepest}`;
+        get('leaf-row').hidden = !get('show-ghosts').checked;
+        picture.update();
+        key(picture.state);
+        say(picture);
+    };
+    const step = (by) => {
+        get('level').value = Number(get('level').value) + by;
+        refresh();
+    };
+    get('controls').addEventListener('submit', (event) => event.preventDefault());
+    get('controls').addEventListener('input', refresh);
+    get('level-up').addEventListener('click', () => step(-1));
+    get('level-down').addEventListener('click', () => step(1));
+    get('reset').addEventListener('click', () => picture.camera.reset());
+    get('turn').addEventListener('click', (event) => {
+        picture.turning = !picture.turning;
+        event.currentTarget.setAttribute('aria-pressed', String(picture.turning));
+        picture.request();
+    });
+    get('png').addEventListener('click', () => save(picture));
+    keys(picture, step);
+    tie(document.querySelector('[data-table="partition"]'), table);
+    onTheme(refresh);
+    new ResizeObserver(() => picture.request()).observe(get('stage'));
+    refresh();
+}

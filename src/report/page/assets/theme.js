@@ -1,0 +1,33 @@
+// Light, dark, or what the system prefers. Listeners are told of every change.
+const states = ['system', 'light', 'dark'];
+const listeners = [];
+const system = window.matchMedia('(prefers-color-scheme: dark)');
+let state = 'system';
+
+export function isDark() {
+    return state === 'dark' || (state === 'system' && system.matches);
+}
+
+export function onTheme(listener) {
+    listeners.push(listener);
+}
+
+function tell() {
+    for (const listener of listeners) {
+        listener(isDark());
+    }
+}
+
+export function startTheme(button) {
+    button.addEventListener('click', () => {
+        state = states[(states.indexOf(state) + 1) % states.length];
+        if (state === 'system') {
+            delete document.documentElement.dataset.theme;
+        } else {
+            document.documentElement.dataset.theme = state;
+        }
+        button.textContent = `Theme: ${state}`;
+        tell();
+    });
+    system.addEventListener('change', tell);
+}

@@ -1,0 +1,97 @@
+//! Bars: what proved the stars, and what each phase took.
+
+use serde_json::json;
+
+use super::axes::{Axis, grouped, si};
+use super::data::{RunData, number, text};
+use super::svg::Drawing;
+use super::{Figure, Table, Variant};
+
+/// How far the data is from the theorem: the stars by what proved them.
+pub(super) fn proofs(run: &RunData) -> Option<Figure> {
+    let kinds = [
+        ("hypothesis", "supergraph and certificate alone, as the paper supposes"),
+        ("local_radius", "a ball of the known radius would prove them"),
+        ("exchange", "changed by the exchange between stars"),
+    ];
+    let counts = kinds.map(|(key, _)| run.number(&format!("/how_proved/{key}")).unwrap_or(0.0));
+    let total: f64 = counts.iter().sum();
+    if total <= 0.0 {
+        return None;
+    }
+    let mut out = Drawing::new(820.0, 132.0);
+    let mut table = Table::new(&["proved by", "stars", "share"]);
+    let mut left = 10.0;
+    for (i, ((key, what), count)) in kinds.into_iter().zip(counts).enumerate() {
+        let width = 800.0 * count / total;
+        out.rect(&format!("bar c{i}"), (left, 10.0), ((width - 1.5).max(0.0), 34.0));
+        left += width;
+        let name = key.replace('_', " ");
+        let y = 68.0 + 23.0 * i as f64;
+        out.mark(&format!("mark c{i}"), 1, (17.0, y - 4.5), 6.0);
+        out.text("legend", (32.0, y), "start", &name);
+        out.text("legend number", (228.0, y), "end", &grouped(count));
+        out.text("legend number", (296.0, y), "end", &format!("{:.2} %", 100.0 * count / total));
+        out.text("note", (316.0, y), "start", what);
+        table.rows.push(vec![json!(name), json!(count), json!(count / total)]);
+    }
+    let caption =
+        "How far this data is from the theorem: where the hypothesis holds no star needs the exchange. \
+                   Every star passed the certificate, whatever proved it."
+            .to_owned();
+    let variants = vec![Variant { name: String::new(), body: out, table }];
+    Some(Figure { id: "proofs", title: "What proved the stars", caption, variants })
+}
+
+/// What is measured of a phase: key, name, unit.
+const MEASURES: [(&str, &str, &str); 6] = [
+    ("critical_depth", "critical path", "steps"),
+    ("depth", "depth", "steps"),
+    ("work", "work", "operations"),
+    ("bytes", "bytes", "B"),
+    ("messages", "messages", "messages"),
+    ("seconds", "time (measured)", "s"),
+];
+
+/// What each phase took, measure by measure.
+pub(super) fn phases(run: &RunData) -> Option<Figure> {
+    let variants: Vec<Variant> = MEASURES.iter().filter_map(|m| phase_bars(run, m)).collect();
+    let caption =
+        "Steps, operations, messages and bytes are counts of the modelled machine; seconds are measured. \
+                   The paper's phases are filled, those of agreement and repair are hatched."
+            .to_owned();
+    (!variants.is_empty()).then_some(Figure { id: "phases", title: "Phase by phase", caption, variants })
+}
+
+fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<Variant> {
+    let all = run.rows("/phases").iter().filter(|p| p[key].as_f64().is_some());
+    let rows: Vec<(&str, bool, f64)> =
+        all.map(|p| (text(&p["name"]), p["paper"] == true, number(&p[key]))).filter(|r| r.2 > 0.0).collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let (left, right, step) = (130.0, 720.0, 22.0);
+    let bottom = 12.0 + step * rows.len() as f64;
+    let label = format!("{name} [{unit}]");
+    let axis = Axis::around(&label, false, rows.iter().map(|r| r.2), (left, right));
+    let mut out = Drawing::new(820.0, bottom + 54.0);
+    out.raw(HATCH);
+    for tick in axis.ticks() {
+        out.line("grid", (axis.at(tick), 8.0), (axis.at(tick), bottom));
+        out.text("tick", (axis.at(tick), bottom + 17.0), "middle", &si(tick));
+    }
+    let mut table = Table::new(&["phase", "paper", &label]);
+    for (i, &(phase, paper, value)) in rows.iter().enumerate() {
+        let y = 12.0 + step * i as f64;
+        let class = if paper { "bar c0" } else { "hatched" };
+        out.rect(class, (left, y), (axis.at(value) - left, step - 6.0));
+        out.text("legend", (left - 8.0, y + 12.5), "end", phase);
+        out.text("note number", (axis.at(value) + 7.0, y + 12.5), "start", &si(value));
+        table.rows.push(vec![json!(phase), json!(paper), json!(value)]);
+    }
+    out.line("axis", (left, 8.0), (left, bottom));
+    out.text("label", (f64::midpoint(left, right), bottom + 40.0), "middle", &label);
+    Some(Variant { name: (*name).to_owned(), body: out, table })
+}
+
+const HATCH: &str = r#"<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><rect class="hatch-ground" width="6" height="6"/><rect class="bar c0" width="2.5" height="6"/></pattern></defs>"#;

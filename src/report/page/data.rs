@@ -1,0 +1,137 @@
+//! Runs as they are read back: whole reports, or the lines of a sweep.
+
+use serde_json::Value;
+use thiserror::Error;
+
+/// Why there is no page.
+#[derive(Debug, Error)]
+pub enum PageError {
+    /// A text that is not JSON.
+    #[error("{name}, line {line}: not JSON ({why})")]
+    Syntax {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+        /// What the parser says.
+        why: String,
+    },
+    /// JSON that is no run.
+    #[error("{name}, line {line}: no run of septet (neither `schema` septet-run/1 nor `phases`)")]
+    NoRun {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+    },
+    /// Nothing given.
+    #[error("no run to show")]
+    Empty,
+}
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct RunData {
+    /// The file it comes from, with the line in a sweep.
+    pub name: String,
+    /// The object.
+    pub value: Value,
+}
+
+/// The runs in a text: one object, or one a line.
+pub(super) fn read(name: &str, text: &str) -> Result<Vec<RunData>, PageError> {
+    let whole = serde_json::from_str::<Value>(text);
+    if let Ok(value) = whole {
+        return Ok(vec![run(name.to_owned(), name, 1, value)?]);
+    }
+    // A sweep has an object in its first line; what is no sweep is reported as the object that it is not.
+    let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
+    if let (Err(error), Err(_)) = (&whole, serde_json::from_str::<Value>(first)) {
+        return Err(PageError::Syntax { name: name.into(), line: error.line(), why: error.to_string() });
+    }
+    let mut runs = Vec::new();
+    for (line, row) in (1..).zip(text.lines()).filter(|(_, row)| !row.trim().is_empty()) {
+        let value = serde_json::from_str(row).map_err(|e| PageError::Syntax {
+            name: name.to_owned(),
+            line,
+            why: e.to_string(),
+        })?;
+        runs.push(run(format!("{name}:{line}"), name, line, value)?);
+    }
+    Ok(runs)
+}
+
+fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, PageError> {
+    let ours = value["schema"] == super::super::SCHEMA || value["phases"].is_array();
+    if ours { Ok(RunData { name: full, value }) } else { Err(PageError::NoRun { name: name.into(), line }) }
+}
+
+/// A phase of the rows of a list, as text.
+pub(super) fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
+}
+
+/// A number of a row; 0 where it is missing.
+pub(super) fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(0.0)
+}
+
+impl RunData {
+    /// The value at a pointer, if it is a number.
+    pub(super) fn number(&self, pointer: &str) -> Option<f64> {
+        self.value.pointer(pointer)?.as_f64()
+    }
+
+    /// The rows at a pointer.
+    pub(super) fn rows(&self, pointer: &str) -> &[Value] {
+        self.value.pointer(pointer).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+    }
+
+    /// Is it a whole report, not the line of a sweep?
+    pub(super) fn is_whole(&self) -> bool {
+        self.value["schema"] == super::super::SCHEMA && self.value["points"].is_object()
+    }
+
+    /// Number of points.
+    pub(super) fn n(&self) -> Option<f64> {
+        self.number("/n").or_else(|| self.number("/points/used")).filter(|&n| n > 1.0)
+    }
+
+    /// Number of coordinates.
+    pub(super) fn space(&self) -> f64 {
+        ["/space", "/d", "/dimension"].iter().find_map(|p| self.number(p)).unwrap_or(3.0)
+    }
+
+    /// Number of workers.
+    pub(super) fn workers(&self) -> Option<f64> {
+        self.number("/machine/workers").or_else(|| self.number("/workers"))
+    }
+
+    /// Kind of the point set: a sample's, or the file's name.
+    pub(super) fn kind(&self) -> String {
+        let input = self.value.pointer("/parameters/input").or(self.value.get("input")).map_or("", text);
+        let sample = input.strip_prefix("sample:").and_then(|s| s.split(':').next());
+        self.value["kind"].as_str().or(sample).unwrap_or(input).to_owned()
+    }
+
+    /// A quantity of the whole machine, or the sum over the phases.
+    pub(super) fn total(&self, key: &str) -> Option<f64> {
+        let sum = || {
+            let parts: Vec<f64> = self.rows("/phases").iter().filter_map(|p| p[key].as_f64()).collect();
+            (!parts.is_empty()).then(|| parts.iter().sum())
+        };
+        self.number(&format!("/machine/{key}")).or_else(sum)
+    }
+
+    /// A quantity of a phase.
+    pub(super) fn phase(&self, name: &str, key: &str) -> Option<f64> {
+        self.rows("/phases").iter().find(|p| p["name"] == name)?[key].as_f64()
+    }
+
+    /// Points that meet the root's separator.
+    pub(super) fn root_separator(&self) -> Option<f64> {
+        let root = self.rows("/nodes").iter().find(|n| n["id"] == 1);
+        root.map(|n| number(&n["crossing_inside"]) + number(&n["crossing_outside"]))
+            .or_else(|| self.number("/tree/by_level/0/separator_points"))
+    }
+}

@@ -1,0 +1,82 @@
+//! A power law through measured points, with its interval.
+//!
+//! Ordinary least squares of `ln y` over `ln x`; the interval of the exponent is Student's at 95 %, for what a
+//! straight line in logarithms supposes.
+
+/// `y = c x^e`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PowerLaw {
+    pub(super) coefficient: f64,
+    pub(super) exponent: f64,
+    /// Half the width of the exponent's 95 % interval; none from fewer than three points.
+    pub(super) margin: Option<f64>,
+}
+
+/// Student's t at 97.5 % by degrees of freedom 1..=10; then close to the normal's.
+const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
+
+/// Fits points with positive coordinates; none unless two abscissae differ.
+pub(super) fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
+    let logs: Vec<(f64, f64)> =
+        points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
+    let n = logs.len() as f64;
+    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
+    let sxx: f64 = logs.iter().map(|p| (p.0 - mx).powi(2)).sum();
+    if logs.len() < 2 || sxx < 1e-12 {
+        return None;
+    }
+    let exponent = logs.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / sxx;
+    let left: f64 = logs.iter().map(|p| (p.1 - my - exponent * (p.0 - mx)).powi(2)).sum();
+    let freedom = logs.len() - 2;
+    let t = |f: usize| STUDENT.get(f - 1).copied().unwrap_or(1.96 + 2.5 / f as f64);
+    let margin = (freedom > 0).then(|| t(freedom) * (left / freedom as f64 / sxx).sqrt());
+    Some(PowerLaw { coefficient: (my - exponent * mx).exp(), exponent, margin })
+}
+
+/// The coefficient of a law of known shape: the geometric mean of `y / law(x)`.
+pub(super) fn scaled(points: &[(f64, f64)], law: impl Fn(f64) -> f64) -> Option<f64> {
+    let logs: Vec<f64> =
+        points.iter().map(|&(x, y)| y / law(x)).filter(|r| *r > 0.0 && r.is_finite()).map(f64::ln).collect();
+    (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
+}
+
+/// The straight line `a + b x` of least squares; none unless two abscissae differ.
+pub(super) fn straight(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let n = points.len() as f64;
+    let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    let sxx: f64 = points.iter().map(|p| (p.0 - mx).powi(2)).sum();
+    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / sxx;
+    (points.len() > 1 && sxx > 1e-12).then_some((my - slope * mx, slope))
+}
+
+impl PowerLaw {
+    /// In words.
+    pub(super) fn words(&self) -> String {
+        match self.margin {
+            Some(margin) => format!("fitted exponent {:.2} ± {margin:.2}", self.exponent),
+            None => format!("fitted exponent {:.2}", self.exponent),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exponents_are_found() {
+        let exact: Vec<(f64, f64)> = (1..9).map(|i| (f64::from(i), 3.0 * f64::from(i).powf(0.66))).collect();
+        let law = power_law(&exact).unwrap();
+        assert!((law.exponent - 0.66).abs() < 1e-9 && (law.coefficient - 3.0).abs() < 1e-9);
+        assert!(law.margin.unwrap() < 1e-6);
+        assert_eq!(power_law(&[(2.0, 1.0), (2.0, 3.0)]), None);
+        assert_eq!(power_law(&exact[..2]).unwrap().margin, None);
+        assert!((scaled(&exact, |x| x.powf(0.66)).unwrap() - 3.0).abs() < 1e-9);
+        let (a, b) = straight(&[(1.0, 5.0), (2.0, 7.0), (4.0, 11.0)]).unwrap();
+        assert!((a - 3.0).abs() < 1e-9 && (b - 2.0).abs() < 1e-9);
+        // Steps of slope 1 and 3: the interval round 2 holds both.
+        let noisy = [(1.0, 1.0), (2.0, 2.0), (4.0, 16.0)];
+        let law = power_law(&noisy).unwrap();
+        assert!((law.exponent - 2.0).abs() < 1e-9 && law.margin.unwrap() > 1.0);
+    }
+}

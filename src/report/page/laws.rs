@@ -1,0 +1,152 @@
+//! Several runs against the laws of the paper.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+
+use super::data::{RunData, text};
+use super::levels::{Shape, with_law};
+use super::plot::{Plot, Series};
+use super::{Figure, Table, Variant};
+
+/// A law: what it says of n, and how it is written.
+struct Law {
+    shape: fn(n: f64, space: f64) -> f64,
+    name: &'static str,
+    affine: bool,
+}
+
+const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
+const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
+const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
+
+/// The figures of runs of at least two sizes.
+pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
+    let mut sizes: Vec<u64> = runs.iter().filter_map(RunData::n).map(|n| n as u64).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    if sizes.len() < 2 {
+        return Vec::new();
+    }
+    let one = |id, title, caption: &str, variants: Vec<Option<Variant>>| {
+        let variants: Vec<Variant> = variants.into_iter().flatten().collect();
+        (!variants.is_empty()).then(|| Figure { id, title, caption: caption.to_owned(), variants })
+    };
+    let total = |key: &'static str| move |r: &RunData| r.total(key);
+    let figures = [
+        one("law-depth", "Depth against its law", DEPTH, depth(runs)),
+        one(
+            "law-levels",
+            "Levels of the tree",
+            "Splits of at most a constant share make the number of levels logarithmic.",
+            vec![variant(
+                runs,
+                "",
+                "levels",
+                &|r| r.number("/tree/levels").or_else(|| r.number("/levels")),
+                &LOG,
+            )],
+        ),
+        one(
+            "law-separators",
+            "Separators of the root",
+            "Points whose ball meets the root's separator, against the surface law.",
+            vec![variant(runs, "", "separator points", &RunData::root_separator, &SURFACE)],
+        ),
+        one(
+            "law-traffic",
+            "Bytes and rounds against their laws",
+            "Bytes of the load and of the results grow with n, those of the surfaces between workers with \
+             n^(1−1/d). Rounds are those of the recursion: logarithmic until every worker has its leaf.",
+            vec![
+                variant(runs, "bytes", "bytes [B]", &total("bytes"), &SURFACE),
+                variant(
+                    runs,
+                    "ghost bytes",
+                    "bytes of the separator sets [B]",
+                    &|r| r.phase("separator-sets", "bytes"),
+                    &SURFACE,
+                ),
+                variant(runs, "rounds", "rounds", &total("rounds"), &LOG),
+            ],
+        ),
+        one(
+            "law-work",
+            "Work against its law",
+            "Operations of the paper's phases.",
+            vec![variant(
+                runs,
+                "",
+                "work [operations]",
+                &|r| r.number("/machine/paper/work").or_else(|| r.total("work")),
+                &LINEARITHMIC,
+            )],
+        ),
+    ];
+    figures.into_iter().flatten().collect()
+}
+
+const DEPTH: &str = "Solid: the power law fitted to the marks; dashed: b log₂ n + a, by least \
+                     squares. A logarithm bends below every power on these axes.";
+
+/// The whole critical path, then the phases by themselves.
+fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
+    let whole = |r: &RunData| r.number("/machine/paper/depth").or_else(|| r.number("/depth"));
+    let mut names: Vec<&str> = Vec::new();
+    for phase in runs.iter().flat_map(|r| r.rows("/phases")) {
+        let name = text(&phase["name"]);
+        if !names.contains(&name) && phase["depth"].as_f64().is_some_and(|d| d > 0.0) {
+            names.push(name);
+        }
+    }
+    let mut all = vec![variant(runs, "paper's phases", "depth [steps]", &whole, &LOG)];
+    all.extend(names.iter().map(|&name| {
+        variant(runs, name, &format!("depth of {name} [steps]"), &|r| r.phase(name, "depth"), &LOG)
+    }));
+    all
+}
+
+/// One quantity against n: a series for every kind and number of workers.
+fn variant(
+    runs: &[RunData],
+    name: &str,
+    label: &str,
+    value: &dyn Fn(&RunData) -> Option<f64>,
+    law: &Law,
+) -> Option<Variant> {
+    let mut table = Table::new(&["run", "kind", "workers", "d", "n", label]);
+    let mut groups: BTreeMap<(String, u64, u64), Vec<(f64, f64)>> = BTreeMap::new();
+    let many_workers = varied(runs);
+    for run in runs {
+        let (Some(n), Some(y)) = (run.n(), value(run)) else { continue };
+        let (kind, space, workers) = (run.kind(), run.space(), run.workers());
+        table.rows.push(vec![json!(run.name), json!(kind), json!(workers), json!(space), json!(n), json!(y)]);
+        let by = if many_workers { workers.unwrap_or(0.0) as u64 } else { 0 };
+        if y > 0.0 {
+            groups.entry((kind, space as u64, by)).or_default().push((n, y));
+        }
+    }
+    let series: Vec<Series> = groups
+        .iter()
+        .map(|((kind, space, workers), marks)| {
+            let p = if *workers > 0 { format!(", p = {workers}") } else { String::new() };
+            let shape = |n: f64| (law.shape)(n, *space as f64);
+            let law = Shape { of: &shape, affine: law.affine, name: law.name };
+            with_law(&format!("{kind}, {space}D{p}"), marks, &law)
+        })
+        .collect();
+    if series.iter().all(|s| s.fit.is_empty()) {
+        return None;
+    }
+    let plot = Plot { x: ("points, n", true), y: (label, true), series };
+    Some(Variant { name: name.to_owned(), body: plot.draw(), table })
+}
+
+/// Do runs of one size and kind differ in their number of workers?
+fn varied(runs: &[RunData]) -> bool {
+    let mut seen: BTreeMap<(String, u64), f64> = BTreeMap::new();
+    runs.iter().any(|run| {
+        let (Some(n), Some(p)) = (run.n(), run.workers()) else { return false };
+        *seen.entry((run.kind(), n as u64)).or_insert(p) != p
+    })
+}

@@ -1,0 +1,125 @@
+//! One offline page from the reports of runs: pictures, the tables under them, and the partition in space.
+//!
+//! [`Page::of`] takes the texts of reports (`--json`) and of sweeps (one object a line); [`Page::html`] is the
+//! page, [`Page::figures`] its figures alone. Figures are SVG made here; the page's scripts only choose among
+//! them, show tables and draw the sampled points. Nothing is loaded from anywhere.
+
+mod axes;
+mod bars;
+mod cells;
+mod data;
+mod fit;
+mod heat;
+mod html;
+mod laws;
+mod levels;
+mod plot;
+mod svg;
+
+pub use data::{PageError, RunData};
+
+use serde::Serialize;
+use serde_json::Value;
+
+/// A table under a picture.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Table {
+    /// Heads, with units.
+    pub columns: Vec<String>,
+    /// One entry a column.
+    pub rows: Vec<Vec<Value>>,
+}
+
+impl Table {
+    fn new(columns: &[&str]) -> Self {
+        Table { columns: columns.iter().map(|&c| c.to_owned()).collect(), rows: Vec::new() }
+    }
+}
+
+/// One way to draw a figure: a phase, a measure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variant {
+    /// What tells it from the others.
+    pub name: String,
+    /// The drawing, without its own style.
+    pub body: svg::Drawing,
+    /// The numbers in it.
+    pub table: Table,
+}
+
+/// A picture with a caption.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Name of its file.
+    pub id: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// What is to be seen.
+    pub caption: String,
+    /// At least one.
+    pub variants: Vec<Variant>,
+}
+
+/// A page.
+#[derive(Clone, Debug)]
+pub struct Page {
+    runs: Vec<RunData>,
+    /// Position of the run whose rounds, traffic and points are shown.
+    shown: Option<usize>,
+    figures: Vec<Figure>,
+}
+
+impl Page {
+    /// The page of these texts, each with its name.
+    ///
+    /// # Errors
+    /// A text that holds no run.
+    pub fn of(texts: &[(String, String)]) -> Result<Page, PageError> {
+        let mut runs = Vec::new();
+        for (name, text) in texts {
+            runs.extend(data::read(name, text)?);
+        }
+        if runs.is_empty() {
+            return Err(PageError::Empty);
+        }
+        let shown = runs.iter().position(RunData::is_whole);
+        let mut figures = Vec::new();
+        if let Some(run) = shown.map(|at| &runs[at]) {
+            figures.extend(bars::proofs(run));
+            figures.extend(heat::timeline(run));
+            figures.extend(heat::traffic(run));
+            figures.extend(bars::phases(run));
+            figures.extend(levels::figures(run));
+        }
+        figures.extend(laws::figures(&runs));
+        Ok(Page { runs, shown, figures })
+    }
+
+    /// The page as one file.
+    ///
+    /// # Errors
+    /// A number that JSON cannot say.
+    pub fn html(&self) -> Result<String, serde_json::Error> {
+        html::page(self)
+    }
+
+    /// File name and text of every figure.
+    pub fn figures(&self) -> Vec<(String, String)> {
+        let named = |figure: &Figure| {
+            let single = figure.variants.len() == 1;
+            let each = |v: &Variant| {
+                let name =
+                    if single { figure.id.to_owned() } else { format!("{}-{}", figure.id, slug(&v.name)) };
+                (format!("{name}.svg"), v.body.alone(figure.title))
+            };
+            figure.variants.iter().map(each).collect::<Vec<_>>()
+        };
+        self.figures.iter().flat_map(named).collect()
+    }
+}
+
+/// Letters, digits and single hyphens.
+fn slug(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
+    words.map(str::to_ascii_lowercase).collect::<Vec<_>>().join("-")
+}

@@ -1,0 +1,142 @@
+//! Who sent to whom, and when: the meter's counts as rows, with ranks in bins where there are many.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use septet_protocol::ids::{Phase, Rank};
+use septet_protocol::ledger::{Ledger, Traffic};
+
+/// Workers are shown in at most this many bins of contiguous ranks.
+pub const MOST_BINS: u32 = 512;
+
+/// A bin of ranks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BinReport {
+    /// First rank; the coordinator is 0 and has a bin of its own.
+    pub first: Rank,
+    /// Last rank.
+    pub last: Rank,
+}
+
+/// Messages by phase, sender and receiver.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct TrafficReport {
+    /// Ranks of each bin; `from` and `to` are positions here.
+    pub bins: Vec<BinReport>,
+    /// Do bins hold more than one rank?
+    pub grouped: bool,
+    /// One row a phase and pair of bins that exchanged something.
+    pub rows: Vec<LinkReport>,
+}
+
+/// What one bin sent to another in a phase.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LinkReport {
+    /// The phase.
+    pub phase: &'static str,
+    /// Sender: a position in `bins`.
+    pub from: u32,
+    /// Receiver: a position in `bins`.
+    pub to: u32,
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// Messages by round, phase and sender.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct TimelineReport {
+    /// Ranks of each bin; `worker` is a position here.
+    pub bins: Vec<BinReport>,
+    /// Do bins hold more than one rank?
+    pub grouped: bool,
+    /// One row a round, phase and bin that sent something.
+    pub rows: Vec<SenderReport>,
+}
+
+/// What one bin sent in a round.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SenderReport {
+    /// The round.
+    pub round: u32,
+    /// The phase.
+    pub phase: &'static str,
+    /// Sender: a position in `bins`.
+    pub worker: u32,
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Points shipped in them.
+    pub points: u64,
+}
+
+/// The bins of a machine: the coordinator, then workers in equal shares.
+fn bins(workers: u32) -> Vec<BinReport> {
+    let count = u64::from(workers.min(MOST_BINS));
+    let start = |bin: u64| 1 + (u64::from(workers) * bin).checked_div(count).unwrap_or(0) as Rank;
+    let share = |bin| BinReport { first: start(bin), last: start(bin + 1) - 1 };
+    std::iter::once(BinReport { first: 0, last: 0 }).chain((0..count).map(share)).collect()
+}
+
+fn bin_of(bins: &[BinReport], rank: Rank) -> u32 {
+    bins.partition_point(|b| b.last < rank) as u32
+}
+
+fn name(phase: u8) -> &'static str {
+    Phase::from_number(phase).map_or("", Phase::name)
+}
+
+/// Who sent to whom.
+pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
+    let bins = bins(workers);
+    let mut sums: BTreeMap<(u8, u32, u32), Traffic> = BTreeMap::new();
+    for (&(phase, from, to), moved) in &ledger.part.links {
+        sums.entry((phase, bin_of(&bins, from), bin_of(&bins, to))).or_default().add(moved);
+    }
+    let row = |((phase, from, to), moved): ((u8, u32, u32), Traffic)| LinkReport {
+        phase: name(phase),
+        from,
+        to,
+        messages: moved.messages,
+        bytes: moved.bytes,
+    };
+    TrafficReport { grouped: workers > MOST_BINS, rows: sums.into_iter().map(row).collect(), bins }
+}
+
+/// Who sent, round by round.
+pub(super) fn senders(ledger: &Ledger, workers: u32) -> TimelineReport {
+    let bins = bins(workers);
+    let mut sums: BTreeMap<(u32, u8, u32), Traffic> = BTreeMap::new();
+    for (&(round, phase, from), moved) in &ledger.part.senders {
+        sums.entry((round, phase, bin_of(&bins, from))).or_default().add(moved);
+    }
+    let row = |((round, phase, worker), moved): ((u32, u8, u32), Traffic)| SenderReport {
+        round,
+        phase: name(phase),
+        worker,
+        messages: moved.messages,
+        bytes: moved.bytes,
+        points: moved.points,
+    };
+    TimelineReport { grouped: workers > MOST_BINS, rows: sums.into_iter().map(row).collect(), bins }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rank_has_one_bin() {
+        for workers in [0, 1, 2, 511, 512, 513, 1000, 4096] {
+            let bins = bins(workers);
+            assert!(bins.len() as u32 <= MOST_BINS + 1);
+            for rank in 0..=workers {
+                let bin = bins[bin_of(&bins, rank) as usize];
+                assert!((bin.first..=bin.last).contains(&rank), "{rank} of {workers}");
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! The picture of a run: sampled points with where they are at home and what proved their stars, and the
+//! separators of the tree. Workers send their parts to the coordinator; nothing is shared.
+//!
+//! Points are sampled by a hash of their coordinates, so the sample does not depend on the number of workers.
+//! Coordinates are rounded to a millionth of the set's extent: a picture shows no more.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use septet_geometry::point::Point;
+use septet_geometry::range::scale;
+use septet_geometry::separator::{SEPARATOR_WORDS, Separator, Surface};
+use septet_protocol::ids::NodeId;
+use septet_protocol::message::ViewPart;
+use septet_workers::view::shown_hash;
+
+/// At most this many points are shown.
+pub const MOST_POINTS: u32 = 20_000;
+
+/// At most this many separators are shown: those of the upper levels.
+pub const MOST_SEPARATORS: usize = 4095;
+
+/// At most this many (point, leaf) pairs of ghosts are shown.
+pub const MOST_GHOSTS: usize = 80_000;
+
+/// A sampled set of points, one entry each, and the tree.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct View {
+    /// Points of the whole set.
+    pub of: u64,
+    /// Points shown.
+    pub points: u64,
+    /// Smallest coordinates of the set.
+    pub low: Vec<f64>,
+    /// Largest coordinates of the set.
+    pub high: Vec<f64>,
+    /// Node ids of the leaves that occur below.
+    pub leaves: Vec<u64>,
+    /// Coordinates of one point after the other.
+    pub positions: Vec<f64>,
+    /// The worker where each point is at home.
+    pub owner: Vec<u32>,
+    /// Home leaf of each: a position in `leaves`.
+    pub leaf: Vec<u32>,
+    /// Bit `l`: the point's ball meets the separator of its ancestor of level `l`.
+    pub crossing: Vec<u64>,
+    /// 1: the exchange changed the star; 2: a ball of the known radius proves it; 0: neither.
+    pub flags: Vec<u64>,
+    /// Points that another leaf holds as ghosts: positions in this sample.
+    pub ghost: Vec<u32>,
+    /// The leaf that holds each: a position in `leaves`.
+    pub ghost_leaf: Vec<u32>,
+    /// Pairs left out.
+    pub ghosts_omitted: u64,
+    /// Separators, by node.
+    pub separators: Vec<SeparatorView>,
+    /// Separators of deeper levels, left out.
+    pub separators_omitted: u64,
+}
+
+/// One separator, in the coordinates of the input.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SeparatorView {
+    /// Path number of the node it splits.
+    pub node: u64,
+    /// Levels below the root.
+    pub level: u32,
+    /// `sphere` or `plane`.
+    pub kind: &'static str,
+    /// Centre of a sphere, or unit normal of a plane.
+    pub vector: Vec<f64>,
+    /// Radius of a sphere, or offset of a plane along its normal.
+    pub number: f64,
+    /// Where the interior child lies: `ball`, `around` it, or `below` the plane.
+    pub interior: &'static str,
+    /// Smallest coordinates of the node's points.
+    pub low: Vec<f64>,
+    /// Largest coordinates of the node's points.
+    pub high: Vec<f64>,
+}
+
+/// What the workers have shown so far, in the machine's coordinates.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Album {
+    points: Vec<Entry>,
+    /// Id and leaf.
+    ghosts: Vec<(u64, u64)>,
+    splits: BTreeMap<u64, ([f64; SEPARATOR_WORDS], [Vec<f64>; 2])>,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    hash: u64,
+    id: u64,
+    position: Vec<f64>,
+    owner: u32,
+    leaf: u64,
+    crossing: u64,
+    flags: u64,
+}
+
+fn coordinates<P: Point>(x: P) -> Vec<f64> {
+    (0..P::DIM).map(|i| x.coord(i)).collect()
+}
+
+fn point<P: Point>(coordinates: &[f64]) -> P {
+    let mut x = P::splat(0.0);
+    for (i, &c) in coordinates.iter().enumerate() {
+        x.set_coord(i, c);
+    }
+    x
+}
+
+impl Album {
+    /// Takes a worker's part; its columns fit each other.
+    pub(crate) fn add<P: Point>(&mut self, part: &ViewPart<P>) {
+        for (i, &position) in part.points.positions.iter().enumerate() {
+            self.points.push(Entry {
+                hash: shown_hash(position),
+                id: part.points.ids[i],
+                position: coordinates(position),
+                owner: part.points.owners[i],
+                leaf: part.leaves[i],
+                crossing: part.crossing[i],
+                flags: part.flags[i],
+            });
+        }
+        self.ghosts.extend(part.ghosts.iter().copied().zip(part.ghost_leaves.iter().copied()));
+        for (i, &node) in part.nodes.iter().enumerate() {
+            let mut words = [0.0; SEPARATOR_WORDS];
+            words.copy_from_slice(&part.separators[i * SEPARATOR_WORDS..][..SEPARATOR_WORDS]);
+            let corners = [part.boxes[2 * i], part.boxes[2 * i + 1]].map(coordinates);
+            self.splits.insert(node, (words, corners));
+        }
+    }
+
+    /// The picture, of at most `most` points, in the coordinates before they were multiplied by
+    /// `2^exponent`.
+    pub(crate) fn view<P: Point>(mut self, population: u64, most: u32, exponent: i32) -> View {
+        self.points.sort_unstable_by_key(|e| (e.hash, e.id));
+        self.points.truncate(most as usize);
+        let frame = Frame::<P>::of(&self, exponent);
+        let mut view = View {
+            of: population,
+            points: self.points.len() as u64,
+            low: frame.round(&frame.low),
+            high: frame.round(&frame.high),
+            ..View::default()
+        };
+        let mut leaves: BTreeMap<u64, u32> = self.points.iter().map(|e| (e.leaf, 0)).collect();
+        leaves.extend(self.ghosts.iter().map(|g| (g.1, 0)));
+        for (number, place) in (0u32..).zip(leaves.values_mut()) {
+            *place = number;
+        }
+        for entry in &self.points {
+            view.positions.extend(frame.shown(&entry.position));
+            view.owner.push(entry.owner);
+            view.leaf.push(leaves[&entry.leaf]);
+            view.crossing.push(entry.crossing);
+            view.flags.push(entry.flags);
+        }
+        self.show_ghosts(&leaves, &mut view);
+        view.leaves = leaves.into_keys().collect();
+        let separators = self.splits.iter().take(MOST_SEPARATORS);
+        view.separators = separators.filter_map(|(&n, (w, b))| frame.separator(n, w, b)).collect();
+        view.separators_omitted = (self.splits.len() - view.separators.len()) as u64;
+        view
+    }
+
+    fn show_ghosts(&self, leaves: &BTreeMap<u64, u32>, view: &mut View) {
+        let places: BTreeMap<u64, u32> = self.points.iter().map(|e| e.id).zip(0..).collect();
+        let known = |&(id, leaf): &(u64, u64)| Some((*places.get(&id)?, leaves[&leaf]));
+        let mut ghosts: Vec<(u32, u32)> = self.ghosts.iter().filter_map(known).collect();
+        ghosts.sort_unstable();
+        view.ghosts_omitted = ghosts.len().saturating_sub(MOST_GHOSTS) as u64;
+        ghosts.truncate(MOST_GHOSTS);
+        (view.ghost, view.ghost_leaf) = ghosts.into_iter().unzip();
+    }
+}
+
+/// From the machine's coordinates to the input's, rounded.
+struct Frame<P> {
+    exponent: i32,
+    low: Vec<f64>,
+    high: Vec<f64>,
+    /// A power of ten: positions are rounded to multiples of its inverse.
+    digits: i32,
+    space: std::marker::PhantomData<P>,
+}
+
+impl<P: Point> Frame<P> {
+    fn of(album: &Album, exponent: i32) -> Self {
+        let back = |c: &[f64]| coordinates(scale(point::<P>(c), -exponent));
+        let whole = album.splits.get(&NodeId::ROOT.0).map(|(_, b)| b.clone());
+        let mut corners = album.points.iter().map(|e| &e.position).chain(whole.iter().flatten());
+        let first = corners.next().cloned().unwrap_or_else(|| vec![0.0; P::DIM]);
+        let (low, high) = corners.fold((first.clone(), first), |(mut low, mut high), c| {
+            for i in 0..P::DIM {
+                low[i] = low[i].min(c[i]);
+                high[i] = high[i].max(c[i]);
+            }
+            (low, high)
+        });
+        let (low, high) = (back(&low), back(&high));
+        let extent = low.iter().zip(&high).map(|(l, h)| h - l).fold(0.0, f64::max);
+        let digits = if extent > 0.0 { 6 - extent.log10().floor() as i32 } else { 17 };
+        Frame { exponent, low, high, digits, space: std::marker::PhantomData }
+    }
+
+    /// Rounds to a millionth of the extent, where decimal numbers can say it.
+    fn round(&self, values: &[f64]) -> Vec<f64> {
+        values.iter().map(|&v| self.round_one(v)).collect()
+    }
+
+    fn round_one(&self, value: f64) -> f64 {
+        match usize::try_from(self.digits) {
+            Ok(digits) if digits <= 17 => format!("{value:.digits$}").parse().unwrap_or(value),
+            Ok(_) => format!("{value:.8e}").parse().unwrap_or(value),
+            Err(_) => format!("{value:.0}").parse().unwrap_or(value),
+        }
+    }
+
+    fn shown(&self, machine: &[f64]) -> Vec<f64> {
+        self.round(&coordinates(scale(point::<P>(machine), -self.exponent)))
+    }
+
+    fn separator(
+        &self,
+        node: u64,
+        words: &[f64; SEPARATOR_WORDS],
+        corners: &[Vec<f64>; 2],
+    ) -> Option<SeparatorView> {
+        let back = |x: P| coordinates(scale(x, -self.exponent));
+        let length = |x: f64| scale(P::splat(x), -self.exponent).coord(0);
+        let (kind, vector, number, interior) = match Separator::<P>::from_array(words)?.surface()? {
+            Surface::Sphere { centre, radius, ball_is_interior } => {
+                let interior = if ball_is_interior { "ball" } else { "around" };
+                ("sphere", back(centre), length(radius), interior)
+            }
+            Surface::Plane { normal, offset } => ("plane", coordinates(normal), length(offset), "below"),
+        };
+        let finite = number.is_finite() && vector.iter().all(|v| v.is_finite());
+        finite.then(|| SeparatorView {
+            node,
+            level: NodeId(node).level(),
+            kind,
+            vector,
+            number,
+            interior,
+            low: self.shown(&corners[0]),
+            high: self.shown(&corners[1]),
+        })
+    }
+}

@@ -1,0 +1,149 @@
+//! The page of `septet report`: what it holds, and how it behaves in a browser.
+//!
+//! `SEPTET_REQUIRE_PAGE=1` asks for the browser: Node.js, the packages of `tests/page/package-lock.json`
+//! (`npm ci` there) and Chromium (`SEPTET_CHROMIUM`, else /usr/bin/chromium). Without it the browser is used
+//! where all of that is found.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Runs septet in a directory.
+fn septet(directory: &Path, line: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_septet"));
+    command.current_dir(directory).arg("-q").args(line.split_whitespace()).output().unwrap()
+}
+
+fn good(directory: &Path, line: &str) {
+    let output = septet(directory, line);
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Reports of a set in space, one in the plane, one with repaired stars, and two more sizes as a sweep.
+fn reports(directory: &Path) {
+    good(directory, "simulate sample:well-spaced:9000 --workers 9 --leaf 900 --json space.json");
+    good(directory, "simulate sample:graded:5000,d=2 --workers 6 --json plane.json");
+    good(directory, "simulate sample:uniform:3000 --workers leaves --leaf 600 --json repaired.json");
+    let mut sweep = String::new();
+    for n in [2000, 4000] {
+        good(directory, &format!("simulate sample:well-spaced:{n} --workers 9 --view 0 --json one.json"));
+        let run: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(directory.join("one.json")).unwrap()).unwrap();
+        let line = serde_json::json!({
+            "n": run["points"]["used"], "kind": "well-spaced", "d": 3, "workers": 9, "seed": run["seed"],
+            "phases": run["phases"], "levels": run["tree"]["levels"],
+        });
+        sweep.push_str(&line.to_string());
+        sweep.push('\n');
+    }
+    fs::write(directory.join("runs.jsonl"), sweep).unwrap();
+}
+
+#[test]
+fn pages_stand_alone_and_figures_are_files() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    reports(place.path());
+    good(place.path(), "report space.json runs.jsonl -o space.html --svg figures");
+    good(place.path(), "report plane.json -o plane.html");
+    good(place.path(), "report repaired.json -o repaired.html");
+    for name in ["space.html", "plane.html", "repaired.html"] {
+        let html = fs::read_to_string(at(name)).unwrap();
+        assert!(html.len() < 4 << 20, "{name}: {} bytes", html.len());
+        for reference in ["src=\"", "url(http", "@import", "href=\"http", "href=\"//"] {
+            assert!(!html.contains(reference), "{name} refers to something: {reference}");
+        }
+        for id in ["proofs", "partition", "timeline", "traffic", "phases", "levels", "separators"] {
+            assert!(html.contains(&format!("<section id=\"{id}\"")), "{name}: {id}");
+        }
+    }
+    let html = fs::read_to_string(at("space.html")).unwrap();
+    assert!(html.contains("fitted exponent") && html.contains("<section id=\"law-depth\""));
+    let figures: Vec<PathBuf> = fs::read_dir(at("figures")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert!(figures.len() > 20);
+    for figure in &figures {
+        let svg = fs::read_to_string(figure).unwrap();
+        assert!(svg.starts_with("<?xml") && svg.ends_with("</svg>\n"), "{}", figure.display());
+        let names = figure.file_name().unwrap().to_str().unwrap();
+        assert!(figure.extension().is_some_and(|e| e == "svg") && !names.contains(' '), "{names}");
+    }
+    browse(place.path());
+}
+
+/// Every page through `tests/page/check.mjs`, if there is a browser.
+fn browse(pages: &Path) {
+    let required = std::env::var_os("SEPTET_REQUIRE_PAGE").is_some_and(|v| v == "1");
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page");
+    let chromium = std::env::var_os("SEPTET_CHROMIUM").unwrap_or_else(|| "/usr/bin/chromium".into());
+    let ready = tests.join("node_modules/playwright-core").is_dir() && Path::new(&chromium).exists();
+    if !ready {
+        assert!(
+            !required,
+            "SEPTET_REQUIRE_PAGE=1, but there is no Chromium, or `npm ci` was not run in tests/page"
+        );
+        return;
+    }
+    let shots = pages.join("shots");
+    fs::create_dir(&shots).unwrap();
+    for page in ["space.html", "plane.html", "repaired.html"] {
+        let mut check = Command::new("node");
+        let output = check.arg(tests.join("check.mjs")).arg(pages.join(page)).arg(&shots).output();
+        let output = output.unwrap_or_else(|e| panic!("cannot run node: {e}"));
+        let said = String::from_utf8_lossy(&output.stdout);
+        let complained = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{page}: {said}\n{complained}");
+        assert!(said.lines().last().unwrap_or_default().ends_with(" passed, 0 failed"), "{page}: {said}");
+    }
+}
+
+#[test]
+fn scripts_are_modules_that_parse() {
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/report/page/assets");
+    let required = std::env::var_os("SEPTET_REQUIRE_PAGE").is_some_and(|v| v == "1");
+    if Command::new("node").arg("--version").output().is_err() {
+        assert!(!required, "SEPTET_REQUIRE_PAGE=1, but there is no Node.js");
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let copy = place.path().join("module.mjs");
+    let mut seen = 0;
+    for entry in fs::read_dir(assets).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "js") {
+            fs::copy(&path, &copy).unwrap();
+            let output = Command::new("node").arg("--check").arg(&copy).output().unwrap();
+            assert!(
+                output.status.success(),
+                "{}: {}",
+                path.display(),
+                String::from_utf8_lossy(&output.stderr)
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen >= 8);
+}
+
+#[test]
+fn what_is_no_run_is_refused_by_name() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(place.path().join(name), text).unwrap();
+    write("torn.json", "{\"schema\": \"septet-run/1\", ");
+    write("other.json", "{\"schema\": \"else/1\"}");
+    write("sweep.jsonl", "{\"n\": 5, \"phases\": []}\n{\"n\": \n");
+    write("script.jsonl", "{\"n\": 5, \"kind\": \"</script><b>\", \"phases\": []}\n");
+    let refused = |line: &str, word: &str| {
+        let output = septet(place.path(), line);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{line}: {said}");
+        assert!(said.contains(word), "{line}: {said}");
+        assert!(!place.path().join("x.html").exists());
+    };
+    refused("report torn.json -o x.html", "torn.json, line 1: not JSON");
+    refused("report other.json -o x.html", "no run of septet");
+    refused("report sweep.jsonl -o x.html", "sweep.jsonl, line 2");
+    refused("report absent.json -o x.html", "absent.json");
+    good(place.path(), "report script.jsonl -o x.html");
+    let html = fs::read_to_string(place.path().join("x.html")).unwrap();
+    assert!(!html.contains("</script><b>"));
+}
