@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
+use septet_protocol::ids::Phase;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 pub use septet_workers::config::{Fault, SetRule as SeparatorSets};
@@ -48,6 +49,31 @@ pub enum Neighbours {
     Count(u32),
     /// `ceil(c ln n)`.
     Log(f64),
+}
+
+/// A phase after which a run may stop, for what it counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Until {
+    /// The partition tree.
+    Partition,
+    /// The nearest-neighbour balls.
+    Neighbours,
+}
+
+impl Until {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        self.phase().name()
+    }
+
+    /// The last phase.
+    pub(crate) fn phase(self) -> Phase {
+        match self {
+            Until::Partition => Phase::Partition,
+            Until::Neighbours => Phase::Neighbours,
+        }
+    }
 }
 
 /// What a run reports while it goes on.
@@ -108,6 +134,8 @@ pub struct Config {
     pub record_tasks: bool,
     /// A fault planted in the machine, for tests of what a machine without faults never shows.
     pub fault: Option<Fault>,
+    /// Stop after this phase. [`crate::count`] only: what stops has no triangulation.
+    pub until: Option<Until>,
     /// Set to stop the run.
     pub cancel: Option<Arc<AtomicBool>>,
     /// Told of phases and rounds.
@@ -153,6 +181,7 @@ impl Default for Config {
             exchange_cap: None,
             record_tasks: false,
             fault: None,
+            until: None,
             cancel: None,
             progress: None,
         }
@@ -216,6 +245,12 @@ pub enum ConfigError {
     /// A record of tasks with a rule of sets that it does not cover.
     #[error("tasks are recorded with separator sets `ghost` only: leave out --tasks or --separator-sets")]
     TasksOfSets,
+    /// A triangulation asked of a run that stops before it.
+    #[error("a run that stops after the phase `{until}` has counts and no triangulation: use `count`")]
+    Stops {
+        /// The last phase.
+        until: &'static str,
+    },
     /// A leaf size of zero.
     #[error("a leaf holds at least one point (--leaf 1)")]
     EmptyLeaf,

@@ -44,17 +44,22 @@ pub mod memory;
 
 mod run;
 
+mod count;
+
 pub mod predict;
 
 pub mod report;
 
 pub mod trace;
 
+pub mod experiment;
+
 pub mod verify;
 
 pub mod io;
 
 pub use config::Config;
+pub use count::{Counts, Ending, count};
 pub use error::{Error, Refutation};
 pub use run::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
 

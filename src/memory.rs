@@ -7,7 +7,8 @@ const BYTES_PER_POINT: [u64; 2] = [1100, 600];
 /// The same of `simulate`.
 const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
 
-/// Expected peak memory of a run over `points` points, in bytes.
+/// Expected peak memory of a run over `points` points, in bytes. A counted run that stops before the graph takes
+/// less than a triangulation: it is not `counted` here.
 pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {
     let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
     points.saturating_mul(row[usize::from(dimension == 2)]).saturating_add(64 << 20)

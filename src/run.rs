@@ -168,7 +168,7 @@ pub fn simulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
 pub type Start<'a, P> = dyn FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> + 'a;
 
 /// The transport of the configuration.
-fn started<P: Point>(
+pub(crate) fn started<P: Point>(
     config: &Config,
 ) -> impl FnMut(&Arc<WorkerConfig>) -> std::io::Result<Box<dyn Transport<P>>> {
     let kind = match config.transport {
@@ -190,9 +190,61 @@ pub fn run_on<P: Point>(
     start_machine: &mut Start<'_, P>,
 ) -> Result<Run, Error> {
     let start = Instant::now();
+    if let Some(until) = config.until {
+        return Err(ConfigError::Stops { until: until.name() }.into());
+    }
+    let Started { ready, mut machine, why, plan, planning } =
+        match started_on(points, config, counted, start, start_machine)? {
+            Beginning::Machine(started) => *started,
+            Beginning::Flat(run) => return Ok(*run),
+        };
+    let mut tasks = None;
+    if machine.record_tasks && machine.workers != 1 {
+        tasks = record(config, &machine, &ready, start_machine)?;
+        machine.record_tasks = false;
+    }
+    let machine = Arc::new(machine);
+    let mut transport = start_machine(&machine)?;
+    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
+    drop(transport);
+    let refutation = certify(&collected, ready.positions.len() as u64, P::DIM, machine.workers)?;
+    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start);
+    (run.plan, run.refutation) = (planning, refutation);
+    run.tasks = tasks.or(run.tasks);
+    match refutation {
+        None => Ok(run),
+        Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),
+    }
+}
+
+/// What stands before a run: points, a machine for them, why this supergraph, and the plan of the leaves.
+pub(crate) struct Started<P> {
+    pub(crate) ready: Prepared<P>,
+    pub(crate) machine: WorkerConfig,
+    pub(crate) why: String,
+    pub(crate) plan: Plan,
+    pub(crate) planning: Option<Traffic>,
+}
+
+/// How a run begins.
+pub(crate) enum Beginning<P> {
+    /// With points that span the space.
+    Machine(Box<Started<P>>),
+    /// With points that do not: their result.
+    Flat(Box<Run>),
+}
+
+/// Checks the parameters, prepares the points, and sizes the machine.
+pub(crate) fn started_on<P: Point>(
+    points: &[P],
+    config: &Config,
+    counted: bool,
+    start: Instant,
+    start_machine: &mut Start<'_, P>,
+) -> Result<Beginning<P>, Error> {
     config.check()?;
     if let Some(limit) = config.max_memory {
-        let forecast = forecast(points.len() as u64, P::DIM, counted);
+        let forecast = forecast(points.len() as u64, P::DIM, counted && config.until.is_none());
         if forecast > limit {
             return Err(Error::Memory { forecast, limit, points: points.len() as u64 });
         }
@@ -225,7 +277,8 @@ pub fn run_on<P: Point>(
             Workers::Count(p) => p,
             Workers::Leaves => 1,
         };
-        return Ok(flat_result::<P>(points.len(), ready, &machine, why, start));
+        let run = flat_result::<P>(points.len(), ready, &machine, why, start);
+        return Ok(Beginning::Flat(Box::new(run)));
     }
     let (plan, planning) = match config.workers {
         Workers::Count(p) => {
@@ -239,23 +292,7 @@ pub fn run_on<P: Point>(
         }
     };
     check_machine(&machine, ready.positions.len() as u64)?;
-    let mut tasks = None;
-    if machine.record_tasks && machine.workers != 1 {
-        tasks = record(config, &machine, &ready, start_machine)?;
-        machine.record_tasks = false;
-    }
-    let machine = Arc::new(machine);
-    let mut transport = start_machine(&machine)?;
-    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
-    drop(transport);
-    let refutation = certify(&collected, ready.positions.len() as u64, P::DIM, machine.workers)?;
-    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start);
-    (run.plan, run.refutation) = (planning, refutation);
-    run.tasks = tasks.or(run.tasks);
-    match refutation {
-        None => Ok(run),
-        Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),
-    }
+    Ok(Beginning::Machine(Box::new(Started { ready, machine, why, plan, planning })))
 }
 
 /// The record of a run with one worker.
@@ -366,7 +403,7 @@ fn plan_leaves<P: Point>(
     Ok((plan, traffic))
 }
 
-fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
+pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
     Settled { workers: machine.workers, leaf: machine.leaf, supergraph, why, counted: machine.counted }
 }
 

@@ -21,6 +21,8 @@ mod predict;
 
 #[path = "cli/report.rs"]
 mod report;
+#[path = "cli/scale.rs"]
+mod scale;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

@@ -3,6 +3,7 @@
 mod completions;
 mod errors;
 mod files;
+mod fit;
 mod generate;
 mod input;
 mod instruments;
@@ -10,6 +11,7 @@ mod options;
 mod predict;
 mod progress;
 mod report;
+mod scale;
 mod triangulate;
 mod verify;
 
@@ -65,6 +67,10 @@ enum Command {
     Predict(predict::PredictArgs),
     /// Make one offline page of runs: pictures, tables, the partition to turn and slice.
     Report(report::ReportArgs),
+    /// Run a sweep over sizes, kinds, workers and seeds, and keep the counts.
+    Scale(scale::ScaleArgs),
+    /// Judge how a count of a sweep grows: laws with intervals, curvature, flatness, a verdict.
+    Fit(fit::FitArgs),
     /// Write a completion script for a shell.
     Completions(completions::CompletionsArgs),
     /// Write the manual page.
@@ -101,6 +107,8 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Report(args) => logged(talk, || report::run(&args, talk)),
+        Command::Scale(args) => logged(talk, || scale::run(&args, talk)),
+        Command::Fit(args) => logged(talk, || fit::run(&args, talk)),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }

@@ -49,33 +49,11 @@ pub struct RunArgs {
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
     #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true)]
     pub workers: Option<Workers>,
-    /// Threads that run the workers [default: cores]
-    #[arg(long, value_name = "T")]
-    pub threads: Option<usize>,
     /// Seed of every random draw
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
-    /// Supergraph of the Delaunay triangulation
-    #[arg(long, value_enum, default_value_t = GraphArg::Density)]
-    pub supergraph: GraphArg,
-    /// alpha of a density or overlap graph, at least 1
-    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
-    pub alpha: Alpha,
-    /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
-    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
-    pub k: Neighbours,
-    /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
-    #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
-    pub separator_sets: SetsArg,
-    /// Largest leaf of the partition tree, in points
-    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf)]
-    pub leaf: Leaf,
-    /// How messages travel: over channels between threads, or simulated on one thread
-    #[arg(long, value_enum, default_value_t = TransportArg::Channel)]
-    pub transport: TransportArg,
-    /// Seed of the order of delivery (with --transport sim) [default: 0]
-    #[arg(long, value_name = "S")]
-    pub delivery_seed: Option<u64>,
+    #[command(flatten)]
+    pub machine: MachineArgs,
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
@@ -100,9 +78,6 @@ pub struct RunArgs {
     /// Drop and count points that are not finite or not numbers, instead of refusing the file
     #[arg(long)]
     pub skip_invalid: bool,
-    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
-    #[arg(long, value_name = "BYTES", value_parser = bytes)]
-    pub max_memory: Option<u64>,
     /// Dimension of the input: 2 keeps the first two coordinates
     #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
     pub dimension: Option<usize>,
@@ -115,6 +90,38 @@ pub struct RunArgs {
     /// Plant a fault in the machine (refuse:NODE[-NODE], spoil:RANK, die:RANK:PHASE): for tests
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
+}
+
+/// Options of every command that runs the machine, but for what differs between runs of a sweep.
+#[derive(Debug, Args)]
+pub struct MachineArgs {
+    /// Threads that run the workers [default: cores]
+    #[arg(long, value_name = "T")]
+    pub threads: Option<usize>,
+    /// Supergraph of the Delaunay triangulation
+    #[arg(long, value_enum, default_value_t = GraphArg::Density)]
+    pub supergraph: GraphArg,
+    /// alpha of a density or overlap graph, at least 1
+    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
+    pub alpha: Alpha,
+    /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
+    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
+    pub k: Neighbours,
+    /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
+    #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
+    pub separator_sets: SetsArg,
+    /// Largest leaf of the partition tree, in points
+    #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf)]
+    pub leaf: Leaf,
+    /// How messages travel: over channels between threads, or simulated on one thread
+    #[arg(long, value_enum, default_value_t = TransportArg::Channel)]
+    pub transport: TransportArg,
+    /// Seed of the order of delivery (with --transport sim) [default: 0]
+    #[arg(long, value_name = "S")]
+    pub delivery_seed: Option<u64>,
+    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub max_memory: Option<u64>,
 }
 
 /// `--supergraph`.
@@ -186,8 +193,8 @@ impl From<DetailArg> for Detail {
 #[derive(Clone, Copy, Debug)]
 pub struct Leaf(Option<u64>);
 
-impl RunArgs {
-    /// The configuration these options ask for.
+impl MachineArgs {
+    /// The configuration these options ask for, with what they leave open by default.
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.threads);
@@ -195,10 +202,8 @@ impl RunArgs {
             let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
             return Err(Failure::new(Code::Usage, message).help("add --transport sim, or leave the seed out"));
         }
-        let config = Config {
-            workers: self.workers.unwrap_or(base.workers),
+        Ok(Config {
             threads,
-            seed: self.seed,
             graph: match self.supergraph {
                 GraphArg::Density => GraphKind::Density,
                 GraphArg::Overlap => GraphKind::Overlap,
@@ -216,12 +221,24 @@ impl RunArgs {
                 TransportArg::Channel => Transport::Channel { threads },
                 TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
             },
-            skip_invalid: self.skip_invalid,
             max_memory: self.max_memory,
+            ..base
+        })
+    }
+}
+
+impl RunArgs {
+    /// The configuration these options ask for.
+    pub fn config(&self) -> Result<Config, Failure> {
+        let machine = self.machine.config()?;
+        let config = Config {
+            workers: self.workers.unwrap_or(machine.workers),
+            seed: self.seed,
+            skip_invalid: self.skip_invalid,
             with_owner: self.with_owner,
             record_tasks: self.tasks,
             fault: self.fault,
-            ..base
+            ..machine
         };
         config.check()?;
         Ok(config)
@@ -249,7 +266,8 @@ fn shown(text: &str) -> Result<u32, String> {
         .ok_or_else(|| format!("expected at most {MOST_POINTS} points"))
 }
 
-fn workers(text: &str) -> Result<Workers, String> {
+/// A number of workers, or `leaves`.
+pub fn workers(text: &str) -> Result<Workers, String> {
     match text {
         "leaves" => Ok(Workers::Leaves),
         _ => text.parse().map(Workers::Count).map_err(|_| "expected a number of workers, or `leaves`".into()),

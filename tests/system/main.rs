@@ -10,6 +10,8 @@ mod equality;
 
 mod exclusive;
 
+mod experiment;
+
 mod faults;
 
 mod graphs;

@@ -25,11 +25,13 @@ fn missing(what: &str) {
     eprintln!("not run: {what}");
 }
 
-fn source(name: &str) -> PathBuf {
+/// A checker's file.
+pub fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle").join(name)
 }
 
-fn python() -> Option<OsString> {
+/// The interpreter, if there is one.
+pub fn python() -> Option<OsString> {
     let found = std::env::var_os("SEPTET_PYTHON");
     if found.is_none() {
         missing("SEPTET_PYTHON names no Python interpreter with numpy and scipy");

@@ -1,0 +1,229 @@
+//! `septet scale`.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use septet::Config;
+use septet::config::{Until, Workers};
+use septet::experiment::{
+    Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
+};
+use septet::generate::Kind;
+
+use super::errors::{Code, Failure};
+use super::options::{MachineArgs, dimension, workers};
+use super::progress::{Cancelled, Talk};
+
+/// Options of `septet scale`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  septet scale -n 2^10..2^16,per-octave=8 --kind well-spaced --workers leaves --seeds 20 -o runs.jsonl
+  septet scale -n 2^12..2^22 --kind uniform,clusters -d 2 --until neighbours -o tree.jsonl
+  septet scale -n 1e4 --workers 1,2,4,8 --weak -o weak.jsonl
+  septet scale -n 1e5,1e6 --workers 1,2 --timed -o times.jsonl
+
+Each line of the output is a run and holds the command that makes it again. An interrupted sweep goes on where it
+stopped when the same command is given again.")]
+pub struct ScaleArgs {
+    /// Numbers of points: `1000,2e4`, `2^10..2^20`, `2^10..2^20,per-octave=8`
+    #[arg(short = 'n', long = "points", value_name = "SIZES", allow_hyphen_values = true)]
+    sizes: String,
+    /// Kinds of sets, separated by commas
+    #[arg(long, value_name = "K,..", default_value = "well-spaced", value_delimiter = ',', value_parser = kind)]
+    kind: Vec<Kind>,
+    /// Dimension
+    #[arg(short, long = "dimension", value_name = "2|3", default_value = "3", value_parser = dimension)]
+    dimension: usize,
+    /// Lipschitz constant of graded kinds
+    #[arg(long, value_name = "L", allow_negative_numbers = true)]
+    lipschitz: Option<f64>,
+    /// Numbers of workers, separated by commas; `leaves` is one for each leaf of the tree
+    #[arg(long, value_name = "P|leaves,..", default_value = "leaves", value_delimiter = ',', value_parser = workers, allow_negative_numbers = true)]
+    workers: Vec<Workers>,
+    /// The first seed, of the set and of the run
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Number of seeds, one after the other
+    #[arg(long, value_name = "COUNT", default_value_t = 5)]
+    seeds: u64,
+    /// The sizes count points a worker
+    #[arg(long)]
+    weak: bool,
+    /// Also time `triangulate` on the same workers, and the serial kernel on the same points
+    #[arg(long)]
+    timed: bool,
+    /// Stop every run after this phase: the tree and the neighbours reach sizes that hulls do not
+    #[arg(long, value_name = "PHASE", value_enum)]
+    until: Option<UntilArg>,
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// The file of lines; taken up where it ends if it holds the same sweep
+    #[arg(short, long = "output", value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// `--until`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum UntilArg {
+    Partition,
+    Neighbours,
+}
+
+fn kind(text: &str) -> Result<Kind, String> {
+    text.trim().parse().map_err(|e: septet::generate::GenerateError| e.to_string())
+}
+
+impl ScaleArgs {
+    fn sweep(&self, talk: &Talk) -> Result<Sweep, Failure> {
+        let sizes = parse_sizes(&self.sizes).map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
+        let config = Config {
+            until: self.until.map(|until| match until {
+                UntilArg::Partition => Until::Partition,
+                UntilArg::Neighbours => Until::Neighbours,
+            }),
+            cancel: Some(talk.cancel.clone()),
+            ..self.machine.config()?
+        };
+        let sweep = Sweep {
+            sizes,
+            sizes_text: self.sizes.split_whitespace().collect(),
+            kinds: self.kind.clone(),
+            dimension: self.dimension,
+            lipschitz: self.lipschitz,
+            workers: self.workers.clone(),
+            first_seed: self.seed,
+            seeds: self.seeds,
+            weak: self.weak,
+            timed: self.timed,
+            config,
+        };
+        sweep.check()?;
+        Ok(sweep)
+    }
+}
+
+/// Runs the subcommand.
+pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
+    let sweep = args.sweep(talk)?;
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(sweep.config.threads).build_global();
+    let mut journal = Journal::open(&args.output, &sweep.words())?;
+    if journal.dropped > 0 {
+        talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));
+    }
+    let jobs = sweep.jobs();
+    let done = journal.done();
+    if done > 0 {
+        talk.note(format!("{done} of {} runs are there: going on", jobs.len()));
+    }
+    let missing: Vec<&Job> =
+        jobs.iter().filter(|job| !journal.has(job.program, &sweep.command(job))).collect();
+    let made = all(&sweep, &missing, &mut journal, talk);
+    let synced = journal.sync();
+    talk.clear();
+    let there = journal.done();
+    let file = args.output.display();
+    match made {
+        Ok(()) => {
+            synced?;
+            talk.note(format!("{there} runs in {file}"));
+            Ok(())
+        }
+        Err(failure) if failure.code == Code::Interrupted => {
+            let message = format!("interrupted; {there} of {} runs are in {file}", jobs.len());
+            Err(Failure::new(Code::Interrupted, message).help("the same command goes on from there"))
+        }
+        Err(failure) => Err(failure),
+    }
+}
+
+fn all(sweep: &Sweep, jobs: &[&Job], journal: &mut Journal, talk: &Talk) -> Result<(), Failure> {
+    let total: f64 = jobs.iter().map(|job| cost(job)).sum();
+    let (mut runner, mut spent, start) = (Runner::default(), 0.0, Instant::now());
+    for (number, job) in jobs.iter().enumerate() {
+        let left = left(start.elapsed().as_secs_f64(), spent, total);
+        let request = job.request;
+        let title =
+            format!("run {} of {}: {} {}{left}", number + 1, jobs.len(), request.kind.name(), request.n);
+        let position = (1000.0 * spent / total) as u64;
+        let line = stoppable(|| {
+            talk.stage(&title, position, Some(1000));
+            Ok(runner.run(sweep, job, &mut |_, _, _| talk.check())?)
+        })?;
+        journal.append(&line)?;
+        spent += cost(job);
+    }
+    Ok(())
+}
+
+/// The making of a set is stopped by unwinding: here that is an ordinary end.
+fn stoppable(f: impl FnOnce() -> Result<Line, Failure>) -> Result<Line, Failure> {
+    match catch_unwind(AssertUnwindSafe(f)) {
+        Ok(result) => result,
+        Err(payload) if payload.is::<Cancelled>() => Err(Failure::interrupted()),
+        Err(payload) => resume_unwind(payload),
+    }
+}
+
+/// What a run takes, in units that only their ratios matter of.
+fn cost(job: &Job) -> f64 {
+    let n = job.request.n.max(2) as f64;
+    n * n.log2() + 1000.0
+}
+
+/// The time left, once there is something to go by.
+fn left(elapsed: f64, spent: f64, total: f64) -> String {
+    if spent <= 0.0 || elapsed < 1.0 {
+        return String::new();
+    }
+    let seconds = (elapsed * (total - spent) / spent).round() as u64;
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, s) => format!(", {s} s left"),
+        (0, m, s) => format!(", {m}:{s:02} left"),
+        (h, m, _) => format!(", {h} h {m:02} left"),
+    }
+}
+
+impl From<SweepError> for Failure {
+    fn from(error: SweepError) -> Self {
+        Failure::new(Code::Usage, error.to_string()).help("see `septet scale --help`")
+    }
+}
+
+impl From<JournalError> for Failure {
+    fn from(error: JournalError) -> Self {
+        let (code, help) = match &error {
+            JournalError::Io { .. } => (Code::Failed, "choose a file that can be read and written"),
+            JournalError::Line { .. } => (Code::Input, "take the line out, or choose another file"),
+            JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
+                (Code::Usage, "choose another file; several can be fitted together")
+            }
+        };
+        Failure::new(code, error.to_string()).help(help)
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Generate(error) => error.into(),
+            RunError::Run(error) => error.into(),
+            RunError::Serial(_) => Failure::new(Code::Failed, error.to_string()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::left;
+
+    #[test]
+    fn the_time_left_is_that_of_the_work_left() {
+        assert_eq!(left(10.0, 0.0, 100.0), "");
+        assert_eq!(left(10.0, 50.0, 100.0), ", 10 s left");
+        assert_eq!(left(100.0, 50.0, 100.0), ", 1:40 left");
+        assert_eq!(left(100.0, 1.0, 100.0), ", 2 h 45 left");
+    }
+}

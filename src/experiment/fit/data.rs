@@ -1,0 +1,394 @@
+//! From lines to numbers: which count, against what, of which runs, and what must not be mixed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::super::line::{Line, PhaseLine, Program};
+
+/// A count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Key {
+    /// Levels of the tree below the root.
+    Levels,
+    /// Leaves of the tree.
+    Leaves,
+    /// Attempts at separators per split, the mean.
+    Attempts,
+    /// Edges of the supergraph.
+    Edges,
+    /// Its largest degree.
+    MaxDegree,
+    /// Points held by all leaves over points.
+    Replication,
+    /// Rounds of exchange between stars.
+    ExchangeRounds,
+    /// Longest chain, a scan counting one. Of a phase.
+    Depth,
+    /// Longest chain, a scan of m items counting `ceil(log2 m)`. Of a phase.
+    DepthLogScan,
+    /// Operations. Of a phase.
+    Work,
+    /// Rounds. Of a phase.
+    Rounds,
+    /// Messages. Of a phase.
+    Messages,
+    /// Bytes. Of a phase.
+    Bytes,
+    /// Measured seconds. Of a phase.
+    Seconds,
+    /// Mean depth of a split, level by level, against the mean size of its nodes. Of a phase.
+    LevelDepth,
+}
+
+/// Keys and their names.
+const KEYS: [(Key, &str); 15] = [
+    (Key::Levels, "levels"),
+    (Key::Leaves, "leaves"),
+    (Key::Attempts, "attempts"),
+    (Key::Edges, "edges"),
+    (Key::MaxDegree, "max-degree"),
+    (Key::Replication, "replication"),
+    (Key::ExchangeRounds, "exchange-rounds"),
+    (Key::Depth, "depth"),
+    (Key::DepthLogScan, "depth-log-scan"),
+    (Key::Work, "work"),
+    (Key::Rounds, "rounds"),
+    (Key::Messages, "messages"),
+    (Key::Bytes, "bytes"),
+    (Key::Seconds, "seconds"),
+    (Key::LevelDepth, "level-depth"),
+];
+
+impl Key {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        KEYS.iter().find(|(key, _)| *key == self).map_or("", |(_, name)| name)
+    }
+
+    /// Is it a count of a phase?
+    pub fn of_phase(self) -> bool {
+        use Key::{Bytes, Depth, DepthLogScan, LevelDepth, Messages, Rounds, Seconds, Work};
+        matches!(self, Depth | DepthLogScan | Work | Rounds | Messages | Bytes | Seconds | LevelDepth)
+    }
+
+    /// Does it depend on the number of workers?
+    pub fn of_machine(self) -> bool {
+        matches!(self, Key::Rounds | Key::Messages | Key::Bytes | Key::Seconds)
+    }
+
+    /// Is it weighted by 1 / y^2, as a count that grows like a power of n?
+    pub fn is_relative(self) -> bool {
+        use Key::{Bytes, Edges, Leaves, Messages, Seconds, Work};
+        matches!(self, Leaves | Edges | Work | Messages | Bytes | Seconds)
+    }
+}
+
+impl FromStr for Key {
+    type Err = FitError;
+
+    fn from_str(name: &str) -> Result<Self, FitError> {
+        let found = KEYS.iter().find(|(_, known)| *known == name).map(|(key, _)| *key);
+        found.ok_or_else(|| {
+            let known = KEYS.map(|(_, name)| name).join(", ");
+            FitError::UnknownKey { name: name.to_string(), known }
+        })
+    }
+}
+
+/// What a count is drawn against.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Abscissa {
+    /// Distinct points.
+    #[default]
+    #[serde(rename = "n")]
+    Points,
+    /// Points over the largest leaf.
+    #[serde(rename = "n/leaf")]
+    PointsOverLeaf,
+}
+
+impl FromStr for Abscissa {
+    type Err = FitError;
+
+    fn from_str(name: &str) -> Result<Self, FitError> {
+        match name {
+            "n" => Ok(Abscissa::Points),
+            "n/leaf" => Ok(Abscissa::PointsOverLeaf),
+            _ => Err(FitError::UnknownAbscissa { name: name.to_string() }),
+        }
+    }
+}
+
+/// The margin of the equivalence test unless the question states another: 5 % of the mean depth per doubling. A
+/// depth proportional to log m over m = 2^10 to 2^20 has 7 % or more.
+pub const MARGIN: f64 = 0.05;
+
+/// A question.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// The count.
+    pub y: Key,
+    /// Against what.
+    pub x: Abscissa,
+    /// The phase, or `paper` or `repair` for all of theirs.
+    pub phase: Option<String>,
+    /// Margin of the equivalence test, a share of the mean depth per doubling.
+    pub margin: f64,
+    /// How many resamplings of the seeds; 0 for none.
+    pub resamples: u32,
+}
+
+impl Request {
+    /// A count against n, with the margin of 5 %.
+    pub fn new(y: Key, phase: Option<&str>) -> Request {
+        let phase = phase.map(str::to_string);
+        Request { y, x: Abscissa::Points, phase, margin: MARGIN, resamples: 0 }
+    }
+}
+
+/// A question that has no answer.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FitError {
+    /// No such count.
+    #[error("there is no count `{name}`; known are {known}")]
+    UnknownKey {
+        /// As given.
+        name: String,
+        /// All names.
+        known: String,
+    },
+    /// Neither n nor n/leaf.
+    #[error("`{name}` is not a size; -x takes n or n/leaf")]
+    UnknownAbscissa {
+        /// As given.
+        name: String,
+    },
+    /// A count of the whole run.
+    #[error(
+        "`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting; name a \
+         phase with --phase: paper (all of the paper's), repair, or one of {phases}"
+    )]
+    Mixes {
+        /// The count.
+        key: &'static str,
+        /// Phases there are.
+        phases: String,
+    },
+    /// No such phase in the lines.
+    #[error("no run has a phase `{phase}`; there are {phases}")]
+    UnknownPhase {
+        /// As given.
+        phase: String,
+        /// Phases there are.
+        phases: String,
+    },
+    /// A phase for a count that has none.
+    #[error("`{key}` is a count of the run, not of a phase; leave --phase out")]
+    NoPhase {
+        /// The count.
+        key: &'static str,
+    },
+    /// A sum over phases level by level.
+    #[error("`level-depth` is that of one phase; name partition, neighbours, summaries or merge")]
+    OnePhase,
+    /// A margin out of range.
+    #[error("the margin is {margin}; it is a share of the mean depth per doubling, between 0 and 1")]
+    Margin {
+        /// As given.
+        margin: f64,
+    },
+    /// Fewer sizes than a curve needs.
+    #[error("{series}: {sizes} sizes do not determine a curve; at least {least} are needed")]
+    TooFewSizes {
+        /// Which runs.
+        series: String,
+        /// Sizes there are.
+        sizes: usize,
+        /// Sizes needed.
+        least: usize,
+    },
+    /// Fewer levels or runs than the equivalence test needs.
+    #[error(
+        "{series}: {levels} split levels of {runs} runs do not determine a slope; at least 3 runs with 2 levels are needed"
+    )]
+    TooFewLevels {
+        /// Which runs.
+        series: String,
+        /// Levels there are.
+        levels: usize,
+        /// Runs there are.
+        runs: usize,
+    },
+    /// Lines without this count.
+    #[error("no line has `{key}`; the runs stopped before it, or were not counted")]
+    Nothing {
+        /// The count.
+        key: &'static str,
+    },
+    /// Speed-up of runs that were not timed.
+    #[error("no line is a timed triangulation; make some with `septet scale --timed`")]
+    NotTimed,
+    /// Speed-up without the run to compare with.
+    #[error(
+        "no serial run of {set} in these lines: speed-up is against the best serial program, never against one \
+         worker; make one with `septet scale --timed`"
+    )]
+    NoSerial {
+        /// Kind, dimension, points, seed.
+        set: String,
+    },
+}
+
+/// A value of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Value {
+    /// Points asked for: runs of one size.
+    pub(super) asked: u64,
+    pub(super) seed: u64,
+    pub(super) x: f64,
+    pub(super) y: f64,
+}
+
+/// Phases of the lines, each once, in order of appearance.
+pub(super) fn phases(lines: &[Line]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.paper || p.repair) {
+        if !names.contains(&phase.name.as_str()) {
+            names.push(&phase.name);
+        }
+    }
+    names.join(", ")
+}
+
+/// Refuses questions that mix, or that make no sense.
+pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
+    let key = request.y.name();
+    if !(request.margin > 0.0 && request.margin < 1.0) {
+        return Err(FitError::Margin { margin: request.margin });
+    }
+    match (&request.phase, request.y.of_phase()) {
+        (None, true) => return Err(FitError::Mixes { key, phases: phases(lines) }),
+        (Some(_), false) => return Err(FitError::NoPhase { key }),
+        (None, false) => return Ok(()),
+        (Some(_), true) => {}
+    }
+    let phase = request.phase.as_deref().unwrap_or_default();
+    if matches!(phase, "paper" | "repair") {
+        return if request.y == Key::LevelDepth { Err(FitError::OnePhase) } else { Ok(()) };
+    }
+    if lines.iter().any(|line| line.phase(phase).is_some()) {
+        return Ok(());
+    }
+    Err(FitError::UnknownPhase { phase: phase.to_string(), phases: phases(lines) })
+}
+
+/// Lines that may stand in one curve, by what they have in common: everything but size and seed, and but the
+/// workers where the count does not depend on them. Of lines that differ in nothing else one is kept.
+pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<Line>> {
+    let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
+    let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
+    for line in lines.iter().filter(|line| line.program == Program::Simulate) {
+        let name = series_name(line, request.y.of_machine());
+        if seen.insert((name.clone(), line.asked, line.seed)) {
+            series.entry(name).or_default().push(line.clone());
+        }
+    }
+    series
+}
+
+fn series_name(line: &Line, machine: bool) -> String {
+    let s = &line.settings;
+    let kind = if line.kind.is_empty() { "points" } else { &line.kind };
+    let mut parts = vec![kind.to_string(), format!("{}D", line.dimension)];
+    parts.extend(s.lipschitz.map(|lipschitz| format!("lipschitz {lipschitz}")));
+    if machine && s.weak {
+        parts.push("weak".to_string());
+    } else if machine {
+        let workers = if s.workers.is_empty() { line.workers.to_string() } else { s.workers.clone() };
+        parts.push(format!("{workers} workers"));
+    }
+    for (what, value) in [
+        ("", &s.supergraph),
+        ("alpha ", &s.alpha),
+        ("k ", &s.k),
+        ("sets ", &s.separator_sets),
+        ("leaf ", &s.leaf),
+    ] {
+        if !value.is_empty() && value != "auto" {
+            parts.push(format!("{what}{value}"));
+        }
+    }
+    parts.join(", ")
+}
+
+/// The value of a line; none if the run stopped before it.
+pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
+    let tree = &line.tree;
+    let splits = tree.nodes - tree.leaves;
+    let y = match request.y {
+        Key::Levels => f64::from(tree.levels),
+        Key::Leaves => tree.leaves as f64,
+        Key::Attempts => (splits > 0).then(|| tree.attempts as f64 / splits as f64)?,
+        Key::Edges => line.graph?.edges as f64,
+        Key::MaxDegree => line.graph?.max_degree as f64,
+        Key::Replication => line.graph?.replication,
+        Key::ExchangeRounds => line.end?.exchange_rounds as f64,
+        _ => of_phase(line, request)?,
+    };
+    Some(Value { asked: line.asked, seed: line.seed, x: size(line, request.x), y })
+}
+
+fn size(line: &Line, x: Abscissa) -> f64 {
+    match x {
+        Abscissa::Points => line.n as f64,
+        Abscissa::PointsOverLeaf => line.n as f64 / line.leaf.max(1) as f64,
+    }
+}
+
+fn of_phase(line: &Line, request: &Request) -> Option<f64> {
+    let name = request.phase.as_deref()?;
+    let group = match name {
+        "paper" => Some(line.paper?),
+        // A run without disagreement still has its certificate.
+        "repair" => Some(line.repair?),
+        _ => None,
+    };
+    let members: Vec<&PhaseLine> = line
+        .phases
+        .iter()
+        .filter(|p| match name {
+            "paper" => p.paper,
+            "repair" => p.repair,
+            _ => p.name == name,
+        })
+        .collect();
+    if members.is_empty() {
+        return None;
+    }
+    let sum = |f: fn(&PhaseLine) -> u64| members.iter().map(|p| f(p)).sum::<u64>() as f64;
+    Some(match request.y {
+        // Chains of phases are no sum: the fold knows the longest.
+        Key::Depth => group.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
+        Key::DepthLogScan => group.map_or_else(|| sum(|p| p.depth_log_scan), |g| g.depth_log_scan as f64),
+        Key::Work => sum(|p| p.work),
+        Key::Rounds => sum(|p| p.rounds),
+        Key::Messages => sum(|p| p.messages),
+        Key::Bytes => sum(|p| p.bytes),
+        Key::Seconds => members.iter().map(|p| p.seconds).sum(),
+        _ => return None,
+    })
+}
+
+/// Sizes (log2 of the mean) and mean depths of the split levels of a run.
+pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
+    let row = |level: &super::super::line::LevelLine| {
+        let depth = level.depth.get(phase).filter(|d| d.nodes > 0)?;
+        let size = level.split_points as f64 / level.splits.max(1) as f64;
+        Some((size.log2(), depth.sum as f64 / depth.nodes as f64))
+    };
+    line.levels.iter().filter_map(row).collect()
+}

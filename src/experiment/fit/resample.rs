@@ -1,0 +1,89 @@
+//! How firm a verdict is: seeds drawn again with replacement.
+//!
+//! **Statement.** Each repetition draws, at every size, as many runs as there are, with replacement (for levels: as
+//! many runs as there are at all), and judges again. The share of repetitions that find what the data found
+//! estimates the power of the test at these sizes with these numbers of seeds (Efron 1979).
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::data::Value;
+use super::equivalence::equivalence;
+use super::report::{growth, level_rows};
+use super::verdict::Verdict;
+
+/// Seed of the draws: an answer is a function of the question.
+const SEED: u64 = 1;
+
+/// What the repetitions said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Resampled {
+    /// Repetitions.
+    pub times: u32,
+    /// Share with the same verdict.
+    pub same_verdict: f64,
+    /// Share that bends upwards against log n at 1 %; of levels, share beyond the margin.
+    pub bends: f64,
+    /// Of levels, share found flat.
+    pub flat: f64,
+}
+
+pub(super) fn resample_growth(
+    values: &[Value],
+    dimension: usize,
+    relative: bool,
+    verdict: &Verdict,
+    times: u32,
+) -> Resampled {
+    let mut sizes: BTreeMap<u64, Vec<Value>> = BTreeMap::new();
+    for value in values {
+        sizes.entry(value.asked).or_default().push(*value);
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut same, mut bends) = (0u32, 0u32);
+    for _ in 0..times {
+        let drawn: Vec<Value> = sizes
+            .values()
+            .flat_map(|runs| {
+                (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).collect::<Vec<_>>()
+            })
+            .collect();
+        if let Some((again, said)) = growth(&drawn, dimension, relative) {
+            same += u32::from(said == *verdict);
+            bends += u32::from(again.curvature.bends && again.curvature.quadratic.value > 0.0);
+        }
+    }
+    Resampled { times, same_verdict: share(same, times), bends: share(bends, times), flat: 0.0 }
+}
+
+pub(super) fn resample_levels(
+    runs: &[Vec<(f64, f64)>],
+    margin: f64,
+    verdict: &Verdict,
+    times: u32,
+) -> Resampled {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut same, mut bends, mut flat) = (0u32, 0u32, 0u32);
+    for _ in 0..times {
+        let drawn: Vec<Vec<(f64, f64)>> =
+            (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())].clone()).collect();
+        if let Some(again) = equivalence(&level_rows(&drawn), margin) {
+            same += u32::from(Verdict::of_levels(&again) == *verdict);
+            bends += u32::from(again.sloped);
+            flat += u32::from(again.flat);
+        }
+    }
+    Resampled {
+        times,
+        same_verdict: share(same, times),
+        bends: share(bends, times),
+        flat: share(flat, times),
+    }
+}
+
+fn share(count: u32, times: u32) -> f64 {
+    f64::from(count) / f64::from(times)
+}

@@ -1,0 +1,102 @@
+//! Speed-up: against the best serial program, never against the parallel one on one worker.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::super::line::{Line, Program};
+use super::data::FitError;
+
+/// The runs of one set size on one number of workers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpeedupRow {
+    /// Kind and dimension.
+    pub set: String,
+    /// Points asked for.
+    pub n: u64,
+    /// Workers, as asked for.
+    pub workers: String,
+    /// Threads that ran them.
+    pub threads: usize,
+    /// Seeds.
+    pub runs: usize,
+    /// Median seconds of `triangulate`.
+    pub seconds: f64,
+    /// Median over seeds of the best serial run of the same points, in seconds.
+    pub serial_seconds: f64,
+    /// Median over seeds of serial seconds over parallel seconds.
+    pub speedup: f64,
+    /// The smallest and largest of them.
+    pub spread: (f64, f64),
+    /// Speed-up over threads: workers share them.
+    pub efficiency: f64,
+}
+
+/// Names a point set: kind, dimension, Lipschitz constant, points asked for, seed.
+type Set = (String, usize, u64, u64);
+
+/// Runs of a row: set, points asked for, workers as settled and as asked for, threads.
+type Group = (String, u64, u32, String, usize);
+
+fn set_of(line: &Line) -> Set {
+    let lipschitz = line.settings.lipschitz.map_or_else(String::new, |l| format!(", lipschitz {l}"));
+    (format!("{}, {}D{lipschitz}", line.kind, line.dimension), line.dimension, line.asked, line.seed)
+}
+
+/// Speed-up of every timed run, by set size, workers and threads.
+///
+/// # Errors
+/// [`FitError::NoSerial`] if points of a timed run have no serial run in these lines; [`FitError::NotTimed`] if
+/// there is no timed run.
+pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
+    let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
+    for line in lines.iter().filter(|line| line.program == Program::Serial) {
+        let best = serial.entry(set_of(line)).or_insert(f64::INFINITY);
+        *best = best.min(line.seconds);
+    }
+    let mut timed: BTreeMap<Group, Vec<(f64, f64)>> = BTreeMap::new();
+    for line in lines.iter().filter(|line| line.program == Program::Triangulate) {
+        let set = set_of(line);
+        let Some(&best) = serial.get(&set) else {
+            let set = format!("{}, {} points, seed {}", set.0, set.2, set.3);
+            return Err(FitError::NoSerial { set });
+        };
+        let settings = &line.settings;
+        let key = (set.0, line.asked, line.workers, settings.workers.clone(), settings.threads);
+        timed.entry(key).or_default().push((line.seconds, best));
+    }
+    if timed.is_empty() {
+        return Err(FitError::NotTimed);
+    }
+    Ok(timed
+        .into_iter()
+        .map(|((set, n, _, workers, threads), pairs)| row(set, n, workers, threads, &pairs))
+        .collect())
+}
+
+fn row(set: String, n: u64, workers: String, threads: usize, pairs: &[(f64, f64)]) -> SpeedupRow {
+    let ratios: Vec<f64> = pairs.iter().map(|(own, serial)| serial / own).collect();
+    let speedup = median(&ratios);
+    let low = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = ratios.iter().copied().fold(0.0, f64::max);
+    SpeedupRow {
+        set,
+        n,
+        workers,
+        threads,
+        runs: pairs.len(),
+        seconds: median(&pairs.iter().map(|p| p.0).collect::<Vec<_>>()),
+        serial_seconds: median(&pairs.iter().map(|p| p.1).collect::<Vec<_>>()),
+        speedup,
+        spread: (low, high),
+        efficiency: speedup / threads.max(1) as f64,
+    }
+}
+
+/// The middle of the sorted values; of two middle ones, their mean.
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    if sorted.len() % 2 == 1 { sorted[middle] } else { f64::midpoint(sorted[middle - 1], sorted[middle]) }
+}

@@ -1,0 +1,174 @@
+//! The answer as text.
+
+use std::fmt::Write;
+
+use super::data::Key;
+use super::equivalence::Equivalence;
+use super::ols::Interval;
+use super::report::{FitReport, Growth, Series};
+use super::speedup::SpeedupRow;
+
+/// Four significant digits.
+fn short(x: f64) -> String {
+    match x.abs() {
+        a if a == 0.0 || (1e-3..1e6).contains(&a) => {
+            let digits = (3 - a.max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{x:.digits$}")
+        }
+        _ => format!("{x:.3e}"),
+    }
+}
+
+fn interval(i: &Interval) -> String {
+    format!("{} [{}, {}]", short(i.value), short(i.low), short(i.high))
+}
+
+impl FitReport {
+    /// Tables and sentences; every line ends with a line feed.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        let phase = self.request.phase.as_ref().map_or_else(String::new, |p| format!(" of {p}"));
+        for series in &self.series {
+            let what = self.request.y.name();
+            line(&mut out, &format!("{what}{phase}: {}, {} runs", series.name, series.runs));
+            if let Some(growth) = &series.growth {
+                growth.write(&mut out);
+            }
+            if let Some(test) = &series.levels {
+                test.write(&mut out);
+            }
+            series.write_verdict(&mut out);
+            if self.request.phase.as_deref() == Some("paper") && self.request.y != Key::LevelDepth {
+                line(
+                    &mut out,
+                    "  note: all of the paper's phases together; the constant of the local hulls can hide how the \
+                     recursion grows: fit its phases apart",
+                );
+            }
+            out.push('\n');
+        }
+        out.pop();
+        out
+    }
+}
+
+impl Growth {
+    fn write(&self, out: &mut String) {
+        line(out, &format!("  {:>12} {:>12} {:>12} {:>12} {:>5}", "x", "mean", "least", "most", "runs"));
+        for row in &self.table {
+            let (x, mean, low, high) = (short(row.x), short(row.mean), short(row.low), short(row.high));
+            line(out, &format!("  {x:>12} {mean:>12} {low:>12} {high:>12} {:>5}", row.runs));
+        }
+        line(
+            out,
+            "  y = a + b g, with 95 % intervals; behind: Akaike's criterion above the best's (9.2 is 100 to 1)",
+        );
+        line(out, &format!("  {:<12} {:<34} {:<34} {:>8} {:>8}", "g", "a", "b", "R^2", "behind"));
+        for fit in &self.laws {
+            let (a, b) = (interval(&fit.constant), interval(&fit.slope));
+            let name = fit.law.name();
+            line(out, &format!("  {name:<12} {a:<34} {b:<34} {:>8.5} {:>8.1}", fit.r_squared, fit.behind));
+        }
+        if let Some(exponent) = &self.exponent {
+            line(out, &format!("  exponent of n: {}", interval(exponent)));
+        }
+        let c = &self.curvature;
+        let bends = if c.bends { "it bends" } else { "no bend found" };
+        line(
+            out,
+            &format!(
+                "  quadratic term in log2 n: {}, p = {:.2e} ({bends} at 1 %); a term of {} would have been seen with \
+                 a power of 95 %",
+                interval(&c.quadratic),
+                c.p,
+                short(c.smallest_seen)
+            ),
+        );
+        let hidden: Vec<String> = self
+            .laws
+            .iter()
+            .filter(|fit| fit.power < 0.95 && fit.bend.abs() > 1e-12 * fit.slope.value.abs())
+            .map(|fit| format!("{} ({:.0} %)", fit.law.name(), 100.0 * fit.power))
+            .collect();
+        if !c.bends && !hidden.is_empty() {
+            line(out, &format!("  power too small to see the bend of: {}", hidden.join(", ")));
+        }
+    }
+}
+
+impl Equivalence {
+    fn write(&self, out: &mut String) {
+        line(
+            out,
+            &format!(
+                "  mean depth {}; slope per doubling of the size {} (90 %), over {} levels of {} runs",
+                short(self.mean),
+                interval(&self.slope),
+                self.rows,
+                self.runs
+            ),
+        );
+        line(
+            out,
+            &format!(
+                "  margin, stated before: {} % of the mean = {} per doubling; p = {:.2e}; smallest margin that would \
+                 pass: {} %",
+                short(100.0 * self.margin),
+                short(self.margin_steps),
+                self.p,
+                short(100.0 * self.smallest_margin)
+            ),
+        );
+    }
+}
+
+impl Series {
+    fn write_verdict(&self, out: &mut String) {
+        line(out, &format!("  verdict: {}", self.words));
+        let Some(r) = &self.resampled else { return };
+        let same = 100.0 * r.same_verdict;
+        let rest = if self.levels.is_some() {
+            format!("flat in {:.1} %, sloped in {:.1} %", 100.0 * r.flat, 100.0 * r.bends)
+        } else {
+            format!("bends upwards in {:.1} %", 100.0 * r.bends)
+        };
+        line(out, &format!("  of {} resamplings: the same verdict in {same:.1} %; {rest}", r.times));
+    }
+}
+
+/// Speed-up as a table.
+pub fn speedup_table(rows: &[SpeedupRow]) -> String {
+    let mut out = String::new();
+    line(&mut out, "speed-up against the best serial run of the same points, medians over seeds");
+    line(
+        &mut out,
+        &format!(
+            "  {:<28} {:>10} {:>8} {:>8} {:>5} {:>10} {:>10} {:>9} {:>15} {:>10}",
+            "set", "n", "workers", "threads", "runs", "seconds", "serial", "speed-up", "spread", "efficiency"
+        ),
+    );
+    for row in rows {
+        let spread = format!("{:.2} to {:.2}", row.spread.0, row.spread.1);
+        line(
+            &mut out,
+            &format!(
+                "  {:<28} {:>10} {:>8} {:>8} {:>5} {:>10.4} {:>10.4} {:>9.2} {spread:>15} {:>10.2}",
+                row.set,
+                row.n,
+                row.workers,
+                row.threads,
+                row.runs,
+                row.seconds,
+                row.serial_seconds,
+                row.speedup,
+                row.efficiency
+            ),
+        );
+    }
+    out
+}
+
+fn line(out: &mut String, text: &str) {
+    // Writing to a string does not fail.
+    let _ = writeln!(out, "{text}");
+}

@@ -1,0 +1,261 @@
+//! Sweeps, their lines, and what `fit` says of them.
+
+use std::fs;
+use std::process::Command;
+
+use septet::config::{Until, Workers};
+use septet::experiment::fit::{FitError, Key, Request, Verdict, fit, speedup};
+use septet::experiment::{
+    Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
+};
+use septet::generate::Kind;
+use septet::{Config, Error, count, simulate};
+
+use crate::common::base;
+use crate::common::sets::{Draw, plane};
+use crate::oracle::{python, source};
+
+fn sweep(sizes: &str, seeds: u64) -> Sweep {
+    Sweep {
+        sizes: parse_sizes(sizes).unwrap(),
+        sizes_text: sizes.to_string(),
+        kinds: vec![Kind::Uniform],
+        dimension: 2,
+        lipschitz: None,
+        workers: vec![Workers::Count(1)],
+        first_seed: 1,
+        seeds,
+        weak: false,
+        timed: false,
+        config: Config { until: Some(Until::Neighbours), leaf: Some(40), ..base() },
+    }
+}
+
+fn lines(sweep: &Sweep) -> Vec<Line> {
+    let mut runner = Runner::default();
+    sweep.jobs().iter().map(|job| runner.run(sweep, job, &mut |_, _, _| {}).unwrap()).collect()
+}
+
+/// A line whose partition has this depth.
+fn with_depth(line: &Line, n: u64, seed: u64, depth: f64) -> Line {
+    let mut line = Line { n, asked: n, seed, ..line.clone() };
+    line.phases.iter_mut().filter(|p| p.name == "partition").for_each(|p| p.depth = depth.round() as u64);
+    line
+}
+
+/// Lines with `law(n)` and noise, over `octaves` from 2^10 with 4 sizes each and 5 seeds.
+fn made(law: impl Fn(f64) -> f64, octaves: u32, noise: f64) -> Vec<Line> {
+    let line = &lines(&sweep("200", 1))[0];
+    let mut draw = Draw::new(7);
+    let sizes = parse_sizes(&format!("2^10..2^{},per-octave=4", 10 + octaves)).unwrap();
+    let mut made = Vec::new();
+    for n in sizes {
+        for seed in 1..=5 {
+            let factor = 1.0 + noise * (draw.unit() + draw.unit() - 1.0);
+            made.push(with_depth(line, n, seed, 1000.0 * law(n as f64) * factor));
+        }
+    }
+    made
+}
+
+fn said(lines: &[Line]) -> Verdict {
+    let answer = fit(lines, &Request::new(Key::Depth, Some("partition"))).unwrap();
+    println!("{}", answer.text());
+    answer.series[0].verdict.clone()
+}
+
+#[test]
+fn a_run_that_stops_counts_what_the_whole_run_counts() {
+    let points = plane(Kind::Uniform, 3000, 5);
+    let whole = Config { leaf: Some(100), ..base() };
+    let run = simulate(&points, &whole).unwrap();
+    for (until, last) in [(Until::Partition, "partition"), (Until::Neighbours, "neighbours")] {
+        let config = Config { until: Some(until), ..whole.clone() };
+        let counts = count(&points, &config).unwrap();
+        let all = of_run(&run);
+        let part = septet::experiment::of_counts(&counts);
+        assert_eq!((part.end, part.graph, part.repair), (None, None, None));
+        let mut seen = Vec::new();
+        for phase in part.phases.iter().filter(|p| p.paper) {
+            let same = all.phase(&phase.name).unwrap();
+            assert_eq!((phase.work, phase.depth, phase.bytes), (same.work, same.depth, same.bytes));
+            seen.push(phase.name.as_str());
+        }
+        assert_eq!(seen.last(), Some(&last));
+        assert_eq!((part.tree.levels, part.tree.leaves), (all.tree.levels, all.tree.leaves));
+        let refused = simulate(&points, &config).unwrap_err();
+        assert!(matches!(refused, Error::Config(septet::config::ConfigError::Stops { .. })));
+    }
+    let all = of_run(&run);
+    assert_eq!(all.paper.unwrap().depth, run.ledger.paper.depth);
+    assert_eq!(all.end.unwrap().cells, run.cell_count() as u64);
+    let flat: Vec<_> = (0..50).map(|i| glam::DVec2::new(f64::from(i), 0.0)).collect();
+    let config = Config { until: Some(Until::Partition), ..whole };
+    assert_eq!(count(&flat, &config).unwrap().end.unwrap().cells, 0, "points on a line");
+}
+
+#[test]
+fn a_sweep_goes_on_where_it_was_torn() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("runs.jsonl");
+    let sweep = sweep("300,600", 2);
+    let all = lines(&sweep);
+    let mut journal = Journal::open(&path, &sweep.words()).unwrap();
+    all[..3].iter().for_each(|line| journal.append(line).unwrap());
+    drop(journal);
+    let complete = fs::read(&path).unwrap();
+    let torn = [complete.as_slice(), b"{\"schema\":\"septet-sc"].concat();
+    fs::write(&path, &torn).unwrap();
+    assert_eq!(read_lines(&path).unwrap().lines, all[..3]);
+    assert_eq!(read_lines(&path).unwrap().torn, 20);
+    let mut journal = Journal::open(&path, &sweep.words()).unwrap();
+    assert_eq!((journal.done(), journal.dropped), (3, 20));
+    let jobs = sweep.jobs();
+    let missing: Vec<_> = jobs.iter().filter(|j| !journal.has(j.program, &sweep.command(j))).collect();
+    assert_eq!(missing, [&jobs[3]]);
+    journal.append(&all[3]).unwrap();
+    assert_eq!(read_lines(&path).unwrap().lines, all);
+    assert!(fs::read(&path).unwrap().starts_with(&complete));
+
+    let before = fs::read(&path).unwrap();
+    let other = Sweep { seeds: 3, ..sweep.clone() };
+    let refused = Journal::open(&path, &other.words()).unwrap_err();
+    assert!(matches!(refused, JournalError::OtherSweep { .. }), "{refused}");
+    assert_eq!(fs::read(&path).unwrap(), before, "a refused file is left alone");
+    let old = Line { version: "0.0.9".to_string(), ..all[0].clone() };
+    for (broken, line) in [
+        ("{}\n".to_string(), 1),
+        (format!("{}\nnonsense\n", serde_json::to_string(&all[0]).unwrap()), 2),
+        (format!("{}\n", serde_json::to_string(&old).unwrap()), 0),
+    ] {
+        fs::write(&path, &broken).unwrap();
+        match Journal::open(&path, &sweep.words()).unwrap_err() {
+            JournalError::Line { line: at, .. } => assert_eq!(at, line),
+            JournalError::OtherVersion { there, .. } => assert_eq!((there.as_str(), line), ("0.0.9", 0)),
+            error => panic!("{error}"),
+        }
+        assert_eq!(fs::read_to_string(&path).unwrap(), broken);
+    }
+}
+
+#[test]
+fn laws_are_told_apart_where_they_can_be() {
+    use septet::experiment::fit::Law;
+    let is = |law| Verdict::Law { law };
+    let log = |n: f64| n.log2();
+    assert_eq!(said(&made(|n| 3.0 + log(n), 10, 0.02)), is(Law::Log));
+    assert_eq!(said(&made(|n| log(n) * log(n), 10, 0.02)), is(Law::LogSquared));
+    assert_eq!(said(&made(f64::sqrt, 10, 0.02)), is(Law::Root));
+    assert_eq!(said(&made(|_| 5.0, 10, 0.02)), Verdict::Flat);
+    assert_eq!(said(&made(|n| 50.0 - log(n), 10, 0.02)), Verdict::Falls);
+    assert_eq!(said(&made(|n| log(n).ln(), 10, 0.002)), Verdict::Slower);
+    let short = said(&made(|n| 3.0 + log(n), 2, 0.05));
+    let Verdict::CannotTell { laws } = &short else { panic!("{short:?}") };
+    assert!(laws.contains(&Law::Log) && laws.contains(&Law::LogSquared), "{laws:?}");
+}
+
+#[test]
+fn the_level_test_needs_its_margin() {
+    let mut lines = lines(&sweep("500..4000,per-octave=2", 3));
+    let request = Request::new(Key::LevelDepth, Some("partition"));
+    let bend = |lines: &mut [Line], slope: f64| {
+        for (at, level) in lines.iter_mut().flat_map(|line| &mut line.levels).enumerate() {
+            if let Some(depth) = level.depth.get_mut("partition") {
+                let log = (level.split_points as f64 / level.splits as f64).log2();
+                let noise = if at % 2 == 0 { 1.0 } else { -1.0 };
+                depth.sum = ((1000.0 + noise + 1000.0 * slope * (log - 9.0)) * depth.nodes as f64) as u64;
+            }
+        }
+    };
+    for (slope, verdict) in [
+        (0.0, Verdict::SizeFree),
+        (0.03, Verdict::SizeFree),
+        (-0.03, Verdict::SizeFree),
+        (0.2, Verdict::SizeBound),
+        (-0.2, Verdict::SizeBound),
+    ] {
+        bend(&mut lines, slope);
+        let answer = fit(&lines, &request).unwrap();
+        println!("{}", answer.text());
+        assert_eq!(answer.series[0].verdict, verdict, "slope {slope}");
+        let test = answer.series[0].levels.unwrap();
+        assert!((test.slope.value / 1000.0 - slope).abs() < 0.01, "{slope}: {}", test.slope.value);
+    }
+    let noisy = Request { margin: 2e-5, ..request };
+    bend(&mut lines, 0.0);
+    assert_eq!(fit(&lines, &noisy).unwrap().series[0].verdict, Verdict::SizeUnclear);
+}
+
+#[test]
+fn what_must_not_be_mixed_is_refused() {
+    let lines = lines(&sweep("200,400", 1));
+    let ask = |y, phase| fit(&lines, &Request::new(y, phase)).unwrap_err();
+    for key in [Key::Depth, Key::Work, Key::Rounds, Key::Messages, Key::Bytes, Key::Seconds] {
+        assert!(matches!(ask(key, None), FitError::Mixes { .. }), "{key:?}");
+    }
+    assert!(matches!(ask(Key::Levels, Some("partition")), FitError::NoPhase { .. }));
+    assert!(matches!(ask(Key::Depth, Some("hulls")), FitError::UnknownPhase { .. }));
+    assert!(matches!(ask(Key::LevelDepth, Some("paper")), FitError::OnePhase));
+    assert!(matches!(ask(Key::Levels, None), FitError::TooFewSizes { sizes: 2, .. }));
+    assert!(matches!(ask(Key::Edges, None), FitError::Nothing { .. }));
+    assert!(matches!(ask(Key::Depth, Some("repair")), FitError::Nothing { .. }));
+    assert!(matches!("speed".parse::<Key>(), Err(FitError::UnknownKey { .. })));
+}
+
+#[test]
+fn speed_up_is_against_the_serial_kernel() {
+    let timed = Sweep { timed: true, seeds: 2, ..sweep("400,800", 2) };
+    let timed = Sweep { config: Config { until: None, ..timed.config.clone() }, ..timed };
+    let timed = Sweep { workers: vec![Workers::Count(1), Workers::Count(3)], ..timed };
+    timed.check().unwrap();
+    let mut lines = lines(&timed);
+    let cells = |line: &Line| line.end.unwrap().cells;
+    for line in &lines {
+        let same = lines.iter().filter(|l| (l.asked, l.seed) == (line.asked, line.seed));
+        assert!(same.into_iter().all(|l| cells(l) == cells(line)), "{}", line.title());
+    }
+    for line in &mut lines {
+        line.seconds = match (line.program, line.workers) {
+            (Program::Serial, _) => 2.0,
+            (_, 1) => 4.0,
+            _ => 1.0,
+        };
+    }
+    // A second, slower serial run of the same points is not the best.
+    let slow = lines.iter().find(|l| l.program == Program::Serial).cloned().unwrap();
+    lines.push(Line { seconds: 9.0, ..slow });
+    let rows = speedup(&lines).unwrap();
+    let of =
+        |workers: &str| rows.iter().filter(|r| r.workers == workers).map(|r| r.speedup).collect::<Vec<_>>();
+    assert_eq!(of("1"), [0.5, 0.5], "one worker is compared with the serial kernel as well");
+    assert_eq!(of("3"), [2.0, 2.0]);
+    assert_eq!(rows[0].efficiency, rows[0].speedup / 2.0, "per thread");
+    lines.retain(|line| line.program != Program::Serial);
+    assert!(matches!(speedup(&lines), Err(FitError::NoSerial { .. })));
+}
+
+#[test]
+fn scipy_computes_the_same() {
+    let Some(python) = python() else { return };
+    let directory = tempfile::tempdir().unwrap();
+    let (data, answer) = (directory.path().join("runs.jsonl"), directory.path().join("fit.json"));
+    let lines = lines(&sweep("300..3000,per-octave=3", 4));
+    let text: String = lines.iter().map(|l| serde_json::to_string(l).unwrap() + "\n").collect();
+    fs::write(&data, text).unwrap();
+    for (key, phase) in [
+        (Key::Levels, None),
+        (Key::Depth, Some("partition")),
+        (Key::Work, Some("neighbours")),
+        (Key::LevelDepth, Some("partition")),
+        (Key::LevelDepth, Some("neighbours")),
+    ] {
+        let report = fit(&lines, &Request::new(key, phase)).unwrap();
+        fs::write(&answer, serde_json::to_string(&report).unwrap()).unwrap();
+        let mut command = Command::new(&python);
+        let output = command.arg(source("fit_check.py")).arg(&data).arg(&answer).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout);
+        println!("{key:?} {phase:?}: {}", said.trim());
+        let complained = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && said.starts_with("ok "), "{key:?}: {said}{complained}");
+    }
+}
