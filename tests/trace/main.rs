@@ -20,8 +20,14 @@ use septet::{Config, Run, run_on, simulate};
 use tracing_subscriber::layer::SubscriberExt;
 
 use common::sets::space;
-use common::{assert_same_counts, simulated, threaded};
+use common::{assert_same_counts, simulated};
 use septet::generate::Kind as Points;
+
+/// `workers` in `threads` threads.
+fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
+    let transport = septet::config::Transport::Channel { threads };
+    Config { threads, transport, ..simulated(workers, 0, leaf) }
+}
 
 /// Counts the exchanges of the machine it passes on to.
 struct Counted<P> {
