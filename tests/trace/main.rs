@@ -1,6 +1,7 @@
 //! Traces: their rules read row by row here, and as a whole by Perfetto's own trace processor.
 
 #[path = "../common/mod.rs"]
+#[expect(dead_code, reason = "the whole-system tests' part")]
 mod common;
 mod perfetto;
 mod rules;
