@@ -77,7 +77,9 @@ impl Axis {
 
     /// Between three and eight values, round ones.
     pub(super) fn ticks(&self) -> Vec<f64> {
-        if self.log { self.log_ticks() } else { self.linear_ticks() }
+        let logarithmic = if self.log { self.log_ticks() } else { Vec::new() };
+        // Within less than a factor of two the round values of a logarithmic axis are too few.
+        if logarithmic.len() < 3 { self.linear_ticks() } else { logarithmic }
     }
 
     fn linear_ticks(&self) -> Vec<f64> {
