@@ -8,6 +8,7 @@ in target/accept. Exit code 4 if anything fails.
 """
 import argparse
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import time
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-WORK = HERE.parent.parent / "target" / "accept"
+WORK = HERE.parent.parent / "target" / "accept" / str(os.getpid())
 # Sets without ties (but for those with probability zero): CGAL has to give the same cells.
 GENERAL = {"uniform", "poisson", "ball", "clusters", "slab", "line", "jittered"}
 MAY_FALL_BACK = {"moment-curve 300", "skew-lines 300"}
@@ -78,7 +79,7 @@ def check(binary, name, points, dimension, general):
     verified = run([binary, "verify", points, cells, "--perturbed"], WORK / "verify.txt")
     ours = "passed" if verified.returncode == 0 else f"exit {verified.returncode}"
     if points.suffix == ".npy":
-        theirs = run([WORK / "cgal_large", dimension, points, cells] + ["general"] * general, WORK / "cgal.txt")
+        theirs = run([WORK.parent / "cgal_large", dimension, points, cells] + ["general"] * general, WORK / "cgal.txt")
         outside = theirs.stdout.strip() or f"exit {theirs.returncode}"
     else:
         outside = ""
@@ -96,19 +97,20 @@ def main():
     parser.add_argument("--binary", type=pathlib.Path, default=HERE.parent.parent / "target/release/septet")
     parser.add_argument("--only", default="")
     parser.add_argument("--meshes", type=pathlib.Path)
+    parser.add_argument("--kinds", default="generated,made,meshes", help="which groups of sets")
     parser.add_argument("--markdown", type=pathlib.Path)
     options = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
-    program = WORK / "cgal_large"
+    program = WORK.parent / "cgal_large"
     if not program.exists():
         subprocess.run(["g++", "-O2", "-DNDEBUG", "-frounding-math", "-w", HERE / "cgal_large.cpp", "-o", program, "-lgmp",
                         "-lmpfr"], check=True)
     jobs = []
-    for kind, n, d in generated():
+    for kind, n, d in generated() if "generated" in options.kinds else []:
         def make(path, kind=kind, n=n, d=d):
             subprocess.run([options.binary, "-q", "generate", kind, "-n", str(n), "-d", str(d), "-o", path], check=True)
         jobs.append((f"{kind} {n}" + " d=2" * (d == 2), make, d, kind in GENERAL))
-    for name, function in made():
+    for name, function in made() if "made" in options.kinds else []:
         jobs.append((name, lambda path, f=function: np.save(path, f()), function().shape[1] if "100^3" not in name else 3, False))
     if options.meshes:
         for mesh in sorted(options.meshes.iterdir(), key=lambda p: p.stat().st_size):
