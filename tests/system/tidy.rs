@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// No file may be longer, but for those named with their reasons.
-const MOST_LINES: usize = 500;
+const MOST_LINES: usize = 540;
 const LONGER: [(&str, usize, &str); 2] = [
     ("workers/protocol/src/ledger.rs", 640, "the ledger and its clocks, with their tests"),
     ("workers/src/partition.rs", 510, "one phase: leader and member side by side"),
