@@ -5,7 +5,7 @@ use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -70,6 +70,8 @@ impl Talk {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         if terminal && !args.quiet && args.verbose == 0 {
             bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+            // Long steps say nothing: the clock goes on all the same.
+            bar.enable_steady_tick(Duration::from_millis(100));
         }
         let template = if color {
             "{spinner:.cyan} {msg:<34} [{bar:30.cyan/blue}] {percent:>3}% {elapsed}"
@@ -80,14 +82,16 @@ impl Talk {
             bar.set_style(style.progress_chars("=> "));
         }
         let cancel = Arc::new(AtomicBool::new(false));
-        let (flag, quiet) = (cancel.clone(), args.quiet);
+        let (flag, quiet, shown) = (cancel.clone(), args.quiet, bar.clone());
         // Without a handler the first Ctrl-C kills, which is no worse than no program at all.
         let _ = ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
             if !quiet {
-                eprintln!("interrupted: ending at the next step (once more to end at once)");
+                shown.suspend(|| {
+                    eprintln!("interrupted: ending at the next step (once more to end at once)");
+                });
             }
         });
         Talk { quiet: args.quiet, color, level, bar, cancel }
@@ -153,7 +157,11 @@ impl Talk {
         Arc::new(move |p: Progress| {
             bar.set_length(p.position.1 as u64);
             bar.set_position(p.position.0 as u64);
-            bar.set_message(format!("{}, round {}", p.phase, p.round));
+            bar.set_message(match p.phase {
+                // What follows the last round is the canonical order of the cells.
+                "done" => "ordering cells".to_owned(),
+                phase => format!("{phase}, round {}", p.round),
+            });
             let Ok(mut last) = last.lock() else { return };
             match *last {
                 Some((phase, _)) if phase == p.phase => {}
