@@ -3,8 +3,6 @@
 //!
 //! This program is its own worker: with `SEPTET_PIPE_RANK` set it runs that rank and nothing else.
 
-mod common;
-
 use std::env;
 use std::io::{stdin, stdout};
 use std::process::{Command, ExitCode};
@@ -18,8 +16,9 @@ use septet::workers::config::WorkerConfig;
 use septet::workers::transport::pipe::{Pipes, serve_pipe};
 use septet::{Config, Error, Run, run_on, simulate, triangulate};
 
-use common::sets::{plane, space};
-use common::{assert_same_counts, simulated, with_graph};
+use septet_common as common;
+use septet_common::sets::{plane, space};
+use septet_common::{assert_same_counts, simulated, with_graph};
 
 const RANK: &str = "SEPTET_PIPE_RANK";
 const CONFIG: &str = "SEPTET_PIPE_CONFIG";

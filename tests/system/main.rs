@@ -2,7 +2,7 @@
 //!
 //! `cargo test --release --test system equality::` runs one file's.
 
-mod common;
+use septet_common as common;
 
 mod degenerate;
 

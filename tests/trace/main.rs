@@ -1,8 +1,5 @@
 //! Traces: their rules read row by row here, and as a whole by Perfetto's own trace processor.
 
-#[path = "../common/mod.rs"]
-#[expect(dead_code, reason = "the whole-system tests' part")]
-mod common;
 mod perfetto;
 mod rules;
 
@@ -20,15 +17,9 @@ use septet::workers::transport::launch;
 use septet::{Config, Run, run_on, simulate};
 use tracing_subscriber::layer::SubscriberExt;
 
-use common::sets::space;
-use common::{assert_same_counts, simulated};
 use septet::generate::Kind as Points;
-
-/// `workers` in `threads` threads.
-fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
-    let transport = septet::config::Transport::Channel { threads };
-    Config { threads, transport, ..simulated(workers, 0, leaf) }
-}
+use septet_common::sets::space;
+use septet_common::{assert_same_counts, simulated, threaded};
 
 /// Counts the exchanges of the machine it passes on to.
 struct Counted<P> {
@@ -109,7 +100,7 @@ fn a_trace_of_a_large_run_is_complete_and_small() {
         workers: Workers::Count(16),
         threads: 2,
         transport: Kind::Channel { threads: 2 },
-        ..common::base()
+        ..septet_common::base()
     };
     let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
     assert!(fs::metadata(&path).unwrap().len() < 100_000_000);

@@ -27,6 +27,8 @@ mod grow;
 
 mod query;
 
+mod walk;
+
 mod forwards;
 
 mod neighbours;
@@ -44,6 +46,8 @@ mod stars;
 mod check;
 
 mod repair;
+
+mod links;
 
 mod rows;
 

@@ -30,7 +30,7 @@ use crate::config::map_in;
 use crate::forwards::Forwards;
 use crate::table::Table;
 use crate::tasks::Reach;
-use crate::tree::{Leaf, Shared, Split, Tree};
+use crate::walk::{Probe, Walk};
 use crate::worker::Worker;
 
 /// What the balls of a phase ask for.
@@ -114,125 +114,6 @@ impl<P> Default for Engine<P> {
     }
 }
 
-/// One walk of balls through what a worker knows of the tree, with its own counters.
-pub(crate) struct Walk<'a, P: Point> {
-    path: &'a [Shared<P>],
-    leaves: &'a [Leaf<P>],
-    table: &'a Table<P>,
-    stars: &'a crate::stars::Stars<P>,
-    ask: Ask,
-    shared: Vec<(Sweep, Sweep)>,
-    local: Vec<(Sweep, Sweep)>,
-    /// Pairs and visits of each leaf.
-    at_leaf: Vec<(Sweep, u64)>,
-    reach: Reach,
-}
-
-/// A ball under way.
-#[derive(Clone, Copy)]
-pub(crate) struct Probe<P> {
-    centre: P,
-    radius2: f64,
-    /// The leaf where it is at home, if that lies below.
-    home: Option<NodeId>,
-}
-
-impl<P: Point> Walk<'_, P> {
-    /// Which children a ball goes to.
-    fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>) -> [bool; 2] {
-        match ball.home {
-            Some(leaf) => {
-                let home = id.side_of(leaf);
-                let mut sides = [true; 2];
-                sides[1 - home] = split.reaches(ball.centre, ball.radius2, 1 - home);
-                sides
-            }
-            None if self.ask.probe => {
-                let mut sides = [false; 2];
-                sides[split.side(ball.centre)] = true;
-                sides
-            }
-            None => [0, 1].map(|side| split.reaches(ball.centre, ball.radius2, side)),
-        }
-    }
-
-    /// Follows the shared nodes from position `start`; collects the ways out of them. Does the ball
-    /// reach this worker's own piece?
-    fn along_path(&mut self, start: usize, ball: &Probe<P>, out: &mut Vec<(usize, usize)>) -> bool {
-        for i in start..self.path.len() {
-            let shared = &self.path[i];
-            let sides = self.sides(shared.id, &shared.split, ball);
-            self.shared[i].0.visit();
-            if sides[0] && sides[1] {
-                self.shared[i].1.visit();
-            }
-            let goes_on = sides[shared.mine] && shared.goes_on;
-            for side in (0..2).filter(|&side| sides[side]) {
-                if side != shared.mine || !goes_on {
-                    out.push((i, side));
-                }
-            }
-            if !goes_on {
-                return false;
-            }
-        }
-        true
-    }
-
-    fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut Vec<Found>) {
-        match tree {
-            Tree::Leaf(at) => self.at_leaf(*at, ball, found),
-            Tree::Node(inner) => {
-                let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
-                let sides = self.sides(inner.id, &inner.split, &here);
-                self.local[inner.number].0.visit();
-                if sides[0] && sides[1] {
-                    self.local[inner.number].1.visit();
-                }
-                for (side, child) in inner.children.iter().enumerate() {
-                    if sides[side] {
-                        let on_way = here.home.filter(|&leaf| inner.id.side_of(leaf) == side);
-                        let before = found.len();
-                        self.down(child, &Probe { home: on_way, ..here }, found);
-                        if on_way.is_none() {
-                            let wanted = self.ask.wanted as usize;
-                            self.reach.found(inner.id.child(side), &found[before..], wanted, ball.radius2);
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut Vec<Found>) {
-        let leaf = &self.leaves[at];
-        if ball.home == Some(leaf.id) && !self.ask.own_leaf {
-            return;
-        }
-        let (pairs, visits) = &mut self.at_leaf[at];
-        *visits += 1;
-        if let Some(kernel) = self.stars.kernel() {
-            kernel.nearest(ball.centre, ball.radius2, self.ask.wanted as usize, found);
-            return;
-        }
-        let positions = &self.table.positions[leaf.start as usize..leaf.end as usize];
-        let mut number = leaf.start;
-        let mut limit2 = ball.radius2;
-        let single = self.ask.wanted == 1;
-        pairs.each(positions, |&x| {
-            let d2 = dist2(x, ball.centre);
-            // No two points coincide: distance zero is the centre itself.
-            if d2 <= limit2 && d2 > 0.0 {
-                if single {
-                    limit2 = d2;
-                }
-                found.push((d2, number));
-            }
-            number += 1;
-        });
-    }
-}
-
 /// What one group of balls found in this worker's part of the tree.
 struct Walked {
     /// For each ball, its list and its ways out.
@@ -244,20 +125,6 @@ struct Walked {
 }
 
 impl<P: Point> Worker<P> {
-    fn walk(&self) -> Walk<'_, P> {
-        Walk {
-            path: &self.path,
-            leaves: &self.leaves,
-            table: &self.table,
-            stars: &self.stars,
-            ask: self.engine.ask,
-            shared: vec![Default::default(); self.path.len()],
-            local: vec![Default::default(); self.inner_ids.len()],
-            at_leaf: vec![Default::default(); self.leaves.len()],
-            reach: Reach::new(self.recorder.is_some()),
-        }
-    }
-
     /// Sends the balls of home points on their way.
     pub(crate) fn launch(&mut self, ask: Ask, balls: Vec<Ball>) {
         self.engine = Engine { ask, ..Engine::default() };

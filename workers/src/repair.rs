@@ -19,13 +19,13 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::neighbourhood::Found;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::predicates::{Sign, in_sphere, orientation};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::check::Disagreement;
 use crate::config::map_in;
+use crate::links::{conflicts, difference, link_points};
 use crate::rows::{Objections, Rows, cell_of};
 use crate::schedule::Outcome;
 use crate::worker::{Worker, finite_cell};
@@ -449,57 +449,4 @@ impl<P: Point> Worker<P> {
             }
         }
     }
-}
-
-/// The facets of a new link that the old one lacks, and those of the old one that the new one lacks: both are
-/// sorted together, and what stands alone is packed.
-fn difference<P: Point>(
-    old: &[P::Facet],
-    new: &[P::Facet],
-    cost: &mut Cost,
-) -> (Vec<P::Facet>, Vec<P::Facet>) {
-    let mut own = Cost::ZERO;
-    let both: Vec<(P::Facet, bool)> =
-        old.iter().map(|&f| (f, false)).chain(new.iter().map(|&f| (f, true))).collect();
-    let mut both = own.map(&both, |&(mut facet, is_new)| {
-        facet.as_mut().sort_unstable();
-        (facet, is_new)
-    });
-    own.sort(&mut both, Ord::cmp);
-    let at = |i: Option<usize>| i.and_then(|i| both.get(i)).map(|f| f.0);
-    let places: Vec<usize> = (0..both.len()).collect();
-    let alone = own.pack(&places, |&i| {
-        let this = at(Some(i));
-        this != at(i.checked_sub(1)) && this != at(Some(i + 1))
-    });
-    let (fresh, gone): (Vec<usize>, Vec<usize>) = own.split(&alone, |&i| both[i].1);
-    own.close(both.len() as u64);
-    cost.then(own);
-    let facets = |places: Vec<usize>| places.into_iter().map(|i| both[i].0).collect();
-    (facets(fresh), facets(gone))
-}
-
-/// The finite points of a link.
-fn link_points<P: Point>(link: &[P::Facet], cost: &mut Cost) -> Vec<u32> {
-    let mut points: Vec<u32> = link.iter().flat_map(std::convert::AsRef::as_ref).copied().collect();
-    cost.distinct_inside(&mut points, Ord::cmp);
-    points.retain(|&v| v != INFINITE);
-    points
-}
-
-/// Those points that lie in the (perturbed) circumsphere of a cell.
-fn conflicts<P: Point>(positions: &[P], points: &[u32], cell: &P::Cell, tests: &mut Sweep) -> Vec<u32> {
-    let mut corners: Vec<P> = cell.as_ref().iter().map(|&v| positions[v as usize]).collect();
-    match orientation(&corners) {
-        Sign::Zero => return Vec::new(),
-        Sign::Negative => corners.swap(0, 1),
-        Sign::Positive => {}
-    }
-    let mut found = Vec::new();
-    tests.each(points, |&v| {
-        if !cell.as_ref().contains(&v) && in_sphere(&corners, positions[v as usize]) {
-            found.push(v);
-        }
-    });
-    found
 }

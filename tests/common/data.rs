@@ -19,7 +19,7 @@ const FILES: [&str; 9] = [
 
 /// The vertices of all files that are there; all have to be if `SEPTET_REQUIRE_DATA=1`.
 pub fn all() -> Vec<(String, Points)> {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data");
     let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
     let mut sets = Vec::new();
     for name in FILES {

@@ -1,0 +1,153 @@
+//! The walk of balls down the partition tree, as far as one worker knows it.
+
+use septet_geometry::cost::Sweep;
+use septet_geometry::neighbourhood::Found;
+use septet_geometry::point::{Point, dist2};
+use septet_protocol::ids::NodeId;
+
+use crate::query::Ask;
+use crate::table::Table;
+use crate::tasks::Reach;
+use crate::tree::{Leaf, Shared, Split, Tree};
+use crate::worker::Worker;
+
+/// One walk of balls through what a worker knows of the tree, with its own counters.
+pub(crate) struct Walk<'a, P: Point> {
+    pub(crate) path: &'a [Shared<P>],
+    pub(crate) leaves: &'a [Leaf<P>],
+    pub(crate) table: &'a Table<P>,
+    pub(crate) stars: &'a crate::stars::Stars<P>,
+    pub(crate) ask: Ask,
+    pub(crate) shared: Vec<(Sweep, Sweep)>,
+    pub(crate) local: Vec<(Sweep, Sweep)>,
+    /// Pairs and visits of each leaf.
+    pub(crate) at_leaf: Vec<(Sweep, u64)>,
+    pub(crate) reach: Reach,
+}
+
+/// A ball under way.
+#[derive(Clone, Copy)]
+pub(crate) struct Probe<P> {
+    pub(crate) centre: P,
+    pub(crate) radius2: f64,
+    /// The leaf where it is at home, if that lies below.
+    pub(crate) home: Option<NodeId>,
+}
+
+impl<P: Point> Walk<'_, P> {
+    /// Which children a ball goes to.
+    fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>) -> [bool; 2] {
+        match ball.home {
+            Some(leaf) => {
+                let home = id.side_of(leaf);
+                let mut sides = [true; 2];
+                sides[1 - home] = split.reaches(ball.centre, ball.radius2, 1 - home);
+                sides
+            }
+            None if self.ask.probe => {
+                let mut sides = [false; 2];
+                sides[split.side(ball.centre)] = true;
+                sides
+            }
+            None => [0, 1].map(|side| split.reaches(ball.centre, ball.radius2, side)),
+        }
+    }
+
+    /// Follows the shared nodes from position `start`; collects the ways out of them. Does the ball
+    /// reach this worker's own piece?
+    pub(crate) fn along_path(
+        &mut self,
+        start: usize,
+        ball: &Probe<P>,
+        out: &mut Vec<(usize, usize)>,
+    ) -> bool {
+        for i in start..self.path.len() {
+            let shared = &self.path[i];
+            let sides = self.sides(shared.id, &shared.split, ball);
+            self.shared[i].0.visit();
+            if sides[0] && sides[1] {
+                self.shared[i].1.visit();
+            }
+            let goes_on = sides[shared.mine] && shared.goes_on;
+            for side in (0..2).filter(|&side| sides[side]) {
+                if side != shared.mine || !goes_on {
+                    out.push((i, side));
+                }
+            }
+            if !goes_on {
+                return false;
+            }
+        }
+        true
+    }
+
+    pub(crate) fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut Vec<Found>) {
+        match tree {
+            Tree::Leaf(at) => self.at_leaf(*at, ball, found),
+            Tree::Node(inner) => {
+                let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
+                let sides = self.sides(inner.id, &inner.split, &here);
+                self.local[inner.number].0.visit();
+                if sides[0] && sides[1] {
+                    self.local[inner.number].1.visit();
+                }
+                for (side, child) in inner.children.iter().enumerate() {
+                    if sides[side] {
+                        let on_way = here.home.filter(|&leaf| inner.id.side_of(leaf) == side);
+                        let before = found.len();
+                        self.down(child, &Probe { home: on_way, ..here }, found);
+                        if on_way.is_none() {
+                            let wanted = self.ask.wanted as usize;
+                            self.reach.found(inner.id.child(side), &found[before..], wanted, ball.radius2);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut Vec<Found>) {
+        let leaf = &self.leaves[at];
+        if ball.home == Some(leaf.id) && !self.ask.own_leaf {
+            return;
+        }
+        let (pairs, visits) = &mut self.at_leaf[at];
+        *visits += 1;
+        if let Some(kernel) = self.stars.kernel() {
+            kernel.nearest(ball.centre, ball.radius2, self.ask.wanted as usize, found);
+            return;
+        }
+        let positions = &self.table.positions[leaf.start as usize..leaf.end as usize];
+        let mut number = leaf.start;
+        let mut limit2 = ball.radius2;
+        let single = self.ask.wanted == 1;
+        pairs.each(positions, |&x| {
+            let d2 = dist2(x, ball.centre);
+            // No two points coincide: distance zero is the centre itself.
+            if d2 <= limit2 && d2 > 0.0 {
+                if single {
+                    limit2 = d2;
+                }
+                found.push((d2, number));
+            }
+            number += 1;
+        });
+    }
+}
+
+impl<P: Point> Worker<P> {
+    /// A walk that has not begun.
+    pub(crate) fn walk(&self) -> Walk<'_, P> {
+        Walk {
+            path: &self.path,
+            leaves: &self.leaves,
+            table: &self.table,
+            stars: &self.stars,
+            ask: self.engine.ask(),
+            shared: vec![Default::default(); self.path.len()],
+            local: vec![Default::default(); self.inner_ids.len()],
+            at_leaf: vec![Default::default(); self.leaves.len()],
+            reach: Reach::new(self.recorder.is_some()),
+        }
+    }
+}
