@@ -148,6 +148,7 @@ impl std::fmt::Debug for Config {
             .field("workers", &self.workers)
             .field("threads", &self.threads)
             .field("seed", &self.seed)
+            .field("run", &self.run)
             .field("graph", &self.graph)
             .field("alpha", &self.alpha)
             .field("k", &self.k)
