@@ -44,6 +44,8 @@ pub mod memory;
 
 mod run;
 
+mod sizing;
+
 mod count;
 
 pub mod predict;

@@ -16,14 +16,13 @@ use septet_workers::config::{Stop, Wanted, WorkerConfig};
 use septet_workers::transport::{TransportKind, launch};
 
 use crate::canonical::{Cells, canonicalise};
-use crate::config::{
-    Alpha, Config, ConfigError, GraphKind, MOST_WORKERS, Neighbours, Workers, alpha_of_spacing,
-};
+use crate::config::{Config, ConfigError, Workers};
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::{Error, Refutation};
 use crate::memory::forecast;
 use crate::model::MeshView;
 use crate::prepare::{Prepared, prepare};
+use crate::sizing::{check_machine, plan_leaves, settle};
 use crate::view::{MOST_POINTS, View};
 
 /// What became of every input point.
@@ -322,85 +321,6 @@ fn tasks_of(collected: &Collected, machine: &WorkerConfig, dimension: usize) -> 
     let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));
     log.charges = charged.collect();
     Some(log)
-}
-
-/// Points that one worker can triangulate at once, with room for uneven pieces.
-const MOST_IN_A_PIECE: u64 = 1 << 25;
-
-/// Refuses machines that the planned or given number of workers makes impossible.
-fn check_machine(machine: &WorkerConfig, points: u64) -> Result<(), Error> {
-    let workers = u64::from(machine.workers);
-    if machine.workers > MOST_WORKERS {
-        let error = ConfigError::TooManyWorkers { workers: machine.workers, most: MOST_WORKERS };
-        return Err(error.into());
-    }
-    if !machine.counted && points / workers > MOST_IN_A_PIECE {
-        let (most, enough) = (MOST_IN_A_PIECE, points.div_ceil(MOST_IN_A_PIECE));
-        return Err(Error::Piece { points: points / workers, most, workers: enough });
-    }
-    Ok(())
-}
-
-/// The supergraph asked for, and why.
-fn settle(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
-    let spaced = config.spacing.map(alpha_of_spacing);
-    let by_alpha = |alpha: f64| match config.graph {
-        GraphKind::Overlap => Supergraph::Overlap { alpha },
-        _ => Supergraph::Density { alpha },
-    };
-    let most = points.saturating_sub(1).max(1);
-    Ok(match (config.graph, config.alpha) {
-        (GraphKind::Knn, _) => {
-            let (k, why) = match config.k {
-                Neighbours::Auto => (64.min(most), "64 nearest neighbours, or all there are".to_string()),
-                Neighbours::Count(k) if k == 0 || u64::from(k) >= points => {
-                    return Err(ConfigError::K { k: u64::from(k), points }.into());
-                }
-                Neighbours::Count(k) => (u64::from(k), "k as given".to_string()),
-                Neighbours::Log(c) => {
-                    let k = (c * (points.max(2) as f64).ln()).ceil() as u64;
-                    (k.clamp(1, most), format!("ceil({c} ln n)"))
-                }
-            };
-            (Wanted::Fixed(Supergraph::Knn { k: k as u32 }), why)
-        }
-        (_, Alpha::Value(alpha)) => (Wanted::Fixed(by_alpha(alpha)), "alpha as given".to_string()),
-        (_, Alpha::Auto) => match (spaced, config.spacing) {
-            (Some(alpha), Some(lipschitz)) => {
-                let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");
-                (Wanted::Fixed(by_alpha(alpha)), why)
-            }
-            _ if config.graph == GraphKind::Overlap => (Wanted::AutoOverlap, String::new()),
-            _ => (Wanted::AutoDensity, String::new()),
-        },
-    })
-}
-
-/// Sets a planning run's name apart from that of the run it plans for.
-const PLANNING: u64 = 1 << 63;
-
-/// Grows the tree once, on one worker, to learn how many leaves lie below each node.
-fn plan_leaves<P: Point>(
-    config: &Config,
-    machine: &WorkerConfig,
-    ready: &Prepared<P>,
-    start_machine: &mut Start<'_, P>,
-) -> Result<(Plan, Traffic), Error> {
-    let (run, until) = (machine.run ^ PLANNING, Some(Phase::Partition));
-    let machine = WorkerConfig { run, counted: true, until, ..machine.clone() };
-    let machine = Arc::new(machine);
-    let mut transport = start_machine(&machine)?;
-    let grown = Coordinator::new(config, machine).run(transport.as_mut(), ready, &Plan::new())?;
-    let traffic = Traffic::of(&Ledger::finish(grown.ledger.clone(), ready.positions.len() as u64));
-    let mut plan = Plan::new();
-    for (node, _) in grown.ledger.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
-        let mut at = Some(*node);
-        while let Some(n) = at {
-            *plan.entry(n).or_default() += 1;
-            at = n.parent();
-        }
-    }
-    Ok((plan, traffic))
 }
 
 pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
