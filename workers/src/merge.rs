@@ -6,16 +6,16 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::circumradius2;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Merged, Message};
 
-use crate::choice::ALPHAS;
+use crate::check::Disagreement;
 use crate::config::map_in;
 use crate::leader::by_node;
+use crate::piece::{Piece, smallest_of};
 use crate::schedule::Outcome;
 use crate::tree::Tree;
 use crate::worker::{Worker, finite_cell};
@@ -28,6 +28,11 @@ impl<P: Point> Worker<P> {
         let phase = self.exchange.merge_phase();
         self.exchange.merges += 1;
         let disagreements = self.finish_check();
+        if let Some(piece) = self.stars.piece() {
+            let own = piece.merged(&self.table.positions);
+            self.merge_up(phase, &[own], &disagreements);
+            return;
+        }
         let groups = self.home_groups();
         let results = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
@@ -47,9 +52,14 @@ impl<P: Point> Worker<P> {
             self.ledger.charge(phase, leaf.id, cost, sweep.items());
         }
         let merged: Vec<Merged> = merged.into_iter().map(|m| m.0).collect();
+        self.merge_up(phase, &merged, &disagreements);
+    }
+
+    /// Merges the leaves' results up this worker's own subtree and sends what comes of it.
+    fn merge_up(&mut self, phase: Phase, leaves: &[Merged], disagreements: &[Disagreement]) {
         let Some((root, tree)) = &self.tree else { return };
         let mut charges = Vec::new();
-        let mut all = merge_tree(tree, &merged, &mut charges);
+        let mut all = merge_tree(tree, leaves, &mut charges);
         let root = *root;
         let tally = self.ledger.tally(self.out.round(), Phase::Merge);
         tally.merged += charges.len() as u64;
@@ -87,12 +97,7 @@ impl<P: Point> Worker<P> {
                 largest2 = f64::INFINITY;
             }
         });
-        let known = match self.supergraph() {
-            // The piece's triangulation knows no k-nearest ball: the largest alpha that is tried.
-            Supergraph::Knn { .. } if !self.config.counted => Supergraph::Density { alpha: ALPHAS[3] },
-            supergraph => supergraph,
-        };
-        let known = known.separator_radius(self.table.radii2[home as usize]);
+        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
         own.minima = u64::from(!has_smaller);
         own.repaired = u64::from(self.exchange.repaired.contains(&home));
         let provable = largest2.is_finite() && 4.0 * largest2 <= known * known;
@@ -143,6 +148,9 @@ impl<P: Point> Worker<P> {
             self.shrink(Phase::Neighbours);
         }
         if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
+            if self.config.view > 0 {
+                self.see_piece();
+            }
             self.send_cells();
             self.send_view();
         }
@@ -150,7 +158,20 @@ impl<P: Point> Worker<P> {
         self.out.send(self.rank, NodeId::ROOT, 0, Body::Outcome(0));
     }
 
+    /// Pictures show radii and stars of a piece too.
+    fn see_piece(&mut self) {
+        if let Some(piece) = self.stars.piece() {
+            let radii2 = piece.nearest_edges();
+            self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
+            self.write_out();
+        }
+    }
+
     fn send_cells(&mut self) {
+        if let Some(piece) = self.stars.take_piece() {
+            self.send_piece(&piece);
+            return;
+        }
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
         let mut sent = 0;
         for at in 0..self.leaves.len() {
@@ -186,6 +207,33 @@ impl<P: Point> Worker<P> {
         }
         if !cells.is_empty() {
             self.post_cells(cells, homes);
+        }
+    }
+
+    /// The cells of a piece whose smallest vertex is at home.
+    fn send_piece(&mut self, piece: &Piece<P>) {
+        let leaf = self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0;
+        let mut parts = Vec::new();
+        let mut rows = Vec::with_capacity(CELLS_PER_MESSAGE);
+        let (table, positions) = (&self.table, &self.table.positions);
+        piece.each_cell(|_, cell| {
+            let vertices = cell.as_ref();
+            if vertices.contains(&INFINITE) {
+                return;
+            }
+            let whole = vertices.iter().all(|&v| table.is_home(v));
+            if whole || table.is_home(smallest_of(positions, cell)) {
+                rows.extend(vertices.iter().map(|&v| table.ids[v as usize]));
+                if rows.len() >= CELLS_PER_MESSAGE {
+                    parts.push(std::mem::replace(&mut rows, Vec::with_capacity(CELLS_PER_MESSAGE)));
+                }
+            }
+        });
+        parts.push(rows);
+        for rows in parts.into_iter().filter(|r| !r.is_empty()) {
+            let homes =
+                if self.config.with_leaves { vec![leaf; rows.len() / (P::DIM + 1)] } else { Vec::new() };
+            self.post_cells(rows, homes);
         }
     }
 

@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -327,6 +327,15 @@ pub enum Body<P> {
     },
     /// Points that belong to a subproblem's surroundings.
     Ghosts(PointBatch<P>),
+    /// Points that may be neighbours of points in a subproblem, with the cells that reach into it.
+    Seam {
+        /// Where the cells were built.
+        origin: Rank,
+        /// The points.
+        points: PointBatch<P>,
+        /// Positions in `points`, `d + 1` a cell; `u32::MAX` for infinity. None where nobody asks why.
+        cells: Bulk<u32>,
+    },
     /// Points one of whose nearest neighbours is at home at the receiver: the other end of each edge.
     Reverse {
         /// The points.
@@ -425,6 +434,7 @@ impl<P> Body<P> {
             Body::SampleStars(_) => "sample stars",
             Body::Choice { .. } => "choice",
             Body::Ghosts(_) => "ghosts",
+            Body::Seam { .. } => "seam",
             Body::Reverse { .. } => "reverse",
             Body::Items { .. } => "items",
             Body::SetCounts(_) => "set counts",
