@@ -7,7 +7,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::measure::circumradius2;
-use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::point::{Point, Simplex, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Merged, Message};
@@ -22,6 +22,12 @@ use crate::worker::{Worker, finite_cell};
 
 /// Indices in a message of cells before it is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
+
+/// Across a facet of a piece's cell: outer space.
+pub const HULL: u32 = u32::MAX;
+
+/// Across a facet of a piece's cell: a cell of another piece. Numbers of cells are smaller.
+pub const SEAM: u32 = 1 << 31;
 
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_merge(&mut self) {
@@ -150,9 +156,9 @@ impl<P: Point> Worker<P> {
         if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
             if self.config.view > 0 {
                 self.see_piece();
+                self.send_view();
             }
             self.send_cells();
-            self.send_view();
         }
         // The ledger follows in the next step, when the cells are billed.
         self.out.send(self.rank, NodeId::ROOT, 0, Body::Outcome(0));
@@ -163,13 +169,16 @@ impl<P: Point> Worker<P> {
         if let Some(piece) = self.stars.piece() {
             let radii2 = piece.nearest_edges();
             self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
-            self.write_out();
+            self.stars.show();
         }
     }
 
     fn send_cells(&mut self) {
-        if let Some(piece) = self.stars.take_piece() {
-            self.send_piece(&piece);
+        if !self.config.counted {
+            let piece = self.stars.take_piece();
+            if self.table.home > 0 {
+                self.send_piece(piece);
+            }
             return;
         }
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
@@ -189,13 +198,9 @@ impl<P: Point> Worker<P> {
                         }
                     }
                 }
-                // Leaves of a counted run are small: their cells stay together, so that how many messages
-                // there are is told by the leaves' counts.
-                if !self.config.counted && cells.len() >= CELLS_PER_MESSAGE {
-                    sent += cells.len();
-                    self.post_cells(std::mem::take(&mut cells), std::mem::take(&mut homes));
-                }
             }
+            // Leaves are small: their cells stay together, so that how many messages there are is told by the
+            // leaves' counts.
             let own = (sent + cells.len() - before) / (P::DIM + 1);
             if let Some(recorder) = &mut self.recorder {
                 recorder.log.cells.push(own as u64);
@@ -210,31 +215,52 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// The cells of a piece whose smallest vertex is at home.
-    fn send_piece(&mut self, piece: &Piece<P>) {
-        let leaf = self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0;
-        let mut parts = Vec::new();
-        let mut rows = Vec::with_capacity(CELLS_PER_MESSAGE);
-        let (table, positions) = (&self.table, &self.table.positions);
-        piece.each_cell(|_, cell| {
-            let vertices = cell.as_ref();
-            if vertices.contains(&INFINITE) {
-                return;
-            }
-            let whole = vertices.iter().all(|&v| table.is_home(v));
-            if whole || table.is_home(smallest_of(positions, cell)) {
-                rows.extend(vertices.iter().map(|&v| table.ids[v as usize]));
-                if rows.len() >= CELLS_PER_MESSAGE {
-                    parts.push(std::mem::replace(&mut rows, Vec::with_capacity(CELLS_PER_MESSAGE)));
-                }
-            }
-        });
-        parts.push(rows);
-        for rows in parts.into_iter().filter(|r| !r.is_empty()) {
-            let homes =
-                if self.config.with_leaves { vec![leaf; rows.len() / (P::DIM + 1)] } else { Vec::new() };
-            self.post_cells(rows, homes);
+    /// The cells that belong to this worker, with their adjacency.
+    fn send_piece(&mut self, piece: Option<Piece<P>>) {
+        let positions = &self.table.positions;
+        let (cells, neighbours) = match piece {
+            Some(piece) => piece.into_owned(positions),
+            None => self.glued(),
+        };
+        let body = Body::Piece {
+            leaf: self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
+            ids: Bulk(std::mem::take(&mut self.table.ids)),
+            cells: Bulk(cells),
+            neighbours: Bulk(neighbours),
+        };
+        self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
+    }
+
+    /// The same from stars that were written out: facets are matched. What has no partner here is marked as
+    /// another piece's, although it may be the hull's.
+    fn glued(&self) -> (Vec<u32>, Vec<u32>) {
+        let positions = &self.table.positions;
+        let mut cells = Vec::new();
+        for home in 0..self.table.home {
+            let own = self.stars.link(home).iter().filter_map(|facet| finite_cell::<P>(home, facet));
+            own.filter(|cell| smallest_of(positions, cell) == home)
+                .for_each(|c| cells.extend_from_slice(c.as_ref()));
         }
+        let corners = P::DIM + 1;
+        let mut facets: Vec<(P::Facet, u32)> = (0..cells.len())
+            .map(|entry| {
+                let mut facet = P::Facet::splat(0);
+                let cell = &cells[entry / corners * corners..][..corners];
+                let others = cell.iter().enumerate().filter(|&(slot, _)| slot != entry % corners);
+                facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
+                facet.as_mut().sort_unstable();
+                (facet, entry as u32)
+            })
+            .collect();
+        facets.sort_unstable();
+        let mut neighbours = vec![SEAM; cells.len()];
+        for pair in facets.chunk_by(|a, b| a.0 == b.0) {
+            if let &[(_, a), (_, b)] = pair {
+                neighbours[a as usize] = b / corners as u32;
+                neighbours[b as usize] = a / corners as u32;
+            }
+        }
+        (cells, neighbours)
     }
 
     fn post_cells(&mut self, cells: Vec<u64>, leaves: Vec<u64>) {

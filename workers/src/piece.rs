@@ -11,6 +11,7 @@ use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::message::Merged;
 
 use crate::config::Stop;
+use crate::merge::{HULL, SEAM};
 
 /// The triangulation of a worker's piece and of the foreign points it was sent. Home points are its first
 /// vertices, by their local numbers.
@@ -100,6 +101,12 @@ impl<P: Point> Piece<P> {
         let mut seen = vec![0u8; self.home as usize];
         let mut sum = Merged::default();
         self.each_cell(|_, cell| {
+            // Nearly every cell is at home and tells nothing new.
+            let known = |&v: &u32| seen.get(v as usize).is_some_and(|&s| s == CELL | SMALLER);
+            if cell.as_ref().iter().all(known) {
+                sum.cells += 1;
+                return;
+            }
             let smallest = smallest_of(positions, cell);
             let finite = !cell.as_ref().contains(&INFINITE);
             for &v in cell.as_ref() {
@@ -114,6 +121,36 @@ impl<P: Point> Piece<P> {
         sum.stars = seen.iter().filter(|&&s| s & CELL != 0).count() as u64;
         sum.minima = seen.iter().filter(|&&s| s & SMALLER == 0).count() as u64;
         sum
+    }
+
+    /// The cells whose smallest vertex is at home, by local numbers, and their neighbours: cells by their new
+    /// numbers, [`HULL`], or [`SEAM`] for a cell of another piece.
+    pub(crate) fn into_owned(self, positions: &[P]) -> (Vec<u32>, Vec<u32>) {
+        let mut numbers = vec![SEAM; self.slots() as usize];
+        let mut count = 0u32;
+        self.each_cell(|slot, cell| {
+            let infinite = cell.as_ref().contains(&INFINITE);
+            let whole = cell.as_ref().iter().all(|&v| v < self.home);
+            numbers[slot as usize] = if infinite {
+                HULL
+            } else if whole || smallest_of(positions, cell) < self.home {
+                count += 1;
+                count - 1
+            } else {
+                SEAM
+            };
+        });
+        let corners = P::DIM + 1;
+        let mut cells = Vec::with_capacity(count as usize * corners);
+        let mut neighbours = Vec::with_capacity(count as usize * corners);
+        self.each_cell(|slot, cell| {
+            if numbers[slot as usize] < SEAM {
+                cells.extend_from_slice(cell.as_ref());
+                let complex = self.delaunay.complex();
+                neighbours.extend((0..corners).map(|j| numbers[complex.neighbour(slot, j).0 as usize]));
+            }
+        });
+        (cells, neighbours)
     }
 
     /// The squared distance of every home point to its nearest vertex, which is a neighbour.

@@ -87,6 +87,13 @@ impl<P: Point> Stars<P> {
         self.piece = piece;
     }
 
+    /// Writes the links of a piece out beside it, to be looked at only.
+    pub(crate) fn show(&mut self) {
+        if let Some(piece) = &self.piece {
+            (self.facets, self.ranges) = piece.links();
+        }
+    }
+
     /// Writes the links of a piece out, once, so that they can be looked at and changed one by one.
     pub(crate) fn write_out(&mut self) {
         if let Some(piece) = self.piece.take() {

@@ -403,6 +403,17 @@ pub enum Body<P> {
         /// Leaf of the smallest vertex.
         leaves: Bulk<u64>,
     },
+    /// Worker to coordinator: its cells with their adjacency (`triangulate` only).
+    Piece {
+        /// The leaf that was home to the worker's points.
+        leaf: u64,
+        /// Input index of each vertex.
+        ids: Bulk<u64>,
+        /// `d + 1` vertices a cell, positively oriented.
+        cells: Bulk<u32>,
+        /// Across the facet opposite each vertex: a cell, or one of two marks (hull, another piece).
+        neighbours: Bulk<u32>,
+    },
     /// Worker to coordinator: graph edges as pairs of ids (on request).
     Edges(Bulk<u64>),
     /// Worker to coordinator: its part of the ledger. Not billed: it is the instrument.
@@ -449,6 +460,7 @@ impl<P> Body<P> {
             Body::Gather(_) => "gather",
             Body::Region { .. } => "region",
             Body::Cells { .. } => "cells",
+            Body::Piece { .. } => "piece",
             Body::Edges(_) => "edges",
             Body::Ledger(_) => "ledger",
             Body::Tasks(_) => "tasks",
@@ -463,7 +475,7 @@ impl<P> Body<P> {
 
     /// Is it reading or merging, for the coordinator's budget?
     pub fn is_bulk(&self) -> bool {
-        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Edges(_))
+        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Edges(_))
     }
 }
 
