@@ -6,7 +6,7 @@
 
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
-use septet_geometry::incremental::{Incremental, facet_without, insertion_order};
+use septet_geometry::incremental::{Incremental, facet_without};
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::message::Merged;
 
@@ -31,28 +31,40 @@ impl<P: Point> Piece<P> {
     /// numbers of points that span the space) if they are flat. Nothing if told to stop.
     pub(crate) fn new(positions: &[P], home: u32, frame: &[u32], stop: &Stop) -> Option<Self> {
         let go_on = &mut || !stop.is_raised();
-        let mut points = positions[..home as usize].to_vec();
         let mut numbers: Vec<u32> = (0..home).collect();
-        let delaunay = if let Ok(d) = Incremental::build_while(points.clone(), None, go_on) {
-            d
-        } else {
-            // Points of the frame are real points, so they may stand in any star.
-            let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
-            points.extend(extra.iter().map(|&f| positions[f as usize]));
-            numbers.extend(extra);
-            Incremental::build_while(points, None, go_on).ok()?
-        };
+        let delaunay =
+            if let Ok(d) = Incremental::build_while(positions[..home as usize].to_vec(), None, go_on) {
+                d
+            } else {
+                let mut points = positions[..home as usize].to_vec();
+                // Points of the frame are real points, so they may stand in any star.
+                let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
+                points.extend(extra.iter().map(|&f| positions[f as usize]));
+                numbers.extend(extra);
+                Incremental::build_while(points, None, go_on).ok()?
+            };
         Some(Piece { delaunay, numbers, home })
     }
 
-    /// Adds foreign points, by their local numbers; those that are vertices already change nothing.
-    pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P]) {
+    /// Adds foreign points, by their local numbers; those that are vertices already change nothing. False if told
+    /// to stop.
+    pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) -> bool {
         let points: Vec<P> = foreign.iter().map(|&g| positions[g as usize]).collect();
-        for i in insertion_order(&points) {
-            if self.delaunay.insert(points[i as usize], None).is_ok() {
-                self.numbers.push(foreign[i as usize]);
+        let before = self.numbers.len();
+        let Ok(vertices) = self.delaunay.insert_all(&points, &mut || !stop.is_raised()) else { return false };
+        self.numbers.resize(self.delaunay.vertices().len(), 0);
+        for (&vertex, &number) in vertices.iter().zip(foreign) {
+            if vertex as usize >= before {
+                self.numbers[vertex as usize] = number;
             }
         }
+        true
+    }
+
+    /// The kernel's rounded sphere of a cell, which is somewhat larger than [`reach_of`] and costs nothing.
+    pub(crate) fn ball(&self, slot: u32) -> Option<Reach<P>> {
+        let (centre, radius2) = self.delaunay.ball(slot)?;
+        Some(Reach::Ball { centre, radius: radius2.sqrt() * (1.0 + f64::EPSILON) })
     }
 
     /// Number of slots for cells.
@@ -63,9 +75,7 @@ impl<P: Point> Piece<P> {
     /// Calls `f` with every cell of which a vertex is at home: its slot and its vertices' local numbers,
     /// [`INFINITE`] among them in infinite ones.
     pub(crate) fn each_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
-        let complex = self.delaunay.complex();
-        for slot in complex.live_cells() {
-            let cell = complex.cell(slot);
+        for (slot, cell, _) in self.delaunay.complex().entries() {
             let foreign = cell.as_ref().iter().filter(|&&v| v >= self.home).count();
             if foreign == 0 {
                 f(slot, cell);

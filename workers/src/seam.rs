@@ -115,6 +115,9 @@ impl<P: Point> Worker<P> {
         let (mut ordinary, mut unusual) = (Vec::new(), Vec::new());
         if let Some(piece) = self.stars.piece().filter(|_| !self.path.is_empty()) {
             piece.each_cell(|slot, cell| {
+                if piece.ball(slot).is_some_and(|ball| !self.leaves_home(&ball)) {
+                    return;
+                }
                 let (reach, corners) = reach_of::<P>(cell, |v| self.table.positions[v as usize]);
                 if !self.leaves_home(&reach) {
                 } else if Piece::is_ordinary(&reach, &corners[..=P::DIM]) {
@@ -163,7 +166,8 @@ impl<P: Point> Worker<P> {
         let Some(mut piece) = self.stars.take_piece() else { return };
         let id = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
         let _span = self.out.site().subproblem(self.phase, id, "insert ghosts", arrived.len() as u64);
-        piece.add(&arrived, &self.table.positions);
+        // If it was told to stop, the step that this is part of fails.
+        piece.add(&arrived, &self.table.positions, &self.config.stop);
         self.stars.set_piece(Some(piece));
         if let Some(leaf) = self.leaves.first_mut() {
             leaf.ghosts.extend(arrived);
