@@ -414,9 +414,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     }
                     self.result.cells.append(&mut cells);
                 }
-                Body::Piece { leaf, ids: Bulk(ids), cells: Bulk(cells), neighbours: Bulk(neighbours) } => {
+                Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows) } => {
                     let (owner, seam) = (message.from, Vec::new());
-                    self.result.pieces.push(Piece { owner, leaf, ids, cells, neighbours, seam });
+                    self.result.pieces.push(Piece { owner, leaf, ids, rows, seam });
                 }
                 Body::Edges(mut edges) => self.result.edges.append(&mut edges),
                 Body::Tasks(log) => self.result.tasks = Some(log),

@@ -428,7 +428,7 @@ fn certify(
 ) -> Result<Option<Refutation>, Error> {
     let merged = &collected.merged;
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
-    let pieces: usize = collected.pieces.iter().map(|p| p.cells.len()).sum();
+    let pieces: usize = collected.pieces.iter().map(|p| p.rows.len() / 2).sum();
     let rows = ((collected.cells.len() + pieces) / (dimension + 1)) as u64;
     // Stars that do not agree send no cells.
     let expected = if passed { merged.cells } else { 0 };

@@ -218,22 +218,21 @@ impl<P: Point> Worker<P> {
     /// The cells that belong to this worker, with their adjacency.
     fn send_piece(&mut self, piece: Option<Piece<P>>) {
         let positions = &self.table.positions;
-        let (cells, neighbours) = match piece {
+        let rows = match piece {
             Some(piece) => piece.into_owned(positions),
             None => self.glued(),
         };
         let body = Body::Piece {
             leaf: self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
             ids: Bulk(std::mem::take(&mut self.table.ids)),
-            cells: Bulk(cells),
-            neighbours: Bulk(neighbours),
+            rows: Bulk(rows),
         };
         self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
     }
 
     /// The same from stars that were written out: facets are matched. What has no partner here is marked as
     /// another piece's, although it may be the hull's.
-    fn glued(&self) -> (Vec<u32>, Vec<u32>) {
+    fn glued(&self) -> Vec<u32> {
         let positions = &self.table.positions;
         let mut cells = Vec::new();
         for home in 0..self.table.home {
@@ -260,7 +259,8 @@ impl<P: Point> Worker<P> {
                 neighbours[b as usize] = a / corners as u32;
             }
         }
-        (cells, neighbours)
+        let rows = cells.chunks_exact(corners).zip(neighbours.chunks_exact(corners));
+        rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect()
     }
 
     fn post_cells(&mut self, cells: Vec<u64>, leaves: Vec<u64>) {

@@ -133,9 +133,9 @@ impl<P: Point> Piece<P> {
         sum
     }
 
-    /// The cells whose smallest vertex is at home, by local numbers, and their neighbours: cells by their new
-    /// numbers, [`HULL`], or [`SEAM`] for a cell of another piece.
-    pub(crate) fn into_owned(self, positions: &[P]) -> (Vec<u32>, Vec<u32>) {
+    /// The cells whose smallest vertex is at home: rows of their vertices' local numbers and of their neighbours,
+    /// which are cells by their new numbers, [`HULL`], or [`SEAM`] for a cell of another piece.
+    pub(crate) fn into_owned(self, positions: &[P]) -> Vec<u32> {
         let mut numbers = vec![SEAM; self.slots() as usize];
         let mut count = 0u32;
         self.each_cell(|slot, cell| {
@@ -150,17 +150,8 @@ impl<P: Point> Piece<P> {
                 SEAM
             };
         });
-        let corners = P::DIM + 1;
-        let mut cells = Vec::with_capacity(count as usize * corners);
-        let mut neighbours = Vec::with_capacity(count as usize * corners);
-        self.each_cell(|slot, cell| {
-            if numbers[slot as usize] < SEAM {
-                cells.extend_from_slice(cell.as_ref());
-                let complex = self.delaunay.complex();
-                neighbours.extend((0..corners).map(|j| numbers[complex.neighbour(slot, j).0 as usize]));
-            }
-        });
-        (cells, neighbours)
+        let Piece { delaunay, numbers: local, home } = self;
+        delaunay.into_rows(&numbers, SEAM, |v| if v < home { v } else { local[v as usize] })
     }
 
     /// The squared distance of every home point to its nearest vertex, which is a neighbour.

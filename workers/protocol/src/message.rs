@@ -409,10 +409,9 @@ pub enum Body<P> {
         leaf: u64,
         /// Input index of each vertex.
         ids: Bulk<u64>,
-        /// `d + 1` vertices a cell, positively oriented.
-        cells: Bulk<u32>,
-        /// Across the facet opposite each vertex: a cell, or one of two marks (hull, another piece).
-        neighbours: Bulk<u32>,
+        /// `d + 1` vertices a cell, positively oriented, then across the facet opposite each a cell, or one of
+        /// two marks (hull, another piece).
+        rows: Bulk<u32>,
     },
     /// Worker to coordinator: graph edges as pairs of ids (on request).
     Edges(Bulk<u64>),
