@@ -29,22 +29,14 @@ pub(crate) struct Piece<P: Point> {
 pub(crate) type Links<P> = (Vec<<P as Point>::Facet>, Vec<(u32, u32)>);
 
 impl<P: Point> Piece<P> {
-    /// Triangulates the home points, which are numbered in the order of insertion; with the frame (local
-    /// numbers of points that span the space) if they are flat. Nothing if told to stop.
-    pub(crate) fn new(positions: &[P], home: u32, frame: &[u32], stop: &Stop) -> Option<Self> {
-        let go_on = &mut || !stop.is_raised();
+    /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
+    /// numbers) that are not among them. Nothing if all lie in a plane, or if told to stop.
+    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], stop: &Stop) -> Option<Self> {
         let mut numbers: Vec<u32> = (0..home).collect();
-        let delaunay =
-            if let Ok(d) = Incremental::build_while(positions[..home as usize].to_vec(), None, go_on) {
-                d
-            } else {
-                let mut points = positions[..home as usize].to_vec();
-                // Points of the frame are real points, so they may stand in any star.
-                let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
-                points.extend(extra.iter().map(|&f| positions[f as usize]));
-                numbers.extend(extra);
-                Incremental::build_while(points, None, go_on).ok()?
-            };
+        numbers.extend(others.iter().copied().filter(|&v| v >= home));
+        let mut points = positions[..home as usize].to_vec();
+        points.extend(numbers[home as usize..].iter().map(|&v| positions[v as usize]));
+        let delaunay = Incremental::build_while(points, None, &mut || !stop.is_raised()).ok()?;
         Some(Piece { delaunay, numbers, home, rows: Vec::new() })
     }
 

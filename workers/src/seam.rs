@@ -102,11 +102,15 @@ impl<P: Point> Worker<P> {
         if self.table.home == 0 {
             return;
         }
-        let frame = self.table.intern_all(&self.frame);
         let piece = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
         let home = u64::from(self.table.home);
         let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", home);
-        let built = Piece::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
+        let mut built = Piece::new(&self.table.positions, self.table.home, &[], &self.config.stop);
+        if built.is_none() {
+            // A flat piece: points of the frame are real points, so they may stand in any star.
+            let frame = self.table.intern_all(&self.frame);
+            built = Piece::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
+        }
         self.stars.set_piece(built);
         self.send_ordinary();
     }
