@@ -469,7 +469,9 @@ fn finish<P: Point>(
         };
         (Store::Rows(canonicalise::<P>(cells)), seconds)
     } else {
-        let joined = Pieces::join(P::DIM + 1, collected.pieces, merged.hull_facets);
+        // Stars that do not agree send no cells.
+        let hull_facets = if collected.pieces.is_empty() { 0 } else { merged.hull_facets };
+        let joined = Pieces::join(P::DIM + 1, collected.pieces, hull_facets);
         let pieces = joined.ok_or_else(|| TransportError::WorkerFailed {
             rank: COORDINATOR,
             reason: "the pieces do not fit together".to_string(),
