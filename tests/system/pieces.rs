@@ -5,7 +5,7 @@ use crate::common::threaded;
 use septet::config::Workers;
 use septet::generate::Kind;
 use septet::geometry::point::Point;
-use septet::{Config, triangulate};
+use septet::triangulate;
 
 fn adjacency_is_whole<P: Point>(points: &[P], workers: u32) {
     let config = threaded(Workers::Count(workers), 2, 40);
