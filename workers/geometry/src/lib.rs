@@ -25,3 +25,5 @@ pub mod hull;
 pub mod measure;
 
 pub mod incremental;
+
+pub mod dependence;
