@@ -52,6 +52,8 @@ pub mod predict;
 
 pub mod report;
 
+pub mod rival;
+
 pub mod trace;
 
 pub mod experiment;

@@ -91,6 +91,10 @@ pub struct Settings {
     pub k: String,
     /// `both`, `smaller` or `ghost`.
     pub separator_sets: String,
+    /// `sphere` or `kd`.
+    pub partition: String,
+    /// `descent` or `naive`.
+    pub neighbours: String,
     /// A number, or `auto`.
     pub leaf: String,
     /// `channel` or `sim`.

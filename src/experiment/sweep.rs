@@ -190,11 +190,14 @@ impl Sweep {
         // Writing to a string does not fail.
         let _ = write!(
             text,
-            " --supergraph {} --alpha {} --k {} --separator-sets {} --leaf {} --transport {}",
+            " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} --leaf {} \
+             --transport {}",
             settings.supergraph,
             settings.alpha,
             settings.k,
             settings.separator_sets,
+            settings.partition,
+            settings.neighbours,
             settings.leaf,
             settings.transport
         );
@@ -236,6 +239,8 @@ impl Sweep {
                 SeparatorSets::Ghost => "ghost",
             }
             .to_string(),
+            partition: config.partition.name().to_string(),
+            neighbours: config.correction.name().to_string(),
             leaf: config.leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
             transport: transport.to_string(),
             delivery_seed,

@@ -23,6 +23,8 @@ mod predict;
 
 mod proptest_small;
 
+mod rivals;
+
 mod real;
 
 mod scaling;
