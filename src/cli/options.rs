@@ -7,6 +7,7 @@ use septet::Config;
 use septet::config::{
     Alpha, Correction, Fault, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Workers,
 };
+use septet::generate::{GenerateError, Kind};
 use septet::io::write::MshVersion;
 use septet::trace::Detail;
 use septet::view::MOST_POINTS;
@@ -295,6 +296,11 @@ fn shown(text: &str) -> Result<u32, String> {
         .ok()
         .filter(|&n| n <= MOST_POINTS)
         .ok_or_else(|| format!("expected at most {MOST_POINTS} points"))
+}
+
+/// A kind of sets.
+pub fn kind(text: &str) -> Result<Kind, String> {
+    text.trim().parse().map_err(|e: GenerateError| e.to_string())
 }
 
 /// A number of workers, or `leaves`.

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use septet::generate::Kind;
 use septet::geometry::point::Point;
 use septet::io::read::ReadOptions;
 use septet::model::Points;
@@ -12,8 +13,8 @@ use septet::{Config, simulate, triangulate};
 
 use super::errors::{Code, Failure};
 use super::files;
-use super::input;
-use super::options::dimension;
+use super::input::{self, Loaded};
+use super::options::{count, dimension, kind};
 use super::progress::Talk;
 use super::triangulate::place;
 
@@ -36,12 +37,19 @@ enum Which {
 The result is compared with septet's own, cell by cell; exit code 4 if they differ.
 
 Examples:
-  septet rival incremental sample:uniform:1e5
+  septet rival incremental -n 1e5 --kind uniform
   septet rival incremental points.npy --against --json rival.json")]
 struct IncrementalArgs {
     /// A point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
-    input: String,
-    /// Seed of the order of insertion, and of septet's draws
+    #[arg(required_unless_present = "kind")]
+    input: Option<String>,
+    /// Insert a sample of this kind in the place of an input; needs -n
+    #[arg(long, value_name = "KIND", value_parser = kind, conflicts_with = "input", requires = "number")]
+    kind: Option<Kind>,
+    /// Number of points of the sample
+    #[arg(short = 'n', long = "number", value_name = "N", value_parser = count, requires = "kind")]
+    number: Option<u64>,
+    /// Seed of the order of insertion, of septet's draws, and of the sample that --kind asks for
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
     /// Count septet's recursion on the same points, too
@@ -58,20 +66,34 @@ struct IncrementalArgs {
     dimension: Option<usize>,
 }
 
+impl IncrementalArgs {
+    /// The input by its name; a sample by its text.
+    fn name(&self) -> String {
+        let sample = || {
+            let (kind, n) = (self.kind?, self.number?);
+            Some(format!("sample:{kind}:{n},d={},seed={}", self.dimension.unwrap_or(3), self.seed))
+        };
+        self.input.clone().or_else(sample).unwrap_or_default()
+    }
+
+    fn load(&self, name: &str, talk: &Talk) -> Result<Loaded, Failure> {
+        let sample = input::sample(name, self.dimension)?;
+        let is_file = sample.is_none() && name != "-";
+        let texts: Vec<&Path> = self.json.as_deref().into_iter().collect();
+        files::check(is_file.then(|| Path::new(name)), &[], &texts)?;
+        if let Some(request) = sample {
+            return input::make(&request, talk);
+        }
+        let (dimension, skip_invalid) = (self.dimension, self.skip_invalid);
+        input::open(name, &ReadOptions { dimension, skip_invalid, format: None }, talk)
+    }
+}
+
 /// Runs the rival, septet beside it, and compares.
 pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let Which::Incremental(args) = &args.rival;
-    let sample = input::sample(&args.input, args.dimension)?;
-    let is_file = sample.is_none() && args.input != "-";
-    let texts: Vec<&Path> = args.json.as_deref().into_iter().collect();
-    files::check(is_file.then(|| Path::new(&args.input)), &[], &texts)?;
-    let loaded = match sample {
-        Some(request) => input::make(&request, talk)?,
-        None => {
-            let (dimension, skip_invalid) = (args.dimension, args.skip_invalid);
-            input::open(&args.input, &ReadOptions { dimension, skip_invalid, format: None }, talk)?
-        }
-    };
+    let name = args.name();
+    let loaded = args.load(&name, talk)?;
     let config = Config {
         seed: args.seed,
         skip_invalid: args.skip_invalid,
@@ -81,10 +103,10 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
         ..Config::default()
     };
     let report = match &loaded.points {
-        Points::Plane(points) => compare(points, args, &config, talk),
-        Points::Space(points) => compare(points, args, &config, talk),
+        Points::Plane(points) => compare(points, &name, args, &config, talk),
+        Points::Space(points) => compare(points, &name, args, &config, talk),
     };
-    let report = report.map_err(|e| place(e, &loaded, &args.input))?;
+    let report = report.map_err(|e| place(e, &loaded, &name))?;
     talk.clear();
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report)
@@ -105,6 +127,7 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
 
 fn compare<P: Point>(
     points: &[P],
+    name: &str,
     args: &IncrementalArgs,
     config: &Config,
     talk: &Talk,
@@ -113,7 +136,7 @@ fn compare<P: Point>(
     talk.check();
     talk.stage("inserting", 0, None);
     let rival = incremental(points, config)?;
-    Ok(RivalReport::of(&rival, &run, &args.input, args.seed))
+    Ok(RivalReport::of(&rival, &run, name, args.seed))
 }
 
 /// Counts of the rival, and septet's beside them.

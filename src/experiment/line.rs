@@ -92,8 +92,10 @@ pub struct Settings {
     /// `both`, `smaller` or `ghost`.
     pub separator_sets: String,
     /// `sphere` or `kd`.
+    #[serde(default)]
     pub partition: String,
     /// `descent` or `naive`.
+    #[serde(default)]
     pub neighbours: String,
     /// A number, or `auto`.
     pub leaf: String,

@@ -7,7 +7,7 @@ use thiserror::Error;
 use septet_geometry::incremental::{Incremental, IncrementalError, insertion_order};
 use septet_geometry::point::Point;
 
-use crate::config::{Config, Correction};
+use crate::config::Config;
 use crate::count::{Ending, count};
 use crate::generate::{GenerateError, Generated, Request, generate};
 use crate::model::Points;
@@ -80,8 +80,7 @@ fn made<P: Point>(points: &[P], program: Program, config: &Config) -> Result<Lin
     Ok(match program {
         Program::Simulate => of_counts(&count(points, config)?),
         Program::Triangulate => {
-            // The naive correction is there to be counted, not timed.
-            let run = triangulate(points, &Config { correction: Correction::Descent, ..config.clone() })?;
+            let run = triangulate(points, config)?;
             // As the serial kernel: without the canonical order of the output.
             Line { seconds: run.triangulate_seconds, ..of_run(&run) }
         }

@@ -67,6 +67,14 @@ fn the_rival_takes_points_as_a_run_does() {
         (&place.json("r.json")["simplices"], &place.json("r.json")["dimension"]),
         (&0.into(), &2.into())
     );
+    let json = |line: &str| -> Value { serde_json::from_slice(&place.good(line).stdout).unwrap() };
+    let named = json("rival incremental -n 500 --kind clusters -d 2 --seed 7 --json -");
+    assert_eq!(named["input"], "sample:clusters:500,d=2,seed=7");
+    assert_eq!(named, json("rival incremental sample:clusters:500,d=2,seed=7 --seed 7 --json -"));
+    place.fails("rival incremental -n 500", 2, &["--kind"]);
+    place.fails("rival incremental --kind clusters", 2, &["--number"]);
+    place.fails("rival incremental p.xyz -n 500 --kind clusters", 2, &["INPUT"]);
+    place.fails("rival incremental -n 500 --kind cube", 2, &["cube", "clusters"]);
     place.fails("rival incremental p.xyz --json p.xyz", 2, &["overwrite"]);
     place.fails("rival voronoi p.xyz", 2, &["voronoi"]);
     place.fails("rival", 2, &["incremental"]);
@@ -83,17 +91,19 @@ fn planes_and_naive_correction_give_the_same_bytes() {
         "simulate sample:clusters:3000 --neighbours naive --workers 5 --leaf 200 --transport sim",
         "simulate sample:clusters:3000 --neighbours naive --partition kd --supergraph knn --leaf 300",
     ] {
-        place.good(&format!("{line} -o b.vtu --json r.json"));
+        let talk = stderr(&place.good(&format!("{line} -o b.vtu --json r.json")));
         assert!(std::fs::read(place.path("b.vtu")).unwrap() == reference, "{line}");
         let report = place.json("r.json");
         let kd = line.contains("kd");
         assert_eq!(report["parameters"]["partition"], if kd { "kd" } else { "sphere" }, "{line}");
         let naive = line.contains("naive");
         assert_eq!(report["parameters"]["neighbours"], if naive { "naive" } else { "descent" }, "{line}");
+        assert_eq!((talk.contains("k-d planes"), talk.contains("naively")), (kd, naive), "{talk}");
         assert!(!kd || report["tree"]["spheres"] == 0 && report["tree"]["planes"] != 0, "{line}");
     }
     let tasks = "simulate sample:uniform:500 --tasks --neighbours naive --json t.json";
     place.fails(tasks, 2, &["--neighbours descent"]);
     place.fails("triangulate sample:uniform:500 --neighbours naive", 2, &["simulate"]);
+    place.fails("scale -n 500 --timed --neighbours naive -o s.jsonl", 2, &["--timed"]);
     place.fails("triangulate sample:uniform:500 --partition bsp", 2, &["sphere", "kd"]);
 }

@@ -6,9 +6,13 @@ use crate::common::sets::{plane, space};
 use crate::common::{
     assert_same_counts, assert_verified, combinations, levels, simulated, threaded, with_graph,
 };
-use septet::config::{Correction, Partition, Workers};
+use septet::config::{Correction, Partition, Until, Workers};
+use septet::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
+use septet::experiment::{Line, Runner, Sweep, parse_sizes};
 use septet::generate::Kind;
 use septet::geometry::point::Point;
+use septet::geometry::range::{scale, scale_exponent};
+use septet::geometry::separator::{DrawKey, is_sample};
 use septet::protocol::ids::{NodeId, Phase};
 use septet::protocol::ledger::{Ledger, NodeFacts};
 use septet::rival::incremental;
@@ -69,6 +73,43 @@ fn planes_through_grid_points() {
 #[test]
 fn planes_in_the_plane() {
     planes(&plane(Kind::Clusters, 2000, 3));
+}
+
+/// The rule by itself: across the longest side of the node's samples, half of them lie on either side. Returns
+/// the number of nodes that were cut.
+fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
+    let facts = &ledger.part.nodes[&node];
+    assert_eq!(facts.population, points.len() as u64);
+    if facts.is_leaf() {
+        return 0;
+    }
+    assert_eq!(facts.attempts, 1, "{node:?}");
+    let key = DrawKey { seed: Config::default().seed, node: node.0, attempt: 0 };
+    let sampled = |p: &P| is_sample(key, facts.population, *p);
+    let extent = |axis: usize| {
+        let coords = || points.iter().filter(|p| sampled(p)).map(|p| p.coord(axis));
+        coords().fold(f64::MIN, f64::max) - coords().fold(f64::MAX, f64::min)
+    };
+    let longest = (0..P::DIM).max_by(|&a, &b| extent(a).total_cmp(&extent(b))).unwrap();
+    points.sort_by(|a, b| a.coord(longest).total_cmp(&b.coord(longest)));
+    let (inside, outside) = points.split_at_mut(facts.inside as usize);
+    let [a, b] = [&*inside, &*outside].map(|side| side.iter().filter(|p| sampled(p)).count());
+    assert!(a.abs_diff(b) <= 1, "{node:?} of {} points: {a} samples and {b}", facts.population);
+    1 + halved(inside, node.child(0), ledger) + halved(outside, node.child(1), ledger)
+}
+
+#[test]
+fn planes_halve_their_samples() {
+    fn check<P: Point>(points: &[P]) {
+        let config = Config { partition: Partition::Kd, ..simulated(Workers::Count(5), 5, 100) };
+        let ledger = counted(points, &config).ledger;
+        let exponent = scale_exponent(points).unwrap();
+        let mut points: Vec<P> = points.iter().map(|&p| scale(p, exponent)).collect();
+        assert!(halved(&mut points, NodeId::ROOT, &ledger) > 30);
+    }
+    check(&space(Kind::Uniform, 5000, 6));
+    check(&space(Kind::Slab, 5000, 6));
+    check(&plane(Kind::Clusters, 5000, 6));
 }
 
 fn graph(run: &Run) -> BTreeMap<NodeId, NodeFacts> {
@@ -141,6 +182,50 @@ fn naive_depth_is_quadratic_in_the_levels() {
     }
     let per_level = |row: &(f64, f64)| row.1 / row.0;
     assert!(per_level(&rows[2]) > 1.3 * per_level(&rows[0]), "depth per level grows: {rows:?}");
+}
+
+fn sweep(correction: Correction) -> Vec<Line> {
+    let sizes = "2^9..2^14,per-octave=2";
+    let config = Config { until: Some(Until::Neighbours), correction, ..simulated(Workers::Count(1), 5, 12) };
+    let sweep = Sweep {
+        sizes: parse_sizes(sizes).unwrap(),
+        sizes_text: sizes.to_string(),
+        kinds: vec![Kind::Uniform],
+        dimension: 2,
+        lipschitz: None,
+        workers: vec![Workers::Count(1)],
+        first_seed: 1,
+        seeds: 4,
+        weak: false,
+        timed: false,
+        config,
+    };
+    let mut runner = Runner::default();
+    sweep.jobs().iter().map(|job| runner.run(&sweep, job, &mut |_, _, _| {}).unwrap()).collect()
+}
+
+/// In the plane, where log^(d/2) n is log n itself.
+#[test]
+fn the_fit_tells_the_naive_correction_from_the_descent() {
+    let [naive, descent] = [Correction::Naive, Correction::Descent].map(sweep);
+    let ask = |lines: &[Line], key| {
+        let request = Request { x: Abscissa::PointsOverLeaf, ..Request::new(key, Some("neighbours")) };
+        let answer = fit(lines, &request).unwrap();
+        println!("{}", answer.text());
+        (answer.series[0].verdict.clone(), answer.series[0].growth.clone())
+    };
+    let bends = |growth: Option<Growth>| growth.unwrap().curvature.bends;
+    let (verdict, growth) = ask(&naive, Key::Depth);
+    assert_eq!(verdict, Verdict::Law { law: Law::LogSquared });
+    assert!(bends(growth));
+    let (verdict, growth) = ask(&descent, Key::Depth);
+    assert!(!bends(growth) && verdict != Verdict::Law { law: Law::LogSquared }, "{verdict:?}");
+    let level = |lines: &[Line]| {
+        let answer = fit(lines, &Request::new(Key::LevelDepth, Some("neighbours"))).unwrap();
+        answer.series[0].verdict.clone()
+    };
+    assert_eq!(level(&naive), Verdict::SizeBound);
+    assert_eq!(level(&descent), Verdict::SizeFree);
 }
 
 fn inserted<P: Point>(points: &[P]) {

@@ -274,7 +274,7 @@ impl<'a, P: Point> Grower<'a, P> {
         for vertices in cells {
             let others = (n as u32..self.points.len() as u32).map(|point| (point, false)).collect();
             let made = Made { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
-            self.make(vertices, others, made, &mut round, &mut ready);
+            self.make(vertices, others, &made, &mut round, &mut ready);
         }
         self.rounds.push(round);
         ready
@@ -287,13 +287,12 @@ impl<'a, P: Point> Grower<'a, P> {
         for facet in ready {
             let mut settling = Cost::ZERO;
             let verdict = settling.map(std::slice::from_ref(facet), |&(a, b)| self.verdict(a, b));
-            match verdict[0] {
-                Some((old, other)) => self.replace(old, other, settling, &mut round, &mut next),
-                None => {
-                    round.charge(settling);
-                    self.release(facet.0.0);
-                    self.release(facet.1.0);
-                }
+            if let Some((old, other)) = verdict[0] {
+                self.replace(old, other, settling, &mut round, &mut next);
+            } else {
+                round.charge(settling);
+                self.release(facet.0.0);
+                self.release(facet.1.0);
             }
         }
         self.rounds.push(round);
@@ -320,7 +319,7 @@ impl<'a, P: Point> Grower<'a, P> {
         // The pivot itself is a vertex now.
         let candidates = union.unite(&t.conflicts[1..], &o.conflicts);
         let made = Made { after: t.clock.later(o.clock), before, union, known: Some((old.1, other)) };
-        self.make(vertices, candidates, made, round, next);
+        self.make(vertices, candidates, &made, round, next);
         self.release(old.0);
     }
 
@@ -329,7 +328,7 @@ impl<'a, P: Point> Grower<'a, P> {
         &mut self,
         vertices: P::Cell,
         candidates: Vec<(u32, bool)>,
-        made: Made,
+        made: &Made,
         round: &mut Round,
         ready: &mut Vec<Ready>,
     ) {

@@ -1,0 +1,48 @@
+//! A table, as Markdown and as CSV.
+
+/// Rows under names.
+pub struct Table {
+    names: Vec<&'static str>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(names: &[&'static str]) -> Self {
+        Table { names: names.to_vec(), rows: Vec::new() }
+    }
+
+    /// Adds a row, one cell for each name.
+    pub fn push(&mut self, row: Vec<String>) {
+        assert_eq!(row.len(), self.names.len(), "a cell for each column");
+        self.rows.push(row);
+    }
+
+    /// As Markdown.
+    pub fn markdown(&self) -> String {
+        let mut out = format!("| {} |\n|{}\n", self.names.join(" | "), "---|".repeat(self.names.len()));
+        for row in &self.rows {
+            out.push_str(&format!("| {} |\n", row.join(" | ")));
+        }
+        out
+    }
+
+    /// As CSV; no cell holds a comma or a quote.
+    pub fn csv(&self) -> String {
+        let mut out = self.names.join(",") + "\n";
+        for row in &self.rows {
+            out.push_str(&(row.join(",") + "\n"));
+        }
+        out
+    }
+}
+
+/// The mean of a sum, to a tenth.
+pub fn mean(sum: u64, runs: u64) -> String {
+    format!("{:.1}", sum as f64 / runs.max(1) as f64)
+}
+
+/// The mean of a large sum, to a whole number.
+pub fn whole(sum: u64, runs: u64) -> String {
+    format!("{:.0}", sum as f64 / runs.max(1) as f64)
+}
