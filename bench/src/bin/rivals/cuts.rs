@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use septet::config::Partition;
-use septet::generate::Kind;
+use septet::generate::{Generated, Kind};
 use septet::geometry::graph::Supergraph;
 use septet::geometry::point::Point;
 use septet::model::Points;
@@ -37,36 +37,46 @@ const NAMES: [&str; 21] = [
     "gathered",
 ];
 
-/// One row for each kind, dimension, size and cut. Sizes above the second are left to the other tables.
+/// One row for each kind, dimension, size and cut.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {
         for &kind in &plan.kinds {
-            for &n in plan.sizes.iter().take(2) {
+            for &n in &plan.sizes {
                 tell("cuts", kind, n, dimension);
-                let sets = plan.sets(kind, n, dimension)?;
-                let mut cells: Option<Vec<Vec<u64>>> = None;
-                for partition in [Partition::Sphere, Partition::Kd] {
-                    let mut counts = Counts::default();
-                    let mut made = Vec::new();
-                    for (set, config) in &sets {
-                        let config = Config { partition, ..config.clone() };
-                        let run = match &set.points {
-                            Points::Plane(points) => count(points, &config, &mut counts)?,
-                            Points::Space(points) => count(points, &config, &mut counts)?,
-                        };
-                        made.push(run);
-                    }
-                    if cells.as_ref().is_some_and(|other| *other != made) {
-                        return Err("the two cuts do not give the same cells".into());
-                    }
-                    cells = Some(made);
-                    table.push(counts.row(kind, dimension, n, partition));
-                }
+                both(&plan.sets(kind, n, dimension)?, kind, dimension, n, &mut table)?;
             }
         }
     }
     Ok(table)
+}
+
+/// The rows of both cuts of the same sets, which must have the same cells.
+fn both(
+    sets: &[(Generated, Config)],
+    kind: Kind,
+    dimension: usize,
+    n: u64,
+    table: &mut Table,
+) -> Result<(), Box<dyn Error>> {
+    let mut made: Vec<Vec<Vec<u64>>> = Vec::new();
+    for partition in [Partition::Sphere, Partition::Kd] {
+        let mut counts = Counts::default();
+        let mut cells = Vec::new();
+        for (set, config) in sets {
+            let config = Config { partition, ..config.clone() };
+            cells.push(match &set.points {
+                Points::Plane(points) => count(points, &config, &mut counts)?,
+                Points::Space(points) => count(points, &config, &mut counts)?,
+            });
+        }
+        made.push(cells);
+        table.push(counts.row(kind, dimension, n, partition));
+    }
+    if made[0] != made[1] {
+        return Err("the two cuts do not give the same cells".into());
+    }
+    Ok(())
 }
 
 /// Counts a run; its cells.

@@ -27,20 +27,25 @@ const NAMES: [&str; 13] = [
     "insertion: n processors",
 ];
 
-/// One row for each dimension and size, of uniform sets.
+/// Sets for which the recursion's theorem is stated, and sets for which it is not.
+const KINDS: [Kind; 2] = [Kind::WellSpaced, Kind::Uniform];
+
+/// One row for each dimension, kind and size.
 pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(&NAMES);
     for &dimension in &plan.dimensions {
-        for &n in &plan.sizes {
-            tell("insertion", Kind::Uniform, n, dimension);
-            let mut sum = Sum::default();
-            for (set, config) in &plan.sets(Kind::Uniform, n, dimension)? {
-                match &set.points {
-                    Points::Plane(points) => sum.add(points, config)?,
-                    Points::Space(points) => sum.add(points, config)?,
+        for kind in KINDS {
+            for &n in &plan.sizes {
+                tell("insertion", kind, n, dimension);
+                let mut sum = Sum::default();
+                for (set, config) in &plan.sets(kind, n, dimension)? {
+                    match &set.points {
+                        Points::Plane(points) => sum.add(points, config)?,
+                        Points::Space(points) => sum.add(points, config)?,
+                    }
                 }
+                table.push(sum.row(kind, dimension, n));
             }
-            table.push(sum.row(dimension, n));
         }
     }
     Ok(table)
@@ -78,8 +83,8 @@ impl Sum {
         Ok(())
     }
 
-    fn row(&self, dimension: usize, n: u64) -> Vec<String> {
-        let mut row = vec![Kind::Uniform.to_string(), dimension.to_string(), n.to_string()];
+    fn row(&self, kind: Kind, dimension: usize, n: u64) -> Vec<String> {
+        let mut row = vec![kind.to_string(), dimension.to_string(), n.to_string()];
         // Chains are short: a tenth counts.
         let shown = |(at, &sum): (usize, &u64)| {
             if at < 5 { mean(sum, self.runs) } else { whole(sum, self.runs) }

@@ -1,5 +1,7 @@
 //! A table, as Markdown and as CSV.
 
+use std::fmt::Write;
+
 /// Rows under names.
 pub struct Table {
     names: Vec<&'static str>,
@@ -22,7 +24,8 @@ impl Table {
     pub fn markdown(&self) -> String {
         let mut out = format!("| {} |\n|{}\n", self.names.join(" | "), "---|".repeat(self.names.len()));
         for row in &self.rows {
-            out.push_str(&format!("| {} |\n", row.join(" | ")));
+            // Writing to a string does not fail.
+            let _ = writeln!(out, "| {} |", row.join(" | "));
         }
         out
     }
@@ -31,7 +34,7 @@ impl Table {
     pub fn csv(&self) -> String {
         let mut out = self.names.join(",") + "\n";
         for row in &self.rows {
-            out.push_str(&(row.join(",") + "\n"));
+            let _ = writeln!(out, "{}", row.join(","));
         }
         out
     }
