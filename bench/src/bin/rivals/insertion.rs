@@ -18,7 +18,7 @@ const NAMES: [&str; 13] = [
     "recursion: depth",
     "its repair: depth",
     "insertion: depth",
-    "insertion: depth, a union 1",
+    "insertion: depth with unions 1",
     "insertion: chain",
     "recursion: work",
     "its repair: work",

@@ -17,6 +17,11 @@ impl Table {
     /// Adds a row, one cell for each name.
     pub fn push(&mut self, row: Vec<String>) {
         assert_eq!(row.len(), self.names.len(), "a cell for each column");
+        let words = self.names.iter().copied().chain(row.iter().map(String::as_str));
+        assert!(
+            words.into_iter().all(|word| !word.contains([',', '"', '|'])),
+            "CSV and Markdown quote nothing"
+        );
         self.rows.push(row);
     }
 
