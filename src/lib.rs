@@ -54,6 +54,8 @@ pub mod predict;
 
 pub mod report;
 
+pub mod rival;
+
 pub mod trace;
 
 pub mod experiment;

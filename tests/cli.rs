@@ -24,6 +24,9 @@ mod report;
 #[path = "cli/scale.rs"]
 mod scale;
 
+#[path = "cli/rival.rs"]
+mod rival;
+
 /// A directory of one test and the program run in it.
 struct Place(TempDir);
 

@@ -26,6 +26,8 @@ mod predict;
 
 mod proptest_small;
 
+mod rivals;
+
 mod real;
 
 mod scaling;

@@ -7,13 +7,15 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::separator::{DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, draw, split_bound};
+use septet_geometry::separator::{
+    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, draw, split_bound,
+};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{LedgerPart, NodeFacts};
 use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
 
-use crate::config::{SetRule, WorkerConfig};
+use crate::config::{Partition, SetRule, WorkerConfig};
 use crate::outbox::Outbox;
 use crate::profile::Site;
 use crate::tree::join_bounds;
@@ -82,7 +84,10 @@ pub fn draw_from<P: Point>(
     samples.sort_unstable_by(lex_cmp);
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
-    let drawn = draw(key, population, samples, &mut own);
+    let drawn = match config.partition {
+        Partition::Sphere => draw(key, population, samples, &mut own),
+        Partition::Kd => cut(key, samples, &mut own),
+    };
     own.close(samples.len() as u64);
     cost.then(own);
     let kind = kind_number(&drawn);

@@ -11,7 +11,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
-use crate::config::{SetRule, map_in};
+use crate::config::{Correction, SetRule, map_in};
 use crate::query::{Ask, Ball};
 use crate::worker::Worker;
 
@@ -84,6 +84,9 @@ impl<P: Point> Worker<P> {
 
     /// Takes nearer neighbours found elsewhere.
     pub(crate) fn shrink(&mut self, phase: Phase) {
+        if phase == Phase::Neighbours && self.config.correction == Correction::Naive {
+            return self.finish_correction();
+        }
         for (home, list) in self.land(phase) {
             let radius2 = &mut self.table.radii2[home as usize];
             for (d2, _) in list {
