@@ -83,7 +83,7 @@ fn both(
 fn count<P: Point>(points: &[P], config: &Config, counts: &mut Counts) -> Result<Vec<u64>, septet::Error> {
     let run = simulate(points, config)?;
     counts.add(&run);
-    Ok(run.cells())
+    Ok(run.cells().to_vec())
 }
 
 /// What is compared, summed over the seeds; largest values are the largest over the seeds.
