@@ -50,13 +50,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, whatever n",
         reading: Reading::AsPrinted,
         experiment: "Depth of the hulls' phase over the largest degree of the graph, over sizes",
-        bound: "8 steps a neighbour: each is sorted, tested against the link and perhaps inserted",
+        bound: "4 steps a neighbour: a step and a scan for each that is tested against the link, and as many again for the sort \
+                and what is inserted",
         judge: hulls_depth,
     },
 ];
 
 fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
-    let n = lab.by_extent(8000, 40_000);
+    let n = lab.size(8000, 40_000);
     let kinds = [Kind::WellSpaced, Kind::GradedPoint];
     let samples: Vec<Sample> =
         kinds.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d))).collect();
@@ -77,7 +78,7 @@ fn subgraph(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 
 fn lower_hull(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut all = specimens(lab)?;
-    let n = lab.by_extent(4000, 20_000);
+    let n = lab.size(4000, 20_000);
     // Ties in every cell, and none.
     let others = [Kind::Grid, Kind::Uniform];
     let samples: Vec<Sample> =
@@ -120,7 +121,7 @@ fn hulls_depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             let graph = pairs(&specimen.points, &specimen.nearest2, density(specimen.alpha));
             let most = degrees(specimen.points.len(), &graph).into_iter().max().unwrap_or(0);
             let what = format!("depth of the hulls, {depth}, over the largest degree, {most}");
-            figures.push(Figure::at_most(what, &specimen.name, specimen.seed, depth / most as f64, 8.0));
+            figures.push(Figure::at_most(what, &specimen.name, specimen.seed, depth / most as f64, 4.0));
         }
     }
     Ok(figures)

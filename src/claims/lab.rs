@@ -92,8 +92,8 @@ impl<'a> Lab<'a> {
         Lab { setting, sets, specimens, lines, hear: Box::new(hear) }
     }
 
-    pub(super) fn quick(&self) -> bool {
-        self.setting.extent == Extent::Quick
+    pub(super) fn brief(&self) -> bool {
+        self.setting.extent == Extent::Brief
     }
 
     pub(super) fn seed(&self) -> u64 {
@@ -102,7 +102,12 @@ impl<'a> Lab<'a> {
 
     /// A value for either extent.
     pub(super) fn by_extent<T>(&self, quick: T, full: T) -> T {
-        if self.quick() { quick } else { full }
+        if self.setting.extent == Extent::Full { full } else { quick }
+    }
+
+    /// A number of points for either extent, fewer if brief.
+    pub(super) fn size(&self, quick: u64, full: u64) -> u64 {
+        if self.brief() { quick / 3 } else { self.by_extent(quick, full) }
     }
 
     fn set(&mut self, sample: Sample, seed: u64) -> Result<Rc<Generated>, ClaimError> {

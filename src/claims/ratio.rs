@@ -79,7 +79,7 @@ pub(super) const CLAIMS: &[Claim] = &[
 
 /// Sets that satisfy the hypothesis.
 fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
-    let n = lab.by_extent(8000, 40_000);
+    let n = lab.size(8000, 40_000);
     let mut samples = Vec::new();
     for d in [2, 3] {
         samples.push(Sample::new(Kind::WellSpaced, n, d));
@@ -217,7 +217,7 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
 }
 
 fn degree(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let n = lab.by_extent(8000, 40_000);
+    let n = lab.size(8000, 40_000);
     let kinds = [Kind::WellSpaced, Kind::Uniform, Kind::GradedPoint, Kind::Clusters];
     let samples = kinds.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d)));
     let samples: Vec<Sample> = samples.collect();

@@ -45,7 +45,7 @@ pub(super) const CLAIMS: &[Claim] = &[
 ];
 
 fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let n = lab.by_extent(6000, 30_000);
+    let n = lab.size(6000, 30_000);
     let mut figures = Vec::new();
     for (kind, d) in
         [(Kind::WellSpaced, 3), (Kind::WellSpaced, 2), (Kind::GradedPoint, 2), (Kind::Uniform, 3)]

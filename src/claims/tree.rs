@@ -9,11 +9,11 @@ use std::rc::Rc;
 use crate::Config;
 use crate::config::Until;
 use crate::experiment::Line;
-use crate::experiment::fit::{Key, MARGIN, Request, fit};
+use crate::experiment::fit::{FitError, Key, MARGIN, Request, fit};
 use crate::generate::Kind;
 
 use super::lab::{Lab, Sample};
-use super::{Claim, ClaimError, Figure, Reading};
+use super::{Claim, ClaimError, Extent, Figure, Reading};
 
 /// Largest leaf: above the neighbours' need of 256 and small enough for many levels.
 const LEAF: u64 = 256;
@@ -68,11 +68,12 @@ pub(super) const CLAIMS: &[Claim] = &[
 
 fn sweep(lab: &mut Lab, kind: Kind, d: usize) -> Result<Rc<Vec<Line>>, ClaimError> {
     let spaced = kind == Kind::WellSpaced;
-    let (octaves, parts, seeds) = match (spaced, lab.quick()) {
-        (true, true) => (3, 2, 4),
-        (true, false) => (8, 4, 10),
-        (false, true) => (5, 2, 4),
-        (false, false) => (12, 2, 5),
+    let (octaves, parts, seeds) = match (spaced, lab.setting.extent) {
+        (_, Extent::Brief) => (2, 2, 3),
+        (true, Extent::Quick) => (3, 2, 4),
+        (true, Extent::Full) => (8, 4, 10),
+        (false, Extent::Quick) => (5, 2, 4),
+        (false, Extent::Full) => (12, 2, 5),
     };
     let size = |i: u32| (4096.0 * (f64::from(i) / f64::from(parts)).exp2()).round() as u64;
     let samples: Vec<Sample> = (0..=octaves * parts).map(|i| Sample::new(kind, size(i), d)).collect();
@@ -84,7 +85,8 @@ fn sweep(lab: &mut Lab, kind: Kind, d: usize) -> Result<Rc<Vec<Line>>, ClaimErro
 /// The sweeps, named.
 fn sweeps(lab: &mut Lab) -> Result<Vec<(String, Rc<Vec<Line>>)>, ClaimError> {
     let mut all = Vec::new();
-    for (kind, d) in [(Kind::WellSpaced, 3), (Kind::WellSpaced, 2), (Kind::Uniform, 3), (Kind::Uniform, 2)] {
+    let sets = [(Kind::WellSpaced, 3), (Kind::WellSpaced, 2), (Kind::Uniform, 3), (Kind::Uniform, 2)];
+    for &(kind, d) in &sets[..if lab.brief() { 1 } else { 4 }] {
         let lines = sweep(lab, kind, d)?;
         let sizes = || lines.iter().map(|line| line.n);
         let (least, most) = (sizes().min().unwrap_or(0), sizes().max().unwrap_or(0));
@@ -107,8 +109,15 @@ fn level_depth(lab: &mut Lab, phase: &str) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let mut figures = Vec::new();
     for (on, lines) in sweeps(lab)? {
-        for series in fit(&lines, &Request::new(Key::LevelDepth, Some(phase)))?.series {
-            let Some(test) = series.levels else { continue };
+        let report = match fit(&lines, &Request::new(Key::LevelDepth, Some(phase))) {
+            Ok(report) => report,
+            Err(error @ FitError::TooFewLevels { .. }) => {
+                figures.push(Figure::at_most(error.to_string(), &on, seed, f64::NAN, MARGIN));
+                continue;
+            }
+            Err(error) => return Err(error.into()),
+        };
+        for test in report.series.iter().filter_map(|series| series.levels) {
             let share = 100.0 * test.slope.value / test.mean;
             let what = format!("smallest margin found flat (slope {share:.2} % of {:.0} steps)", test.mean);
             figures.push(Figure::at_most(what, &on, seed, test.smallest_margin, MARGIN));

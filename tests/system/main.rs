@@ -4,6 +4,8 @@
 
 use septet_common as common;
 
+mod claims;
+
 mod degenerate;
 
 mod equality;
