@@ -4,6 +4,8 @@
 
 use septet_common as common;
 
+mod assertions;
+
 mod claims;
 
 mod degenerate;
