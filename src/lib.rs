@@ -60,6 +60,10 @@ pub mod trace;
 
 pub mod experiment;
 
+pub mod assertions;
+
+pub mod claims;
+
 pub mod verify;
 
 pub mod io;

@@ -21,6 +21,10 @@ mod predict;
 
 #[path = "cli/report.rs"]
 mod report;
+
+#[path = "cli/reproduce.rs"]
+mod reproduce;
+
 #[path = "cli/scale.rs"]
 mod scale;
 

@@ -12,6 +12,7 @@ mod predict;
 mod progress;
 mod report;
 mod rival;
+mod reproduce;
 mod scale;
 mod triangulate;
 mod verify;
@@ -74,6 +75,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Count another algorithm on the same points, on the same ledger.
     Rival(rival::RivalArgs),
+    /// Run the paper's claims as experiments: PASS or FAIL with figure, bound and seed.
+    Reproduce(reproduce::ReproduceArgs),
     /// Write a completion script for a shell.
     Completions(completions::CompletionsArgs),
     /// Write the manual page.
@@ -113,6 +116,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Scale(args) => logged(talk, || scale::run(&args, talk)),
         Command::Fit(args) => logged(talk, || fit::run(&args, talk)),
         Command::Rival(args) => logged(talk, || rival::run(&args, talk)),
+        Command::Reproduce(args) => logged(talk, || reproduce::run(&args, talk)),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }

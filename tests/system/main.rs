@@ -4,6 +4,10 @@
 
 use septet_common as common;
 
+mod assertions;
+
+mod claims;
+
 mod degenerate;
 
 mod equality;

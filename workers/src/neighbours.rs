@@ -29,13 +29,14 @@ impl<P: Point> Worker<P> {
 
     /// For every home point, its `k` nearest in its leaf.
     fn leaf_lists(&mut self, k: usize, phase: Phase) -> Vec<Vec<Found>> {
-        let (table, site) = (&self.table, self.out.site());
+        let (table, site, fault) = (&self.table, self.out.site(), self.config.fault);
         let results = map_in(&self.pool, &self.leaves, |leaf| {
             let _span = site.subproblem(phase, leaf.id, "leaf lists", leaf.home_len());
             let members: Vec<u32> = leaf.home().collect();
             let mut cost = Cost::ZERO;
             let all = |_| f64::INFINITY;
             let lists = nearest_direct(&table.positions, &members, &members, k, all, &mut cost);
+            let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
             (lists, cost, (members.len() * members.len()) as u64)
         });
         let mut lists = Vec::with_capacity(self.table.home as usize);
