@@ -112,7 +112,8 @@ macro_rules! assert_counts {
         let counted = $crate::assertions::Counted::lines(&$counted);
         $(
             if let Err(broken) = $crate::assertions::$check(&counted, $($argument),*) {
-                panic!("{}: {broken}", stringify!($check($($argument),*)));
+                let check = concat!(stringify!($check), "(", stringify!($($argument),*), ")");
+                panic!("{check}: {broken}");
             }
         )+
     }};

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::config::{Alpha, Config, Fault, Transport, Workers, alpha_of_spacing};
+use crate::config::{Alpha, Config, Correction, Fault, Transport, Workers, alpha_of_spacing};
 use crate::count::{Counts, count};
 use crate::experiment::{Line, of_counts};
 use crate::generate::{Generated, Kind, Request, generate};
@@ -24,6 +24,8 @@ pub struct Setting {
     pub seed: u64,
     /// Threads.
     pub threads: usize,
+    /// How neighbour balls are corrected: naively, the claims on their depth must fail.
+    pub correction: Correction,
     /// A fault planted in every machine, by tests.
     pub fault: Option<Fault>,
     /// Set to stop.
@@ -32,7 +34,14 @@ pub struct Setting {
 
 impl Default for Setting {
     fn default() -> Self {
-        Setting { extent: Extent::Quick, seed: 1, threads: 2, fault: None, cancel: None }
+        Setting {
+            extent: Extent::Quick,
+            seed: 1,
+            threads: 2,
+            correction: Correction::Descent,
+            fault: None,
+            cancel: None,
+        }
     }
 }
 
@@ -135,6 +144,7 @@ impl<'a> Lab<'a> {
             threads: self.setting.threads,
             transport: Transport::Channel { threads: self.setting.threads },
             seed,
+            correction: self.setting.correction,
             spacing,
             // Sets of no known spacing have the default of those that have one.
             alpha: if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) },

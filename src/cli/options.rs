@@ -165,6 +165,16 @@ pub enum NeighboursArg {
     Naive,
 }
 
+impl NeighboursArg {
+    /// The correction of this name.
+    pub fn correction(self) -> Correction {
+        match self {
+            NeighboursArg::Descent => Correction::Descent,
+            NeighboursArg::Naive => Correction::Naive,
+        }
+    }
+}
+
 /// `--transport`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TransportArg {
@@ -245,10 +255,7 @@ impl MachineArgs {
                 PartitionArg::Sphere => Partition::Sphere,
                 PartitionArg::Kd => Partition::Kd,
             },
-            correction: match self.neighbours {
-                NeighboursArg::Descent => Correction::Descent,
-                NeighboursArg::Naive => Correction::Naive,
-            },
+            correction: self.neighbours.correction(),
             leaf: self.leaf.0,
             transport: match self.transport {
                 TransportArg::Channel => Transport::Channel { threads },

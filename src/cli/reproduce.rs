@@ -9,6 +9,7 @@ use septet::config::Fault;
 
 use super::errors::{Code, Failure};
 use super::files;
+use super::options::NeighboursArg;
 use super::progress::Talk;
 
 /// Options of `septet reproduce`.
@@ -39,6 +40,9 @@ pub struct ReproduceArgs {
     /// The first seed, of sets and of runs
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    /// How neighbour balls are corrected: with the naive one, the claims on their depth fail
+    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
+    neighbours: NeighboursArg,
     /// Threads [default: cores]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
     threads: Option<u32>,
@@ -67,7 +71,8 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
-    let setting = Setting { extent, seed: args.seed, threads, fault: args.fault, cancel };
+    let correction = args.neighbours.correction();
+    let setting = Setting { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
     let table = args.json.as_deref() != Some(Path::new("-"));
     let judged = judge(&claims, setting, table, args.figures, talk)?;
     let report = ClaimReport::of(extent, args.seed, judged);

@@ -1,8 +1,8 @@
 //! Assertions on counts hold where they should, and say what is wrong where they should not.
 
 use septet::assertions::{
-    Broken, Counted, bytes, depth_of_levels, grows_like, level_depth_flat, levels,
-    levels_over_leaf, merges, messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
+    Broken, Counted, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf, merges,
+    messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
 };
 use septet::config::Workers;
 use septet::experiment::Line;

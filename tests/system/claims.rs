@@ -1,10 +1,13 @@
 //! The paper's claims as experiments: planted faults turn the right ones, and only those, to FAIL.
 
 use septet::claims::{ClaimReport, Extent, Judged, Lab, Reading, Setting, registry, select};
-use septet::config::Fault;
+use septet::config::{Correction, Fault};
 
-fn judged(names: &[&str], fault: Option<Fault>) -> Vec<Judged> {
-    let setting = Setting { extent: Extent::Brief, fault, ..Setting::default() };
+fn brief(fault: Option<Fault>) -> Setting {
+    Setting { extent: Extent::Brief, fault, ..Setting::default() }
+}
+
+fn judged(names: &[&str], setting: Setting) -> Vec<Judged> {
     let mut lab = Lab::new(setting, |_| {});
     let names: Vec<String> = names.iter().map(|name| (*name).to_string()).collect();
     let claims = select(&names).unwrap();
@@ -16,11 +19,15 @@ fn judged(names: &[&str], fault: Option<Fault>) -> Vec<Judged> {
 
 /// Without the fault all pass; with it these fail and those still pass.
 fn turns(fault: Fault, fail: &[&str], pass: &[&str]) {
+    turns_with(brief(Some(fault)), &fault.to_string(), fail, pass);
+}
+
+fn turns_with(setting: Setting, fault: &str, fail: &[&str], pass: &[&str]) {
     let names = [fail, pass].concat();
-    for claim in judged(&names, None) {
+    for claim in judged(&names, brief(None)) {
         assert!(claim.passed, "without a fault: {}{}", claim.rows(), claim.details(true));
     }
-    for claim in judged(&names, Some(fault)) {
+    for claim in judged(&names, setting) {
         print!("{fault}: {}", claim.rows());
         let expected = pass.contains(&claim.name);
         assert_eq!(claim.passed, expected, "{fault}: {}{}", claim.rows(), claim.details(true));
@@ -55,6 +62,17 @@ fn a_clock_for_each_worker_makes_subproblems_wait() {
 }
 
 #[test]
+fn a_correction_node_by_node_is_no_descent() {
+    let naive = Setting { correction: Correction::Naive, ..brief(None) };
+    turns_with(
+        naive,
+        "naive correction",
+        &["neighbours-level-depth"],
+        &["partition-level-depth", "levels", "graph-exact", "local-hulls"],
+    );
+}
+
+#[test]
 fn every_claim_explains_itself() {
     let mut names: Vec<&str> = registry().map(|claim| claim.name).collect();
     assert!(names.len() >= 30);
@@ -74,13 +92,13 @@ fn every_claim_explains_itself() {
 /// Where the printed form is not judged, it is measured all the same.
 #[test]
 fn printed_forms_are_reported() {
-    let claims = judged(&["separator-split", "no-edges-overlap", "random-neighbours"], None);
+    let claims = judged(&["separator-split", "no-edges-overlap", "random-neighbours"], brief(None));
     let report = ClaimReport::of(Extent::Brief, 1, claims);
     assert!(report.passed, "{}", report.summary());
     for claim in &report.claims {
         assert_eq!(claim.holds_as_printed, Some(false), "{}", claim.rows());
         assert!(claim.rows().contains("as printed: does not hold"), "{}", claim.rows());
     }
-    let again = judged(&["separator-split"], None);
+    let again = judged(&["separator-split"], brief(None));
     assert_eq!(again[0], report.claims.iter().find(|c| c.name == "separator-split").unwrap().clone());
 }
