@@ -7,7 +7,7 @@ use super::Incremental;
 use super::cells::Cell;
 use super::read::corners;
 use super::ridges::{Ridges, ridge};
-use super::sphere::{KEPT, NO_SPHERE, Query, REMOVED};
+use super::sphere::{Inverse, KEPT, NO_SPHERE, Query, REMOVED};
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{conflicts_infinite, in_sphere};
@@ -22,20 +22,13 @@ pub(super) struct Scratch<P: Point> {
     border: Vec<P::Cell>,
     /// The cells that the exact predicates found free of conflict.
     kept: Vec<u32>,
+    /// The numbers of a facet's vertices in `around`; the third is 0 in the plane.
+    numbers: Vec<[u32; 3]>,
     /// The vertices of the border, from 1 on.
-    around: Vec<Around<P>>,
+    around: Vec<Inverse<P>>,
+    /// Their names, and a new cell of each.
+    names: Vec<(u32, u32)>,
     ridges: Ridges,
-}
-
-/// A vertex of the border.
-#[derive(Clone, Copy, Debug, Default)]
-struct Around<P> {
-    /// The vector from the new vertex, in the coordinates of the spheres; not a number for infinity.
-    rel: P,
-    length2: f64,
-    vertex: u32,
-    /// The first facet that it is in.
-    facet: u32,
 }
 
 impl<P: Point> Default for Scratch<P> {
@@ -44,7 +37,9 @@ impl<P: Point> Default for Scratch<P> {
             cavity: Vec::new(),
             border: Vec::new(),
             kept: Vec::new(),
+            numbers: Vec::new(),
             around: Vec::new(),
+            names: Vec::new(),
             ridges: Ridges::default(),
         }
     }
@@ -180,62 +175,57 @@ impl<P: Point> Incremental<P> {
         cells.slots.resize(slots + more, empty);
     }
 
-    /// Numbers the vertices of the border, puts the numbers in their places and enters the ridges.
+    /// Numbers the vertices of the border and enters the ridges.
     fn number(&mut self, q: P) {
-        let Scratch { border, around, ridges, .. } = &mut self.scratch;
+        let Scratch { border, numbers, around, names, ridges, .. } = &mut self.scratch;
         around.clear();
-        around.push(Around::default());
-        for (k, facet) in (0u32..).zip(border.iter_mut()) {
-            let mut numbers = [0; 3];
+        around.push(Inverse::default());
+        names.clear();
+        numbers.clear();
+        for (facet, &cell) in border.iter().zip(&self.cells.created) {
+            let mut own = [0; 3];
             for i in 0..P::DIM {
                 let vertex = facet.as_ref()[i + 1];
                 let known = &mut self.incident[vertex.wrapping_add(1) as usize];
                 if *known & NUMBERED == 0 {
                     *known = NUMBERED | around.len() as u32;
                     let to = self.points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
-                    let rel = self.frame.between(q, to);
-                    around.push(Around { rel, length2: rel.norm2(), vertex, facet: k });
+                    around.push(self.frame.inverse(q, to));
+                    names.push((vertex, cell));
                 }
-                numbers[i] = *known & !NUMBERED;
-                facet.as_mut()[i + 1] = numbers[i];
+                own[i] = *known & !NUMBERED;
             }
             for i in 0..P::DIM {
-                ridges.enter(ridge(numbers, i), k << 2 | (i as u32 + 1));
+                ridges.enter(ridge(own, i), cell << 2 | (i as u32 + 1));
             }
+            numbers.push(own);
         }
     }
 
     /// Writes the new cells.
     fn fill(&mut self, vertex: u32, query: &Query<P>) {
-        if !Ridges::is_small(self.scratch.around.len()) {
+        let small = Ridges::is_small(self.scratch.around.len());
+        if !small {
             self.pair_large();
         }
-        let Scratch { border, around, ridges, .. } = &self.scratch;
-        let small = Ridges::is_small(around.len());
+        let Scratch { border, numbers, around, names, ridges, .. } = &self.scratch;
         let created = &self.cells.created[..];
         let slots = &mut self.cells.slots[..];
-        for ((k, facet), &cell) in (0u32..).zip(border).zip(created) {
-            let numbers = numbers_of::<P>(facet);
+        for (k, ((facet, &own), &cell)) in border.iter().zip(numbers).zip(created).enumerate() {
             let outer = facet.as_ref()[0];
             let mut neighbours = P::Cell::splat(outer);
-            let mut vertices = P::Cell::splat(vertex);
-            let mut rel = [P::default(); 3];
-            let mut lengths2 = 1.0;
             for i in 0..P::DIM {
-                let code = k << 2 | (i as u32 + 1);
-                let mate = if small { ridges.mate(ridge(numbers, i)) } else { ridges.paired(code) };
-                neighbours.as_mut()[i + 1] = created[(mate >> 2) as usize] << 2 | mate & 3;
-                let end = &around[numbers[i] as usize];
-                vertices.as_mut()[i + 1] = end.vertex;
-                rel[i] = end.rel;
-                lengths2 *= end.length2;
+                let mate = if small { ridges.mate(ridge(own, i)) } else { ridges.paired(k, i) };
+                neighbours.as_mut()[i + 1] = mate;
             }
+            let mut vertices = *facet;
+            vertices.as_mut()[0] = vertex;
+            let sphere = query.sphere(own.map(|i| &around[i as usize]));
             slots[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = cell << 2;
-            let sphere = query.sphere(&rel[..P::DIM], lengths2);
             slots[cell as usize] = Cell { sphere, neighbours, vertices };
         }
-        for end in &around[1..] {
-            self.incident[end.vertex.wrapping_add(1) as usize] = created[end.facet as usize];
+        for &(vertex, cell) in names {
+            self.incident[vertex.wrapping_add(1) as usize] = cell;
         }
         self.incident[vertex as usize + 1] = created[0];
         self.last = created[0];
@@ -243,18 +233,11 @@ impl<P: Point> Incremental<P> {
 
     #[cold]
     fn pair_large(&mut self) {
-        let Scratch { border, ridges, .. } = &mut self.scratch;
-        let all = (0u32..).zip(border.iter()).flat_map(|(k, facet)| {
-            let numbers = numbers_of::<P>(facet);
-            (0..P::DIM).map(move |i| (ridge(numbers, i), k << 2 | (i as u32 + 1)))
-        });
-        ridges.pair(border.len() << 2, all);
+        let Scratch { numbers, ridges, .. } = &mut self.scratch;
+        let all = numbers
+            .iter()
+            .zip(0u32..)
+            .flat_map(|(&own, k)| (0..P::DIM).map(move |i| (ridge(own, i), k << 2 | i as u32)));
+        ridges.pair(&self.cells.created, all);
     }
-}
-
-#[inline]
-fn numbers_of<P: Point>(facet: &P::Cell) -> [u32; 3] {
-    let mut numbers = [0; 3];
-    numbers[..P::DIM].copy_from_slice(&facet.as_ref()[1..]);
-    numbers
 }

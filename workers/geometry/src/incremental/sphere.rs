@@ -73,6 +73,14 @@ pub(super) struct Query<P> {
     slack: f64,
 }
 
+/// The inverse image of a vertex in the unit sphere around another, and its squared distance from
+/// there. Not numbers for infinity.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Inverse<P> {
+    at: P,
+    length2: f64,
+}
+
 /// The power of a point with respect to a rounded sphere, and the bound of its error. Not numbers for
 /// a cell without a sphere: then no comparison holds.
 #[derive(Clone, Copy, Debug)]
@@ -124,10 +132,12 @@ impl<P: Point> Frame<P> {
         Query { at, slack: FAR * at.norm2().sqrt() + TINY }
     }
 
-    /// The vector between two points in the coordinates of the spheres.
+    /// The inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
     #[inline]
-    pub(super) fn between(&self, from: P, to: P) -> P {
-        (to - from) * self.scale
+    pub(super) fn inverse(&self, from: P, to: P) -> Inverse<P> {
+        let rel = (to - from) * self.scale;
+        let length2 = 1.0 / rel.norm2();
+        Inverse { at: rel * length2, length2 }
     }
 
     /// The circumsphere of a cell in the coordinates of the points: the centre, and the square of a
@@ -165,20 +175,27 @@ impl<P: Point> Query<P> {
         Power { value: distance2 - radius * radius, bound: t * (radius + radius + t) }
     }
 
-    /// The rounded sphere through this point and the ends of `rel`, vectors from it (as by
-    /// [`Frame::between`]); the cell is positive in this order. `lengths2` is the product of their squares.
+    /// The rounded sphere through this point and those with the inverse images `ends`.
     #[inline]
-    pub(super) fn sphere(&self, rel: &[P], lengths2: f64) -> P::Cell {
-        let (w, v) = P::sphere_plane(rel);
-        let from = v * (0.5 / w);
-        let radius = from.norm2().sqrt();
-        let sound = w * w > FLATTEST * lengths2 && w * w > LEAST && RADII.contains(&radius);
+    pub(super) fn sphere(&self, ends: [&Inverse<P>; 3]) -> P::Cell {
+        let [a, b, c] = ends;
+        let normal = P::hull_normal(&[b.at - a.at, c.at - a.at][..P::DIM - 1]);
+        let height = normal.dot(a.at);
+        let longest2 =
+            if P::DIM == 2 { a.length2.max(b.length2) } else { a.length2.max(b.length2).max(c.length2) };
+        let half = 0.5 / height;
+        let from = normal * half;
+        let radius = normal.norm2().sqrt() * half.abs();
+        let sound =
+            height * height > (FLATTEST * longest2) * (longest2 * longest2) && height * height > LEAST;
         let at = self.at + from;
         let mut sphere = P::Cell::splat(0);
         for i in 0..P::DIM {
             sphere.as_mut()[i] = (at.coord(i) as f32).to_bits();
         }
-        sphere.as_mut()[P::DIM] = if sound { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        let radius =
+            if sound && RADII.contains(&radius) { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        sphere.as_mut()[P::DIM] = radius;
         sphere
     }
 }
