@@ -16,10 +16,10 @@ use crate::predicates::{conflicts_infinite, in_sphere};
 #[derive(Clone, Debug)]
 pub(super) struct Scratch<P: Point> {
     /// The cells in conflict.
-    cavity: Vec<u32>,
+    cavity: List<u32>,
     /// The facets of the border: the code of the cell outside, then the vertices so that a point inside
     /// and they make a positive cell.
-    border: Vec<P::Cell>,
+    border: List<P::Cell>,
     /// The cells that the exact predicates found free of conflict.
     kept: Vec<u32>,
     /// The numbers of a facet's vertices in `around`; the third is 0 in the plane.
@@ -34,8 +34,8 @@ pub(super) struct Scratch<P: Point> {
 impl<P: Point> Default for Scratch<P> {
     fn default() -> Self {
         Scratch {
-            cavity: Vec::new(),
-            border: Vec::new(),
+            cavity: List::new(0),
+            border: List::new(P::Cell::splat(0)),
             kept: Vec::new(),
             numbers: Vec::new(),
             around: Vec::new(),
@@ -45,22 +45,76 @@ impl<P: Point> Default for Scratch<P> {
     }
 }
 
+/// A list whose items are written in any case, and stay or are written over. Storage is reused.
+#[derive(Clone, Debug)]
+struct List<T> {
+    items: Vec<T>,
+    len: usize,
+}
+
+impl<T: Copy> List<T> {
+    /// An empty list; `item` fills its storage.
+    fn new(item: T) -> Self {
+        List { items: vec![item; 256], len: 0 }
+    }
+
+    fn begin(&mut self) {
+        self.len = 0;
+    }
+
+    /// Room for so many more items.
+    #[inline]
+    fn make_room(&mut self, more: usize) {
+        if self.items.len() < self.len + more {
+            self.grow();
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let item = self.items[0];
+        self.items.resize(2 * self.items.len(), item);
+    }
+
+    /// Writes an item, which stays if `stays` is 1 and not if it is 0. There is room.
+    #[inline]
+    fn put(&mut self, item: T, stays: u32) {
+        self.items[self.len] = item;
+        self.len += stays as usize;
+    }
+
+    #[inline]
+    fn get(&self, at: usize) -> Option<&T> {
+        self.items().get(at)
+    }
+
+    #[inline]
+    fn items(&self) -> &[T] {
+        &self.items[..self.len]
+    }
+}
+
 /// In the incidence table, the mark of a vertex that has a number in the present border.
 const NUMBERED: u32 = 1 << 31;
 
-/// The facet of a positive cell opposite `slot`, so that it and the vertex there, first, are a positive
-/// cell.
+/// The facet of a positive cell opposite `slot` behind the code across it, so that a point inside and the
+/// facet are a positive cell.
 #[inline]
-fn facet_slots(corners: usize, slot: usize) -> [usize; 3] {
-    match (corners, slot) {
-        (3, 0) => [1, 2, 0],
-        (3, 1) => [2, 0, 0],
-        (3, _) => [0, 1, 0],
+fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
+    let from = match (P::DIM, slot) {
+        (2, 0) => [1, 2, 0],
+        (2, 1) => [2, 0, 0],
+        (2, _) => [0, 1, 0],
         (_, 0) => [1, 2, 3],
         (_, 1) => [0, 3, 2],
         (_, 2) => [0, 1, 3],
         _ => [0, 2, 1],
+    };
+    let mut facet = P::Cell::splat(code);
+    for i in 0..P::DIM {
+        facet.as_mut()[i + 1] = vertices.as_ref()[from[i]];
     }
+    facet
 }
 
 /// Does `q` conflict with a cell? Exact.
@@ -108,43 +162,43 @@ impl<P: Point> Incremental<P> {
         self.fill(vertex, query);
     }
 
-    /// Finds the cells in conflict with `q`, a connected set, and its border.
+    /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes
+    /// cannot be foreseen, so it is written to both lists, and the one that it belongs to grows.
+    #[inline(never)]
     fn dig(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
         let Scratch { cavity, border, kept, .. } = &mut self.scratch;
-        cavity.clear();
-        border.clear();
-        cavity.push(seed);
+        cavity.begin();
+        border.begin();
+        cavity.put(seed, 1);
         *slots[seed as usize].radius_mut() |= REMOVED;
         let mut head = 0;
-        while head < cavity.len() {
-            let Cell { neighbours, vertices, .. } = slots[cavity[head] as usize];
+        while let Some(&cell) = cavity.get(head) {
             head += 1;
+            let Cell { neighbours, vertices, .. } = slots[cell as usize];
+            cavity.make_room(P::Cell::LEN);
+            border.make_room(P::Cell::LEN);
+            let mut open = 0;
             for slot in 0..P::Cell::LEN {
                 let code = neighbours.as_ref()[slot];
                 let next = &mut slots[(code >> 2) as usize];
-                if next.is_removed() {
-                    continue;
-                }
                 let power = query.power(next);
-                let inside = if power.is_inside() {
-                    true
-                } else if power.is_outside() {
-                    false
-                } else {
-                    conflicts_once(slots, points, kept, code >> 2, q)
-                };
-                if inside {
-                    *slots[(code >> 2) as usize].radius_mut() |= REMOVED;
-                    cavity.push(code >> 2);
-                } else {
-                    let mut facet = P::Cell::splat(code);
-                    let from = facet_slots(P::Cell::LEN, slot);
-                    for i in 0..P::DIM {
-                        facet.as_mut()[i + 1] = vertices.as_ref()[from[i]];
-                    }
-                    border.push(facet);
-                }
+                let live = next.radius() >> 31 ^ 1;
+                let inside = live & u32::from(power.is_inside());
+                let outside = live & u32::from(power.is_outside());
+                *next.radius_mut() |= inside << 31;
+                cavity.put(code >> 2, inside);
+                border.put(facet::<P>(&vertices, slot, code), outside);
+                open |= (live ^ inside ^ outside) << slot;
+            }
+            while open != 0 {
+                let slot = open.trailing_zeros() as usize;
+                open &= open - 1;
+                let code = neighbours.as_ref()[slot];
+                let inside = conflicts_once(slots, points, kept, code >> 2, q);
+                *slots[(code >> 2) as usize].radius_mut() |= u32::from(inside) << 31;
+                cavity.put(code >> 2, u32::from(inside));
+                border.put(facet::<P>(&vertices, slot, code), u32::from(!inside));
             }
         }
         for cell in kept.drain(..) {
@@ -153,8 +207,10 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Numbers the new cells: slots of the cavity, free ones, new ones.
+    #[inline(never)]
     fn allocate(&mut self) {
         let Scratch { cavity, border, .. } = &self.scratch;
+        let (cavity, border) = (cavity.items(), border.items());
         let cells = &mut self.cells;
         cells.created.clear();
         let reused = cavity.len().min(border.len());
@@ -176,13 +232,14 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Numbers the vertices of the border and enters the ridges.
+    #[inline(never)]
     fn number(&mut self, q: P) {
         let Scratch { border, numbers, around, names, ridges, .. } = &mut self.scratch;
         around.clear();
         around.push(Inverse::default());
         names.clear();
         numbers.clear();
-        for (facet, &cell) in border.iter().zip(&self.cells.created) {
+        for (facet, &cell) in border.items().iter().zip(&self.cells.created) {
             let mut own = [0; 3];
             for i in 0..P::DIM {
                 let vertex = facet.as_ref()[i + 1];
@@ -203,6 +260,7 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Writes the new cells.
+    #[inline(never)]
     fn fill(&mut self, vertex: u32, query: &Query<P>) {
         let small = Ridges::is_small(self.scratch.around.len());
         if !small {
@@ -211,7 +269,7 @@ impl<P: Point> Incremental<P> {
         let Scratch { border, numbers, around, names, ridges, .. } = &self.scratch;
         let created = &self.cells.created[..];
         let slots = &mut self.cells.slots[..];
-        for (k, ((facet, &own), &cell)) in border.iter().zip(numbers).zip(created).enumerate() {
+        for (k, ((facet, &own), &cell)) in border.items().iter().zip(numbers).zip(created).enumerate() {
             let outer = facet.as_ref()[0];
             let mut neighbours = P::Cell::splat(outer);
             for i in 0..P::DIM {

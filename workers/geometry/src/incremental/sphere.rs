@@ -166,11 +166,11 @@ fn centre<P: Point>(sphere: &P::Cell) -> P {
 }
 
 impl<P: Point> Query<P> {
-    /// The power of the point with respect to a cell's sphere. The cell is not marked as removed.
+    /// The power of the point with respect to a cell's sphere.
     #[inline]
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
         let distance2 = (centre::<P>(&cell.sphere) - self.at).norm2();
-        let radius = f64::from(f32::from_bits(cell.radius()));
+        let radius = f64::from(f32::from_bits(cell.radius() & !REMOVED));
         let t = radius * WIDE + self.slack;
         Power { value: distance2 - radius * radius, bound: t * (radius + radius + t) }
     }
