@@ -17,29 +17,38 @@ use crate::predicates::{conflicts_infinite, in_sphere};
 pub(super) struct Scratch<P: Point> {
     /// The cells in conflict.
     cavity: List<u32>,
-    /// The facets of the border: the code of the cell outside, then the vertices so that a point inside
-    /// and they make a positive cell.
-    border: List<P::Cell>,
+    /// The facets of the border, by their codes from inside and from outside.
+    border: List<(u32, u32)>,
     /// The cells that the exact predicates found free of conflict.
     kept: Vec<u32>,
-    /// The numbers of a facet's vertices in `around`; the third is 0 in the plane.
-    numbers: Vec<[u32; 3]>,
-    /// The vertices of the border, from 1 on.
+    faces: List<Face<P::Cell>>,
+    /// The vertices of the border from 1 on, each with a new cell that it will be in.
+    names: List<(u32, u32)>,
+    /// The same vertices, seen from the new one.
     around: Vec<Inverse<P>>,
-    /// Their names, and a new cell of each.
-    names: Vec<(u32, u32)>,
     ridges: Ridges,
+}
+
+/// A facet of the border, which becomes a cell.
+#[derive(Clone, Copy, Debug)]
+struct Face<S> {
+    /// The code of the cell outside, then the vertices so that a point inside and they make a positive cell.
+    vertices: S,
+    /// The vertices' places in `names`; the third is 0 in the plane.
+    numbers: [u32; 3],
+    /// The new cell.
+    cell: u32,
 }
 
 impl<P: Point> Default for Scratch<P> {
     fn default() -> Self {
         Scratch {
             cavity: List::new(0),
-            border: List::new(P::Cell::splat(0)),
+            border: List::new((0, 0)),
             kept: Vec::new(),
-            numbers: Vec::new(),
+            faces: List::new(Face { vertices: P::Cell::splat(0), numbers: [0; 3], cell: 0 }),
+            names: List::new((INFINITE, 0)),
             around: Vec::new(),
-            names: Vec::new(),
             ridges: Ridges::default(),
         }
     }
@@ -58,34 +67,19 @@ impl<T: Copy> List<T> {
         List { items: vec![item; 256], len: 0 }
     }
 
-    fn begin(&mut self) {
-        self.len = 0;
-    }
-
-    /// Room for so many more items.
+    /// The storage, with room for `more` items behind the first `len`.
     #[inline]
-    fn make_room(&mut self, more: usize) {
-        if self.items.len() < self.len + more {
-            self.grow();
+    fn room(&mut self, len: usize, more: usize) -> &mut [T] {
+        if self.items.len() - len < more {
+            self.grow(len + more);
         }
+        &mut self.items
     }
 
     #[cold]
-    fn grow(&mut self) {
+    fn grow(&mut self, least: usize) {
         let item = self.items[0];
-        self.items.resize(2 * self.items.len(), item);
-    }
-
-    /// Writes an item, which stays if `stays` is 1 and not if it is 0. There is room.
-    #[inline]
-    fn put(&mut self, item: T, stays: u32) {
-        self.items[self.len] = item;
-        self.len += stays as usize;
-    }
-
-    #[inline]
-    fn get(&self, at: usize) -> Option<&T> {
-        self.items().get(at)
+        self.items.resize(least.next_power_of_two(), item);
     }
 
     #[inline]
@@ -158,8 +152,14 @@ impl<P: Point> Incremental<P> {
         let q = self.points[vertex as usize];
         self.dig(q, query, seed);
         self.allocate();
-        self.number(q);
-        self.fill(vertex, query);
+        self.number();
+        self.look_around(q);
+        if Ridges::is_small(self.scratch.names.len) {
+            self.fill_small(vertex, query);
+        } else {
+            self.fill_large(vertex, query);
+        }
+        self.note(vertex);
     }
 
     /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes
@@ -168,16 +168,15 @@ impl<P: Point> Incremental<P> {
     fn dig(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
         let Scratch { cavity, border, kept, .. } = &mut self.scratch;
-        cavity.begin();
-        border.begin();
-        cavity.put(seed, 1);
         *slots[seed as usize].radius_mut() |= REMOVED;
-        let mut head = 0;
-        while let Some(&cell) = cavity.get(head) {
+        cavity.items[0] = seed;
+        let (mut head, mut inner, mut outer) = (0, 1, 0);
+        while head < inner {
+            let inside_of = cavity.room(inner, P::Cell::LEN);
+            let border_of = border.room(outer, P::Cell::LEN);
+            let cell = inside_of[head];
             head += 1;
-            let Cell { neighbours, vertices, .. } = slots[cell as usize];
-            cavity.make_room(P::Cell::LEN);
-            border.make_room(P::Cell::LEN);
+            let neighbours = slots[cell as usize].neighbours;
             let mut open = 0;
             for slot in 0..P::Cell::LEN {
                 let code = neighbours.as_ref()[slot];
@@ -187,20 +186,27 @@ impl<P: Point> Incremental<P> {
                 let inside = live & u32::from(power.is_inside());
                 let outside = live & u32::from(power.is_outside());
                 *next.radius_mut() |= inside << 31;
-                cavity.put(code >> 2, inside);
-                border.put(facet::<P>(&vertices, slot, code), outside);
+                inside_of[inner] = code >> 2;
+                inner = inner.wrapping_add(inside as usize);
+                border_of[outer] = (code, cell << 2 | slot as u32);
+                outer = outer.wrapping_add(outside as usize);
                 open |= (live ^ inside ^ outside) << slot;
             }
             while open != 0 {
-                let slot = open.trailing_zeros() as usize;
+                let slot = open.trailing_zeros();
                 open &= open - 1;
-                let code = neighbours.as_ref()[slot];
-                let inside = conflicts_once(slots, points, kept, code >> 2, q);
-                *slots[(code >> 2) as usize].radius_mut() |= u32::from(inside) << 31;
-                cavity.put(code >> 2, u32::from(inside));
-                border.put(facet::<P>(&vertices, slot, code), u32::from(!inside));
+                let code = neighbours.as_ref()[slot as usize];
+                if conflicts_once(slots, points, kept, code >> 2, q) {
+                    *slots[(code >> 2) as usize].radius_mut() |= REMOVED;
+                    inside_of[inner] = code >> 2;
+                    inner += 1;
+                } else {
+                    border_of[outer] = (code, cell << 2 | slot);
+                    outer += 1;
+                }
             }
         }
+        (cavity.len, border.len) = (inner, outer);
         for cell in kept.drain(..) {
             *slots[cell as usize].radius_mut() &= !KEPT;
         }
@@ -233,69 +239,93 @@ impl<P: Point> Incremental<P> {
 
     /// Numbers the vertices of the border and enters the ridges.
     #[inline(never)]
-    fn number(&mut self, q: P) {
-        let Scratch { border, numbers, around, names, ridges, .. } = &mut self.scratch;
+    fn number(&mut self) {
+        let Scratch { border, faces, names, ridges, .. } = &mut self.scratch;
+        let incident = &mut self.incident[..];
+        let slots = &self.cells.slots[..];
+        let border = border.items();
+        let faces_of = &mut faces.room(0, border.len())[..border.len()];
+        let mut known = 1;
+        for ((&(inward, outward), &cell), face) in border.iter().zip(&self.cells.created).zip(faces_of) {
+            let names_of = names.room(known, P::DIM);
+            let removed = &slots[(outward >> 2) as usize].vertices;
+            let vertices = facet::<P>(removed, outward as usize & 3, inward);
+            let mut numbers = [0; 3];
+            for i in 0..P::DIM {
+                let vertex = vertices.as_ref()[i + 1];
+                let entry = &mut incident[vertex.wrapping_add(1) as usize];
+                let is_new = *entry & NUMBERED == 0;
+                numbers[i] = if is_new { known as u32 } else { *entry & !NUMBERED };
+                *entry = NUMBERED | numbers[i];
+                names_of[known] = (vertex, cell);
+                known = known.wrapping_add(usize::from(is_new));
+            }
+            for i in 0..P::DIM {
+                ridges.enter(ridge(numbers, i), cell << 2 | (i as u32 + 1));
+            }
+            *face = Face { vertices, numbers, cell };
+        }
+        (faces.len, names.len) = (border.len(), known);
+    }
+
+    /// Sees the vertices of the border from the new one.
+    fn look_around(&mut self, q: P) {
+        let Scratch { around, names, .. } = &mut self.scratch;
+        let (points, frame) = (&self.points[..], self.frame);
         around.clear();
-        around.push(Inverse::default());
-        names.clear();
-        numbers.clear();
-        for (facet, &cell) in border.items().iter().zip(&self.cells.created) {
-            let mut own = [0; 3];
+        around.extend(names.items().iter().map(|&(vertex, _)| {
+            let to = points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
+            frame.inverse(q, to)
+        }));
+    }
+
+    /// Writes the new cells, their ridges paired by `mate(k, i, ridge)`.
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        vertex: u32,
+        query: &Query<P>,
+        mate: impl Fn(&Ridges, usize, usize, (u32, u32)) -> u32,
+    ) {
+        let Scratch { faces, around, ridges, .. } = &self.scratch;
+        let (slots, around) = (&mut self.cells.slots[..], &around[..]);
+        for (k, face) in faces.items().iter().enumerate() {
+            let Face { mut vertices, numbers, cell } = *face;
+            let outer = vertices.as_ref()[0];
+            vertices.as_mut()[0] = vertex;
+            let mut neighbours = P::Cell::splat(outer);
             for i in 0..P::DIM {
-                let vertex = facet.as_ref()[i + 1];
-                let known = &mut self.incident[vertex.wrapping_add(1) as usize];
-                if *known & NUMBERED == 0 {
-                    *known = NUMBERED | around.len() as u32;
-                    let to = self.points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
-                    around.push(self.frame.inverse(q, to));
-                    names.push((vertex, cell));
-                }
-                own[i] = *known & !NUMBERED;
+                neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(numbers, i));
             }
-            for i in 0..P::DIM {
-                ridges.enter(ridge(own, i), cell << 2 | (i as u32 + 1));
-            }
-            numbers.push(own);
+            slots[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = cell << 2;
+            let sphere = query.sphere(numbers.map(|i| &around[i as usize]));
+            slots[cell as usize] = Cell { sphere, neighbours, vertices };
         }
     }
 
-    /// Writes the new cells.
     #[inline(never)]
-    fn fill(&mut self, vertex: u32, query: &Query<P>) {
-        let small = Ridges::is_small(self.scratch.around.len());
-        if !small {
-            self.pair_large();
-        }
-        let Scratch { border, numbers, around, names, ridges, .. } = &self.scratch;
-        let created = &self.cells.created[..];
-        let slots = &mut self.cells.slots[..];
-        for (k, ((facet, &own), &cell)) in border.items().iter().zip(numbers).zip(created).enumerate() {
-            let outer = facet.as_ref()[0];
-            let mut neighbours = P::Cell::splat(outer);
-            for i in 0..P::DIM {
-                let mate = if small { ridges.mate(ridge(own, i)) } else { ridges.paired(k, i) };
-                neighbours.as_mut()[i + 1] = mate;
-            }
-            let mut vertices = *facet;
-            vertices.as_mut()[0] = vertex;
-            let sphere = query.sphere(own.map(|i| &around[i as usize]));
-            slots[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = cell << 2;
-            slots[cell as usize] = Cell { sphere, neighbours, vertices };
-        }
-        for &(vertex, cell) in names {
-            self.incident[vertex.wrapping_add(1) as usize] = cell;
-        }
-        self.incident[vertex as usize + 1] = created[0];
-        self.last = created[0];
+    fn fill_small(&mut self, vertex: u32, query: &Query<P>) {
+        self.fill(vertex, query, |ridges, _, _, ridge| ridges.mate(ridge));
     }
 
     #[cold]
-    fn pair_large(&mut self) {
-        let Scratch { numbers, ridges, .. } = &mut self.scratch;
-        let all = numbers
-            .iter()
-            .zip(0u32..)
-            .flat_map(|(&own, k)| (0..P::DIM).map(move |i| (ridge(own, i), k << 2 | i as u32)));
+    fn fill_large(&mut self, vertex: u32, query: &Query<P>) {
+        let Scratch { faces, ridges, .. } = &mut self.scratch;
+        let all = faces.items().iter().zip(0u32..).flat_map(|(face, k)| {
+            let numbers = face.numbers;
+            (0..P::DIM).map(move |i| (ridge(numbers, i), k << 2 | i as u32))
+        });
         ridges.pair(&self.cells.created, all);
+        self.fill(vertex, query, |ridges, k, i, _| ridges.paired(k, i));
+    }
+
+    /// Notes a cell for every vertex that was numbered, and for the new one.
+    fn note(&mut self, vertex: u32) {
+        let first = self.cells.created[0];
+        for &(vertex, cell) in &self.scratch.names.items()[1..] {
+            self.incident[vertex.wrapping_add(1) as usize] = cell;
+        }
+        self.incident[vertex as usize + 1] = first;
+        self.last = first;
     }
 }

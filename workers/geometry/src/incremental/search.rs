@@ -42,7 +42,7 @@ impl<P: Point> Incremental<P> {
         let mut cell = start;
         let mut best = query.power(&slots[start as usize]);
         if best.value.is_nan() {
-            best.value = f64::INFINITY;
+            best.value = f32::INFINITY;
         }
         loop {
             if best.is_inside() {

@@ -43,16 +43,22 @@ const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;
 
 /// The part of the bound that grows with the distance from the origin, the part that grows with the
 /// radius, and the constant part.
-const FAR: f64 = SINGLE * (1.0 + 1.0 / 1024.0);
-const WIDE: f64 = SINGLE * 5.0;
-const TINY: f64 = 1.0 / (1u128 << 70) as f64 / (1u128 << 70) as f64;
+const FAR: f64 = 2.0 * SINGLE * (1.0 + 1.0 / 1024.0);
+const WIDE: f32 = (9.0 * SINGLE) as f32;
+const TINY: f64 = power_of_two(-140);
 
-/// The square of the flattest shape that has a sphere, `2^-36`, and of the least determinant, `2^-600`.
-const FLATTEST: f64 = 1.0 / (1u64 << 36) as f64;
-const LEAST: f64 = f64::from_bits((1023 - 600) << 52);
+/// The square of the flattest shape that has a sphere, and of the least determinant.
+const FLATTEST: f64 = power_of_two(-36);
+const LEAST: f64 = power_of_two(-600);
 
-/// Radii that are kept.
-const RADII: std::ops::Range<f64> = f64::from_bits((1023 - 100) << 52)..f64::from_bits((1023 + 60) << 52);
+/// Radii that are kept, and the distance from the origin up to which points are compared.
+const SMALLEST: f64 = power_of_two(-50);
+const LARGEST: f64 = power_of_two(60);
+const FARTHEST: f64 = power_of_two(40);
+
+const fn power_of_two(exponent: i64) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
 
 /// Points looked at for the median.
 const SAMPLE: usize = 255;
@@ -67,10 +73,11 @@ pub(super) struct Frame<P> {
 /// A point as it is compared with spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query<P> {
-    /// The point in the coordinates of the spheres.
-    pub(super) at: P,
-    /// The part of the bound that does not depend on the sphere.
-    slack: f64,
+    /// The point in the coordinates of the spheres, and the same in single precision.
+    at: P,
+    rounded: [f32; 3],
+    /// The part of the bound that does not depend on the sphere; not a number for a point too far away.
+    slack: f32,
 }
 
 /// The inverse image of a vertex in the unit sphere around another, and its squared distance from
@@ -85,8 +92,8 @@ pub(super) struct Inverse<P> {
 /// a cell without a sphere: then no comparison holds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Power {
-    pub(super) value: f64,
-    pub(super) bound: f64,
+    pub(super) value: f32,
+    pub(super) bound: f32,
 }
 
 impl Power {
@@ -129,7 +136,13 @@ impl<P: Point> Frame<P> {
     #[inline]
     pub(super) fn query(&self, q: P) -> Query<P> {
         let at = (q - self.origin) * self.scale;
-        Query { at, slack: FAR * at.norm2().sqrt() + TINY }
+        let mut rounded = [0.0; 3];
+        for (i, x) in rounded[..P::DIM].iter_mut().enumerate() {
+            *x = at.coord(i) as f32;
+        }
+        let distance = at.norm2().sqrt();
+        let slack = if distance < FARTHEST { (FAR * distance + TINY) as f32 } else { f32::NAN };
+        Query { at, rounded, slack }
     }
 
     /// The inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
@@ -143,34 +156,32 @@ impl<P: Point> Frame<P> {
     /// The circumsphere of a cell in the coordinates of the points: the centre, and the square of a
     /// radius that reaches at least as far as the cell's ball does. `None` for a cell without a sphere.
     pub(super) fn ball(&self, sphere: &P::Cell) -> Option<(P, f64)> {
-        let at = centre::<P>(sphere);
+        let mut at = P::default();
+        for i in 0..P::DIM {
+            at.set_coord(i, f64::from(f32::from_bits(sphere.as_ref()[i])));
+        }
         let radius = f64::from(f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT)));
         if radius.is_nan() {
             return None;
         }
         let centre = self.origin + at / self.scale;
-        let reach = radius * (1.0 + WIDE) + FAR * at.norm2().sqrt() + TINY;
-        let reach =
-            reach / self.scale + 4.0 * f64::EPSILON * (centre.norm2().sqrt() + self.origin.norm2().sqrt());
+        let reach = radius * (1.0 + f64::from(WIDE)) + FAR * at.norm2().sqrt() + TINY;
+        let rounding = 4.0 * f64::EPSILON * (centre.norm2().sqrt() + self.origin.norm2().sqrt());
+        let reach = reach / self.scale + rounding;
         Some((centre, reach * reach * (1.0 + 4.0 * f64::EPSILON)))
     }
-}
-
-#[inline]
-fn centre<P: Point>(sphere: &P::Cell) -> P {
-    let mut at = P::default();
-    for i in 0..P::DIM {
-        at.set_coord(i, f64::from(f32::from_bits(sphere.as_ref()[i])));
-    }
-    at
 }
 
 impl<P: Point> Query<P> {
     /// The power of the point with respect to a cell's sphere.
     #[inline]
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
-        let distance2 = (centre::<P>(&cell.sphere) - self.at).norm2();
-        let radius = f64::from(f32::from_bits(cell.radius() & !REMOVED));
+        let mut distance2 = 0.0;
+        for i in 0..P::DIM {
+            let x = f32::from_bits(cell.sphere.as_ref()[i]) - self.rounded[i];
+            distance2 += x * x;
+        }
+        let radius = f32::from_bits(cell.radius() & !REMOVED);
         let t = radius * WIDE + self.slack;
         Power { value: distance2 - radius * radius, bound: t * (radius + radius + t) }
     }
@@ -181,21 +192,29 @@ impl<P: Point> Query<P> {
         let [a, b, c] = ends;
         let normal = P::hull_normal(&[b.at - a.at, c.at - a.at][..P::DIM - 1]);
         let height = normal.dot(a.at);
-        let longest2 =
-            if P::DIM == 2 { a.length2.max(b.length2) } else { a.length2.max(b.length2).max(c.length2) };
+        let mut longest2 = larger(a.length2, b.length2);
+        if P::DIM == 3 {
+            longest2 = larger(longest2, c.length2);
+        }
         let half = 0.5 / height;
         let from = normal * half;
         let radius = normal.norm2().sqrt() * half.abs();
-        let sound =
-            height * height > (FLATTEST * longest2) * (longest2 * longest2) && height * height > LEAST;
+        let flat2 = (FLATTEST * longest2) * (longest2 * longest2);
+        let height2 = height * height;
+        let sound = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
         let at = self.at + from;
         let mut sphere = P::Cell::splat(0);
         for i in 0..P::DIM {
             sphere.as_mut()[i] = (at.coord(i) as f32).to_bits();
         }
-        let radius =
-            if sound && RADII.contains(&radius) { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        let radius = if sound { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
         sphere.as_mut()[P::DIM] = radius;
         sphere
     }
+}
+
+/// The larger of two numbers, or the second if one is not a number: one instruction.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
