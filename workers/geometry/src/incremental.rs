@@ -20,6 +20,7 @@ mod cells;
 mod order;
 mod read;
 mod ridges;
+mod rows;
 mod search;
 mod sphere;
 
