@@ -1,0 +1,137 @@
+//! Stage 2: determinants in integers of fixed width, chosen for each call from its bits.
+//!
+//! **Statement.** In units of the call's lattice ([`super::lattice`]) differences are integers below `2^b`.
+//! Written out, with all partial sums:
+//!
+//! | quantity | space: below | plane: below |
+//! | --- | --- | --- |
+//! | minor | `2^(2b + 1)` | `2^(2b + 1)`: the plane's orientation and cofactor |
+//! | cofactor, the orientation in space | `6 * 2^(3b) < 2^(3b + 2.6)` | |
+//! | lift | `3 * 2^(2b) < 2^(2b + 1.6)` | `2^(2b + 1)` |
+//! | determinant | `4 * 3 * 6 * 2^(5b) < 2^(5b + 6.2)` | `3 * 2 * 2 * 2^(4b) < 2^(4b + 3.6)` |
+//!
+//! and an integer of `N` limbs holds what is below `2^(64 N - 1)`. This gives three widths; whatever needs
+//! more goes on to [`super::expansion`].
+//!
+//! | differences | in-sphere | in-circle | orientation |
+//! | --- | --- | --- | --- |
+//! | narrow | `b <= 24`: 128 bits | `b <= 30`: 128 bits | |
+//! | single | `b <= 62`: 320 bits | `b <= 62`: 256 bits | `b <= 62`: 192 or 128 bits |
+//! | double | `b <= 126`: 640 bits | `b <= 126`: 512 bits | `b <= 126`: 384 or 256 bits |
+//!
+//! **Work.** At most 72 products (in-sphere), of 1, 2 to 6 and 4 to 24 multiplications of limbs.
+//!
+//! **Source.** The forms are those of stage 1. Fixed widths in place of expansions: Levy, "Robustness and
+//! efficiency of geometric programs: the Predicate Construction Kit" (2016), argues for them too.
+
+use super::Sign;
+use super::lattice::{integer, unit, width};
+use super::wide::Int;
+use crate::point::Point;
+
+/// The exact sign of an in-sphere determinant and of its cofactors (see [`super::filter::Rounded`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Signs {
+    pub det: Sign,
+    pub cofactors: [Sign; 4],
+}
+
+type Row<const D: usize> = [Int<D>; 3];
+
+/// The differences of `points` to `q`, in units of `2^unit`. Rows and entries beyond are 0.
+#[inline]
+fn rows<P: Point, const D: usize>(points: &[P], q: P, unit: i32) -> [Row<D>; 4] {
+    let mut rows = [[Int([0; D]); 3]; 4];
+    for axis in 0..P::DIM {
+        let base = integer::<D>(q.coord(axis), unit);
+        for (row, p) in rows.iter_mut().zip(points) {
+            row[axis] = integer::<D>(p.coord(axis), unit).minus(base);
+        }
+    }
+    rows
+}
+
+#[inline]
+fn minor<const D: usize, const M: usize>(a: &Row<D>, b: &Row<D>) -> Int<M> {
+    a[0].times::<D, M>(b[1]).minus(b[0].times::<D, M>(a[1]))
+}
+
+/// `a.z bc - b.z ac + c.z ab`.
+#[inline]
+fn det3<const D: usize, const M: usize, const C: usize>(
+    (a, bc): (&Row<D>, Int<M>),
+    (b, ac): (&Row<D>, Int<M>),
+    (c, ab): (&Row<D>, Int<M>),
+) -> Int<C> {
+    bc.times::<D, C>(a[2]).minus(ac.times::<D, C>(b[2])).plus(ab.times::<D, C>(c[2]))
+}
+
+/// The squared length in `L` limbs; in the plane the third entry is 0.
+#[inline]
+fn lift<const D: usize, const L: usize>(a: &Row<D>, dimension: usize) -> Int<L> {
+    let square = |x: Int<D>| x.times::<D, L>(x);
+    let planar = square(a[0]).plus(square(a[1]));
+    if dimension == 2 { planar } else { planar.plus(square(a[2])) }
+}
+
+fn in_circle<const D: usize, const M: usize, const N: usize>([a, b, c, _]: &[Row<D>; 4]) -> Signs {
+    let cofactors = [minor::<D, M>(b, c), minor(c, a), minor(a, b)];
+    let term = |i: usize, row: &Row<D>| cofactors[i].times::<M, N>(lift::<D, M>(row, 2));
+    let det = term(0, a).plus(term(1, b)).plus(term(2, c));
+    let [first, second, third] = cofactors.map(Int::sign);
+    Signs { det: det.sign(), cofactors: [first, second, third, Sign::Zero] }
+}
+
+fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
+    [a, b, c, d]: &[Row<D>; 4],
+) -> Signs {
+    let (ab, bc, cd) = (minor::<D, M>(a, b), minor(b, c), minor(c, d));
+    let (da, ac, bd) = (minor(d, a), minor(a, c), minor(b, d));
+    let zero = Int([0; M]);
+    let abc = det3::<D, M, C>((a, bc), (b, ac), (c, ab));
+    let bcd = det3::<D, M, C>((b, cd), (c, bd), (d, bc));
+    // (c, d, a): the minor of its first and last row is ca = -ac; and so on.
+    let cda = det3::<D, M, C>((c, da), (d, zero.minus(ac)), (a, cd));
+    let dab = det3::<D, M, C>((d, ab), (a, zero.minus(bd)), (b, da));
+    let term = |cofactor: Int<C>, row: &Row<D>| cofactor.times::<M, N>(lift::<D, M>(row, 3));
+    let inside = term(bcd, a).plus(term(dab, c));
+    let outside = term(cda, b).plus(term(abc, d));
+    let det = inside.minus(outside).sign();
+    Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
+}
+
+/// The exact signs for a cell and a query whose differences are at most `reach`, if the widths suffice.
+pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Option<Signs> {
+    let unit = unit(cell).min(unit(&[q]));
+    match (P::DIM, width(reach, unit)) {
+        (2, ..=30) => Some(in_circle::<1, 1, 2>(&rows(cell, q, unit))),
+        (2, ..=62) => Some(in_circle::<1, 2, 4>(&rows(cell, q, unit))),
+        (2, ..=126) => Some(in_circle::<2, 4, 8>(&rows(cell, q, unit))),
+        (3, ..=24) => Some(in_sphere::<1, 1, 2, 2>(&rows(cell, q, unit))),
+        (3, ..=62) => Some(in_sphere::<1, 2, 3, 5>(&rows(cell, q, unit))),
+        (3, ..=126) => Some(in_sphere::<2, 4, 6, 10>(&rows(cell, q, unit))),
+        _ => None,
+    }
+}
+
+fn orient<const D: usize, const M: usize, const C: usize>(
+    [a, b, c, _]: &[Row<D>; 4],
+    dimension: usize,
+) -> Sign {
+    if dimension == 2 {
+        return minor::<D, M>(a, b).sign();
+    }
+    // With the last point as the base the orientation is minus the determinant of the rows.
+    det3::<D, M, C>((a, minor(b, c)), (b, minor(a, c)), (c, minor(a, b))).sign().opposite()
+}
+
+/// The exact orientation of a cell whose differences are at most `reach`, if the widths suffice.
+pub(super) fn orientation<P: Point>(cell: &[P], reach: f64) -> Option<Sign> {
+    let unit = unit(cell);
+    let (base, others) = cell.split_last()?;
+    match width(reach, unit) {
+        ..=62 => Some(orient::<1, 2, 3>(&rows(others, *base, unit), P::DIM)),
+        ..=126 => Some(orient::<2, 4, 6>(&rows(others, *base, unit), P::DIM)),
+        _ => None,
+    }
+}
