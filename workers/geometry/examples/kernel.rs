@@ -74,11 +74,25 @@ fn time<P: Point>(kind: &str, points: &[P], repeats: usize) {
     let sorted: Vec<P> = order.iter().map(|&i| points[i as usize]).collect();
     let mut seconds: Vec<f64> = Vec::new();
     let mut cells = 0;
+    #[cfg(feature = "stage-counts")]
+    septet_geometry::predicates::take_stage_counts();
     for _ in 0..repeats {
         let start = Instant::now();
         let built = Incremental::build(sorted.clone(), None).expect("a triangulation");
         seconds.push(start.elapsed().as_secs_f64());
         cells = built.cells().count();
+    }
+    #[cfg(feature = "stage-counts")]
+    {
+        let (orientation, in_sphere, ties) = septet_geometry::predicates::take_stage_counts();
+        let per = |count: u64| count as f64 / (points.len() * repeats) as f64;
+        println!(
+            "{kind}: a point, by filter, exact doubles, integers, expansions: orientation {:.3?}, in-sphere {:.3?}, \
+             ties {:.3}",
+            orientation.map(per),
+            in_sphere.map(per),
+            per(ties)
+        );
     }
     seconds.sort_by(f64::total_cmp);
     let per_point = seconds[0] * 1e6 / points.len() as f64;

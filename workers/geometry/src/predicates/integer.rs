@@ -25,7 +25,7 @@
 //! efficiency of geometric programs: the Predicate Construction Kit" (2016), argues for them too.
 
 use super::Sign;
-use super::lattice::{integer, unit, width};
+use super::lattice::{integer, largest_unit, quick_integer, quick_unit, width};
 use super::wide::Int;
 use crate::point::Point;
 
@@ -38,14 +38,14 @@ pub(super) struct Signs {
 
 type Row<const D: usize> = [Int<D>; 3];
 
-/// The differences of `points` to `q`, in units of `2^unit`. Rows and entries beyond are 0.
+/// The differences of `points` to `q` as integers. Rows and entries beyond are 0.
 #[inline]
-fn rows<P: Point, const D: usize>(points: &[P], q: P, unit: i32) -> [Row<D>; 4] {
+fn rows<P: Point, const D: usize>(points: &[P], q: P, integer: impl Fn(f64) -> Int<D>) -> [Row<D>; 4] {
     let mut rows = [[Int([0; D]); 3]; 4];
     for axis in 0..P::DIM {
-        let base = integer::<D>(q.coord(axis), unit);
+        let base = integer(q.coord(axis));
         for (row, p) in rows.iter_mut().zip(points) {
-            row[axis] = integer::<D>(p.coord(axis), unit).minus(base);
+            row[axis] = integer(p.coord(axis)).minus(base);
         }
     }
     rows
@@ -76,7 +76,7 @@ fn lift<const D: usize, const L: usize>(a: &Row<D>, dimension: usize) -> Int<L> 
 
 fn in_circle<const D: usize, const M: usize, const N: usize>([a, b, c, _]: &[Row<D>; 4]) -> Signs {
     let cofactors = [minor::<D, M>(b, c), minor(c, a), minor(a, b)];
-    let term = |i: usize, row: &Row<D>| cofactors[i].times::<M, N>(lift::<D, M>(row, 2));
+    let term = |i: usize, row: &Row<D>| cofactors[i].times_natural::<M, N>(lift::<D, M>(row, 2));
     let det = term(0, a).plus(term(1, b)).plus(term(2, c));
     let [first, second, third] = cofactors.map(Int::sign);
     Signs { det: det.sign(), cofactors: [first, second, third, Sign::Zero] }
@@ -93,25 +93,57 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     // (c, d, a): the minor of its first and last row is ca = -ac; and so on.
     let cda = det3::<D, M, C>((c, da), (d, zero.minus(ac)), (a, cd));
     let dab = det3::<D, M, C>((d, ab), (a, zero.minus(bd)), (b, da));
-    let term = |cofactor: Int<C>, row: &Row<D>| cofactor.times::<M, N>(lift::<D, M>(row, 3));
+    let term = |cofactor: Int<C>, row: &Row<D>| cofactor.times_natural::<M, N>(lift::<D, M>(row, 3));
     let inside = term(bcd, a).plus(term(dab, c));
     let outside = term(cda, b).plus(term(abc, d));
     let det = inside.minus(outside).sign();
     Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
 }
 
+/// Bits that all entries have as zeros at their end: what the unit could be larger by.
+#[inline]
+fn spare(rows: &[Row<1>; 4]) -> u32 {
+    rows.as_flattened().iter().fold(1 << 63, |bits, x| bits | x.0[0]).trailing_zeros()
+}
+
 /// The exact signs for a cell and a query whose differences are at most `reach`, if the widths suffice.
 pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Option<Signs> {
-    let unit = unit(cell).min(unit(&[q]));
-    match (P::DIM, width(reach, unit)) {
-        (2, ..=30) => Some(in_circle::<1, 1, 2>(&rows(cell, q, unit))),
-        (2, ..=62) => Some(in_circle::<1, 2, 4>(&rows(cell, q, unit))),
-        (2, ..=126) => Some(in_circle::<2, 4, 8>(&rows(cell, q, unit))),
-        (3, ..=24) => Some(in_sphere::<1, 1, 2, 2>(&rows(cell, q, unit))),
-        (3, ..=62) => Some(in_sphere::<1, 2, 3, 5>(&rows(cell, q, unit))),
-        (3, ..=126) => Some(in_sphere::<2, 4, 6, 10>(&rows(cell, q, unit))),
-        _ => None,
+    // A length the compiler knows: loops over it unroll.
+    let cell = &cell[..=P::DIM];
+    let narrow = if P::DIM == 2 { 30 } else { 24 };
+    let unit = quick_unit(&[q]).min(quick_unit(cell));
+    let bits = width(reach, unit);
+    if bits <= 62 {
+        let rows = rows(cell, q, |x| quick_integer(x, unit));
+        let spare = spare(&rows);
+        if bits - spare as i32 <= narrow {
+            return Some(conflict_narrow::<P>(&rows.map(|row| row.map(|x| x.shifted_down(spare)))));
+        }
+        return Some(conflict_single::<P>(&rows));
     }
+    let unit = largest_unit(&[q]).min(largest_unit(cell));
+    let bits = width(reach, unit);
+    if bits <= narrow {
+        Some(conflict_narrow::<P>(&rows(cell, q, |x| integer(x, unit))))
+    } else if bits <= 62 {
+        Some(conflict_single::<P>(&rows(cell, q, |x| integer(x, unit))))
+    } else if bits <= 126 {
+        Some(conflict_double::<P>(&rows(cell, q, |x| integer(x, unit))))
+    } else {
+        None
+    }
+}
+
+fn conflict_narrow<P: Point>(rows: &[Row<1>; 4]) -> Signs {
+    if P::DIM == 2 { in_circle::<1, 1, 2>(rows) } else { in_sphere::<1, 1, 2, 2>(rows) }
+}
+
+fn conflict_single<P: Point>(rows: &[Row<1>; 4]) -> Signs {
+    if P::DIM == 2 { in_circle::<1, 2, 4>(rows) } else { in_sphere::<1, 2, 3, 5>(rows) }
+}
+
+fn conflict_double<P: Point>(rows: &[Row<2>; 4]) -> Signs {
+    if P::DIM == 2 { in_circle::<2, 4, 8>(rows) } else { in_sphere::<2, 4, 6, 10>(rows) }
 }
 
 fn orient<const D: usize, const M: usize, const C: usize>(
@@ -127,11 +159,15 @@ fn orient<const D: usize, const M: usize, const C: usize>(
 
 /// The exact orientation of a cell whose differences are at most `reach`, if the widths suffice.
 pub(super) fn orientation<P: Point>(cell: &[P], reach: f64) -> Option<Sign> {
-    let unit = unit(cell);
-    let (base, others) = cell.split_last()?;
+    let (others, base) = (&cell[..P::DIM], cell[P::DIM]);
+    let unit = quick_unit(cell);
+    if width(reach, unit) <= 62 {
+        return Some(orient::<1, 2, 3>(&rows(others, base, |x| quick_integer(x, unit)), P::DIM));
+    }
+    let unit = largest_unit(cell);
     match width(reach, unit) {
-        ..=62 => Some(orient::<1, 2, 3>(&rows(others, *base, unit), P::DIM)),
-        ..=126 => Some(orient::<2, 4, 6>(&rows(others, *base, unit), P::DIM)),
+        ..=62 => Some(orient::<1, 2, 3>(&rows(others, base, |x| integer(x, unit)), P::DIM)),
+        ..=126 => Some(orient::<2, 4, 6>(&rows(others, base, |x| integer(x, unit)), P::DIM)),
         _ => None,
     }
 }

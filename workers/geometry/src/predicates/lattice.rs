@@ -28,6 +28,13 @@ fn parts(x: f64) -> (u64, i32) {
     (bits & ((1 << 52) - 1) | implicit, biased.max(1) - 1075)
 }
 
+/// The exponent of the last place of `x`; of zero, [`NONE`].
+#[inline]
+fn last_place(x: f64) -> i32 {
+    let biased = (x.to_bits() >> 52) as i32 & 0x7ff;
+    if x == 0.0 { NONE } else { biased.max(1) - 1075 }
+}
+
 /// The exponent of the lowest set bit of `x`; of zero, [`NONE`].
 #[inline]
 fn lowest_bit(x: f64) -> i32 {
@@ -35,16 +42,27 @@ fn lowest_bit(x: f64) -> i32 {
     if significand == 0 { NONE } else { exponent + significand.trailing_zeros() as i32 }
 }
 
-/// The exponent of the unit of `points`: the lowest set bit of all their coordinates.
 #[inline]
-pub(super) fn unit<P: Point>(points: &[P]) -> i32 {
-    let mut unit = NONE;
+fn lowest<P: Point>(points: &[P], of: impl Fn(f64) -> i32) -> i32 {
+    let mut lowest = NONE;
     for p in points {
         for i in 0..P::DIM {
-            unit = unit.min(lowest_bit(p.coord(i)));
+            lowest = lowest.min(of(p.coord(i)));
         }
     }
-    unit
+    lowest
+}
+
+/// The exponent of a unit of `points` that is quick to find: the lowest last place of their coordinates.
+#[inline]
+pub(super) fn quick_unit<P: Point>(points: &[P]) -> i32 {
+    lowest(points, last_place)
+}
+
+/// The exponent of the largest unit of `points`: the lowest set bit of all their coordinates.
+#[inline]
+pub(super) fn largest_unit<P: Point>(points: &[P]) -> i32 {
+    lowest(points, lowest_bit)
 }
 
 /// Bits of differences up to `reach` in units of `2^unit`: they lie below `2^width`. It does not matter that
@@ -58,13 +76,9 @@ pub(super) fn width(reach: f64, unit: i32) -> i32 {
 #[inline]
 pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     let (significand, exponent) = parts(x);
-    // Trailing zeros go first, so that the shift is to the left.
-    let zeros = (significand | 1 << 63).trailing_zeros();
-    let odd = significand >> zeros;
-    let shift = (exponent + zeros as i32 - unit) as u32;
     let mut limbs = [0; D];
-    for (i, limb) in (0u32..).zip(&mut limbs) {
-        *limb = shifted_limb(odd, shift, i);
+    for (i, limb) in (0i32..).zip(&mut limbs) {
+        *limb = shifted(significand, exponent - unit - 64 * i);
     }
     // Minus x is the complement plus one: all bits flipped by the sign, the sign added.
     let negative = u64::from(x.is_sign_negative());
@@ -76,14 +90,23 @@ pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     Int(limbs)
 }
 
-/// Limb `i` of `odd << shift`.
+/// The same in one limb, for a `unit` not above the last place of `x`.
 #[inline]
-fn shifted_limb(odd: u64, shift: u32, i: u32) -> u64 {
-    let at = 64 * i;
-    if shift >= at {
-        odd.checked_shl(shift - at).unwrap_or(0)
+pub(super) fn quick_integer(x: f64, unit: i32) -> Int<1> {
+    let (significand, exponent) = parts(x);
+    // Of zero the shift is negative, and so, unsigned, too large.
+    let limb = significand.checked_shl((exponent - unit) as u32).unwrap_or(0);
+    let negative = (x.to_bits() as i64 >> 63) as u64;
+    Int([(limb ^ negative).wrapping_sub(negative)])
+}
+
+/// `significand * 2^shift` without what does not fit, above or below.
+#[inline]
+fn shifted(significand: u64, shift: i32) -> u64 {
+    if shift >= 0 {
+        significand.checked_shl(shift as u32).unwrap_or(0)
     } else {
-        odd.checked_shr(at - shift).unwrap_or(0)
+        significand.checked_shr(shift.unsigned_abs()).unwrap_or(0)
     }
 }
 

@@ -36,9 +36,7 @@ impl<const N: usize> Int<N> {
         let mut out = [0; N];
         let mut carry = false;
         for i in 0..N {
-            let (sum, first) = self.0[i].overflowing_add(other.0[i]);
-            let (sum, second) = sum.overflowing_add(u64::from(carry));
-            (out[i], carry) = (sum, first | second);
+            (out[i], carry) = self.0[i].carrying_add(other.0[i], carry);
         }
         Int(out)
     }
@@ -55,33 +53,51 @@ impl<const N: usize> Int<N> {
         let mut borrow = false;
         for i in shift..N {
             let subtracted = if i - shift < B { other.0[i - shift] } else { 0 };
-            let (difference, first) = out[i].overflowing_sub(subtracted);
-            let (difference, second) = difference.overflowing_sub(u64::from(borrow));
-            (out[i], borrow) = (difference, first | second);
+            (out[i], borrow) = out[i].borrowing_sub(subtracted, borrow);
         }
         Int(out)
     }
 
-    /// The product, modulo `2^(64 R)`; `R <= N + B`.
+    /// The product, modulo `2^(64 R)`.
     #[inline]
     pub fn times<const B: usize, const R: usize>(self, other: Int<B>) -> Int<R> {
+        if N == 1 && B == 1 && R == 2 {
+            let product = i128::from(self.0[0] as i64) * i128::from(other.0[0] as i64);
+            let mut out = [0; R];
+            (out[0], out[R - 1]) = (product as u64, (product >> 64) as u64);
+            return Int(out);
+        }
+        let product = self.times_natural::<B, R>(other);
+        // A negative factor stands for itself less 2^(64 limbs): branch-free, by masks.
+        product.minus_shifted(self.masked(other.is_negative()), B)
+    }
+
+    /// The product with a number that is not negative and may use its sign bit, modulo `2^(64 R)`.
+    #[inline]
+    pub fn times_natural<const B: usize, const R: usize>(self, other: Int<B>) -> Int<R> {
         const { assert!(R <= N + B && R >= N && R >= B) }
         let mut out = [0; R];
         for i in 0..N {
             let mut carry = 0u64;
             for j in 0..B.min(R - i) {
-                let term = u128::from(self.0[i]) * u128::from(other.0[j]);
-                let sum = term + u128::from(out[i + j]) + u128::from(carry);
-                (out[i + j], carry) = (sum as u64, (sum >> 64) as u64);
+                (out[i + j], carry) = self.0[i].carrying_mul_add(other.0[j], out[i + j], carry);
             }
             if i + B < R {
                 out[i + B] = carry;
             }
         }
-        let product = Int(out);
-        // A negative factor stands for itself less 2^(64 limbs): branch-free, by masks.
-        let product = product.minus_shifted(other.masked(self.is_negative()), N);
-        product.minus_shifted(self.masked(other.is_negative()), B)
+        Int(out).minus_shifted(other.masked(self.is_negative()), N)
+    }
+
+    /// `self / 2^bits`, rounded down; `bits < 64`.
+    #[inline]
+    pub fn shifted_down(self, bits: u32) -> Self {
+        let mut out = self.0;
+        for i in 0..N - 1 {
+            out[i] = out[i] >> bits | (out[i + 1] << 1) << (63 - bits);
+        }
+        out[N - 1] = (out[N - 1] as i64 >> bits) as u64;
+        Int(out)
     }
 
     /// The limbs if `keep`, else 0.
