@@ -129,11 +129,13 @@ impl Point for DVec2 {
     type Cell = [u32; 3];
     type Row = [u64; 3];
 
-    #[inline]
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
     fn rounded_orientation(cell: &[Self]) -> Rounded {
         filter::orient_plane(cell)
     }
-    #[inline]
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
         filter::in_circle(cell, q)
     }
@@ -160,11 +162,13 @@ impl Point for DVec3 {
     type Cell = [u32; 4];
     type Row = [u64; 4];
 
-    #[inline]
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
     fn rounded_orientation(cell: &[Self]) -> Rounded {
         filter::orient_space(cell)
     }
-    #[inline]
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
         filter::in_sphere(cell, q)
     }

@@ -31,6 +31,8 @@
 //! **Departures.** Shewchuk sums the sizes of all products, which is tighter (by about 4) and costs as
 //! much as the determinant again; the largest difference per axis costs little.
 
+#![expect(clippy::inline_always, reason = "callers that need no more than the sign skip the rest")]
+
 use glam::{DVec2, DVec3};
 
 /// A determinant in rounded arithmetic.
@@ -68,12 +70,17 @@ fn cross(a: DVec2, b: DVec2) -> f64 {
 }
 
 #[inline]
-fn minor(a: DVec3, b: DVec3) -> f64 {
-    a.x * b.y - b.x * a.y
+fn pair(x: f64, y: f64) -> DVec2 {
+    DVec2::new(x, y)
+}
+
+#[inline]
+fn swapped(v: DVec2) -> DVec2 {
+    DVec2::new(v.y, v.x)
 }
 
 /// Orientation of three points of the plane.
-#[inline]
+#[inline(always)]
 pub fn orient_plane(c: &[DVec2]) -> Rounded {
     let (a, b) = (c[0] - c[2], c[1] - c[2]);
     let (left, right) = (a.x * b.y, b.x * a.y);
@@ -86,7 +93,7 @@ pub fn orient_plane(c: &[DVec2]) -> Rounded {
 }
 
 /// Orientation of four points of space.
-#[inline]
+#[inline(always)]
 pub fn orient_space(c: &[DVec3]) -> Rounded {
     let (a, b, e) = (c[0] - c[3], c[1] - c[3], c[2] - c[3]);
     let m = a.abs().max(b.abs()).max(e.abs());
@@ -99,7 +106,7 @@ pub fn orient_space(c: &[DVec3]) -> Rounded {
 }
 
 /// The in-circle determinant of a triangle and a point of the plane.
-#[inline]
+#[inline(always)]
 pub fn in_circle(c: &[DVec2], q: DVec2) -> Rounded {
     let (a, b, e) = (c[0] - q, c[1] - q, c[2] - q);
     let m = a.abs().max(b.abs()).max(e.abs());
@@ -113,20 +120,27 @@ pub fn in_circle(c: &[DVec2], q: DVec2) -> Rounded {
 }
 
 /// The in-sphere determinant of a tetrahedron and a point of space.
-#[inline]
+#[inline(always)]
 pub fn in_sphere(c: &[DVec3], q: DVec3) -> Rounded {
     let (a, b, e, d) = (c[0] - q, c[1] - q, c[2] - q, c[3] - q);
     let m = a.abs().max(b.abs()).max(e.abs()).max(d.abs());
-    let (ab, be, ed) = (minor(a, b), minor(b, e), minor(e, d));
-    let (da, ae, bd) = (minor(d, a), minor(a, e), minor(b, d));
-    let abe = a.z * be - b.z * ae + e.z * ab;
-    let bed = b.z * ed - e.z * bd + d.z * be;
-    let eda = e.z * da + d.z * ae + a.z * ed;
-    let dab = d.z * ab + a.z * bd + b.z * da;
+    // Two at a time: corners 0 and 2 in one pair, 1 and 3 in the other.
+    let (ax, ay, az) = (pair(a.x, e.x), pair(a.y, e.y), pair(a.z, e.z));
+    let (bx, by, bz) = (pair(b.x, d.x), pair(b.y, d.y), pair(b.z, d.z));
+    let (ea_x, ea_y, ea_z) = (swapped(ax), swapped(ay), swapped(az));
+    let ab_ed = ax * by - bx * ay;
+    let be_da = bx * ea_y - ea_x * by;
+    let (ae, bd) = (a.x * e.y - e.x * a.y, b.x * d.y - d.x * b.y);
+    let bed_dab = bz * swapped(ab_ed) + swapped(bz) * be_da - pair(e.z, -a.z) * bd;
+    let eda_abe = ea_z * swapped(be_da) + az * swapped(ab_ed) + pair(d.z, -b.z) * ae;
+    let lift_ae = ax * ax + ay * ay + az * az;
+    let lift_bd = bx * bx + by * by + bz * bz;
+    let cofactors = [bed_dab.x, -eda_abe.x, bed_dab.y, -eda_abe.y];
+    let det = lift_ae * bed_dab - lift_bd * eda_abe;
     Rounded {
-        det: (e.dot(e) * dab - d.dot(d) * abe) + (a.dot(a) * bed - b.dot(b) * eda),
+        det: det.x + det.y,
         bound: IN_SPHERE * (m.x * m.y * m.z * m.dot(m)),
-        cofactors: [bed, -eda, dab, -abe],
+        cofactors,
         reach: m.max_element(),
     }
 }

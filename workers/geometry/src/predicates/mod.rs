@@ -80,12 +80,13 @@ impl Sign {
 /// `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
 #[inline]
 pub fn orientation<P: Point>(cell: &[P]) -> Sign {
+    let cell = &cell[..=P::DIM];
     let rounded = P::rounded_orientation(cell);
     if rounded.is_certain() {
         count::orientation(Stage::Filter);
         return Sign::of(rounded.det);
     }
-    exact_orientation(cell, &rounded)
+    exact_orientation(cell)
 }
 
 /// Widths of differences for which determinants stay below `2^53` with all partial sums (see `integer`).
@@ -94,7 +95,9 @@ const EXACT_IN_SPHERE: [u64; 2] = [12, 9];
 
 #[cold]
 #[inline(never)]
-fn exact_orientation<P: Point>(cell: &[P], rounded: &Rounded) -> Sign {
+fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
+    // Computed again: keeping it at hand would cost the calls that do not come here.
+    let rounded = P::rounded_orientation(cell);
     if lattice::is_exact(cell, rounded.reach, EXACT_ORIENTATION[P::DIM - 2]) {
         count::orientation(Stage::Exact);
         return Sign::of(rounded.det);
@@ -109,20 +112,24 @@ fn exact_orientation<P: Point>(cell: &[P], rounded: &Rounded) -> Sign {
 
 /// Does `q` lie inside the circumsphere of the positively oriented `cell`, ties broken by
 /// perturbation? The points must be distinct; then the answer is never a tie.
-#[inline]
+///
+/// Not inlined: among a caller's variables the filter runs out of registers.
+#[inline(never)]
 pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
+    let cell = &cell[..=P::DIM];
     let rounded = P::rounded_in_sphere(cell, q);
     if rounded.is_certain() {
         count::in_sphere(Stage::Filter);
         return rounded.det > 0.0;
     }
-    exact_in_sphere(cell, q, &rounded)
+    exact_in_sphere(cell, q)
 }
 
 #[cold]
 #[inline(never)]
-fn exact_in_sphere<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> bool {
-    let signs = in_sphere_signs(cell, q, rounded);
+fn exact_in_sphere<P: Point>(cell: &[P], q: P) -> bool {
+    // Computed again, as above.
+    let signs = in_sphere_signs(cell, q, &P::rounded_in_sphere(cell, q));
     match signs.det {
         Sign::Positive => true,
         Sign::Negative => false,
