@@ -1,6 +1,6 @@
 //! Stage 3, the last resort: adaptive expansions of doubles, by the crate `robust` (Shewchuk 1997).
 //!
-//! **Statement.** Exact wherever nothing under- or overflows, which [`crate::range::RangeGuard`] sees to.
+//! **Statement.** Exact wherever nothing under- or overflows, which [`crate::range`] sees to.
 //! It is for calls whose differences spread over more than 126 binary digits, and costs microseconds
 //! there.
 

@@ -36,11 +36,15 @@ pub(super) struct Signs {
     pub cofactors: [Sign; 4],
 }
 
-type Row<const D: usize> = [Int<D>; 3];
+pub(super) type Row<const D: usize> = [Int<D>; 3];
 
 /// The differences of `points` to `q` as integers. Rows and entries beyond are 0.
 #[inline]
-fn rows<P: Point, const D: usize>(points: &[P], q: P, integer: impl Fn(f64) -> Int<D>) -> [Row<D>; 4] {
+pub(super) fn rows<P: Point, const D: usize>(
+    points: &[P],
+    q: P,
+    integer: impl Fn(f64) -> Int<D>,
+) -> [Row<D>; 4] {
     let mut rows = [[Int([0; D]); 3]; 4];
     for axis in 0..P::DIM {
         let base = integer(q.coord(axis));
@@ -134,19 +138,19 @@ pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Option<Signs> 
     }
 }
 
-fn conflict_narrow<P: Point>(rows: &[Row<1>; 4]) -> Signs {
+pub(super) fn conflict_narrow<P: Point>(rows: &[Row<1>; 4]) -> Signs {
     if P::DIM == 2 { in_circle::<1, 1, 2>(rows) } else { in_sphere::<1, 1, 2, 2>(rows) }
 }
 
-fn conflict_single<P: Point>(rows: &[Row<1>; 4]) -> Signs {
+pub(super) fn conflict_single<P: Point>(rows: &[Row<1>; 4]) -> Signs {
     if P::DIM == 2 { in_circle::<1, 2, 4>(rows) } else { in_sphere::<1, 2, 3, 5>(rows) }
 }
 
-fn conflict_double<P: Point>(rows: &[Row<2>; 4]) -> Signs {
+pub(super) fn conflict_double<P: Point>(rows: &[Row<2>; 4]) -> Signs {
     if P::DIM == 2 { in_circle::<2, 4, 8>(rows) } else { in_sphere::<2, 4, 6, 10>(rows) }
 }
 
-fn orient<const D: usize, const M: usize, const C: usize>(
+pub(super) fn orient<const D: usize, const M: usize, const C: usize>(
     [a, b, c, _]: &[Row<D>; 4],
     dimension: usize,
 ) -> Sign {
