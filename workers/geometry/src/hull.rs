@@ -200,17 +200,15 @@ impl<P: Point> StarBuilder<P> {
             let plane = &self.planes[cell as usize];
             let value = plane.w * qq - plane.v.dot(rel);
             let err = plane.err_qq * qq + plane.err_q * length + f64::MIN_POSITIVE;
-            let side = if value < -err {
-                Side::Conflict
-            } else if value > err {
-                Side::Clear
+            // Most often.
+            if value > err {
+                self.side[cell as usize] = Side::Clear;
+            } else if value < -err {
+                self.side[cell as usize] = Side::Conflict;
+                seed = seed.or(Some(cell));
             } else {
-                Side::Undecided
-            };
-            self.side[cell as usize] = side;
-            undecided |= side == Side::Undecided;
-            if side == Side::Conflict && seed.is_none() {
-                seed = Some(cell);
+                self.side[cell as usize] = Side::Undecided;
+                undecided = true;
             }
         }
         if seed.is_none() && undecided {
@@ -435,6 +433,28 @@ mod tests {
         check_stars(&points);
         let points: Vec<DVec2> = (0..20).map(|_| DVec2::new(next(), next())).collect();
         check_stars(&points);
+    }
+
+    #[test]
+    fn stars_of_points_on_a_sphere_match_brute_force() {
+        // All integer points at distance 3 from the origin: exactly cospherical.
+        let range = -3..=3;
+        let all = range.clone().flat_map(|x| range.clone().map(move |y| (x, y)));
+        let all = all.flat_map(|(x, y)| range.clone().map(move |z| DVec3::new(x.into(), y.into(), z.into())));
+        let lattice: Vec<DVec3> = all.filter(|p| p.dot(*p) == 9.0).collect();
+        assert_eq!(lattice.len(), 30);
+        check_stars(&lattice);
+        // Rounded, and with some points inside, so that stars have conflicts of every kind.
+        let turned = |p: &DVec3| DVec3::new(p.x + 0.3 * p.y, p.y - 0.3 * p.x, p.z * 1.09_f64.sqrt()) / 7.0;
+        let mut rounded: Vec<DVec3> = lattice.iter().step_by(2).map(turned).collect();
+        check_stars(&rounded);
+        rounded.extend([DVec3::new(0.01, 0.02, 0.0), DVec3::new(-0.2, 0.1, 0.05), DVec3::new(0.0, 0.0, 0.3)]);
+        check_stars(&rounded);
+        let circle = [(5, 0), (4, 3), (3, 4), (0, 5), (-3, 4), (-4, 3), (-5, 0), (-4, -3), (0, -5), (3, -4)];
+        let mut plane: Vec<DVec2> = circle.iter().map(|&(x, y)| DVec2::new(x.into(), y.into())).collect();
+        check_stars(&plane);
+        plane.extend([DVec2::ZERO, DVec2::X, DVec2::new(0.5, -2.0)]);
+        check_stars(&plane);
     }
 
     #[test]
