@@ -105,8 +105,8 @@ fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
         _ => [0, 2, 1],
     };
     let mut facet = P::Cell::splat(code);
-    for i in 0..P::DIM {
-        facet.as_mut()[i + 1] = vertices.as_ref()[from[i]];
+    for (to, &slot) in facet.as_mut()[1..].iter_mut().zip(&from) {
+        *to = vertices.as_ref()[slot];
     }
     facet
 }
@@ -251,12 +251,11 @@ impl<P: Point> Incremental<P> {
             let removed = &slots[(outward >> 2) as usize].vertices;
             let vertices = facet::<P>(removed, outward as usize & 3, inward);
             let mut numbers = [0; 3];
-            for i in 0..P::DIM {
-                let vertex = vertices.as_ref()[i + 1];
+            for (number, &vertex) in numbers.iter_mut().zip(&vertices.as_ref()[1..]) {
                 let entry = &mut incident[vertex.wrapping_add(1) as usize];
                 let is_new = *entry & NUMBERED == 0;
-                numbers[i] = if is_new { known as u32 } else { *entry & !NUMBERED };
-                *entry = NUMBERED | numbers[i];
+                *number = if is_new { known as u32 } else { *entry & !NUMBERED };
+                *entry = NUMBERED | *number;
                 names_of[known] = (vertex, cell);
                 known = known.wrapping_add(usize::from(is_new));
             }
@@ -280,6 +279,7 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Writes the new cells, their ridges paired by `mate(k, i, ridge)`.
+    #[expect(clippy::inline_always, reason = "one loop for each way of pairing")]
     #[inline(always)]
     fn fill(
         &mut self,

@@ -7,21 +7,28 @@
 //! with the infinite vertex, or too flat for the bound) has a radius that is not a number: it answers
 //! neither.
 //!
-//! **Bound.** Let `u = 2^-53`, `h = 2^-24`, `C` and `R` the true centre and radius of a cell with a
-//! vertex at the origin and vectors `a, b, c` to the others, `A` the product of their lengths, `(w, v)` as
-//! computed by [`Point::sphere_plane`], so that the centre is `v / 2w`. As in [`crate::hull`], `w` is
-//! wrong by at most `42 u A` and `v` by at most `42 u A (|a| + |b| + |c|) <= 42 u A 6 R`, a chord being at
-//! most a diameter. So with `t = 42 u A / |w|` the computed centre is wrong by at most
-//! `3 t R + t R = 4 t R`. A sphere is kept only if `|w| > 2^-18 A`: then `4 t < 2^-27`. Rounding to
-//! single precision moves the centre by at most `h` times its distance to the origin, and the radius by
-//! at most `h` of itself, or `3 h` with its last bit cleared. For a point `x`, at rounded distance `d`
-//! from the rounded centre, that distance to the origin is at most `|x| + d`. Together, `x` is inside if
-//! `d < r - h (|x| + r) - (3 + 1/8) h r`, and outside if `d > r + h (|x| + d) + (3 + 1/8) h r`. Both follow
-//! from the distance of `d` to `r` being more than `t = (1 + 2^-10) h |x| + 5 h r`, and this from
-//! `|d^2 - r^2| > t (2 r + t)`. What is left of `5 h r` (more than `h r / 2`) covers the roundings of the
-//! comparison, which are below `16 u` of `d^2` and `r^2`; a constant of `2^-140` covers the centres so
-//! near the origin that their coordinates are subnormal. Radii outside `2^-100 .. 2^60` are not kept, so
-//! nothing overflows; nor are determinants below `2^-300`, so no underflow matters.
+//! **Spheres.** Inversion in the unit sphere around a vertex turns the spheres through it into planes: with
+//! the inverse images `a, b, c` of the others, `n = (b - a) x (c - a)` (in the plane `b - a` turned) and
+//! `g = n . a`, the centre is `n / 2g` from the vertex and the radius its length. A vertex of the border is
+//! inverted once for all new cells around it.
+//!
+//! **Bound.** Let `u = 2^-53`, `h = 2^-24`, `C` and `R` the true centre and radius, `L` the greatest length of an
+//! inverse image. The images are computed with a relative error of `8 u` for each coordinate, so `b - a` and
+//! `c - a`, at most `2 L` long, are wrong by at most `18 u L`, `n` by `84 u L^2` (the roundings of the product
+//! are below `12 u L^2`) and `g` by `128 u L^3`; in the plane by `18 u L` and `38 u L^2`. A sphere is kept only if
+//! `|g| > 2^-18 L^3` (in the plane `L^2`); then `|n| >= |g| / L`, and `n / 2g` and its length are wrong by
+//! less than `2^-27 R = h R / 8`. Rounding to single precision moves the centre by at most `h` times its
+//! distance to the origin, which is at most `|x| + d` for a point `x` at distance `d` from it; the radius by
+//! at most `h` of itself, or `3 h` with its last bit cleared; `x` by at most `h |x|`. Hence if `x` is not
+//! inside, the rounded distance `d'` is at least `r - t'`, if it is not outside at most `r + t'`, with
+//! `t' = 2 h |x| + (4 + 1/4) h r`. So it suffices that `|d'^2 - r^2| > t' (2 r + t')`. The comparison itself
+//! is made in single precision: the squares are wrong by `6.02 h r^2` more than they are wrong in proportion
+//! to the bound (by `11.1 h` of it). With `t = 2 (1 + 2^-10) h |x| + 9 h r` in the place of `t'` the bound grows
+//! by more than `9.5 h r^2` and that proportion, which covers both. A constant of `2^-140` covers
+//! coordinates that are subnormal in single precision. Radii outside `2^-50 .. 2^60` are not kept and points
+//! farther than `2^40` from the origin not compared, so that nothing overflows but distances to centres
+//! that are farther than any radius; nor are values of `g` below `2^-300` kept, which no underflow then
+//! affects.
 //!
 //! **Departures.** The median is that of a sample: any origin is right, and one where points are
 //! dense makes the bound small where cells are.
@@ -187,6 +194,7 @@ impl<P: Point> Query<P> {
     }
 
     /// The rounded sphere through this point and those with the inverse images `ends`.
+    #[expect(clippy::needless_bitwise_bool, reason = "one branch for all four, of which none is foreseeable")]
     #[inline]
     pub(super) fn sphere(&self, ends: [&Inverse<P>; 3]) -> P::Cell {
         let [a, b, c] = ends;
@@ -199,7 +207,8 @@ impl<P: Point> Query<P> {
         let half = 0.5 / height;
         let from = normal * half;
         let radius = normal.norm2().sqrt() * half.abs();
-        let flat2 = (FLATTEST * longest2) * (longest2 * longest2);
+        let flat2 = if P::DIM == 2 { FLATTEST * longest2 } else { FLATTEST * longest2 * longest2 };
+        let flat2 = flat2 * longest2;
         let height2 = height * height;
         let sound = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
         let at = self.at + from;

@@ -171,7 +171,7 @@ pub(super) fn orientation<P: Point>(cell: &[P], reach: f64) -> Option<Sign> {
     let unit = largest_unit(cell);
     match width(reach, unit) {
         ..=62 => Some(orient::<1, 2, 3>(&rows(others, base, |x| integer(x, unit)), P::DIM)),
-        ..=126 => Some(orient::<2, 4, 6>(&rows(others, base, |x| integer(x, unit)), P::DIM)),
+        63..=126 => Some(orient::<2, 4, 6>(&rows(others, base, |x| integer(x, unit)), P::DIM)),
         _ => None,
     }
 }

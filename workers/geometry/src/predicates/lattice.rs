@@ -119,8 +119,8 @@ pub(super) fn is_exact<P: Point>(points: &[P], reach: f64, bits: u64) -> bool {
         return false;
     }
     // reach < 2^(biased - 1022), in units of 2^(biased - 1022 - bits).
-    let magic = f64::from_bits(biased + 1 - bits + 52 << 52 | 1 << 51);
-    let far = f64::from_bits(biased + 1 - bits + 51 << 52);
+    let magic = f64::from_bits((biased + 1 - bits + 52) << 52 | 1 << 51);
+    let far = f64::from_bits((biased + 1 - bits + 51) << 52);
     let mut exact = true;
     for p in points {
         for i in 0..P::DIM {

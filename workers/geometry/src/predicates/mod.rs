@@ -66,6 +66,7 @@ impl Sign {
     }
 
     /// The sign of the negated number.
+    #[must_use]
     #[inline]
     pub fn opposite(self) -> Self {
         match self {
@@ -135,7 +136,7 @@ fn exact_in_sphere<P: Point>(cell: &[P], q: P) -> bool {
         Sign::Negative => false,
         Sign::Zero => {
             count::tie();
-            tie::conflicts(cell, q, &signs.cofactors)
+            tie::conflicts(cell, q, signs.cofactors)
         }
     }
 }

@@ -13,10 +13,10 @@ use crate::point::{Point, lex_cmp};
 
 /// Does the query conflict with the positively oriented `cell`, given its cofactors?
 #[inline]
-pub(super) fn conflicts<P: Point>(cell: &[P], q: P, cofactors: &[Sign; 4]) -> bool {
+pub(super) fn conflicts<P: Point>(cell: &[P], q: P, cofactors: [Sign; 4]) -> bool {
     // Raising the query puts it outside: minus the cell's (positive) orientation.
     let (mut highest, mut verdict) = (q, false);
-    for (corner, &cofactor) in cell.iter().zip(cofactors) {
+    for (corner, cofactor) in cell.iter().zip(cofactors) {
         if cofactor != Sign::Zero && lex_cmp(&highest, corner).is_lt() {
             (highest, verdict) = (*corner, cofactor == Sign::Positive);
         }

@@ -35,8 +35,8 @@ impl<const N: usize> Int<N> {
     pub fn plus(self, other: Self) -> Self {
         let mut out = [0; N];
         let mut carry = false;
-        for i in 0..N {
-            (out[i], carry) = self.0[i].carrying_add(other.0[i], carry);
+        for (to, (a, b)) in out.iter_mut().zip(self.0.into_iter().zip(other.0)) {
+            (*to, carry) = a.carrying_add(b, carry);
         }
         Int(out)
     }
@@ -51,9 +51,9 @@ impl<const N: usize> Int<N> {
     fn minus_shifted<const B: usize>(self, other: Int<B>, shift: usize) -> Self {
         let mut out = self.0;
         let mut borrow = false;
-        for i in shift..N {
+        for (i, limb) in out.iter_mut().enumerate().skip(shift) {
             let subtracted = if i - shift < B { other.0[i - shift] } else { 0 };
-            (out[i], borrow) = out[i].borrowing_sub(subtracted, borrow);
+            (*limb, borrow) = limb.borrowing_sub(subtracted, borrow);
         }
         Int(out)
     }

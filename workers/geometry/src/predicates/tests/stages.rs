@@ -70,7 +70,7 @@ fn check_in_sphere<P: Point>(cell: &[P], q: P, decided: &mut Decided) {
         let signs = Signs { det: Sign::of(rounded.det), cofactors: rounded.cofactors.map(Sign::of) };
         assert_eq!(signs, expected, "exact doubles: {points:?}");
     }
-    check_integers(cell, q, rounded.reach, &expected, decided);
+    check_integers(cell, q, rounded.reach, expected, decided);
     decided[5] += 1;
     let signs = expansion::conflict(cell, q);
     assert_eq!(signs.det, expected.det, "expansion: {points:?}");
@@ -85,7 +85,7 @@ fn check_in_sphere<P: Point>(cell: &[P], q: P, decided: &mut Decided) {
     }
 }
 
-fn check_integers<P: Point>(cell: &[P], q: P, reach: f64, expected: &Signs, decided: &mut Decided) {
+fn check_integers<P: Point>(cell: &[P], q: P, reach: f64, expected: Signs, decided: &mut Decided) {
     let points = all(cell, q);
     let narrow = if P::DIM == 2 { 30 } else { 24 };
     let unit = largest_unit(&points);
@@ -93,18 +93,18 @@ fn check_integers<P: Point>(cell: &[P], q: P, reach: f64, expected: &Signs, deci
     if bits <= narrow {
         decided[2] += 1;
         let rows = integer::rows(cell, q, |x| integer(x, unit));
-        assert_eq!(integer::conflict_narrow::<P>(&rows), *expected, "narrow: {points:?}");
+        assert_eq!(integer::conflict_narrow::<P>(&rows), expected, "narrow: {points:?}");
     }
     if bits <= 62 {
         decided[3] += 1;
         let rows = integer::rows(cell, q, |x| integer(x, unit));
-        assert_eq!(integer::conflict_single::<P>(&rows), *expected, "single: {points:?}");
+        assert_eq!(integer::conflict_single::<P>(&rows), expected, "single: {points:?}");
     }
     if bits <= 126 {
         decided[4] += 1;
         let rows = integer::rows(cell, q, |x| integer(x, unit));
-        assert_eq!(integer::conflict_double::<P>(&rows), *expected, "double: {points:?}");
-        assert_eq!(integer::conflict(cell, q, reach), Some(*expected), "chosen width: {points:?}");
+        assert_eq!(integer::conflict_double::<P>(&rows), expected, "double: {points:?}");
+        assert_eq!(integer::conflict(cell, q, reach), Some(expected), "chosen width: {points:?}");
     }
 }
 

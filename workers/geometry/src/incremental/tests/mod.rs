@@ -1,5 +1,9 @@
 //! The kernel against brute force, against itself in other orders, and against its own invariants.
 
+mod nasty;
+mod oracle;
+mod spheres;
+
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
