@@ -61,8 +61,10 @@ fn point<P: Point>(kind: &str, i: usize, random: &mut Lcg) -> P {
         "sphere" => direction(random),
         "shells" => direction::<P>(random) * (1.0 + random.below(3) as f64),
         // A quarter of the points leaves the plane or the line.
-        "plane" => each(node(random, 12), |axis, x| if axis + 1 == P::DIM && i % 4 > 0 { 3.0 } else { x }),
-        "line" => each(node(random, 40), |axis, x| if axis > 0 && i % 4 > 0 { 7.0 } else { x }),
+        "plane" => {
+            each(node(random, 12), |axis, x| if axis + 1 == P::DIM && !i.is_multiple_of(4) { 3.0 } else { x })
+        }
+        "line" => each(node(random, 40), |axis, x| if axis > 0 && !i.is_multiple_of(4) { 7.0 } else { x }),
         "clusters" => node::<P>(random, 3) + direction::<P>(random) * 1e-9 * random.unit(),
         "graded" => direction::<P>(random) * random.unit().powi(4),
         // As far down as the range of exact signs lets it.
@@ -111,7 +113,7 @@ fn holds_after_every_insertion<P: Point>(n: usize) {
     for kind in KINDS {
         let points = set::<P>(kind, n, 9);
         // The first points that span a cell; whatever they leave out comes later.
-        let least = (1..).find(|&k| Incremental::build(points[..k].to_vec(), None).is_ok()).unwrap();
+        let least = (1..n).find(|&k| Incremental::build(points[..k].to_vec(), None).is_ok()).unwrap();
         let mut dt = Incremental::build(points[..least].to_vec(), None).unwrap();
         for (k, &p) in points.iter().enumerate().skip(least) {
             assert_eq!(dt.insert(p, None), Ok(k as u32), "{kind}");
