@@ -16,7 +16,17 @@
 //! **Departures.** (1) Candidates come in order of distance, so that most conflict with nothing.
 //! (2) In coordinates relative to `p` both tests read `w |q|^2 - v . q < 0`, with `w = 0` for infinite
 //! facets, and are done in rounded arithmetic with one error bound per facet; what the bound does not
-//! decide goes to the exact predicates.
+//! decide goes to the exact predicates. (3) Of those undecided, few need be asked: see below.
+//!
+//! **One exact test a candidate.** Over the cone that the link spans, the lifted facets are the graph of a
+//! convex function, the largest of their linear functions; under the perturbation too. A candidate `q` in
+//! the cone lies below it iff it lies below the facet whose own cone holds `q`: if that does not conflict,
+//! no facet does. Outside the cone `q` lies beyond some infinite facet, strictly. So if rounded arithmetic
+//! finds no conflict but leaves facets undecided, the exact test of that one finite facet, or an
+//! orientation for each infinite one, decides; and when there is a conflict, only facets that meet the
+//! cavity are asked, as it is dug. Among cospherical points, where nothing is decided by rounding, this is
+//! what keeps a sweep from one exact test for each facet. (A `q` on the common face of several cones is
+//! in all of them, and their functions agree there.)
 //!
 //! **Error bound.** Relative coordinates `a - p` carry a relative error of at most `u = 2^-53` each.
 //! `w` is a sum of products of `DIM` of them and `|w|`'s permanent is at most `sqrt(3) A`, `A` the
@@ -41,6 +51,14 @@ struct Plane<P> {
     err_q: f64,
 }
 
+/// Where a candidate lies with respect to a facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Conflict,
+    Clear,
+    Undecided,
+}
+
 const UNIT: f64 = 64.0 * (f64::EPSILON / 2.0);
 
 /// Builds stars, one after the other, in reused storage.
@@ -52,7 +70,8 @@ pub struct StarBuilder<P: Point> {
     ids: Vec<u32>,
     points: Vec<P>,
     rel: Vec<P>,
-    hit: Vec<bool>,
+    /// Of every facet: what rounded arithmetic says of the candidate at hand.
+    side: Vec<Side>,
     centre: P,
     order: Vec<(f64, u32)>,
 }
@@ -65,7 +84,7 @@ impl<P: Point> Default for StarBuilder<P> {
             ids: Vec::new(),
             points: Vec::new(),
             rel: Vec::new(),
-            hit: Vec::new(),
+            side: Vec::new(),
             centre: P::default(),
             order: Vec::new(),
         }
@@ -158,11 +177,11 @@ impl<P: Point> StarBuilder<P> {
     fn start(&mut self, first: P::Facet) {
         self.link.start(first);
         self.planes.clear();
-        self.hit.clear();
+        self.side.clear();
         for cell in 0..self.link.slots() {
             let plane = self.plane(cell);
             self.planes.push(plane);
-            self.hit.push(false);
+            self.side.push(Side::Clear);
         }
     }
 
@@ -171,7 +190,7 @@ impl<P: Point> StarBuilder<P> {
         let rel = self.rel[q as usize];
         let qq = rel.norm2();
         let length = qq.sqrt();
-        let mut seed = None;
+        let (mut seed, mut undecided) = (None, false);
         let mut sweep = cost.sweep();
         for cell in 0..self.link.slots() {
             if !self.link.is_live(cell) {
@@ -181,21 +200,27 @@ impl<P: Point> StarBuilder<P> {
             let plane = &self.planes[cell as usize];
             let value = plane.w * qq - plane.v.dot(rel);
             let err = plane.err_qq * qq + plane.err_q * length + f64::MIN_POSITIVE;
-            let hit = if value < -err {
-                true
-            } else if value > err {
-                false
+            // Most often.
+            if value > err {
+                self.side[cell as usize] = Side::Clear;
+            } else if value < -err {
+                self.side[cell as usize] = Side::Conflict;
+                seed = seed.or(Some(cell));
             } else {
-                self.conflicts_exact(cell, q)
-            };
-            self.hit[cell as usize] = hit;
-            if hit && seed.is_none() {
-                seed = Some(cell);
+                self.side[cell as usize] = Side::Undecided;
+                undecided = true;
             }
         }
+        if seed.is_none() && undecided {
+            seed = self.conflict_among_undecided(q);
+        }
         if let Some(seed) = seed {
-            let hit = &self.hit;
-            self.link.insert(q, seed, |_, cell| hit[cell as usize]);
+            let (side, corners) = (&self.side, Corners { centre: self.centre, points: &self.points });
+            self.link.insert(q, seed, |link, cell| match side[cell as usize] {
+                Side::Conflict => true,
+                Side::Clear => false,
+                Side::Undecided => corners.conflict(link, cell, q),
+            });
             self.refresh_planes(&mut sweep);
         }
         cost.swept_inside(sweep);
@@ -204,11 +229,11 @@ impl<P: Point> StarBuilder<P> {
     fn refresh_planes(&mut self, sweep: &mut crate::cost::Sweep) {
         self.planes
             .resize(self.link.slots() as usize, Plane { w: 0.0, v: P::default(), err_qq: 0.0, err_q: 0.0 });
-        self.hit.resize(self.link.slots() as usize, false);
+        self.side.resize(self.link.slots() as usize, Side::Clear);
         for i in 0..self.link.created().len() {
             let cell = self.link.created()[i];
             self.planes[cell as usize] = self.plane(cell);
-            self.hit[cell as usize] = false;
+            self.side[cell as usize] = Side::Clear;
             sweep.visit();
         }
     }
@@ -243,26 +268,77 @@ impl<P: Point> StarBuilder<P> {
         }
     }
 
+    /// A facet that conflicts, if any does, where the decided ones do not.
     #[cold]
-    fn conflicts_exact(&self, cell: u32, q: u32) -> bool {
+    fn conflict_among_undecided(&self, q: u32) -> Option<u32> {
+        let corners = Corners { centre: self.centre, points: &self.points };
+        for cell in self.link.live_cells().filter(|&cell| self.side[cell as usize] == Side::Undecided) {
+            match corners.cone(&self.link, cell, q) {
+                Cone::Beyond => return Some(cell),
+                Cone::Holds => return corners.conflict(&self.link, cell, q).then_some(cell),
+                Cone::Elsewhere => {}
+            }
+        }
+        None
+    }
+}
+
+/// Where a candidate lies with respect to the cone of a facet.
+enum Cone {
+    /// In the closed cone of a finite facet.
+    Holds,
+    /// Strictly beyond the hull facet of an infinite one.
+    Beyond,
+    Elsewhere,
+}
+
+/// The coordinates of the centre and of the link's vertices.
+struct Corners<'a, P> {
+    centre: P,
+    points: &'a [P],
+}
+
+impl<P: Point> Corners<'_, P> {
+    /// The exact test of one facet.
+    #[cold]
+    fn conflict(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> bool {
         let q = self.points[q as usize];
-        let (points, infinite) = self.cell_points(cell);
+        let (points, infinite) = self.of(link, cell);
         let n = P::DIM + 1;
         match infinite {
             None => in_sphere(&points[..n], q),
             Some(slot) => {
-                let (next, _) = self.link.neighbour(cell, slot);
-                let (finite, _) = self.cell_points(next);
+                let (next, _) = link.neighbour(cell, slot);
+                let (finite, _) = self.of(link, next);
                 conflicts_infinite(&points[..n], slot + 1, &finite[..n], q)
             }
         }
     }
 
+    fn cone(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> Cone {
+        let q = self.points[q as usize];
+        let (mut points, infinite) = self.of(link, cell);
+        let n = P::DIM + 1;
+        if let Some(slot) = infinite {
+            points[slot + 1] = q;
+            let beyond = orientation(&points[..n]) == Sign::Positive;
+            return if beyond { Cone::Beyond } else { Cone::Elsewhere };
+        }
+        for slot in 1..n {
+            let corner = std::mem::replace(&mut points[slot], q);
+            if orientation(&points[..n]) == Sign::Negative {
+                return Cone::Elsewhere;
+            }
+            points[slot] = corner;
+        }
+        Cone::Holds
+    }
+
     /// The points of `(centre, facet)`, and the facet's infinite slot.
-    fn cell_points(&self, cell: u32) -> ([P; 4], Option<usize>) {
+    fn of(&self, link: &Complex<P::Facet>, cell: u32) -> ([P; 4], Option<usize>) {
         let mut points = [self.centre; 4];
         let mut infinite = None;
-        for (slot, &v) in self.link.cell(cell).as_ref().iter().enumerate() {
+        for (slot, &v) in link.cell(cell).as_ref().iter().enumerate() {
             if v == INFINITE {
                 infinite = Some(slot);
             } else {
@@ -357,6 +433,28 @@ mod tests {
         check_stars(&points);
         let points: Vec<DVec2> = (0..20).map(|_| DVec2::new(next(), next())).collect();
         check_stars(&points);
+    }
+
+    #[test]
+    fn stars_of_points_on_a_sphere_match_brute_force() {
+        // All integer points at distance 3 from the origin: exactly cospherical.
+        let range = -3..=3;
+        let all = range.clone().flat_map(|x| range.clone().map(move |y| (x, y)));
+        let all = all.flat_map(|(x, y)| range.clone().map(move |z| DVec3::new(x.into(), y.into(), z.into())));
+        let lattice: Vec<DVec3> = all.filter(|p| p.dot(*p) == 9.0).collect();
+        assert_eq!(lattice.len(), 30);
+        check_stars(&lattice);
+        // Rounded, and with some points inside, so that stars have conflicts of every kind.
+        let turned = |p: &DVec3| DVec3::new(p.x + 0.3 * p.y, p.y - 0.3 * p.x, p.z * 1.09_f64.sqrt()) / 7.0;
+        let mut rounded: Vec<DVec3> = lattice.iter().step_by(2).map(turned).collect();
+        check_stars(&rounded);
+        rounded.extend([DVec3::new(0.01, 0.02, 0.0), DVec3::new(-0.2, 0.1, 0.05), DVec3::new(0.0, 0.0, 0.3)]);
+        check_stars(&rounded);
+        let circle = [(5, 0), (4, 3), (3, 4), (0, 5), (-3, 4), (-4, 3), (-5, 0), (-4, -3), (0, -5), (3, -4)];
+        let mut plane: Vec<DVec2> = circle.iter().map(|&(x, y)| DVec2::new(x.into(), y.into())).collect();
+        check_stars(&plane);
+        plane.extend([DVec2::ZERO, DVec2::X, DVec2::new(0.5, -2.0)]);
+        check_stars(&plane);
     }
 
     #[test]

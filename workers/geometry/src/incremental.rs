@@ -152,7 +152,7 @@ impl<P: Point> Incremental<P> {
         };
         let first = this.start()?;
         for vertex in 0..this.points.len() as u32 {
-            if vertex as usize % ASKED_EVERY == 0 && !go_on() {
+            if (vertex as usize).is_multiple_of(ASKED_EVERY) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             if !first.as_ref().contains(&vertex) {
@@ -247,7 +247,7 @@ impl<P: Point> Incremental<P> {
         clean(&mut points)?;
         let mut vertices = vec![NONE; points.len()];
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count % ASKED_EVERY == 0 && !go_on() {
+            if count.is_multiple_of(ASKED_EVERY) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             vertices[i as usize] = match self.insert(points[i as usize], None) {

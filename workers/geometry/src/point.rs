@@ -11,6 +11,8 @@ use std::ops::{Add, Div, Mul, Sub};
 use bytemuck::Pod;
 use glam::{DVec2, DVec3, DVec4};
 
+use crate::predicates::filter::{self, Rounded};
+
 /// A vector of a small fixed dimension with 64-bit floating-point coordinates.
 pub trait Vector:
     Copy
@@ -90,7 +92,7 @@ where
 /// A point of the plane or of space: the single place where a dimension is defined.
 ///
 /// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1`
-/// points. All signs are exact; see [`crate::predicates`] for the conventions.
+/// points. Signs of these determinants are not exact: [`crate::predicates`] makes them so.
 pub trait Point: Vector + Pod + Default {
     /// 2 or 3.
     const DIM: usize;
@@ -103,13 +105,12 @@ pub trait Point: Vector + Pod + Default {
     /// `[u64; DIM + 1]`: a cell by input indices, a row of a file.
     type Row: Pod + Ord + Send + Sync + AsMut<[u64]> + AsRef<[u64]>;
 
-    /// Exact sign of the orientation determinant of `DIM + 1` points: positive for
+    /// The orientation determinant of `DIM + 1` points in rounded arithmetic: positive for
     /// counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
-    /// The size of the result means nothing, its sign everything.
-    fn orient_raw(cell: &[Self]) -> f64;
-    /// Exact sign of the in-sphere determinant: positive when `q` lies strictly inside the
+    fn rounded_orientation(cell: &[Self]) -> Rounded;
+    /// The in-sphere determinant in rounded arithmetic: positive when `q` lies strictly inside the
     /// circumsphere of the positively oriented `cell`.
-    fn insphere_raw(cell: &[Self], q: Self) -> f64;
+    fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded;
     /// The half-space form of "inside the circumsphere through the origin and `rel`":
     /// returns `(w, v)` such that for a positively oriented cell `(0, rel..)` a point `q` lies inside
     /// iff `w |q|^2 - v . q < 0`. Rounded. `rel` has `DIM` vectors.
@@ -128,13 +129,15 @@ impl Point for DVec2 {
     type Cell = [u32; 3];
     type Row = [u64; 3];
 
-    #[inline]
-    fn orient_raw(c: &[Self]) -> f64 {
-        robust::orient2d(coord2(c[0]), coord2(c[1]), coord2(c[2]))
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn rounded_orientation(cell: &[Self]) -> Rounded {
+        filter::orient_plane(cell)
     }
-    #[inline]
-    fn insphere_raw(c: &[Self], q: Self) -> f64 {
-        robust::incircle(coord2(c[0]), coord2(c[1]), coord2(c[2]), coord2(q))
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
+        filter::in_circle(cell, q)
     }
     #[inline]
     fn sphere_plane(rel: &[Self]) -> (f64, Self) {
@@ -152,18 +155,6 @@ impl Point for DVec2 {
     }
 }
 
-/// Bounds of the rounding errors in space, tried before `robust` is called. They are Shewchuk's own
-/// (`(7 + 56e)e` and `(16 + 224e)e` times the permanent, `e = 2^-53`) with every term of the permanent
-/// replaced by the largest: 6 products of one difference per axis, and 24 of those with a squared
-/// length. A factor of 1.001 covers the rounding of the bound.
-const ORIENT_BOUND: f64 = 7.0 * 6.0 * 1.001 * (f64::EPSILON / 2.0);
-const INSPHERE_BOUND: f64 = 16.0 * 24.0 * 1.001 * (f64::EPSILON / 2.0);
-
-#[inline]
-fn minor(a: DVec3, b: DVec3) -> f64 {
-    a.x * b.y - b.x * a.y
-}
-
 impl Point for DVec3 {
     const DIM: usize = 3;
     type Lifted = DVec4;
@@ -171,32 +162,15 @@ impl Point for DVec3 {
     type Cell = [u32; 4];
     type Row = [u64; 4];
 
-    #[inline]
-    fn orient_raw(c: &[Self]) -> f64 {
-        let (a, b, e) = (c[0] - c[3], c[1] - c[3], c[2] - c[3]);
-        let m = a.abs().max(b.abs()).max(e.abs());
-        let det = -a.dot(b.cross(e));
-        if det.abs() > ORIENT_BOUND * (m.x * m.y * m.z) {
-            return det;
-        }
-        // Shewchuk's orient3d is positive when the fourth point lies below: the opposite sign.
-        -robust::orient3d(coord3(c[0]), coord3(c[1]), coord3(c[2]), coord3(c[3]))
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn rounded_orientation(cell: &[Self]) -> Rounded {
+        filter::orient_space(cell)
     }
-    #[inline]
-    fn insphere_raw(c: &[Self], q: Self) -> f64 {
-        let (a, b, e, d) = (c[0] - q, c[1] - q, c[2] - q, c[3] - q);
-        let m = a.abs().max(b.abs()).max(e.abs()).max(d.abs());
-        let (ab, be, ed) = (minor(a, b), minor(b, e), minor(e, d));
-        let (da, ae, bd) = (minor(d, a), minor(a, e), minor(b, d));
-        let abe = a.z * be - b.z * ae + e.z * ab;
-        let bed = b.z * ed - e.z * bd + d.z * be;
-        let eda = e.z * da + d.z * ae + a.z * ed;
-        let dab = d.z * ab + a.z * bd + b.z * da;
-        let det = (e.dot(e) * dab - d.dot(d) * abe) + (a.dot(a) * bed - b.dot(b) * eda);
-        if det.abs() > INSPHERE_BOUND * (m.x * m.y * m.z * m.dot(m)) {
-            return det;
-        }
-        -robust::insphere(coord3(c[0]), coord3(c[1]), coord3(c[2]), coord3(c[3]), coord3(q))
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
+    fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
+        filter::in_sphere(cell, q)
     }
     #[inline]
     fn sphere_plane(rel: &[Self]) -> (f64, Self) {
@@ -213,14 +187,6 @@ impl Point for DVec3 {
     fn from_coords(c: &[f64]) -> Self {
         DVec3::new(c[0], c[1], c[2])
     }
-}
-
-fn coord2(p: DVec2) -> robust::Coord<f64> {
-    robust::Coord { x: p.x, y: p.y }
-}
-
-fn coord3(p: DVec3) -> robust::Coord3D<f64> {
-    robust::Coord3D { x: p.x, y: p.y, z: p.z }
 }
 
 /// Lexicographic order of the coordinates: the rank that breaks every tie. Coordinates must be

@@ -7,7 +7,7 @@ use super::Incremental;
 use super::cells::Cell;
 use super::read::corners;
 use super::ridges::{Ridges, ridge};
-use super::sphere::{KEPT, NO_SPHERE, Query, REMOVED};
+use super::sphere::{Inverse, KEPT, NO_SPHERE, Query, REMOVED};
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{conflicts_infinite, in_sphere};
@@ -16,56 +16,99 @@ use crate::predicates::{conflicts_infinite, in_sphere};
 #[derive(Clone, Debug)]
 pub(super) struct Scratch<P: Point> {
     /// The cells in conflict.
-    cavity: Vec<u32>,
-    /// The facets of the border: the code of the cell outside, then the vertices so that a point inside
-    /// and they make a positive cell.
-    border: Vec<P::Cell>,
+    cavity: List<u32>,
+    /// The facets of the border, by their codes from inside and from outside.
+    border: List<(u32, u32)>,
     /// The cells that the exact predicates found free of conflict.
     kept: Vec<u32>,
-    /// The vertices of the border, from 1 on.
-    around: Vec<Around<P>>,
+    faces: List<Face<P::Cell>>,
+    /// The vertices of the border from 1 on, each with a new cell that it will be in.
+    names: List<(u32, u32)>,
+    /// The same vertices, seen from the new one.
+    around: Vec<Inverse<P>>,
     ridges: Ridges,
 }
 
-/// A vertex of the border.
-#[derive(Clone, Copy, Debug, Default)]
-struct Around<P> {
-    /// The vector from the new vertex, in the coordinates of the spheres; not a number for infinity.
-    rel: P,
-    length2: f64,
-    vertex: u32,
-    /// The first facet that it is in.
-    facet: u32,
+/// A facet of the border, which becomes a cell.
+#[derive(Clone, Copy, Debug)]
+struct Face<S> {
+    /// The code of the cell outside, then the vertices so that a point inside and they make a positive cell.
+    vertices: S,
+    /// The vertices' places in `names`; the third is 0 in the plane.
+    numbers: [u32; 3],
+    /// The new cell.
+    cell: u32,
 }
 
 impl<P: Point> Default for Scratch<P> {
     fn default() -> Self {
         Scratch {
-            cavity: Vec::new(),
-            border: Vec::new(),
+            cavity: List::new(0),
+            border: List::new((0, 0)),
             kept: Vec::new(),
+            faces: List::new(Face { vertices: P::Cell::splat(0), numbers: [0; 3], cell: 0 }),
+            names: List::new((INFINITE, 0)),
             around: Vec::new(),
             ridges: Ridges::default(),
         }
     }
 }
 
+/// A list whose items are written in any case, and stay or are written over. Storage is reused.
+#[derive(Clone, Debug)]
+struct List<T> {
+    items: Vec<T>,
+    len: usize,
+}
+
+impl<T: Copy> List<T> {
+    /// An empty list; `item` fills its storage.
+    fn new(item: T) -> Self {
+        List { items: vec![item; 256], len: 0 }
+    }
+
+    /// The storage, with room for `more` items behind the first `len`.
+    #[inline]
+    fn room(&mut self, len: usize, more: usize) -> &mut [T] {
+        if self.items.len() - len < more {
+            self.grow(len + more);
+        }
+        &mut self.items
+    }
+
+    #[cold]
+    fn grow(&mut self, least: usize) {
+        let item = self.items[0];
+        self.items.resize(least.next_power_of_two(), item);
+    }
+
+    #[inline]
+    fn items(&self) -> &[T] {
+        &self.items[..self.len]
+    }
+}
+
 /// In the incidence table, the mark of a vertex that has a number in the present border.
 const NUMBERED: u32 = 1 << 31;
 
-/// The facet of a positive cell opposite `slot`, so that it and the vertex there, first, are a positive
-/// cell.
+/// The facet of a positive cell opposite `slot` behind the code across it, so that a point inside and the
+/// facet are a positive cell.
 #[inline]
-fn facet_slots(corners: usize, slot: usize) -> [usize; 3] {
-    match (corners, slot) {
-        (3, 0) => [1, 2, 0],
-        (3, 1) => [2, 0, 0],
-        (3, _) => [0, 1, 0],
+fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
+    let from = match (P::DIM, slot) {
+        (2, 0) => [1, 2, 0],
+        (2, 1) => [2, 0, 0],
+        (2, _) => [0, 1, 0],
         (_, 0) => [1, 2, 3],
         (_, 1) => [0, 3, 2],
         (_, 2) => [0, 1, 3],
         _ => [0, 2, 1],
+    };
+    let mut facet = P::Cell::splat(code);
+    for (to, &slot) in facet.as_mut()[1..].iter_mut().zip(&from) {
+        *to = vertices.as_ref()[slot];
     }
+    facet
 }
 
 /// Does `q` conflict with a cell? Exact.
@@ -109,57 +152,71 @@ impl<P: Point> Incremental<P> {
         let q = self.points[vertex as usize];
         self.dig(q, query, seed);
         self.allocate();
-        self.number(q);
-        self.fill(vertex, query);
+        self.number();
+        self.look_around(q);
+        if Ridges::is_small(self.scratch.names.len) {
+            self.fill_small(vertex, query);
+        } else {
+            self.fill_large(vertex, query);
+        }
+        self.note(vertex);
     }
 
-    /// Finds the cells in conflict with `q`, a connected set, and its border.
+    /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes
+    /// cannot be foreseen, so it is written to both lists, and the one that it belongs to grows.
+    #[inline(never)]
     fn dig(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
         let Scratch { cavity, border, kept, .. } = &mut self.scratch;
-        cavity.clear();
-        border.clear();
-        cavity.push(seed);
         *slots[seed as usize].radius_mut() |= REMOVED;
-        let mut head = 0;
-        while head < cavity.len() {
-            let Cell { neighbours, vertices, .. } = slots[cavity[head] as usize];
+        cavity.items[0] = seed;
+        let (mut head, mut inner, mut outer) = (0, 1, 0);
+        while head < inner {
+            let inside_of = cavity.room(inner, P::Cell::LEN);
+            let border_of = border.room(outer, P::Cell::LEN);
+            let cell = inside_of[head];
             head += 1;
+            let neighbours = slots[cell as usize].neighbours;
+            let mut open = 0;
             for slot in 0..P::Cell::LEN {
                 let code = neighbours.as_ref()[slot];
                 let next = &mut slots[(code >> 2) as usize];
-                if next.is_removed() {
-                    continue;
-                }
                 let power = query.power(next);
-                let inside = if power.is_inside() {
-                    true
-                } else if power.is_outside() {
-                    false
-                } else {
-                    conflicts_once(slots, points, kept, code >> 2, q)
-                };
-                if inside {
+                let live = next.radius() >> 31 ^ 1;
+                let inside = live & u32::from(power.is_inside());
+                let outside = live & u32::from(power.is_outside());
+                *next.radius_mut() |= inside << 31;
+                inside_of[inner] = code >> 2;
+                inner = inner.wrapping_add(inside as usize);
+                border_of[outer] = (code, cell << 2 | slot as u32);
+                outer = outer.wrapping_add(outside as usize);
+                open |= (live ^ inside ^ outside) << slot;
+            }
+            while open != 0 {
+                let slot = open.trailing_zeros();
+                open &= open - 1;
+                let code = neighbours.as_ref()[slot as usize];
+                if conflicts_once(slots, points, kept, code >> 2, q) {
                     *slots[(code >> 2) as usize].radius_mut() |= REMOVED;
-                    cavity.push(code >> 2);
+                    inside_of[inner] = code >> 2;
+                    inner += 1;
                 } else {
-                    let mut facet = P::Cell::splat(code);
-                    let from = facet_slots(P::Cell::LEN, slot);
-                    for i in 0..P::DIM {
-                        facet.as_mut()[i + 1] = vertices.as_ref()[from[i]];
-                    }
-                    border.push(facet);
+                    border_of[outer] = (code, cell << 2 | slot);
+                    outer += 1;
                 }
             }
         }
+        (cavity.len, border.len) = (inner, outer);
         for cell in kept.drain(..) {
             *slots[cell as usize].radius_mut() &= !KEPT;
         }
     }
 
     /// Numbers the new cells: slots of the cavity, free ones, new ones.
+    #[inline(never)]
     fn allocate(&mut self) {
         let Scratch { cavity, border, .. } = &self.scratch;
+        let (cavity, border) = (cavity.items(), border.items());
         let cells = &mut self.cells;
         cells.created.clear();
         let reused = cavity.len().min(border.len());
@@ -180,81 +237,95 @@ impl<P: Point> Incremental<P> {
         cells.slots.resize(slots + more, empty);
     }
 
-    /// Numbers the vertices of the border, puts the numbers in their places and enters the ridges.
-    fn number(&mut self, q: P) {
-        let Scratch { border, around, ridges, .. } = &mut self.scratch;
-        around.clear();
-        around.push(Around::default());
-        for (k, facet) in (0u32..).zip(border.iter_mut()) {
+    /// Numbers the vertices of the border and enters the ridges.
+    #[inline(never)]
+    fn number(&mut self) {
+        let Scratch { border, faces, names, ridges, .. } = &mut self.scratch;
+        let incident = &mut self.incident[..];
+        let slots = &self.cells.slots[..];
+        let border = border.items();
+        let faces_of = &mut faces.room(0, border.len())[..border.len()];
+        let mut known = 1;
+        for ((&(inward, outward), &cell), face) in border.iter().zip(&self.cells.created).zip(faces_of) {
+            let names_of = names.room(known, P::DIM);
+            let removed = &slots[(outward >> 2) as usize].vertices;
+            let vertices = facet::<P>(removed, outward as usize & 3, inward);
             let mut numbers = [0; 3];
-            for i in 0..P::DIM {
-                let vertex = facet.as_ref()[i + 1];
-                let known = &mut self.incident[vertex.wrapping_add(1) as usize];
-                if *known & NUMBERED == 0 {
-                    *known = NUMBERED | around.len() as u32;
-                    let to = self.points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
-                    let rel = self.frame.between(q, to);
-                    around.push(Around { rel, length2: rel.norm2(), vertex, facet: k });
-                }
-                numbers[i] = *known & !NUMBERED;
-                facet.as_mut()[i + 1] = numbers[i];
+            for (number, &vertex) in numbers.iter_mut().zip(&vertices.as_ref()[1..]) {
+                let entry = &mut incident[vertex.wrapping_add(1) as usize];
+                let is_new = *entry & NUMBERED == 0;
+                *number = if is_new { known as u32 } else { *entry & !NUMBERED };
+                *entry = NUMBERED | *number;
+                names_of[known] = (vertex, cell);
+                known = known.wrapping_add(usize::from(is_new));
             }
             for i in 0..P::DIM {
-                ridges.enter(ridge(numbers, i), k << 2 | (i as u32 + 1));
+                ridges.enter(ridge(numbers, i), cell << 2 | (i as u32 + 1));
             }
+            *face = Face { vertices, numbers, cell };
+        }
+        (faces.len, names.len) = (border.len(), known);
+    }
+
+    /// Sees the vertices of the border from the new one.
+    fn look_around(&mut self, q: P) {
+        let Scratch { around, names, .. } = &mut self.scratch;
+        let (points, frame) = (&self.points[..], self.frame);
+        around.clear();
+        around.extend(names.items().iter().map(|&(vertex, _)| {
+            let to = points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
+            frame.inverse(q, to)
+        }));
+    }
+
+    /// Writes the new cells, their ridges paired by `mate(k, i, ridge)`.
+    #[expect(clippy::inline_always, reason = "one loop for each way of pairing")]
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        vertex: u32,
+        query: &Query<P>,
+        mate: impl Fn(&Ridges, usize, usize, (u32, u32)) -> u32,
+    ) {
+        let Scratch { faces, around, ridges, .. } = &self.scratch;
+        let (slots, around) = (&mut self.cells.slots[..], &around[..]);
+        for (k, face) in faces.items().iter().enumerate() {
+            let Face { mut vertices, numbers, cell } = *face;
+            let outer = vertices.as_ref()[0];
+            vertices.as_mut()[0] = vertex;
+            let mut neighbours = P::Cell::splat(outer);
+            for i in 0..P::DIM {
+                neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(numbers, i));
+            }
+            slots[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = cell << 2;
+            let sphere = query.sphere(numbers.map(|i| &around[i as usize]));
+            slots[cell as usize] = Cell { sphere, neighbours, vertices };
         }
     }
 
-    /// Writes the new cells.
-    fn fill(&mut self, vertex: u32, query: &Query<P>) {
-        if !Ridges::is_small(self.scratch.around.len()) {
-            self.pair_large();
-        }
-        let Scratch { border, around, ridges, .. } = &self.scratch;
-        let small = Ridges::is_small(around.len());
-        let created = &self.cells.created[..];
-        let slots = &mut self.cells.slots[..];
-        for ((k, facet), &cell) in (0u32..).zip(border).zip(created) {
-            let numbers = numbers_of::<P>(facet);
-            let outer = facet.as_ref()[0];
-            let mut neighbours = P::Cell::splat(outer);
-            let mut vertices = P::Cell::splat(vertex);
-            let mut rel = [P::default(); 3];
-            let mut lengths2 = 1.0;
-            for i in 0..P::DIM {
-                let code = k << 2 | (i as u32 + 1);
-                let mate = if small { ridges.mate(ridge(numbers, i)) } else { ridges.paired(code) };
-                neighbours.as_mut()[i + 1] = created[(mate >> 2) as usize] << 2 | mate & 3;
-                let end = &around[numbers[i] as usize];
-                vertices.as_mut()[i + 1] = end.vertex;
-                rel[i] = end.rel;
-                lengths2 *= end.length2;
-            }
-            slots[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = cell << 2;
-            let sphere = query.sphere(&rel[..P::DIM], lengths2);
-            slots[cell as usize] = Cell { sphere, neighbours, vertices };
-        }
-        for end in &around[1..] {
-            self.incident[end.vertex.wrapping_add(1) as usize] = created[end.facet as usize];
-        }
-        self.incident[vertex as usize + 1] = created[0];
-        self.last = created[0];
+    #[inline(never)]
+    fn fill_small(&mut self, vertex: u32, query: &Query<P>) {
+        self.fill(vertex, query, |ridges, _, _, ridge| ridges.mate(ridge));
     }
 
     #[cold]
-    fn pair_large(&mut self) {
-        let Scratch { border, ridges, .. } = &mut self.scratch;
-        let all = (0u32..).zip(border.iter()).flat_map(|(k, facet)| {
-            let numbers = numbers_of::<P>(facet);
-            (0..P::DIM).map(move |i| (ridge(numbers, i), k << 2 | (i as u32 + 1)))
+    fn fill_large(&mut self, vertex: u32, query: &Query<P>) {
+        let Scratch { faces, ridges, .. } = &mut self.scratch;
+        let all = faces.items().iter().zip(0u32..).flat_map(|(face, k)| {
+            let numbers = face.numbers;
+            (0..P::DIM).map(move |i| (ridge(numbers, i), k << 2 | i as u32))
         });
-        ridges.pair(border.len() << 2, all);
+        ridges.pair(&self.cells.created, all);
+        self.fill(vertex, query, |ridges, k, i, _| ridges.paired(k, i));
     }
-}
 
-#[inline]
-fn numbers_of<P: Point>(facet: &P::Cell) -> [u32; 3] {
-    let mut numbers = [0; 3];
-    numbers[..P::DIM].copy_from_slice(&facet.as_ref()[1..]);
-    numbers
+    /// Notes a cell for every vertex that was numbered, and for the new one.
+    fn note(&mut self, vertex: u32) {
+        let first = self.cells.created[0];
+        for &(vertex, cell) in &self.scratch.names.items()[1..] {
+            self.incident[vertex.wrapping_add(1) as usize] = cell;
+        }
+        self.incident[vertex as usize + 1] = first;
+        self.last = first;
+    }
 }

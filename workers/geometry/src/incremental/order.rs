@@ -169,7 +169,7 @@ const fn turned(n: u32, x: u32, by: u32) -> u32 {
 const fn along_axis(n: u32, place: u32) -> u32 {
     if place == 0 {
         0
-    } else if place % 2 == 0 {
+    } else if place.is_multiple_of(2) {
         (place - 1).trailing_ones() % n
     } else {
         place.trailing_ones() % n

@@ -16,9 +16,9 @@ const SIDE: usize = 64;
 #[derive(Clone, Debug)]
 pub(super) struct Ridges {
     table: Box<[u32; SIDE * SIDE]>,
-    /// For large borders: ends in rising order, and the code.
+    /// For large borders: ends in rising order, and the ridge's number.
     sorted: Vec<(u32, u32, u32)>,
-    /// For large borders: the mate of each code.
+    /// For large borders: the code across each ridge.
     mates: Vec<u32>,
 }
 
@@ -58,22 +58,24 @@ impl Ridges {
         self.table[position(to, from)]
     }
 
-    /// Pairs the ridges of a border too large for the table: each with its code, all below `codes`.
+    /// Pairs the ridges of a border too large for the table: facet `k` is that of the cell `cells[k]`, and its
+    /// ridge opposite vertex `i` has the number `4 k + i`.
     #[cold]
-    pub(super) fn pair(&mut self, codes: usize, ridges: impl Iterator<Item = ((u32, u32), u32)>) {
+    pub(super) fn pair(&mut self, cells: &[u32], ridges: impl Iterator<Item = ((u32, u32), u32)>) {
         self.sorted.clear();
-        self.sorted.extend(ridges.map(|((a, b), code)| (a.min(b), a.max(b), code)));
+        self.sorted.extend(ridges.map(|((a, b), number)| (a.min(b), a.max(b), number)));
         self.sorted.sort_unstable();
         self.mates.clear();
-        self.mates.resize(codes, 0);
+        self.mates.resize(cells.len() << 2, 0);
+        let code = |number: u32| cells[number as usize >> 2] << 2 | ((number & 3) + 1);
         for pair in self.sorted.chunks_exact(2) {
-            self.mates[pair[0].2 as usize] = pair[1].2;
-            self.mates[pair[1].2 as usize] = pair[0].2;
+            self.mates[pair[0].2 as usize] = code(pair[1].2);
+            self.mates[pair[1].2 as usize] = code(pair[0].2);
         }
     }
 
-    /// The mate of a code that was paired.
-    pub(super) fn paired(&self, code: u32) -> u32 {
-        self.mates[code as usize]
+    /// The code of the new cell across the ridge of facet `k` opposite vertex `i`, where they were paired.
+    pub(super) fn paired(&self, k: usize, i: usize) -> u32 {
+        self.mates[k << 2 | i]
     }
 }

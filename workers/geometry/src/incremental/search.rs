@@ -36,12 +36,13 @@ impl<P: Point> Incremental<P> {
 
     /// Goes down the powers from `start`: a cell whose sphere certainly holds the point (true), or
     /// one without a neighbour of smaller power (false).
+    #[inline(never)]
     pub(super) fn descend(&self, query: &Query<P>, start: u32) -> (u32, bool) {
         let slots = &self.cells.slots[..];
         let mut cell = start;
         let mut best = query.power(&slots[start as usize]);
         if best.value.is_nan() {
-            best.value = f64::INFINITY;
+            best.value = f32::INFINITY;
         }
         loop {
             if best.is_inside() {
@@ -61,6 +62,7 @@ impl<P: Point> Incremental<P> {
     }
 
     /// The visibility walk by exact orientations.
+    #[inline(never)]
     pub(super) fn walk(&self, q: P, start: u32) -> u32 {
         let n = P::Cell::LEN;
         let mut entered = n;

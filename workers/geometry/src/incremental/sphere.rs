@@ -7,21 +7,28 @@
 //! with the infinite vertex, or too flat for the bound) has a radius that is not a number: it answers
 //! neither.
 //!
-//! **Bound.** Let `u = 2^-53`, `h = 2^-24`, `C` and `R` the true centre and radius of a cell with a
-//! vertex at the origin and vectors `a, b, c` to the others, `A` the product of their lengths, `(w, v)` as
-//! computed by [`Point::sphere_plane`], so that the centre is `v / 2w`. As in [`crate::hull`], `w` is
-//! wrong by at most `42 u A` and `v` by at most `42 u A (|a| + |b| + |c|) <= 42 u A 6 R`, a chord being at
-//! most a diameter. So with `t = 42 u A / |w|` the computed centre is wrong by at most
-//! `3 t R + t R = 4 t R`. A sphere is kept only if `|w| > 2^-18 A`: then `4 t < 2^-27`. Rounding to
-//! single precision moves the centre by at most `h` times its distance to the origin, and the radius by
-//! at most `h` of itself, or `3 h` with its last bit cleared. For a point `x`, at rounded distance `d`
-//! from the rounded centre, that distance to the origin is at most `|x| + d`. Together, `x` is inside if
-//! `d < r - h (|x| + r) - (3 + 1/8) h r`, and outside if `d > r + h (|x| + d) + (3 + 1/8) h r`. Both follow
-//! from the distance of `d` to `r` being more than `t = (1 + 2^-10) h |x| + 5 h r`, and this from
-//! `|d^2 - r^2| > t (2 r + t)`. What is left of `5 h r` (more than `h r / 2`) covers the roundings of the
-//! comparison, which are below `16 u` of `d^2` and `r^2`; a constant of `2^-140` covers the centres so
-//! near the origin that their coordinates are subnormal. Radii outside `2^-100 .. 2^60` are not kept, so
-//! nothing overflows; nor are determinants below `2^-300`, so no underflow matters.
+//! **Spheres.** Inversion in the unit sphere around a vertex turns the spheres through it into planes: with
+//! the inverse images `a, b, c` of the others, `n = (b - a) x (c - a)` (in the plane `b - a` turned) and
+//! `g = n . a`, the centre is `n / 2g` from the vertex and the radius its length. A vertex of the border is
+//! inverted once for all new cells around it.
+//!
+//! **Bound.** Let `u = 2^-53`, `h = 2^-24`, `C` and `R` the true centre and radius, `L` the greatest length of an
+//! inverse image. The images are computed with a relative error of `8 u` for each coordinate, so `b - a` and
+//! `c - a`, at most `2 L` long, are wrong by at most `18 u L`, `n` by `84 u L^2` (the roundings of the product
+//! are below `12 u L^2`) and `g` by `128 u L^3`; in the plane by `18 u L` and `38 u L^2`. A sphere is kept only if
+//! `|g| > 2^-18 L^3` (in the plane `L^2`); then `|n| >= |g| / L`, and `n / 2g` and its length are wrong by
+//! less than `2^-27 R = h R / 8`. Rounding to single precision moves the centre by at most `h` times its
+//! distance to the origin, which is at most `|x| + d` for a point `x` at distance `d` from it; the radius by
+//! at most `h` of itself, or `3 h` with its last bit cleared; `x` by at most `h |x|`. Hence if `x` is not
+//! inside, the rounded distance `d'` is at least `r - t'`, if it is not outside at most `r + t'`, with
+//! `t' = 2 h |x| + (4 + 1/4) h r`. So it suffices that `|d'^2 - r^2| > t' (2 r + t')`. The comparison itself
+//! is made in single precision: the squares are wrong by `6.02 h r^2` more than they are wrong in proportion
+//! to the bound (by `11.1 h` of it). With `t = 2 (1 + 2^-10) h |x| + 9 h r` in the place of `t'` the bound grows
+//! by more than `9.5 h r^2` and that proportion, which covers both. A constant of `2^-140` covers
+//! coordinates that are subnormal in single precision. Radii outside `2^-50 .. 2^60` are not kept and points
+//! farther than `2^40` from the origin not compared, so that nothing overflows but distances to centres
+//! that are farther than any radius; nor are values of `g` below `2^-300` kept, which no underflow then
+//! affects.
 //!
 //! **Departures.** The median is that of a sample: any origin is right, and one where points are
 //! dense makes the bound small where cells are.
@@ -43,16 +50,22 @@ const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;
 
 /// The part of the bound that grows with the distance from the origin, the part that grows with the
 /// radius, and the constant part.
-const FAR: f64 = SINGLE * (1.0 + 1.0 / 1024.0);
-const WIDE: f64 = SINGLE * 5.0;
-const TINY: f64 = 1.0 / (1u128 << 70) as f64 / (1u128 << 70) as f64;
+const FAR: f64 = 2.0 * SINGLE * (1.0 + 1.0 / 1024.0);
+const WIDE: f32 = (9.0 * SINGLE) as f32;
+const TINY: f64 = power_of_two(-140);
 
-/// The square of the flattest shape that has a sphere, `2^-36`, and of the least determinant, `2^-600`.
-const FLATTEST: f64 = 1.0 / (1u64 << 36) as f64;
-const LEAST: f64 = f64::from_bits((1023 - 600) << 52);
+/// The square of the flattest shape that has a sphere, and of the least determinant.
+const FLATTEST: f64 = power_of_two(-36);
+const LEAST: f64 = power_of_two(-600);
 
-/// Radii that are kept.
-const RADII: std::ops::Range<f64> = f64::from_bits((1023 - 100) << 52)..f64::from_bits((1023 + 60) << 52);
+/// Radii that are kept, and the distance from the origin up to which points are compared.
+const SMALLEST: f64 = power_of_two(-50);
+const LARGEST: f64 = power_of_two(60);
+const FARTHEST: f64 = power_of_two(40);
+
+const fn power_of_two(exponent: i64) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
 
 /// Points looked at for the median.
 const SAMPLE: usize = 255;
@@ -67,18 +80,27 @@ pub(super) struct Frame<P> {
 /// A point as it is compared with spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query<P> {
-    /// The point in the coordinates of the spheres.
-    pub(super) at: P,
-    /// The part of the bound that does not depend on the sphere.
-    slack: f64,
+    /// The point in the coordinates of the spheres, and the same in single precision.
+    at: P,
+    rounded: [f32; 3],
+    /// The part of the bound that does not depend on the sphere; not a number for a point too far away.
+    slack: f32,
+}
+
+/// The inverse image of a vertex in the unit sphere around another, and its squared distance from
+/// there. Not numbers for infinity.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Inverse<P> {
+    at: P,
+    length2: f64,
 }
 
 /// The power of a point with respect to a rounded sphere, and the bound of its error. Not numbers for
 /// a cell without a sphere: then no comparison holds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Power {
-    pub(super) value: f64,
-    pub(super) bound: f64,
+    pub(super) value: f32,
+    pub(super) bound: f32,
 }
 
 impl Power {
@@ -121,64 +143,87 @@ impl<P: Point> Frame<P> {
     #[inline]
     pub(super) fn query(&self, q: P) -> Query<P> {
         let at = (q - self.origin) * self.scale;
-        Query { at, slack: FAR * at.norm2().sqrt() + TINY }
+        let mut rounded = [0.0; 3];
+        for (i, x) in rounded[..P::DIM].iter_mut().enumerate() {
+            *x = at.coord(i) as f32;
+        }
+        let distance = at.norm2().sqrt();
+        let slack = if distance < FARTHEST { (FAR * distance + TINY) as f32 } else { f32::NAN };
+        Query { at, rounded, slack }
     }
 
-    /// The vector between two points in the coordinates of the spheres.
+    /// The inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
     #[inline]
-    pub(super) fn between(&self, from: P, to: P) -> P {
-        (to - from) * self.scale
+    pub(super) fn inverse(&self, from: P, to: P) -> Inverse<P> {
+        let rel = (to - from) * self.scale;
+        let length2 = 1.0 / rel.norm2();
+        Inverse { at: rel * length2, length2 }
     }
 
     /// The circumsphere of a cell in the coordinates of the points: the centre, and the square of a
     /// radius that reaches at least as far as the cell's ball does. `None` for a cell without a sphere.
     pub(super) fn ball(&self, sphere: &P::Cell) -> Option<(P, f64)> {
-        let at = centre::<P>(sphere);
+        let mut at = P::default();
+        for i in 0..P::DIM {
+            at.set_coord(i, f64::from(f32::from_bits(sphere.as_ref()[i])));
+        }
         let radius = f64::from(f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT)));
         if radius.is_nan() {
             return None;
         }
         let centre = self.origin + at / self.scale;
-        let reach = radius * (1.0 + WIDE) + FAR * at.norm2().sqrt() + TINY;
-        let reach =
-            reach / self.scale + 4.0 * f64::EPSILON * (centre.norm2().sqrt() + self.origin.norm2().sqrt());
+        let reach = radius * (1.0 + f64::from(WIDE)) + FAR * at.norm2().sqrt() + TINY;
+        let rounding = 4.0 * f64::EPSILON * (centre.norm2().sqrt() + self.origin.norm2().sqrt());
+        let reach = reach / self.scale + rounding;
         Some((centre, reach * reach * (1.0 + 4.0 * f64::EPSILON)))
     }
 }
 
-#[inline]
-fn centre<P: Point>(sphere: &P::Cell) -> P {
-    let mut at = P::default();
-    for i in 0..P::DIM {
-        at.set_coord(i, f64::from(f32::from_bits(sphere.as_ref()[i])));
-    }
-    at
-}
-
 impl<P: Point> Query<P> {
-    /// The power of the point with respect to a cell's sphere. The cell is not marked as removed.
+    /// The power of the point with respect to a cell's sphere.
     #[inline]
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
-        let distance2 = (centre::<P>(&cell.sphere) - self.at).norm2();
-        let radius = f64::from(f32::from_bits(cell.radius()));
+        let mut distance2 = 0.0;
+        for i in 0..P::DIM {
+            let x = f32::from_bits(cell.sphere.as_ref()[i]) - self.rounded[i];
+            distance2 += x * x;
+        }
+        let radius = f32::from_bits(cell.radius() & !REMOVED);
         let t = radius * WIDE + self.slack;
         Power { value: distance2 - radius * radius, bound: t * (radius + radius + t) }
     }
 
-    /// The rounded sphere through this point and the ends of `rel`, vectors from it (as by
-    /// [`Frame::between`]); the cell is positive in this order. `lengths2` is the product of their squares.
+    /// The rounded sphere through this point and those with the inverse images `ends`.
+    #[expect(clippy::needless_bitwise_bool, reason = "one branch for all four, of which none is foreseeable")]
     #[inline]
-    pub(super) fn sphere(&self, rel: &[P], lengths2: f64) -> P::Cell {
-        let (w, v) = P::sphere_plane(rel);
-        let from = v * (0.5 / w);
-        let radius = from.norm2().sqrt();
-        let sound = w * w > FLATTEST * lengths2 && w * w > LEAST && RADII.contains(&radius);
+    pub(super) fn sphere(&self, ends: [&Inverse<P>; 3]) -> P::Cell {
+        let [a, b, c] = ends;
+        let normal = P::hull_normal(&[b.at - a.at, c.at - a.at][..P::DIM - 1]);
+        let height = normal.dot(a.at);
+        let mut longest2 = larger(a.length2, b.length2);
+        if P::DIM == 3 {
+            longest2 = larger(longest2, c.length2);
+        }
+        let half = 0.5 / height;
+        let from = normal * half;
+        let radius = normal.norm2().sqrt() * half.abs();
+        let flat2 = if P::DIM == 2 { FLATTEST * longest2 } else { FLATTEST * longest2 * longest2 };
+        let flat2 = flat2 * longest2;
+        let height2 = height * height;
+        let sound = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
         let at = self.at + from;
         let mut sphere = P::Cell::splat(0);
         for i in 0..P::DIM {
             sphere.as_mut()[i] = (at.coord(i) as f32).to_bits();
         }
-        sphere.as_mut()[P::DIM] = if sound { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        let radius = if sound { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        sphere.as_mut()[P::DIM] = radius;
         sphere
     }
+}
+
+/// The larger of two numbers, or the second if one is not a number: one instruction.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }

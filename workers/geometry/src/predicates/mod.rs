@@ -10,11 +10,34 @@
 //!
 //! **Work and depth.** O(1) each.
 //!
-//! The signs come from the `robust` crate (Shewchuk 1997), exact within the range that
-//! [`crate::range::RangeGuard`] admits. The rank is by coordinates, so that it needs no numbering and
-//! is the same on every worker. The side test is one function of lifted heights.
+//! The rank is by coordinates, so that it needs no numbering and is the same on every worker. The side
+//! test is one function of lifted heights.
+//!
+//! **Stages.** None changes a sign; each hands on what it cannot decide.
+//!
+//! 1. [`filter`]: rounded arithmetic, with a bound from the differences of this call;
+//! 2. `lattice`: the same number without a bound, where the coordinates have so few digits that nothing was
+//!    rounded (grids); otherwise `integer`: integers of 128 to 640 bits, whichever the digits of this call
+//!    ask for;
+//! 3. `expansion`: expansions of doubles, within the range that [`crate::range`] admits;
+//! 4. `tie`: the perturbation, from the cofactors that the deciding stage has at hand.
+
+mod count;
+mod expansion;
+pub mod filter;
+mod integer;
+mod lattice;
+mod tie;
+mod wide;
 
 use std::cmp::Ordering;
+
+pub use count::Stage;
+#[cfg(feature = "stage-counts")]
+pub use count::take as take_stage_counts;
+use filter::Rounded;
+use glam::DVec2;
+use integer::Signs;
 
 use crate::point::{Point, lex_cmp};
 
@@ -41,50 +64,95 @@ impl Sign {
             Sign::Zero
         }
     }
+
+    /// The sign of the negated number.
+    #[must_use]
+    #[inline]
+    pub fn opposite(self) -> Self {
+        match self {
+            Sign::Negative => Sign::Positive,
+            Sign::Zero => Sign::Zero,
+            Sign::Positive => Sign::Negative,
+        }
+    }
 }
 
 /// Orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
 /// `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
 #[inline]
 pub fn orientation<P: Point>(cell: &[P]) -> Sign {
-    Sign::of(P::orient_raw(cell))
+    let cell = &cell[..=P::DIM];
+    let rounded = P::rounded_orientation(cell);
+    if rounded.is_certain() {
+        count::orientation(Stage::Filter);
+        return Sign::of(rounded.det);
+    }
+    exact_orientation(cell)
+}
+
+/// Widths of differences for which determinants stay below `2^53` with all partial sums (see `integer`).
+const EXACT_ORIENTATION: [u64; 2] = [26, 16];
+const EXACT_IN_SPHERE: [u64; 2] = [12, 9];
+
+#[cold]
+#[inline(never)]
+fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
+    // Computed again: keeping it at hand would cost the calls that do not come here.
+    let rounded = P::rounded_orientation(cell);
+    if lattice::is_exact(cell, rounded.reach, EXACT_ORIENTATION[P::DIM - 2]) {
+        count::orientation(Stage::Exact);
+        return Sign::of(rounded.det);
+    }
+    if let Some(sign) = integer::orientation(cell, rounded.reach) {
+        count::orientation(Stage::Integer);
+        return sign;
+    }
+    count::orientation(Stage::Expansion);
+    expansion::orientation(cell)
 }
 
 /// Does `q` lie inside the circumsphere of the positively oriented `cell`, ties broken by
 /// perturbation? The points must be distinct; then the answer is never a tie.
-#[inline]
+///
+/// Not inlined: among a caller's variables the filter runs out of registers.
+#[inline(never)]
 pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
-    match Sign::of(P::insphere_raw(cell, q)) {
+    let cell = &cell[..=P::DIM];
+    let rounded = P::rounded_in_sphere(cell, q);
+    if rounded.is_certain() {
+        count::in_sphere(Stage::Filter);
+        return rounded.det > 0.0;
+    }
+    exact_in_sphere(cell, q)
+}
+
+#[cold]
+#[inline(never)]
+fn exact_in_sphere<P: Point>(cell: &[P], q: P) -> bool {
+    // Computed again, as above.
+    let signs = in_sphere_signs(cell, q, &P::rounded_in_sphere(cell, q));
+    match signs.det {
         Sign::Positive => true,
         Sign::Negative => false,
-        Sign::Zero => in_sphere_tie(cell, q),
+        Sign::Zero => {
+            count::tie();
+            tie::conflicts(cell, q, signs.cofactors)
+        }
     }
 }
 
-/// The perturbed sign when the in-sphere determinant is exactly zero.
-#[cold]
-fn in_sphere_tie<P: Point>(cell: &[P], q: P) -> bool {
-    let n = P::DIM + 1;
-    let mut points = [q; 5];
-    points[..n].copy_from_slice(&cell[..n]);
-    let mut order = [0usize, 1, 2, 3, 4];
-    let order = &mut order[..=n];
-    order.sort_unstable_by(|&i, &j| lex_cmp(&points[j], &points[i]));
-    for &i in order.iter() {
-        if i == n {
-            // Raising the query puts it outside: minus the cell's (positive) orientation.
-            return false;
-        }
-        let mut replaced = [q; 4];
-        replaced[..n].copy_from_slice(&points[..n]);
-        replaced[i] = q;
-        match orientation(&replaced[..n]) {
-            Sign::Positive => return true,
-            Sign::Negative => return false,
-            Sign::Zero => {}
-        }
+fn in_sphere_signs<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> Signs {
+    let digits = EXACT_IN_SPHERE[P::DIM - 2];
+    if lattice::is_exact(&[q], rounded.reach, digits) && lattice::is_exact(cell, rounded.reach, digits) {
+        count::in_sphere(Stage::Exact);
+        return Signs { det: Sign::of(rounded.det), cofactors: rounded.cofactors.map(Sign::of) };
     }
-    false
+    if let Some(signs) = integer::conflict(cell, q, rounded.reach) {
+        count::in_sphere(Stage::Integer);
+        return signs;
+    }
+    count::in_sphere(Stage::Expansion);
+    expansion::conflict(cell, q)
 }
 
 /// Does `q` conflict with an infinite cell? `cell` has the infinite vertex in `slot`; `finite` is the
@@ -146,58 +214,11 @@ pub fn raises_dimension<P: Point>(basis: &[P], q: P) -> bool {
         }
         // Two points in space: collinear iff all three coordinate projections are.
         _ => [(0, 1), (1, 2), (2, 0)].iter().any(|&(i, j)| {
-            let at = |p: &P| robust::Coord { x: p.coord(i), y: p.coord(j) };
-            robust::orient2d(at(&basis[0]), at(&basis[1]), at(&q)) != 0.0
+            let at = |p: &P| DVec2::new(p.coord(i), p.coord(j));
+            orientation(&[at(&basis[0]), at(&basis[1]), at(&q)]) != Sign::Zero
         }),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::{DVec2, DVec3};
-
-    #[test]
-    fn orientation_follows_the_file_convention() {
-        let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-        assert_eq!(orientation(&cell), Sign::Positive);
-        assert_eq!(orientation(&[DVec2::ZERO, DVec2::X, DVec2::Y]), Sign::Positive);
-        assert!(in_sphere(&cell, DVec3::splat(0.4)));
-        assert!(!in_sphere(&cell, DVec3::splat(2.0)));
-        assert!(in_sphere(&[DVec2::ZERO, DVec2::X, DVec2::Y], DVec2::splat(0.4)));
-    }
-
-    #[test]
-    fn ties_are_antisymmetric_across_a_facet() {
-        // Square corners are cocircular: exactly one diagonal must win, seen from either side.
-        let (a, b, c, d) = (DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y);
-        let first = in_sphere(&[a, b, c], d);
-        let second = in_sphere(&[a, c, d], b);
-        assert_eq!(first, second);
-        assert_ne!(first, in_sphere(&[a, b, d], c));
-    }
-
-    #[test]
-    fn half_space_form_agrees_with_the_predicates() {
-        let rel = [DVec3::new(1.0, 0.1, 0.0), DVec3::new(0.2, 1.1, 0.0), DVec3::new(0.0, 0.3, 0.9)];
-        let (w, v) = DVec3::sphere_plane(&rel);
-        let cell = [DVec3::ZERO, rel[0], rel[1], rel[2]];
-        assert_eq!(orientation(&cell), Sign::Positive);
-        for q in [DVec3::splat(0.4), DVec3::splat(1.5), DVec3::new(-0.1, 0.5, 0.2)] {
-            assert_eq!(w * q.dot(q) - v.dot(q) < 0.0, in_sphere(&cell, q));
-        }
-        let n = DVec3::hull_normal(&rel[..2]);
-        let q = DVec3::new(0.3, -0.2, 0.7);
-        assert_eq!(n.dot(q) > 0.0, orientation(&[DVec3::ZERO, rel[0], rel[1], q]) == Sign::Positive);
-        let n2 = DVec2::hull_normal(&[DVec2::new(1.0, 0.5)]);
-        assert!(n2.dot(DVec2::Y) > 0.0);
-    }
-
-    #[test]
-    fn frames_do_not_depend_on_order() {
-        let points = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0, DVec3::Y, DVec3::X + DVec3::Y];
-        assert_eq!(affine_frame(&points).0, 2);
-        assert_eq!(affine_frame(&points[..3]).0, 1);
-        assert_eq!(affine_frame::<DVec3>(&[]).0, -1);
-    }
-}
+mod tests;

@@ -1,0 +1,100 @@
+//! Rounded spheres against the exact predicate, where points are all but on them.
+
+use super::super::cells::Cell;
+use super::super::sphere::NO_SPHERE;
+use super::*;
+
+/// What the spheres said of so many points.
+#[derive(Debug, Default)]
+struct Said {
+    decided: usize,
+    /// Not decided, although rounding alone would have said something wrong.
+    saved: usize,
+    asked: usize,
+}
+
+fn ask<P: Point>(random: &mut Lcg, offset: f64, size: f64, off: f64, said: &mut Said) {
+    let point = |random: &mut Lcg| {
+        let coords = [random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5];
+        P::from_coords(&coords[..P::DIM]) * size + P::splat(offset)
+    };
+    let n = P::DIM + 1;
+    let mut corners: Vec<P> = (0..n).map(|_| point(random)).collect();
+    match orientation(&corners) {
+        Sign::Positive => {}
+        Sign::Negative => corners.swap(0, 1),
+        Sign::Zero => return,
+    }
+    let mut around: Vec<P> = (0..7).map(|_| P::splat(0.0)).collect();
+    around.push(P::splat(1.0));
+    let frame = Frame::over(&around);
+    let ends: Vec<_> = (1..4).map(|i| frame.inverse(corners[0], corners[i.min(P::DIM)])).collect();
+    let sphere = frame.query(corners[0]).sphere([&ends[0], &ends[1], &ends[2]]);
+    if sphere.as_ref()[P::DIM] == NO_SPHERE {
+        return;
+    }
+    let cell = Cell { sphere, neighbours: P::Cell::splat(0), vertices: P::Cell::splat(0) };
+    // On the sphere, as far as its centre is known, then off it by a part `off` of the radius.
+    let (centre, _) = frame.ball(&sphere).unwrap();
+    let rel = point(random) - P::splat(offset);
+    let radius = crate::point::dist2(centre, corners[0]).sqrt();
+    let q = centre + rel * (radius / rel.norm2().sqrt()) * (1.0 + off * (random.unit() - 0.5));
+    if corners.contains(&q) {
+        return;
+    }
+    let inside = in_sphere(&corners, q);
+    let power = frame.query(q).power(&cell);
+    said.asked += 1;
+    if power.is_inside() || power.is_outside() {
+        said.decided += 1;
+        assert_eq!(power.is_inside(), inside, "{corners:?} {q:?}");
+    } else if (power.value < 0.0) != inside {
+        said.saved += 1;
+    }
+}
+
+fn no_decided_sign_is_wrong<P: Point>() {
+    let mut random = Lcg(77);
+    for offset in [0.0, 1e-3, 0.7, 40.0] {
+        for size in [1.0, 1e-2, 1e-4, 1e-7] {
+            // Errors are in proportion to the distance from the origin, in parts of the radius.
+            let scale = 1.2e-7 * (1.0 + offset / size);
+            for off in [0.1, 1.0, 4.0, 20.0, 1000.0] {
+                let mut said = Said::default();
+                for _ in 0..700 {
+                    ask::<P>(&mut random, offset, size, off * scale, &mut said);
+                }
+                let place = format!("{offset} {size} {off} {said:?}");
+                assert!(said.asked > 500, "{place}");
+                assert!(off > 1.0 || said.saved > 10, "the test is too easy: {place}");
+                assert!(off < 1000.0 || said.decided > said.asked / 2, "the bound is too wide: {place}");
+            }
+        }
+    }
+}
+
+#[test]
+fn spheres_of_space_decide_nothing_wrong() {
+    no_decided_sign_is_wrong::<DVec3>();
+}
+
+#[test]
+fn circles_of_the_plane_decide_nothing_wrong() {
+    no_decided_sign_is_wrong::<DVec2>();
+}
+
+/// However fine a set is, its cells have spheres.
+#[test]
+fn fine_sets_have_spheres() {
+    for size in [1.0, 1e-3, 1e-6, 1e-9] {
+        let mut random = Lcg(4);
+        let mut points: Vec<DVec2> =
+            (0..300).map(|_| DVec2::new(random.unit(), random.unit()) * size).collect();
+        points.push(DVec2::ONE);
+        points.push(-DVec2::ONE);
+        let dt = Incremental::new(points).unwrap();
+        let finite: Vec<u32> = dt.complex().live_cells().filter(|&c| !dt.complex().is_infinite(c)).collect();
+        let known = finite.iter().filter(|&&c| dt.ball(c).is_some()).count();
+        assert!(known * 10 > finite.len() * 9, "{size}: {known} of {}", finite.len());
+    }
+}
