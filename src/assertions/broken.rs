@@ -41,7 +41,7 @@ pub struct Broken {
     /// All runs that were looked at.
     pub table: Vec<Row>,
     /// How the count grows, where there are sizes enough to say.
-    pub fit: Option<FitReport>,
+    pub fit: Option<Box<FitReport>>,
     /// The first round, level or count that went beyond the bound, in words.
     pub first: Option<String>,
 }
@@ -110,7 +110,7 @@ pub(super) fn judged(
     let (counted, bound) = (short(rows[at].counted), short(rows[at].bound));
     Err(Broken {
         what: format!("{what}: {counted} above {bound} = {bound_text}"),
-        fit: question.and_then(|request| fit(lines, request).ok()),
+        fit: question.and_then(|request| fit(lines, request).ok()).map(Box::new),
         first: first(&lines[at], rows[at].bound),
         table: rows,
     })

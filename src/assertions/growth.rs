@@ -33,7 +33,7 @@ fn last_round(lines: &[Line], phase: Option<&str>) -> Option<String> {
 
 fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
     let first = last_round(lines, report.request.phase.as_deref());
-    Broken { what, table: Vec::new(), fit: Some(report), first }
+    Broken { what, table: Vec::new(), fit: Some(Box::new(report)), first }
 }
 
 /// The depth of a level does not depend on its size: two one-sided tests find the slope of depth against log2 of

@@ -112,7 +112,7 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Caps of angle alpha_0 that cover the sphere of directions, at least: its area over a cap's.
+/// Caps of angle `alpha_0` that cover the sphere of directions, at least: its area over a cap's.
 fn caps(alpha_0: f64, d: usize) -> f64 {
     let half = alpha_0 / 2.0;
     if d == 2 { (PI / half).ceil() } else { (2.0 / (1.0 - half.cos())).ceil() }

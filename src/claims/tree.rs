@@ -82,8 +82,11 @@ fn sweep(lab: &mut Lab, kind: Kind, d: usize) -> Result<Rc<Vec<Line>>, ClaimErro
     lab.lines(&name, &samples, seeds, stop)
 }
 
-/// The sweeps, named.
-fn sweeps(lab: &mut Lab) -> Result<Vec<(String, Rc<Vec<Line>>)>, ClaimError> {
+/// A sweep and its name.
+type Named = (String, Rc<Vec<Line>>);
+
+/// The sweeps.
+fn sweeps(lab: &mut Lab) -> Result<Vec<Named>, ClaimError> {
     let mut all = Vec::new();
     let sets = [(Kind::WellSpaced, 3), (Kind::WellSpaced, 2), (Kind::Uniform, 3), (Kind::Uniform, 2)];
     for &(kind, d) in &sets[..if lab.brief() { 1 } else { 4 }] {
@@ -98,7 +101,7 @@ fn sweeps(lab: &mut Lab) -> Result<Vec<(String, Rc<Vec<Line>>)>, ClaimError> {
 fn levels(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let seed = lab.seed();
     let slope = |line: &Line| (f64::from(line.tree.levels) - 2.0) / (line.n as f64 / line.leaf as f64).log2();
-    let figure = |(on, lines): (String, Rc<Vec<Line>>)| {
+    let figure = |(on, lines): Named| {
         let largest = lines.iter().map(slope).fold(f64::NEG_INFINITY, f64::max);
         Figure::at_most("(levels - 2) / log2(n/leaf), largest of all runs", on, seed, largest, 1.5)
     };

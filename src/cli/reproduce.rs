@@ -61,7 +61,9 @@ pub struct ReproduceArgs {
 pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let claims = select(&args.claims)?;
     if args.list {
-        claims.iter().for_each(|claim| print!("{}", listed(claim)));
+        for claim in &claims {
+            print!("{}", listed(claim));
+        }
         return Ok(());
     }
     let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();

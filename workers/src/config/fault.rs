@@ -72,8 +72,8 @@ impl Fault {
         let inside = (distances.len() / 20).max(1);
         let radius = (0.5 * (distances[inside - 1] + distances.get(inside)?)).sqrt();
         let mut words = [0.0; SEPARATOR_WORDS];
-        for i in 0..P::DIM {
-            words[i] = centre.coord(i);
+        for (i, word) in words.iter_mut().enumerate().take(P::DIM) {
+            *word = centre.coord(i);
         }
         (words[3], words[4], words[8]) = (1.0, 0.5 / radius, -0.5 * radius);
         Separator::from_array(&words)

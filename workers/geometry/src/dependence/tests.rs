@@ -8,7 +8,9 @@ use crate::incremental::Incremental;
 
 fn sorted<C: Simplex>(cells: impl Iterator<Item = C>) -> Vec<C> {
     let mut cells: Vec<C> = cells.collect();
-    cells.iter_mut().for_each(|cell| cell.as_mut().sort_unstable());
+    for cell in &mut cells {
+        cell.as_mut().sort_unstable();
+    }
     cells.sort_unstable();
     cells
 }

@@ -362,7 +362,9 @@ fn malformed_words_are_refused() {
 #[test]
 fn cuts_are_medians_of_the_longest_side() {
     let mut slab = uniform::<DVec3>(399, 4);
-    slab.iter_mut().for_each(|p| *p = DVec3::new(p.x, 9.0 * p.y, 0.5 * p.z));
+    for p in &mut slab {
+        *p = DVec3::new(p.x, 9.0 * p.y, 0.5 * p.z);
+    }
     let attempt = |attempt| DrawKey { attempt, ..key(1) };
     for (i, axis) in [1, 0, 2, 1].into_iter().enumerate() {
         let mut cost = Cost::default();
