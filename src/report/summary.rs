@@ -38,9 +38,11 @@ impl Report {
             "septet: {points}, {} {cells}, {} hull facets; certificate {}",
             self.simplices, self.hull_facets, self.certificate
         )];
-        if self.supergraph.kind != "none" {
+        if self.machine.rounds > 0 {
             let (r, m) = (&self.repair, &self.machine);
-            lines.push(format!("  {}", self.supergraph.line()));
+            if self.supergraph.kind != "none" {
+                lines.push(format!("  {}", self.supergraph.line()));
+            }
             lines.extend(self.rivals());
             let fallback = self.fallback.as_ref().map_or_else(
                 || "no fallback".to_owned(),

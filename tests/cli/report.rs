@@ -130,9 +130,12 @@ fn triangulate_has_the_same_keys_and_echoes_its_options() {
     }
     assert_eq!(report["seed"], 9);
     assert_eq!(report["machine"]["paper"]["work"], Value::Null);
+    assert_eq!(report["supergraph"]["kind"], "none", "pieces need none");
     // The formula of an f-spaced set, with the constant that its size function really has.
-    let lipschitz = parameters["lipschitz"].as_f64().unwrap();
-    let alpha = report["supergraph"]["alpha"].as_f64().unwrap();
+    place.good("simulate sample:graded:800,d=2,lipschitz=0.2 --json counted.json");
+    let counted = place.json("counted.json");
+    let lipschitz = counted["parameters"]["lipschitz"].as_f64().unwrap();
+    let alpha = counted["supergraph"]["alpha"].as_f64().unwrap();
     assert!(lipschitz > 0.0 && lipschitz <= 0.2, "{lipschitz}");
     assert!((alpha - 1.25 * 2.0 * (1.0 + lipschitz) / (1.0 - lipschitz)).abs() < 1e-12, "{alpha}");
 }
