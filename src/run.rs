@@ -469,14 +469,16 @@ fn finish<P: Point>(
         };
         (Store::Rows(canonicalise::<P>(cells)), seconds)
     } else {
-        let joined = Pieces::join(P::DIM + 1, collected.pieces, merged.hull_facets);
+        // Stars that do not agree send no cells.
+        let hull_facets = if collected.pieces.is_empty() { 0 } else { merged.hull_facets };
+        let joined = Pieces::join(P::DIM + 1, collected.pieces, hull_facets);
         let pieces = joined.ok_or_else(|| TransportError::WorkerFailed {
             rank: COORDINATOR,
             reason: "the pieces do not fit together".to_string(),
         })?;
         (Store::Pieces(pieces, with_owner), start.elapsed().as_secs_f64())
     };
-    let why = collected.why.unwrap_or(why);
+    let why = if machine.counted { collected.why.unwrap_or(why) } else { NO_SUPERGRAPH.to_string() };
     Ok(Run {
         space: P::DIM,
         dimension: P::DIM as isize,
@@ -493,13 +495,16 @@ fn finish<P: Point>(
         plan: None,
         refutation: None,
         picture: (machine.view > 0).then(|| collected.album.view::<P>(population, machine.view, exponent)),
-        settled: settled(machine, collected.supergraph, why),
+        settled: settled(machine, collected.supergraph.filter(|_| machine.counted), why),
         tasks,
         phase_seconds: collected.seconds,
         triangulate_seconds,
         total_seconds: start.elapsed().as_secs_f64(),
     })
 }
+
+/// Why a triangulation has no supergraph to report.
+const NO_SUPERGRAPH: &str = "pieces look across their seams by their own circumspheres";
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
     let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();

@@ -1,13 +1,14 @@
 //! The triangulation in memory: pieces whose adjacency is whole within and across.
 
 use crate::common::sets::{plane, space};
+use crate::common::threaded;
 use septet::config::Workers;
 use septet::generate::Kind;
 use septet::geometry::point::Point;
-use septet::{Config, triangulate};
+use septet::triangulate;
 
 fn adjacency_is_whole<P: Point>(points: &[P], workers: u32) {
-    let config = Config { workers: Workers::Count(workers), ..Config::default() };
+    let config = threaded(Workers::Count(workers), 2, 40);
     let run = triangulate(points, &config).unwrap();
     let pieces = run.pieces().unwrap();
     let corners = P::DIM + 1;

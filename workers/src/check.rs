@@ -197,9 +197,9 @@ impl<P: Point> Worker<P> {
     fn sum_piece(&self, piece: &Piece<P>) -> Sums {
         let table = &self.table;
         let mut sums = Sums::default();
-        piece.each_cell(|_, cell| {
+        piece.each_mixed_cell(|_, cell| {
             let vertices = cell.as_ref();
-            if vertices.iter().all(|&v| table.is_home(v)) || vertices.contains(&INFINITE) {
+            if vertices.contains(&INFINITE) {
                 return;
             }
             let mut hashes = [0u128; 4];

@@ -34,8 +34,9 @@ impl<P: Point> Worker<P> {
         let phase = self.exchange.merge_phase();
         self.exchange.merges += 1;
         let disagreements = self.finish_check();
-        if let Some(piece) = self.stars.piece() {
-            let own = piece.merged(&self.table.positions);
+        if let Some(mut piece) = self.stars.take_piece() {
+            let own = piece.merge(&self.table.positions);
+            self.stars.set_piece(Some(piece));
             self.merge_up(phase, &[own], &disagreements);
             return;
         }
@@ -217,9 +218,8 @@ impl<P: Point> Worker<P> {
 
     /// The cells that belong to this worker, with their adjacency.
     fn send_piece(&mut self, piece: Option<Piece<P>>) {
-        let positions = &self.table.positions;
         let rows = match piece {
-            Some(piece) => piece.into_owned(positions),
+            Some(piece) => piece.into_rows(),
             None => self.glued(),
         };
         let body = Body::Piece {

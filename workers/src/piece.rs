@@ -21,29 +21,23 @@ pub(crate) struct Piece<P: Point> {
     /// Local number of each vertex.
     numbers: Vec<u32>,
     home: u32,
+    /// For every slot the number of its cell among those that belong here, or [`HULL`] or [`SEAM`].
+    rows: Vec<u32>,
 }
 
 /// Links as arrays: the facets of all, and where each begins and how many it has.
 pub(crate) type Links<P> = (Vec<<P as Point>::Facet>, Vec<(u32, u32)>);
 
 impl<P: Point> Piece<P> {
-    /// Triangulates the home points, which are numbered in the order of insertion; with the frame (local
-    /// numbers of points that span the space) if they are flat. Nothing if told to stop.
-    pub(crate) fn new(positions: &[P], home: u32, frame: &[u32], stop: &Stop) -> Option<Self> {
-        let go_on = &mut || !stop.is_raised();
+    /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
+    /// numbers) that are not among them. Nothing if all lie in a plane, or if told to stop.
+    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], stop: &Stop) -> Option<Self> {
         let mut numbers: Vec<u32> = (0..home).collect();
-        let delaunay =
-            if let Ok(d) = Incremental::build_while(positions[..home as usize].to_vec(), None, go_on) {
-                d
-            } else {
-                let mut points = positions[..home as usize].to_vec();
-                // Points of the frame are real points, so they may stand in any star.
-                let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
-                points.extend(extra.iter().map(|&f| positions[f as usize]));
-                numbers.extend(extra);
-                Incremental::build_while(points, None, go_on).ok()?
-            };
-        Some(Piece { delaunay, numbers, home })
+        numbers.extend(others.iter().copied().filter(|&v| v >= home));
+        let mut points = positions[..home as usize].to_vec();
+        points.extend(numbers[home as usize..].iter().map(|&v| positions[v as usize]));
+        let delaunay = Incremental::build_while(points, None, &mut || !stop.is_raised()).ok()?;
+        Some(Piece { delaunay, numbers, home, rows: Vec::new() })
     }
 
     /// Adds foreign points, by their local numbers; those that are vertices already change nothing. False if told
@@ -80,13 +74,7 @@ impl<P: Point> Piece<P> {
             if foreign == 0 {
                 f(slot, cell);
             } else if foreign <= P::DIM {
-                let mut own = *cell;
-                for v in own.as_mut() {
-                    if *v != INFINITE {
-                        *v = self.numbers[*v as usize];
-                    }
-                }
-                f(slot, &own);
+                f(slot, &self.local(cell));
             }
         }
     }
@@ -104,16 +92,55 @@ impl<P: Point> Piece<P> {
         radius * radius <= ORDINARY * ORDINARY * least
     }
 
-    /// What the stars of all home points contribute to the merged result.
-    pub(crate) fn merged(&self, positions: &[P]) -> Merged {
+    /// Calls `f` with every cell, infinite ones too, that has vertices at home and foreign ones.
+    pub(crate) fn each_mixed_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
+        let complex = self.delaunay.complex();
+        let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
+        let mut star = Vec::new();
+        for foreign in self.home..self.numbers.len() as u32 {
+            self.delaunay.star(foreign, &mut star);
+            for &slot in &star {
+                let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
+                let cell = complex.cell(slot);
+                if *word & bit == 0 && cell.as_ref().iter().any(|&v| v < self.home) {
+                    *word |= bit;
+                    f(slot, &self.local(cell));
+                }
+            }
+        }
+    }
+
+    /// A cell by local numbers.
+    pub(crate) fn cell(&self, slot: u32) -> P::Cell {
+        self.local(self.delaunay.complex().cell(slot))
+    }
+
+    /// Is there still a cell in this slot?
+    pub(crate) fn is_live(&self, slot: u32) -> bool {
+        self.delaunay.complex().is_live(slot)
+    }
+
+    fn local(&self, cell: &P::Cell) -> P::Cell {
+        let mut own = *cell;
+        for v in own.as_mut().iter_mut().filter(|v| **v >= self.home && **v != INFINITE) {
+            *v = self.numbers[*v as usize];
+        }
+        own
+    }
+
+    /// What the stars of all home points contribute to the merged result. Numbers the cells whose smallest vertex
+    /// is at home, for [`Piece::into_rows`].
+    pub(crate) fn merge(&mut self, positions: &[P]) -> Merged {
         const CELL: u8 = 1;
         const SMALLER: u8 = 2;
         let mut seen = vec![0u8; self.home as usize];
         let mut sum = Merged::default();
-        self.each_cell(|_, cell| {
+        let mut rows = vec![SEAM; self.slots() as usize];
+        self.each_cell(|slot, cell| {
             // Nearly every cell is at home and tells nothing new.
             let known = |&v: &u32| seen.get(v as usize).is_some_and(|&s| s == CELL | SMALLER);
             if cell.as_ref().iter().all(known) {
+                rows[slot as usize] = sum.cells as u32;
                 sum.cells += 1;
                 return;
             }
@@ -124,34 +151,26 @@ impl<P: Point> Piece<P> {
                     *seen |= if finite { CELL } else { 0 } | if v == smallest { 0 } else { SMALLER };
                 }
             }
-            if smallest < self.home {
-                *if finite { &mut sum.cells } else { &mut sum.hull_facets } += 1;
+            if !finite {
+                rows[slot as usize] = HULL;
+                sum.hull_facets += u64::from(smallest < self.home);
+            } else if smallest < self.home {
+                rows[slot as usize] = sum.cells as u32;
+                sum.cells += 1;
             }
         });
+        self.rows = rows;
         sum.stars = seen.iter().filter(|&&s| s & CELL != 0).count() as u64;
         sum.minima = seen.iter().filter(|&&s| s & SMALLER == 0).count() as u64;
         sum
     }
 
-    /// The cells whose smallest vertex is at home: rows of their vertices' local numbers and of their neighbours,
-    /// which are cells by their new numbers, [`HULL`], or [`SEAM`] for a cell of another piece.
-    pub(crate) fn into_owned(self, positions: &[P]) -> Vec<u32> {
-        let mut numbers = vec![SEAM; self.slots() as usize];
-        let mut count = 0u32;
-        self.each_cell(|slot, cell| {
-            let infinite = cell.as_ref().contains(&INFINITE);
-            let whole = cell.as_ref().iter().all(|&v| v < self.home);
-            numbers[slot as usize] = if infinite {
-                HULL
-            } else if whole || smallest_of(positions, cell) < self.home {
-                count += 1;
-                count - 1
-            } else {
-                SEAM
-            };
-        });
-        let Piece { delaunay, numbers: local, home } = self;
-        delaunay.into_rows(&numbers, SEAM, |v| if v < home { v } else { local[v as usize] })
+    /// The cells whose smallest vertex is at home, once [`Piece::merge`] has numbered them: rows of their vertices'
+    /// local numbers and of their neighbours, which are cells by their new numbers, [`HULL`], or [`SEAM`] for a
+    /// cell of another piece.
+    pub(crate) fn into_rows(self) -> Vec<u32> {
+        let Piece { delaunay, numbers, home, rows } = self;
+        delaunay.into_rows(&rows, SEAM, |v| if v < home { v } else { numbers[v as usize] })
     }
 
     /// The squared distance of every home point to its nearest vertex, which is a neighbour.

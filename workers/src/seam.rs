@@ -102,11 +102,15 @@ impl<P: Point> Worker<P> {
         if self.table.home == 0 {
             return;
         }
-        let frame = self.table.intern_all(&self.frame);
         let piece = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
         let home = u64::from(self.table.home);
         let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", home);
-        let built = Piece::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
+        let mut built = Piece::new(&self.table.positions, self.table.home, &[], &self.config.stop);
+        if built.is_none() {
+            // A flat piece: points of the frame are real points, so they may stand in any star.
+            let frame = self.table.intern_all(&self.frame);
+            built = Piece::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
+        }
         self.stars.set_piece(built);
         self.send_ordinary();
     }
@@ -136,20 +140,20 @@ impl<P: Point> Worker<P> {
         self.insert_arrived();
         let mut open = Vec::new();
         if let Some(piece) = self.stars.piece().filter(|_| !self.path.is_empty()) {
-            let mut unusual = vec![false; piece.slots() as usize];
-            for &slot in &self.seams.unusual {
-                unusual[slot as usize] = true;
-            }
-            piece.each_cell(|slot, cell| {
-                // The other cells are as they were: a new one has a foreign vertex.
-                let foreign = |&v: &u32| v != INFINITE && !self.table.is_home(v);
-                if unusual[slot as usize] || cell.as_ref().iter().any(foreign) {
-                    let (reach, _) = reach_of::<P>(cell, |v| self.table.positions[v as usize]);
-                    if self.leaves_home(&reach) {
-                        open.push(*cell);
-                    }
+            let mut look = |cell: &P::Cell| {
+                let (reach, _) = reach_of::<P>(cell, |v| self.table.positions[v as usize]);
+                if self.leaves_home(&reach) {
+                    open.push(*cell);
                 }
-            });
+            };
+            // The other cells are as they were: a new one has a foreign vertex.
+            piece.each_mixed_cell(|_, cell| look(cell));
+            for &slot in self.seams.unusual.iter().filter(|&&slot| piece.is_live(slot)) {
+                let cell = piece.cell(slot);
+                if cell.as_ref().iter().all(|&v| v == INFINITE || self.table.is_home(v)) {
+                    look(&cell);
+                }
+            }
         }
         self.seams.unusual = Vec::new();
         self.send_cells_out(&open);

@@ -56,8 +56,7 @@ impl<P: Point> Reach<P> {
         let factorial = if P::DIM == 3 { 6.0 } else { 2.0 };
         let terms = factorial * (0..P::DIM).map(|k| most.coord(k)).product::<f64>();
         let sure = det.abs() - 64.0 * U * terms;
-        // Not more: whatever is not a number is too flat as well.
-        if !(sure > 0.0) {
+        if sure.is_nan() || sure <= 0.0 {
             return Reach::Everywhere;
         }
         let square = rel.iter().fold(0.0, |most: f64, e| most.max(e.norm2()));
