@@ -1,4 +1,4 @@
-// TetGen as a library: points to tetrahedra, without its lists of edges and faces.
+// TetGen as a library: points to tetrahedra (its answer is a copy of them), without its list of faces.
 #include <tetgen.h>
 
 #include "driver.hpp"
@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
     in.numberofpoints = static_cast<int>(points.size());
     in.pointlist = new REAL[points.coordinates.size()];
     std::copy(points.coordinates.begin(), points.coordinates.end(), in.pointlist);
-    char switches[] = "QEF";
+    char switches[] = "QF";
     auto measured = driver::measure([&] { tetrahedralize(switches, &in, &out); });
     driver::Cells<4> cells;
     for (int c = 0; c < out.numberoftetrahedra; ++c) {
