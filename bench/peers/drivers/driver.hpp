@@ -6,7 +6,7 @@
 //
 // The hash is the sum modulo 2^64 over all finite cells of a mix of the cell's corners, where a corner is a mix of the
 // bits of its coordinates (-0 counting as 0) and the corners of a cell are sorted. It depends neither on the order of
-// cells or corners nor on the numbering of points. `lib/cells.py` computes the same.
+// cells or corners nor on the numbering of points. `driver.py` computes the same.
 #pragma once
 
 #include <sys/resource.h>
