@@ -13,6 +13,8 @@ QUIET = 0.5
 DISTURBED = 0.1
 # Length of a look at the processors before a run, and the pause after one that found them busy, seconds.
 GLANCE, PAUSE = 0.3, 2.0
+# What a run waits for the processors at least, seconds: others come and go in the hours that a measurement takes.
+PATIENCE = 120
 TICK = os.sysconf("SC_CLK_TCK")
 
 
@@ -58,14 +60,14 @@ def start_quiet(wait, busy):
 
 def settle(wait, busy):
     """Before a single run: the load average remembers the runs before, so look at the processors instead."""
-    end = time.monotonic() + wait
+    end = time.monotonic() + max(wait, PATIENCE)
     while not busy:
         with Others() as others:
             time.sleep(GLANCE)
         if others.processors <= DISTURBED:
             return
         if time.monotonic() > end:
-            raise Busy(f"others use {others.processors:.2f} processors")
+            raise Busy(f"others have used {others.processors:.2f} processors for long")
         time.sleep(PAUSE)
 
 

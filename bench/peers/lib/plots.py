@@ -19,14 +19,23 @@ def style(program, order):
             "linewidth": 2.2 if program.startswith("septet") else 1.1, "markersize": 5}
 
 
+def panels_of(rows):
+    """Rows by kind of set; only kinds with several sizes, unless no kind has."""
+    kinds = {}
+    for row in rows:
+        if not row["set"].startswith("scan-"):
+            kinds.setdefault(row["label"].rsplit(" ", 1)[0], []).append(row)
+    several = {kind: members for kind, members in kinds.items() if len({row["points"] for row in members}) > 1}
+    return several or kinds
+
+
 def against_size(rows, path):
-    """Time per point against the number of points: a panel for each kind in each dimension, most sizes first."""
+    """Time per point against the number of points: a panel for each kind in each dimension."""
     rows = [row for row in rows if row["runs"]]
     order = list(dict.fromkeys(row["program"] for row in rows))
-    panels = {}
-    for row in rows:
-        kind = row["label"].rsplit(" ", 1)[0] if not row["set"].startswith("scan-") else "scans"
-        panels.setdefault(kind, []).append(row)
+    panels = panels_of(rows)
+    if not panels:
+        return
     columns = min(3, len(panels))
     lines = -(-len(panels) // columns)
     figure, axes = plt.subplots(lines, columns, figsize=(4.2 * columns, 3.2 * lines), squeeze=False)
@@ -40,7 +49,7 @@ def against_size(rows, path):
                       [1e6 * (row["most"] - row["seconds"]) / row["points"] for row in mine]]
             axis.errorbar([row["points"] for row in mine], middle, yerr=spread, label=mine[0]["program_label"], capsize=2,
                           **style(program, order))
-        axis.set(xscale="log", yscale="log", title=kind, xlabel="points", ylabel="microseconds a point")
+        axis.set(xscale="log", yscale="log", title=kind, xlabel="points", ylabel="µs a point")
     handles = {}
     for axis in figure.axes:
         handles |= dict(zip(*reversed(axis.get_legend_handles_labels())))

@@ -58,7 +58,7 @@ ALL = [
     Program("qhull", "Qhull (scipy)", 1, (2, 3), "qhull.py",
             "decides in floating point and merges what it cannot tell apart"),
     Program("gmsh", "Gmsh's algorithm API", 1, (2, 3), "gmsh_points.py",
-            "gives a tetrahedrization to mesh from, not the Delaunay triangulation to the hull"),
+            "meant to start a mesh from; its cells are not held to the Delaunay property"),
     Program("voro", "Voro++ (cells only)", 1, (3,), "voro", "gives Voronoi cells, no tetrahedra"),
 ]
 BY_NAME = {program.name: program for program in ALL}
@@ -78,9 +78,10 @@ def execute(command, limit):
     return done.stdout
 
 
-def triangulate(binary, points, threads, limit, *more):
-    """The report of one `septet triangulate`."""
-    command = [binary, "-q", "triangulate", points, "--workers", threads, "--threads", threads, *more, "--json", "-"]
+def triangulate(binary, points, pair, limit, *more):
+    """The report of one `septet triangulate` with `pair` of workers and threads."""
+    workers, threads = pair
+    command = [binary, "-q", "triangulate", points, "--workers", workers, "--threads", threads, *more, "--json", "-"]
     report = json.loads(execute(command, limit))
     if report["certificate"] != "passed":
         raise Failed(f"certificate {report['certificate']}")
@@ -91,7 +92,7 @@ def run(program, binary, points, limit):
     """Figures of one timed run; septet's own come without a hash, as its cells are not written."""
     if program.driver:
         return json.loads(execute(program.command(points), limit))
-    report = triangulate(binary, points, program.threads, limit)
+    report = triangulate(binary, points, (program.threads, program.threads), limit)
     return {"seconds": report["seconds"]["triangulate"], "rss_before": report["rss_before_bytes"],
             "rss_peak": report["peak_rss_bytes"], "cells": report["simplices"], "hash": None, "version": report["version"],
             "phases": {phase["name"]: phase["seconds"] for phase in report["phases"]}}
@@ -101,7 +102,7 @@ def septet_cells(binary, points, threads, limit):
     """Number and hash of the cells that septet writes: a run of its own, as writing them needs memory."""
     written = places.WORK / "cells.npy"
     try:
-        triangulate(binary, points, threads, limit, "-o", written)
+        triangulate(binary, points, (threads, threads), limit, "-o", written)
         cells = np.load(written, mmap_mode="r")
         return {"cells": len(cells), "hash": driver.hash_cells(np.load(points), cells)}
     finally:

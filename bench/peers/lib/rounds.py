@@ -33,10 +33,20 @@ def septet_checks(chosen, one, options):
     return checks
 
 
-def measure(chosen, asked, options):
-    """All rounds on all sets: `facts` of the sets, `runs`, and septet's `checks` by set and program."""
-    facts, runs, checks = [], [], {}
-    for one in asked:
+def until_stopped(work):
+    """Does the work; why it ended early, or nothing. What was measured until then is kept."""
+    try:
+        work()
+    except (machine.Busy, sets.Unknown, programs.Failed, programs.TooLong) as error:
+        return str(error)
+    except KeyboardInterrupt:
+        return "interrupted"
+    return ""
+
+
+def measure(chosen, options, facts, runs, checks):
+    """All rounds on all sets, into `facts` of the sets, `runs`, and septet's `checks` by set and program."""
+    for one in options.asked:
         sets.make(one, options.binary)
         facts.append(sets.facts(one))
         checks[one.name] = septet_checks(chosen, one, options)
@@ -51,4 +61,3 @@ def measure(chosen, asked, options):
                     say(f"{one.name}: {program.name}: {run['stopped']}")
                 else:
                     say(f"{one.name}: round {number + 1}: {program.name} {run['seconds']:.3f} s, others {run['others']:.2f}")
-    return facts, runs, checks

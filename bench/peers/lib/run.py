@@ -55,16 +55,17 @@ def main():
     options = parsed()
     left_out = {p.label: p.missing for p in options.chosen if p.missing}
     chosen = [p for p in options.chosen if not p.missing]
-    try:
-        machine.start_quiet(options.wait, options.busy)
-        described = machine.described()
-        facts, runs, checks = rounds.measure(chosen, options.asked, options)
-    except (machine.Busy, sets.Unknown) as error:
-        sys.exit(f"bench/peers/run: {error}")
+    described = machine.described()
+    facts, runs, checks = [], [], {}
+    ended = rounds.until_stopped(lambda: machine.start_quiet(options.wait, options.busy))
+    ended = ended or rounds.until_stopped(lambda: rounds.measure(chosen, options, facts, runs, checks))
+    if not runs:
+        sys.exit(f"bench/peers/run: {ended}")
     for run in runs:
         run["disturbed"] = run.get("others", 0) > machine.DISTURBED
     rows = summary.folded(chosen, facts, runs, checks)
     record = {"schema": "septet-peers/1", "machine": described,
+              "ended_early": ended,
               "options": {"repeat": options.repeat, "busy": options.busy, "limit": options.limit},
               "sets": facts, "left_out": left_out, "faults": summary.faults(rows),
               "targets": {"ratios": targets.ratios(rows), "others": targets.others(rows)}, "rows": rows, "runs": runs,
@@ -80,6 +81,8 @@ def main():
     if record["faults"]:
         print(*record["faults"], sep="\n", file=sys.stderr)
         sys.exit(4)
+    if ended:
+        sys.exit(f"bench/peers/run: ended early: {ended}")
 
 
 if __name__ == "__main__":

@@ -48,14 +48,24 @@ class Set:
     def label(self):
         if self.kind == "scan":
             return f"scan: {self.name.removeprefix('scan-')}"
-        size = f"{self.number:.0e}".replace("e+0", "e")
-        if float(size) != self.number:
-            size = str(self.number)
-        return f"{'2D ' * (self.dimension == 2)}{LABELS.get(self.kind, self.kind)} {size}"
+        return f"{'2D ' * (self.dimension == 2)}{LABELS.get(self.kind, self.kind)} {written(self.number)}"
 
     @property
     def path(self):
         return places.WORK / "sets" / f"{self.name}.npy"
+
+
+def written(number):
+    """A number of points as names and labels have it: 1e6, 1.6e7, 12345."""
+    for digits in (0, 1):
+        text = f"{number:.{digits}e}".replace("e+0", "e").replace("e+", "e")
+        if float(text) == number:
+            return text
+    return str(number)
+
+
+def of(kind, number, dimension):
+    return Set(f"{kind}-{written(number)}{'-2d' * (dimension == 2)}", kind, number, dimension)
 
 
 def named(name):
@@ -64,21 +74,20 @@ def named(name):
     match = re.fullmatch(r"([a-z-]+?)-(\d[\d.]*(?:e\d+)?)(-2d)?", name)
     if not match:
         raise Unknown(f"no set is called {name}: KIND-N, KIND-N-2d, scan-MESH, or a group ({', '.join(GROUPS)})")
-    return Set(name, match[1], round(float(match[2])), 2 if match[3] else 3)
+    return of(match[1], round(float(match[2])), 2 if match[3] else 3)
 
 
 def parsed(text):
     """Sets from names and groups with commas between them, each once."""
     names = [name for word in text.split(",") for name in GROUPS.get(word, [word])]
-    return [named(name) for name in dict.fromkeys(names)]
+    return list(dict.fromkeys(named(name) for name in names))
 
 
 def smaller(asked, number):
     """The same kinds with that many points; scans stay as they are."""
     made = []
     for one in asked:
-        ending = "-2d" if one.dimension == 2 else ""
-        small = one if one.kind == "scan" else Set(f"{one.kind}-{number}{ending}", one.kind, number, one.dimension)
+        small = one if one.kind == "scan" else of(one.kind, number, one.dimension)
         if small not in made:
             made.append(small)
     return made

@@ -13,10 +13,13 @@ def agreement(program, fact, figures, reference):
     if figures["hash"] == reference["hash"] and figures["cells"] == reference["cells"]:
         return "same cells", ""
     more = figures["cells"] - reference["cells"]
-    if fact["ties"] and not program.caveat:
-        count = "same count" if more == 0 else f"{more:+d} cells"
-        return count, f"ties ({fact['ties']}) are broken by a rule of each program's own"
-    return "differs", f"{more:+d} cells" + (f": {program.caveat}" if program.caveat else "")
+    ties = f"ties ({fact['ties']}) are broken by a rule of each program's own"
+    if fact["ties"] and not program.caveat and more == 0:
+        return "same count", ties
+    # septet's rule is the reference's, so it has no such excuse.
+    if fact["ties"] and not program.caveat and program.driver:
+        return f"{more:+d} cells", ties
+    return "differs", program.caveat or "without a reason known"
 
 
 def hashed(program, runs, check):
@@ -48,6 +51,8 @@ def row(program, fact, runs, check, reference):
     made |= {"version": done[0]["version"], "seconds": median, "least": min(seconds), "most": max(seconds),
              "disturbed": sum(run["disturbed"] for run in done), "ns_per_point": 1e9 * median / fact["points"],
              "cells": cells, "verdict": verdict, "reason": reason}
+    if reference and verdict == "differs":
+        made["more_cells"] = cells - reference["cells"]
     if growth:
         made["growth_bytes"] = statistics.median(growth)
         if verdict != "no cells to compare":
@@ -63,7 +68,7 @@ def folded(chosen, facts, runs, checks):
         of_set = {p.name: [r for r in runs if r["set"] == name and r["program"] == p.name] for p in chosen}
         known = [r for r in of_set.get(programs.REFERENCE, []) if "stopped" not in r]
         reference = known[0] if known else None
-        made = [row(p, fact, of_set[p.name], checks[name].get(p.name, {}), reference) for p in chosen if of_set[p.name]]
+        made = [row(p, fact, of_set[p.name], checks.get(name, {}).get(p.name, {}), reference) for p in chosen if of_set[p.name]]
         base = next((r["seconds"] for r in made if r["program"] == programs.REFERENCE and r["runs"]), None)
         for one in made:
             if one["runs"] and base:
@@ -78,7 +83,7 @@ def faults(rows):
     for one in rows:
         program = programs.BY_NAME[one["program"]]
         if one["runs"] and one["verdict"] == "differs" and not program.caveat:
-            found.append(f"{one['label']}: {one['program_label']}: {one['reason']}")
+            found.append(f"{one['label']}: {one['program_label']}: {one.get('more_cells', 0):+d} cells, {one['reason']}")
         if not program.driver and one["stopped"]:
             found.append(f"{one['label']}: {one['program_label']}: {one['stopped']}")
     return found

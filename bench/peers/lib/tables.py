@@ -21,18 +21,28 @@ def seconds(value):
     return f"{value:.{2 if value >= 1 else 3 if value >= 0.1 else 5}f}"
 
 
+def spread(row):
+    return f"{seconds(row['least'])} to {seconds(row['most'])}"
+
+
+def runs(row):
+    return f"{row['runs']}" + (f" ({row['disturbed']} disturbed)" if row["disturbed"] else "")
+
+
 def described(record):
     machine = record["machine"]
     options = record["options"]
     text = (f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gib']} GiB, {machine['system']}, "
-            f"{machine['compiler']}; {machine['date']}. ")
+            f"{machine['compiler']}; {machine['date']}.")
     if options["busy"]:
-        text += "**The machine was not asked to be quiet: these times are of no worth.** "
+        text += " **The machine was not asked to be quiet: these times are of no worth.**"
+    if record["ended_early"]:
+        text += f" **Ended early: {record['ended_early']}.**"
     return text
 
 
 def targets(record):
-    lines = [[row["set"], seconds(row["cgal_seconds"]), seconds(row["septet_seconds"]), number(row["ratio"], ".2f"),
+    lines = [[row["label"], seconds(row["cgal_seconds"]), seconds(row["septet_seconds"]), number(row["ratio"], ".2f"),
               f"{row['fastest']} {row['fastest_ratio']:.2f}" if row["fastest"] else "–", row["fastest_known"], row["must"],
               row["aim"], row["reached"]] for row in record["targets"]["ratios"]]
     head = ["set", "CGAL s", "septet 2 x 2 s", "ratio", "fastest other here", "known before", "must", "aim", "reached"]
@@ -51,9 +61,7 @@ def all_rows(record):
         if not row["runs"]:
             lines.append([row["label"], row["program_label"], row["stopped"]] + [""] * 6)
             continue
-        spread = f"{seconds(row['least'])} to {seconds(row['most'])}"
-        runs = f"{row['runs']}" + (f" ({row['disturbed']} disturbed)" if row["disturbed"] else "")
-        lines.append([row["label"], row["program_label"], seconds(row["seconds"]), spread, runs,
+        lines.append([row["label"], row["program_label"], seconds(row["seconds"]), spread(row), runs(row),
                       number(row["ns_per_point"], ".0f"), number(row.get("ratio"), ".2f"),
                       number(row.get("bytes_per_cell"), ".0f"), row["verdict"]])
     head = ["set", "program", "s (median)", "least to most", "runs", "ns a point", "to CGAL", "bytes a cell", "cells"]
@@ -66,11 +74,14 @@ def notes(record):
     versions = {row["program_label"]: row["version"] for row in record["rows"] if row["runs"]}
     lines.append("- Versions: " + "; ".join(f"{label}: {version}" for label, version in versions.items()) + ".")
     lines += [f"- Left out: {label}: {why}." for label, why in record["left_out"].items()]
+    reasons = {}
     for row in record["rows"]:
         if row.get("reason"):
-            lines.append(f"- {row['label']}, {row['program_label']}: {row['verdict']}: {row['reason']}.")
+            more = f" ({row['more_cells']:+d})" if "more_cells" in row else ""
+            reasons.setdefault((row["program_label"], row["verdict"], row["reason"]), []).append(row["label"] + more)
         if row["runs"] and row["stopped"]:
             lines.append(f"- {row['label']}, {row['program_label']}: {row['stopped']}.")
+    lines += [f"- {program}: {verdict}: {reason}: {', '.join(of)}." for (program, verdict, reason), of in reasons.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -78,7 +89,9 @@ def markdown(record):
     faults = "".join(f"**Fault:** {fault}.\n\n" for fault in record["faults"])
     return f"""# septet beside other programs
 
-{described(record)}Points in memory to triangulation in memory, wall time, {record['options']['repeat']} rounds in turn; a run
+{described(record)}
+
+Points in memory to triangulation in memory, wall time; rounds in turn: {record['options']['repeat']}; a run
 is *disturbed* if others used more than a tenth of a processor. Memory is the peak of resident memory less what it was
 with the points read, over the number of finite cells. Cells are compared with CGAL's by an order-free hash of their
 coordinates, outside the timed part.

@@ -1,5 +1,5 @@
 """What septet is to reach, and whether a measurement shows it."""
-from lib import programs
+from lib import programs, sets
 
 # Set, what the fastest program on two threads takes as far as was known before, what must be reached, what is aimed
 # at: as ratios to CGAL on one thread.
@@ -14,9 +14,9 @@ RATIOS = [
 ]
 
 
-def judged(value, must, aim):
-    """`least` is the better unless `must` is the smaller of the two."""
-    sign = 1 if aim <= must else -1
+def judged(value, must, aim, more=False):
+    """Less is better, unless `aim` is above `must` or `more` says so."""
+    sign = -1 if more or aim > must else 1
     if sign * value <= sign * aim:
         return "aim"
     return "must" if sign * value <= sign * must else "no"
@@ -33,8 +33,8 @@ def ratios(rows):
                   if of == name and programs.BY_NAME[program].driver and not programs.BY_NAME[program].caveat and "ratio" in row]
         fastest = min(rivals, key=lambda row: row["ratio"], default={})
         ratio = ours.get("ratio")
-        table.append({"set": name, "cgal_seconds": reference.get("seconds"), "septet_seconds": ours.get("seconds"),
-                      "ratio": ratio, "fastest": fastest.get("program_label"), "fastest_ratio": fastest.get("ratio"),
+        table.append({"set": name, "label": sets.named(name).label, "cgal_seconds": reference.get("seconds"),
+                      "septet_seconds": ours.get("seconds"), "ratio": ratio, "fastest": fastest.get("program_label"), "fastest_ratio": fastest.get("ratio"),
                       "fastest_known": known, "must": must, "aim": aim,
                       "reached": "not measured" if ratio is None else judged(ratio, must, aim)})
     return table
@@ -47,14 +47,14 @@ def others(rows):
                 for threads in (1, 2))
     table = []
 
-    def add(what, value, must, aim, unit=""):
+    def add(what, value, must, aim, unit="", more=False):
         table.append({"what": what, "value": value, "must": must, "aim": aim, "unit": unit,
-                      "reached": "not measured" if value is None else judged(value, must, aim)})
+                      "reached": "not measured" if value is None else judged(value, must, aim, more)})
 
     small, large = two["uniform-1e6"], two["uniform-4e6"]
     alone = one["uniform-1e6"]
     add("speed-up from 1 worker on 1 thread to 2 on 2, uniform 1e6",
-        alone["seconds"] / small["seconds"] if alone and small else None, 1.6, 1.6)
+        alone["seconds"] / small["seconds"] if alone and small else None, 1.6, 1.6, more=True)
     add("1 worker on 1 thread to CGAL, uniform 1e6", alone.get("ratio") if alone else None, 0.85, 0.55)
     for row, size in ((small, "1e6"), (large, "4e6")):
         add(f"memory growth, uniform {size}", row.get("bytes_per_cell") if row else None, 80, 50, "bytes a tetrahedron")
