@@ -1,4 +1,5 @@
 """The measurement: every program on a set in turn, round after round, so that drift meets all alike."""
+import signal
 import sys
 
 from lib import machine, programs, sets
@@ -35,6 +36,7 @@ def septet_checks(chosen, one, options):
 
 def until_stopped(work):
     """Does the work; why it ended early, or nothing. What was measured until then is kept."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         work()
     except (machine.Busy, sets.Unknown, programs.Failed, programs.TooLong) as error:

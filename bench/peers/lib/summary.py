@@ -13,12 +13,10 @@ def agreement(program, fact, figures, reference):
     if figures["hash"] == reference["hash"] and figures["cells"] == reference["cells"]:
         return "same cells", ""
     more = figures["cells"] - reference["cells"]
-    ties = f"ties ({fact['ties']}) are broken by a rule of each program's own"
-    if fact["ties"] and not program.caveat and more == 0:
-        return "same count", ties
-    # septet's rule is the reference's, so it has no such excuse.
+    # septet breaks ties as CGAL does, by the lexicographic order of coordinates, so it has no such excuse.
     if fact["ties"] and not program.caveat and program.driver:
-        return f"{more:+d} cells", ties
+        ties = f"ties ({fact['ties']}) are broken by a rule of each program's own"
+        return ("same count" if more == 0 else f"{more:+d} cells"), ties
     return "differs", program.caveat or "without a reason known"
 
 
