@@ -15,7 +15,7 @@ MANY = range(100_000, 4_000_001)
 # seams, exchange, merging.
 KERNEL = {"pieces", "certificate"}
 COLUMNS = ["set", "points", "workers", "threads", "runs", "disturbed", "seconds", "least", "most", "ns_per_point", "speed_up",
-           "cells", "growth_bytes", "bytes_per_cell", "messages", "bytes", "machine_percent", "outside_phases_percent"]
+           "cells", "growth_bytes", "bytes_per_cell", "peak_bytes", "messages", "bytes", "machine_percent", "outside_phases_percent"]
 
 
 def parsed():
@@ -104,12 +104,13 @@ def row(fact, pair, runs):
     made |= {"seconds": statistics.median(seconds), "least": min(seconds), "most": max(seconds), "cells": done[0]["cells"],
              "messages": done[0]["messages"], "bytes": done[0]["bytes"],
              "disturbed": sum(r["others"] > machine.DISTURBED for r in done), "phases": phases,
-             "outside_phases_percent": 100 * (1 - total / statistics.median(seconds)),
+             "outside_phases_percent": statistics.median(100 * (1 - sum(r["phases"].values()) / r["seconds"]) for r in done),
              "machine_percent": 100 * sum(s for name, s in phases.items() if name not in KERNEL) / total}
     made["ns_per_point"] = 1e9 * made["seconds"] / fact["points"]
     grown = [r["rss_peak"] - r["rss_before"] for r in done if r["rss_peak"] is not None]
     if grown:
-        made |= {"growth_bytes": statistics.median(grown), "bytes_per_cell": statistics.median(grown) / made["cells"]}
+        made |= {"growth_bytes": statistics.median(grown), "bytes_per_cell": statistics.median(grown) / made["cells"],
+                 "peak_bytes": max(r["rss_peak"] for r in done)}
     return made
 
 
@@ -149,8 +150,8 @@ def judged(rows, simulation):
     add("the machine's share, 64 workers, 1e6", many and many["machine_percent"], 40, 40, "%")
     add("memory growth, 1e6", small and small.get("bytes_per_cell"), 80, 50, "bytes a cell")
     add("memory growth, 4e6", large and large.get("bytes_per_cell"), 80, 50, "bytes a cell")
-    peak = largest and largest.get("growth_bytes")
-    add("memory growth, 1.6e7, which has to finish", peak / 2**30 if peak else None, 24, 24, "GiB")
+    peak = largest and largest.get("peak_bytes")
+    add("peak memory, 1.6e7, which has to finish", peak / 2**30 if peak else None, 24, 24, "GiB")
     at_target = simulation and simulation["points"] == 1_000_000
     add("`simulate --workers 64`, 1e6", simulation["us_per_point"] if at_target else None, 10, 7, "µs of processor a point")
     return lines
