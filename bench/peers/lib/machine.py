@@ -24,7 +24,8 @@ class Busy(Exception):
 
 def busy_seconds():
     """Processor seconds spent by anyone since the machine started, and taken by the host (Linux)."""
-    user, nice, system, _, _, irq, softirq, steal = map(int, pathlib.Path("/proc/stat").read_text().split("\n")[0].split()[1:9])
+    counts = pathlib.Path("/proc/stat").read_text().split("\n")[0].split()
+    user, nice, system, _, _, irq, softirq, steal = map(int, counts[1:9])
     return (user + nice + system + irq + softirq + steal) / TICK
 
 

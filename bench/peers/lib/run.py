@@ -14,7 +14,8 @@ def arguments(text, default_out, **more):
     parser.add_argument("--out", type=pathlib.Path, default=places.WORK / default_out, metavar="DIR", help="where results go")
     parser.add_argument("--binary", type=pathlib.Path, default=places.SEPTET, help="septet (default target/release/septet)")
     parser.add_argument("--limit", type=float, default=120, metavar="SECONDS", help="stop a run after this (default 120)")
-    parser.add_argument("--wait", type=float, default=0, metavar="SECONDS", help="wait for a quiet machine that long (default 0)")
+    parser.add_argument("--wait", type=float, default=0, metavar="SECONDS",
+                        help="wait for a quiet machine that long (default 0)")
     parser.add_argument("--busy", action="store_true", help="measure on a busy machine: to try the command out")
     parser.add_argument("--smoke", action="store_true", help="1 round, few points, machine busy or not: does everything run?")
     return parser

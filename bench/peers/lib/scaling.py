@@ -15,7 +15,8 @@ MANY = range(100_000, 4_000_001)
 # seams, exchange, merging.
 KERNEL = {"pieces", "certificate"}
 COLUMNS = ["set", "points", "workers", "threads", "runs", "disturbed", "seconds", "least", "most", "ns_per_point", "speed_up",
-           "cells", "growth_bytes", "bytes_per_cell", "peak_bytes", "messages", "bytes", "machine_percent", "outside_phases_percent"]
+           "cells", "growth_bytes", "bytes_per_cell", "peak_bytes", "messages", "bytes", "machine_percent",
+           "outside_phases_percent"]
 
 
 def parsed():
@@ -145,7 +146,8 @@ def judged(rows, simulation):
                       "reached": "not measured" if value is None else targets.judged(value, must, aim, more)})
 
     add("speed-up, 2 workers on 2 threads, 1e6", small and small.get("speed_up"), 1.6, 1.6, "", more=True)
-    add("time per point, 4e6 to 1e6", large["ns_per_point"] / small["ns_per_point"] if large and small else None, 1.15, 1.15, "")
+    growth = large["ns_per_point"] / small["ns_per_point"] if large and small else None
+    add("time per point, 4e6 to 1e6", growth, 1.15, 1.15, "")
     add("the machine's share, 2 workers, 1e6", small and small["machine_percent"], 20, 20, "%")
     add("the machine's share, 64 workers, 1e6", many and many["machine_percent"], 40, 40, "%")
     add("memory growth, 1e6", small and small.get("bytes_per_cell"), 80, 50, "bytes a cell")
@@ -167,8 +169,8 @@ def markdown(record):
     head = ["points", "workers on threads", "s (median)", "least to most", "runs", "ns a point", "speed-up", "bytes a cell",
             "messages", "bytes sent a point", "machine %", "outside phases %"]
     phases = list(dict.fromkeys(phase for one in rows for phase in one["phases"]))
-    share = [[one["points"], name(one)] + [f"{100 * one['phases'].get(p, 0) / sum(one['phases'].values()):.1f}" for p in phases]
-             for one in rows]
+    percent = lambda one, phase: f"{100 * one['phases'].get(phase, 0) / sum(one['phases'].values()):.1f}"
+    share = [[one["points"], name(one)] + [percent(one, phase) for phase in phases] for one in rows]
     faults = "".join(f"**Fault:** {fault}.\n\n" for fault in record["faults"])
     text = f"""# septet against points, workers and threads
 
@@ -199,7 +201,7 @@ def write(record, out):
         writer.writeheader()
         writer.writerows(plain)
     labelled = [one | {"label": sets.named(one["set"]).label, "program": f"septet-{one['workers']}",
-                       "program_label": f"{one['workers']} workers on {one['threads']} threads"} for one in rows]
+                       "program_label": f"workers: {one['workers']}, threads: {one['threads']}"} for one in rows]
     plots.against_size(labelled, out / "size.svg")
     bars = [(f"{one['label']}, {one['workers']} on {one['threads']}", one["phases"]) for one in labelled]
     plots.shares(bars, out / "phases.svg")

@@ -66,7 +66,8 @@ def folded(chosen, facts, runs, checks):
         of_set = {p.name: [r for r in runs if r["set"] == name and r["program"] == p.name] for p in chosen}
         known = [r for r in of_set.get(programs.REFERENCE, []) if "stopped" not in r]
         reference = known[0] if known else None
-        made = [row(p, fact, of_set[p.name], checks.get(name, {}).get(p.name, {}), reference) for p in chosen if of_set[p.name]]
+        made = [row(p, fact, of_set[p.name], checks.get(name, {}).get(p.name, {}), reference) for p in chosen
+                if of_set[p.name]]
         base = next((r["seconds"] for r in made if r["program"] == programs.REFERENCE and r["runs"]), None)
         for one in made:
             if one["runs"] and base:
