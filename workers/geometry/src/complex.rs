@@ -22,10 +22,7 @@ pub const NONE: u32 = u32::MAX;
 /// are `cell << 2 | slot`, the slot being that of the opposite vertex in the neighbour.
 #[derive(Clone, Debug)]
 pub struct Complex<S> {
-    vertices: Vec<S>,
-    neighbours: Vec<S>,
-    /// Per cell: an epoch mark of the last search, or `DEAD`.
-    marks: Vec<u32>,
+    cells: Vec<Cell<S>>,
     free: Vec<u32>,
     epoch: u32,
     cavity: Vec<u32>,
@@ -34,6 +31,14 @@ pub struct Complex<S> {
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
     /// for nothing that it has not entered.
     starts: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Cell<S> {
+    vertices: S,
+    neighbours: S,
+    /// An epoch mark of the last search, or `DEAD`.
+    mark: u32,
 }
 
 /// A ridge of a cavity's border: an edge from `first` to `last`, or one vertex, which is both.
@@ -52,9 +57,7 @@ const DEAD: u32 = u32::MAX;
 impl<S: Simplex> Default for Complex<S> {
     fn default() -> Self {
         Complex {
-            vertices: Vec::new(),
-            neighbours: Vec::new(),
-            marks: Vec::new(),
+            cells: Vec::new(),
             free: Vec::new(),
             epoch: 0,
             cavity: Vec::new(),
@@ -68,9 +71,7 @@ impl<S: Simplex> Default for Complex<S> {
 impl<S: Simplex> Complex<S> {
     /// Empties the complex and keeps its storage.
     pub fn clear(&mut self) {
-        self.vertices.clear();
-        self.neighbours.clear();
-        self.marks.clear();
+        self.cells.clear();
         self.free.clear();
         self.created.clear();
         self.epoch = 0;
@@ -107,12 +108,12 @@ impl<S: Simplex> Complex<S> {
 
     /// Number of cell slots, dead ones included.
     pub fn slots(&self) -> u32 {
-        self.vertices.len() as u32
+        self.cells.len() as u32
     }
 
     /// Number of live cells.
     pub fn len(&self) -> usize {
-        self.vertices.len() - self.free.len()
+        self.cells.len() - self.free.len()
     }
 
     /// Is there no live cell?
@@ -123,19 +124,19 @@ impl<S: Simplex> Complex<S> {
     /// Is this slot in use?
     #[inline]
     pub fn is_live(&self, cell: u32) -> bool {
-        self.marks[cell as usize] != DEAD
+        self.cells[cell as usize].mark != DEAD
     }
 
     /// The vertices of a cell.
     #[inline]
     pub fn cell(&self, cell: u32) -> &S {
-        &self.vertices[cell as usize]
+        &self.cells[cell as usize].vertices
     }
 
     /// The neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
     #[inline]
     pub fn neighbour(&self, cell: u32, slot: usize) -> (u32, usize) {
-        let code = self.neighbours[cell as usize].as_ref()[slot];
+        let code = self.cells[cell as usize].neighbours.as_ref()[slot];
         (code >> 2, (code & 3) as usize)
     }
 
@@ -172,28 +173,25 @@ impl<S: Simplex> Complex<S> {
         self.cavity.clear();
         self.border.clear();
         self.cavity.push(seed);
-        self.marks[seed as usize] = inside;
+        self.cells[seed as usize].mark = inside;
         let mut head = 0;
-        while head < self.cavity.len() {
-            let cell = self.cavity[head] as usize;
+        while let Some(&cell) = self.cavity.get(head) {
             head += 1;
-            let (vertices, neighbours) = (self.vertices[cell], self.neighbours[cell]);
+            let Cell { vertices, neighbours, .. } = self.cells[cell as usize];
             for (slot, &outer) in neighbours.as_ref().iter().enumerate() {
                 let next = outer >> 2;
-                let mark = self.marks[next as usize];
-                if mark == inside {
-                    continue;
-                }
-                if mark != outside {
-                    if conflict(self, next) {
-                        self.marks[next as usize] = inside;
+                let mut mark = self.cells[next as usize].mark;
+                if mark != inside && mark != outside {
+                    mark = if conflict(self, next) { inside } else { outside };
+                    self.cells[next as usize].mark = mark;
+                    if mark == inside {
                         self.cavity.push(next);
-                        continue;
                     }
-                    self.marks[next as usize] = outside;
                 }
-                let (first, last) = ridge(vertices.as_ref(), slot);
-                self.border.push(Border { first, last, slot: slot as u32, outer });
+                if mark == outside {
+                    let (first, last) = ridge(vertices.as_ref(), slot);
+                    self.border.push(Border { first, last, slot: slot as u32, outer });
+                }
             }
         }
     }
@@ -204,15 +202,12 @@ impl<S: Simplex> Complex<S> {
         let reused = self.cavity.len().min(self.border.len());
         self.created.extend_from_slice(&self.cavity[..reused]);
         for &cell in &self.cavity[reused..] {
-            self.marks[cell as usize] = DEAD;
+            self.cells[cell as usize].mark = DEAD;
             self.free.push(cell);
         }
         while self.created.len() < self.border.len() {
             let cell = self.free.pop().unwrap_or_else(|| self.push(S::splat(NONE)));
             self.created.push(cell);
-        }
-        for &cell in &self.created {
-            self.marks[cell as usize] = 0;
         }
     }
 
@@ -226,13 +221,15 @@ impl<S: Simplex> Complex<S> {
         }
         for (border, &new) in self.border.iter().zip(&self.created) {
             let &Border { first, last, outer, .. } = border;
-            self.vertices[new as usize].as_mut().copy_from_slice(&[vertex, first, last]);
             // Around the new vertex, the next facet has this one across the ridge opposite its last vertex.
             let next = self.starts[last.wrapping_add(1) as usize];
-            let own = self.neighbours[new as usize].as_mut();
-            (own[0], own[1]) = (outer, next << 2 | 2);
-            self.neighbours[next as usize].as_mut()[2] = new << 2 | 1;
-            self.neighbours[(outer >> 2) as usize].as_mut()[(outer & 3) as usize] = new << 2;
+            let own = &mut self.cells[new as usize];
+            own.vertices.as_mut().copy_from_slice(&[vertex, first, last]);
+            own.mark = 0;
+            let neighbours = own.neighbours.as_mut();
+            (neighbours[0], neighbours[1]) = (outer, next << 2 | 2);
+            self.cells[next as usize].neighbours.as_mut()[2] = new << 2 | 1;
+            self.cells[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = new << 2;
         }
     }
 
@@ -240,22 +237,21 @@ impl<S: Simplex> Complex<S> {
         for k in 0..2 {
             let (border, new, other) = (self.border[k], self.created[k], self.created[1 - k]);
             let slot = border.slot as usize;
-            let cell = self.vertices[new as usize].as_mut();
+            let own = &mut self.cells[new as usize];
+            own.mark = 0;
+            let (cell, neighbours) = (own.vertices.as_mut(), own.neighbours.as_mut());
             (cell[slot], cell[1 - slot]) = (vertex, border.first);
-            let own = self.neighbours[new as usize].as_mut();
             // In the other cell the new vertex has the other slot, so its end has this one.
-            (own[slot], own[1 - slot]) = (border.outer, other << 2 | slot as u32);
-            let outer = border.outer;
-            self.neighbours[(outer >> 2) as usize].as_mut()[(outer & 3) as usize] = new << 2 | slot as u32;
+            (neighbours[slot], neighbours[1 - slot]) = (border.outer, other << 2 | slot as u32);
+            let outer = &mut self.cells[(border.outer >> 2) as usize];
+            outer.neighbours.as_mut()[(border.outer & 3) as usize] = new << 2 | slot as u32;
         }
     }
 
     fn push(&mut self, vertices: S) -> u32 {
-        let cell = self.vertices.len() as u32;
+        let cell = self.cells.len() as u32;
         assert!(cell < (1 << 30), "more than 2^30 cells in one complex");
-        self.vertices.push(vertices);
-        self.neighbours.push(S::splat(NONE));
-        self.marks.push(0);
+        self.cells.push(Cell { vertices, neighbours: S::splat(NONE), mark: 0 });
         cell
     }
 
@@ -266,8 +262,8 @@ impl<S: Simplex> Complex<S> {
 
     #[inline]
     fn join(&mut self, a: u32, slot_a: usize, b: u32, slot_b: usize) {
-        self.neighbours[a as usize].as_mut()[slot_a] = b << 2 | slot_b as u32;
-        self.neighbours[b as usize].as_mut()[slot_b] = a << 2 | slot_a as u32;
+        self.cells[a as usize].neighbours.as_mut()[slot_a] = b << 2 | slot_b as u32;
+        self.cells[b as usize].neighbours.as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
     /// Checks that neighbours are mutual and share all but one vertex, with opposite orientation on

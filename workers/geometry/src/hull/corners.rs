@@ -1,5 +1,6 @@
 //! The exact tests of a link's facets.
 
+use super::{Candidate, candidate};
 use crate::complex::{Complex, INFINITE};
 use crate::point::Point;
 use crate::predicates::{Sign, conflicts_infinite, in_sphere, orientation};
@@ -16,14 +17,14 @@ pub(super) enum Cone {
 /// The coordinates of the centre and of the link's vertices.
 pub(super) struct Corners<'a, P> {
     pub(super) centre: P,
-    pub(super) points: &'a [P],
+    pub(super) points: &'a [Candidate<P>],
 }
 
 impl<P: Point> Corners<'_, P> {
     /// The exact test of one facet.
     #[cold]
     pub(super) fn conflict(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> bool {
-        let q = self.points[q as usize];
+        let q = candidate(self.points, q).at;
         let (points, infinite) = self.of(link, cell);
         let n = P::DIM + 1;
         match infinite {
@@ -38,7 +39,7 @@ impl<P: Point> Corners<'_, P> {
 
     /// Where a candidate lies. Exact.
     pub(super) fn cone(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> Cone {
-        let q = self.points[q as usize];
+        let q = candidate(self.points, q).at;
         let (mut points, infinite) = self.of(link, cell);
         let n = P::DIM + 1;
         if let Some(slot) = infinite {
@@ -64,7 +65,7 @@ impl<P: Point> Corners<'_, P> {
             if v == INFINITE {
                 infinite = Some(slot);
             } else {
-                points[slot + 1] = self.points[v as usize];
+                points[slot + 1] = candidate(self.points, v).at;
             }
         }
         (points, infinite)

@@ -47,18 +47,30 @@ use crate::predicates::{Sign, orientation, raises_dimension};
 pub struct StarBuilder<P: Point> {
     link: Complex<P::Facet>,
     planes: Planes,
-    /// Candidates by squared distance, as far as they are sorted.
-    order: Vec<(f64, u32)>,
+    /// Candidates by squared distance, of which the bits are in the same order, as far as they are sorted.
+    order: Vec<(u64, u32)>,
     centre: P,
-    /// The candidates looked at, in order; the link's vertices are positions in here.
-    ids: Vec<u32>,
-    points: Vec<P>,
-    /// Their inverse images, that of infinity first.
-    images: Vec<Image<P>>,
+    /// Infinity, then the candidates looked at, in order; the link's vertices are positions in here less 1.
+    points: Vec<Candidate<P>>,
     /// Facets that the candidate at hand may conflict with.
     uncertain: Vec<u32>,
     /// Of every facet: what rounded arithmetic says of the candidate at hand.
     sides: Vec<Side>,
+}
+
+/// A point that may be in the star.
+#[derive(Clone, Copy, Debug)]
+struct Candidate<P> {
+    image: Image<P>,
+    at: P,
+    /// Its position in the table.
+    id: u32,
+}
+
+/// The candidate of a vertex of the link.
+#[inline]
+fn candidate<P: Point>(points: &[Candidate<P>], vertex: u32) -> &Candidate<P> {
+    &points[vertex.wrapping_add(1) as usize]
 }
 
 impl<P: Point> Default for StarBuilder<P> {
@@ -68,9 +80,7 @@ impl<P: Point> Default for StarBuilder<P> {
             planes: Planes::default(),
             order: Vec::new(),
             centre: P::default(),
-            ids: Vec::new(),
             points: Vec::new(),
-            images: Vec::new(),
             uncertain: Vec::new(),
             sides: Vec::new(),
         }
@@ -87,17 +97,14 @@ impl<P: Point> StarBuilder<P> {
     pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
         let c = table[centre as usize];
         self.centre = c;
-        self.ids.clear();
         self.points.clear();
-        self.images.clear();
-        self.images.push(Image::of_infinity());
+        self.points.push(Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE });
         let mut order = std::mem::take(&mut self.order);
         order.clear();
         let others = candidates.iter().filter(|&&i| i != centre);
-        order.extend(others.map(|&i| (dist2(table[i as usize], c), i)));
-        let by_distance = |a: &(f64, u32), b: &(f64, u32)| match a.0.total_cmp(&b.0) {
-            Ordering::Equal => lex_cmp(&table[a.1 as usize], &table[b.1 as usize]),
-            different => different,
+        order.extend(others.map(|&i| (dist2(table[i as usize], c).to_bits(), i)));
+        let by_distance = |a: &(u64, u32), b: &(u64, u32)| {
+            a.0.cmp(&b.0).then_with(|| lex_cmp(&table[a.1 as usize], &table[b.1 as usize]))
         };
         let mut sorted = cost.sorted(&mut order, by_distance);
         let mut more = |this: &mut Self| this.look_at_more(table, &mut sorted);
@@ -118,9 +125,7 @@ impl<P: Point> StarBuilder<P> {
         for cell in self.link.live_cells() {
             let mut facet = *self.link.cell(cell);
             for v in facet.as_mut() {
-                if *v != INFINITE {
-                    *v = self.ids[*v as usize];
-                }
+                *v = candidate(&self.points, *v).id;
             }
             out.push(facet);
         }
@@ -132,17 +137,16 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Takes the next candidates in order; are there any?
-    fn look_at_more<F>(&mut self, table: &[P], sorted: &mut Sorted<'_, (f64, u32), F>) -> bool
+    fn look_at_more<F>(&mut self, table: &[P], sorted: &mut Sorted<'_, (u64, u32), F>) -> bool
     where
-        F: FnMut(&(f64, u32), &(f64, u32)) -> Ordering,
+        F: FnMut(&(u64, u32), &(u64, u32)) -> Ordering,
     {
         let Some(next) = sorted.next_run() else { return false };
         for &(length2, id) in next {
-            if self.ids.last() != Some(&id) {
-                let p = table[id as usize];
-                self.ids.push(id);
-                self.points.push(p);
-                self.images.push(Image::of(p - self.centre, length2));
+            if self.points.last().is_some_and(|last| last.id != id) {
+                let at = table[id as usize];
+                let image = Image::of(at - self.centre, f64::from_bits(length2));
+                self.points.push(Candidate { image, at, id });
             }
         }
         true
@@ -156,19 +160,19 @@ impl<P: Point> StarBuilder<P> {
     ) -> Option<P::Facet> {
         let mut basis = [self.centre; 4];
         let mut facet = P::Facet::splat(0);
-        let (mut found, mut q) = (0, 0);
+        let (mut found, mut q) = (0, 1);
         let mut sweep = cost.sweep();
         while found < P::DIM {
             if q == self.points.len() && !more(self) {
                 break;
             }
             // The next run may have held nothing but repeats.
-            let Some(&p) = self.points.get(q) else { continue };
+            let Some(p) = self.points.get(q) else { continue };
             sweep.visit();
-            if raises_dimension(&basis[..=found], p) {
-                facet.as_mut()[found] = q as u32;
+            if raises_dimension(&basis[..=found], p.at) {
+                facet.as_mut()[found] = q as u32 - 1;
                 found += 1;
-                basis[found] = p;
+                basis[found] = p.at;
             }
             q += 1;
         }
@@ -186,14 +190,14 @@ impl<P: Point> StarBuilder<P> {
         self.link.start(first);
         self.planes.clear();
         self.sides.clear();
-        let longest = self.images[1].length;
+        let longest = self.points[1].image.length;
         self.enter_created(longest);
     }
 
     /// Adds the candidates beside the `first` one by one, as far as any facet reaches.
     fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
         for q in 0.. {
-            while q as usize == self.points.len() {
+            while q as usize + 1 == self.points.len() {
                 if self.planes.are_out_of_reach(self.reach_of(q - 1)) || !more(self) {
                     return;
                 }
@@ -209,25 +213,25 @@ impl<P: Point> StarBuilder<P> {
 
     /// The squared length of a candidate's image, which none to come is longer than.
     fn reach_of(&self, q: u32) -> f64 {
-        let length = self.images[q as usize + 1].length;
+        let length = candidate(&self.points, q).image.length;
         length * length
     }
 
     /// One sweep over the facets; then the cavity, if any.
     fn insert(&mut self, q: u32, cost: &mut Cost) {
-        let image = self.images[q as usize + 1];
+        let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
         sweep.visit_lanes(self.link.len());
-        self.planes.uncertain(&image.at, &mut self.uncertain);
-        if !self.uncertain.is_empty() {
-            let mut seed = None;
-            for &facet in &self.uncertain {
-                let side = self.planes.side(facet, &image.at);
-                self.sides[facet as usize] = side;
-                if side == Side::Conflict {
-                    seed = Some(facet);
-                }
+        self.uncertain.clear();
+        let mut seed = None;
+        self.planes.each_uncertain(&image.at, |facet, side| {
+            self.uncertain.push(facet);
+            self.sides[facet as usize] = side;
+            if side == Side::Conflict {
+                seed = Some(facet);
             }
+        });
+        if !self.uncertain.is_empty() {
             let seed = seed.or_else(|| self.conflict_among_undecided(q));
             if let Some(seed) = seed {
                 let (sides, corners) = (&self.sides, Corners { centre: self.centre, points: &self.points });
@@ -256,7 +260,7 @@ impl<P: Point> StarBuilder<P> {
         self.sides.resize(self.link.slots() as usize, Side::Clear);
         for &facet in self.link.created() {
             let vertices = self.link.cell(facet).as_ref();
-            let image = |i: usize| &self.images[vertices[i % P::DIM].wrapping_add(1) as usize];
+            let image = |i: usize| &candidate(&self.points, vertices[i % P::DIM]).image;
             self.planes.set(facet, [image(0), image(1), image(2)], longest);
         }
     }

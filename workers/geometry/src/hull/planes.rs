@@ -147,37 +147,31 @@ impl Planes {
         within == 0
     }
 
-    /// Replaces `out` by the facets that a candidate is not certain to be clear of.
+    /// Calls `f` for every facet that a candidate is not certain to be clear of, with what is certain.
     #[inline]
-    pub(super) fn uncertain<P: Point>(&self, image: &P, out: &mut Vec<u32>) {
-        out.clear();
+    pub(super) fn each_uncertain<P: Point>(&self, image: &P, mut f: impl FnMut(u32, Side)) {
         let mut at = [0.0; 3];
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
             *x = image.coord(i);
         }
-        for (k, block) in (0u32..).zip(&self.blocks) {
+        for (k, block) in self.blocks.iter().enumerate() {
             let [x, y, z] = &block.normal;
             let product: Lanes = std::array::from_fn(|i| {
                 let planar = x[i] * at[0] + y[i] * at[1];
                 if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
             });
             let uncertain = product.iter().zip(&block.low).fold(0, |any, (p, low)| any | u64::from(p >= low));
-            if uncertain != 0 {
-                let lanes = (0..LANES).filter(|&lane| product[lane] >= block.low[lane]);
-                out.extend(lanes.map(|lane| k * LANES as u32 + lane as u32));
+            if uncertain == 0 {
+                continue;
+            }
+            for (lane, (product, &low)) in product.into_iter().zip(&block.low).enumerate() {
+                if product >= low {
+                    let facet = k * LANES + lane;
+                    let beyond = product > self.rest[facet].high;
+                    f(facet as u32, if beyond { Side::Conflict } else { Side::Undecided });
+                }
             }
         }
-    }
-
-    /// What is certain of a facet that [`Planes::uncertain`] named.
-    #[inline]
-    pub(super) fn side<P: Point>(&self, facet: u32, image: &P) -> Side {
-        let (block, lane) = (&self.blocks[facet as usize / LANES], facet as usize % LANES);
-        let mut product = block.normal[0][lane] * image.coord(0) + block.normal[1][lane] * image.coord(1);
-        if P::DIM == 3 {
-            product += block.normal[2][lane] * image.coord(2);
-        }
-        if product > self.rest[facet as usize].high { Side::Conflict } else { Side::Undecided }
     }
 }
 

@@ -185,7 +185,7 @@ impl<P: Point> Query<P> {
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
         let mut distance2 = 0.0;
         for i in 0..P::DIM {
-            let x = f32::from_bits(cell.sphere.as_ref()[i]) - self.rounded[i];
+            let x = f32::from_bits(cell.sphere().as_ref()[i]) - self.rounded[i];
             distance2 += x * x;
         }
         let radius = f32::from_bits(cell.radius() & !REMOVED);
