@@ -7,7 +7,7 @@ use septet_protocol::ids::Phase;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-pub use septet_workers::config::{Fault, SetRule as SeparatorSets};
+pub use septet_workers::config::{Correction, Fault, Partition, SetRule as SeparatorSets};
 pub use septet_workers::transport::TransportKind as Transport;
 
 /// How many workers.
@@ -129,6 +129,10 @@ pub struct Config {
     pub view: u32,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
     pub exchange_cap: Option<u32>,
+    /// What cuts subproblems: spheres, or the rival.
+    pub partition: Partition,
+    /// How nearest-neighbour balls are corrected: by one descent, or by the rival ([`crate::simulate`] only).
+    pub correction: Correction,
     /// Record what leaves have to say to each other ([`crate::predict`]); only where work and depth are
     /// counted. Unless there is one worker, this takes a second run, with one.
     pub record_tasks: bool,
@@ -180,6 +184,8 @@ impl Default for Config {
             with_owner: false,
             view: 0,
             exchange_cap: None,
+            partition: Partition::Sphere,
+            correction: Correction::Descent,
             record_tasks: false,
             fault: None,
             until: None,
@@ -252,6 +258,12 @@ pub enum ConfigError {
         /// The last phase.
         until: &'static str,
     },
+    /// A record of tasks with the rival of the descent.
+    #[error("tasks are recorded with --neighbours descent only: leave out --tasks or --neighbours")]
+    TasksOfNaive,
+    /// The rival of the descent where nothing is counted.
+    #[error("the naive correction is there to be counted: use `simulate`, or leave out --neighbours")]
+    NaiveUncounted,
     /// A leaf size of zero.
     #[error("a leaf holds at least one point (--leaf 1)")]
     EmptyLeaf,
@@ -289,6 +301,9 @@ impl Config {
         }
         if self.leaf == Some(0) {
             return Err(ConfigError::EmptyLeaf);
+        }
+        if self.record_tasks && self.correction == Correction::Naive {
+            return Err(ConfigError::TasksOfNaive);
         }
         if self.record_tasks && self.sets != SeparatorSets::Ghost {
             return Err(ConfigError::TasksOfSets);

@@ -92,7 +92,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
             machine,
             leader: Leader::default(),
             phase: Phase::Load,
-            known: Known { supergraph, outcome: Outcome::Passed },
+            known: Known { supergraph, outcome: Outcome::Passed, level: 0 },
             population: 0,
             frame: PointBatch::default(),
             samples: (0, Vec::new()),
@@ -127,9 +127,11 @@ impl<'a, P: Point> Coordinator<'a, P> {
             if delivery.active {
                 outbox = self.step(delivery.inbox)?;
             } else {
-                self.result.seconds.push((self.phase, started.elapsed().as_secs_f64()));
+                self.time(started.elapsed().as_secs_f64());
                 started = Instant::now();
-                self.phase = next(self.phase, &self.machine, &self.known);
+                let begun = next(self.phase, &self.machine, &self.known);
+                self.known.enter(self.phase, begun, &self.machine);
+                self.phase = begun;
                 drop(phase);
                 phase = phase_span(self.machine.run, self.phase);
                 outbox = self.begin();
@@ -142,6 +144,14 @@ impl<'a, P: Point> Coordinator<'a, P> {
 
     fn cancelled(&self) -> bool {
         self.config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
+    }
+
+    /// Seconds of a phase; of one that runs in several passes, all of them.
+    fn time(&mut self, seconds: f64) {
+        match self.result.seconds.last_mut() {
+            Some((phase, sum)) if *phase == self.phase => *sum += seconds,
+            _ => self.result.seconds.push((self.phase, seconds)),
+        }
     }
 
     fn tell(&self, round: u32) {

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use septet_geometry::incremental::IncrementalError;
 use septet_geometry::range::RangeError;
 use septet_protocol::transport::TransportError;
 
@@ -59,6 +60,9 @@ pub enum Error {
         /// The run with its counts, without cells.
         run: Box<Run>,
     },
+    /// More points than the rival's numbers can tell apart.
+    #[error("the rival cannot take these points: {0}")]
+    Rival(#[source] IncrementalError),
     /// The run was cancelled.
     #[error("interrupted")]
     Interrupted,

@@ -54,9 +54,15 @@ pub mod predict;
 
 pub mod report;
 
+pub mod rival;
+
 pub mod trace;
 
 pub mod experiment;
+
+pub mod assertions;
+
+pub mod claims;
 
 pub mod verify;
 

@@ -13,7 +13,7 @@ use septet_protocol::ledger::Ledger;
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::Transport;
 use septet_protocol::transport::TransportError;
-use septet_workers::config::{Stop, Wanted, WorkerConfig};
+use septet_workers::config::{Correction, Stop, Wanted, WorkerConfig};
 use septet_workers::transport::{TransportKind, launch};
 
 use crate::canonical::{Cells, canonicalise};
@@ -288,6 +288,9 @@ pub(crate) fn started_on<P: Point>(
     start_machine: &mut Start<'_, P>,
 ) -> Result<Beginning<P>, Error> {
     config.check()?;
+    if config.correction == Correction::Naive && !counted {
+        return Err(ConfigError::NaiveUncounted.into());
+    }
     if let Some(limit) = config.max_memory {
         let forecast = forecast(points.len() as u64, P::DIM, counted && config.until.is_none());
         if forecast > limit {
@@ -313,6 +316,8 @@ pub(crate) fn started_on<P: Point>(
         with_leaves: config.with_owner,
         view: config.view.min(MOST_POINTS),
         exchange_cap: config.exchange_cap,
+        partition: config.partition,
+        correction: config.correction,
         record_tasks: config.record_tasks && counted,
         fault: config.fault,
         stop: Stop::new(config.cancel.clone()),

@@ -8,7 +8,9 @@ use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 use septet_workers::config::{Wanted, WorkerConfig};
 
-use crate::config::{Alpha, Config, ConfigError, GraphKind, MOST_WORKERS, Neighbours, alpha_of_spacing};
+use crate::config::{
+    Alpha, Config, ConfigError, Fault, GraphKind, MOST_WORKERS, Neighbours, alpha_of_spacing,
+};
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
 use crate::prepare::Prepared;
@@ -34,9 +36,10 @@ pub(crate) fn check_machine(machine: &WorkerConfig, points: u64) -> Result<(), E
 /// The supergraph asked for, and why.
 pub(crate) fn settle(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
     let spaced = config.spacing.map(alpha_of_spacing);
+    let share = if config.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
     let by_alpha = |alpha: f64| match config.graph {
-        GraphKind::Overlap => Supergraph::Overlap { alpha },
-        _ => Supergraph::Density { alpha },
+        GraphKind::Overlap => Supergraph::Overlap { alpha: share * alpha },
+        _ => Supergraph::Density { alpha: share * alpha },
     };
     let most = points.saturating_sub(1).max(1);
     Ok(match (config.graph, config.alpha) {

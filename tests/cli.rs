@@ -21,8 +21,15 @@ mod predict;
 
 #[path = "cli/report.rs"]
 mod report;
+
+#[path = "cli/reproduce.rs"]
+mod reproduce;
+
 #[path = "cli/scale.rs"]
 mod scale;
+
+#[path = "cli/rival.rs"]
+mod rival;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

@@ -8,7 +8,7 @@ use septet::io::write::{WriteOptions, check_points_output, write_points, write_p
 
 use super::errors::Failure;
 use super::input;
-use super::options::{count, dimension};
+use super::options::{count, dimension, kind};
 use super::progress::Talk;
 
 /// Options of `septet generate`.
@@ -40,10 +40,6 @@ pub struct GenerateArgs {
     /// The file (.node .xyz .txt .csv .npy .off .ply .vtu .obj), `-` for text on standard output
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
-}
-
-fn kind(name: &str) -> Result<Kind, String> {
-    name.parse().map_err(|e: septet::generate::GenerateError| e.to_string())
 }
 
 /// Generates and writes.

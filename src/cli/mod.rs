@@ -11,6 +11,8 @@ mod options;
 mod predict;
 mod progress;
 mod report;
+mod reproduce;
+mod rival;
 mod scale;
 mod triangulate;
 mod verify;
@@ -71,6 +73,10 @@ enum Command {
     Scale(scale::ScaleArgs),
     /// Judge how a count of a sweep grows: laws with intervals, curvature, flatness, a verdict.
     Fit(fit::FitArgs),
+    /// Count another algorithm on the same points, on the same ledger.
+    Rival(rival::RivalArgs),
+    /// Run the paper's claims as experiments: PASS or FAIL with figure, bound and seed.
+    Reproduce(reproduce::ReproduceArgs),
     /// Write a completion script for a shell.
     Completions(completions::CompletionsArgs),
     /// Write the manual page.
@@ -109,6 +115,8 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Report(args) => logged(talk, || report::run(&args, talk)),
         Command::Scale(args) => logged(talk, || scale::run(&args, talk)),
         Command::Fit(args) => logged(talk, || fit::run(&args, talk)),
+        Command::Rival(args) => logged(talk, || rival::run(&args, talk)),
+        Command::Reproduce(args) => logged(talk, || reproduce::run(&args, talk)),
         Command::Completions(args) => completions::run(&args),
         Command::Man => completions::man(),
     }

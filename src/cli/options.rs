@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use septet::Config;
-use septet::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
+use septet::config::{
+    Alpha, Correction, Fault, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Workers,
+};
+use septet::generate::{GenerateError, Kind};
 use septet::io::write::MshVersion;
 use septet::trace::Detail;
 use septet::view::MOST_POINTS;
@@ -111,6 +114,13 @@ pub struct MachineArgs {
     /// (`triangulate` has its own way)
     #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
     pub separator_sets: SetsArg,
+    /// What cuts subproblems: sphere separators, or k-d planes for comparison
+    #[arg(long, value_enum, default_value_t = PartitionArg::Sphere)]
+    pub partition: PartitionArg,
+    /// How nearest-neighbour balls are corrected beyond separators: by one descent from the root, or naively,
+    /// node by node from the leaves up, for comparison (`simulate` only)
+    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
+    pub neighbours: NeighboursArg,
     /// Largest leaf of the partition tree, in points
     #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf)]
     pub leaf: Leaf,
@@ -139,6 +149,30 @@ pub enum SetsArg {
     Both,
     Smaller,
     Ghost,
+}
+
+/// `--partition`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PartitionArg {
+    Sphere,
+    Kd,
+}
+
+/// `--neighbours`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NeighboursArg {
+    Descent,
+    Naive,
+}
+
+impl NeighboursArg {
+    /// The correction of this name.
+    pub fn correction(self) -> Correction {
+        match self {
+            NeighboursArg::Descent => Correction::Descent,
+            NeighboursArg::Naive => Correction::Naive,
+        }
+    }
 }
 
 /// `--transport`.
@@ -217,6 +251,11 @@ impl MachineArgs {
                 SetsArg::Smaller => SeparatorSets::Smaller,
                 SetsArg::Ghost => SeparatorSets::Ghost,
             },
+            partition: match self.partition {
+                PartitionArg::Sphere => Partition::Sphere,
+                PartitionArg::Kd => Partition::Kd,
+            },
+            correction: self.neighbours.correction(),
             leaf: self.leaf.0,
             transport: match self.transport {
                 TransportArg::Channel => Transport::Channel { threads },
@@ -265,6 +304,11 @@ fn shown(text: &str) -> Result<u32, String> {
         .ok()
         .filter(|&n| n <= MOST_POINTS)
         .ok_or_else(|| format!("expected at most {MOST_POINTS} points"))
+}
+
+/// A kind of sets.
+pub fn kind(text: &str) -> Result<Kind, String> {
+    text.trim().parse().map_err(|e: GenerateError| e.to_string())
 }
 
 /// A number of workers, or `leaves`.

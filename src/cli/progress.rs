@@ -125,6 +125,11 @@ impl Talk {
         }
     }
 
+    /// Writes something else while the bar stands aside.
+    pub fn aside(&self, write: impl FnOnce()) {
+        self.bar.suspend(write);
+    }
+
     /// Shows how far a stage is, and ends the work here if it was interrupted.
     pub fn stage(&self, name: &str, done: u64, total: Option<u64>) {
         self.check();

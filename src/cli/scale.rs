@@ -13,7 +13,7 @@ use septet::experiment::{
 use septet::generate::Kind;
 
 use super::errors::{Code, Failure};
-use super::options::{MachineArgs, dimension, workers};
+use super::options::{MachineArgs, dimension, kind, workers};
 use super::progress::{Cancelled, Talk};
 
 /// Options of `septet scale`.
@@ -70,10 +70,6 @@ pub struct ScaleArgs {
 enum UntilArg {
     Partition,
     Neighbours,
-}
-
-fn kind(text: &str) -> Result<Kind, String> {
-    text.trim().parse().map_err(|e: septet::generate::GenerateError| e.to_string())
 }
 
 impl ScaleArgs {

@@ -126,7 +126,7 @@ fn within_memory(config: &Config, points: u64, dimension: usize, counted: bool) 
 }
 
 /// Says which file a point at fault is from, and where it stands there.
-fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
+pub fn place(error: Error, loaded: &Loaded, input: &str) -> Failure {
     let Error::Points(mut error) = error else { return error.into() };
     let at = |i: usize| loaded.source_index.as_ref().map_or(i, |s| s[i] as usize);
     match &mut error {

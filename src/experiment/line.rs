@@ -91,6 +91,12 @@ pub struct Settings {
     pub k: String,
     /// `both`, `smaller` or `ghost`.
     pub separator_sets: String,
+    /// `sphere` or `kd`.
+    #[serde(default)]
+    pub partition: String,
+    /// `descent` or `naive`.
+    #[serde(default)]
+    pub neighbours: String,
     /// A number, or `auto`.
     pub leaf: String,
     /// `channel` or `sim`.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use thiserror::Error;
 
-use crate::config::{Alpha, Config, ConfigError, Neighbours, SeparatorSets, Transport, Workers};
+use crate::config::{Alpha, Config, ConfigError, Correction, Neighbours, SeparatorSets, Transport, Workers};
 use crate::generate::{Kind, Request};
 
 use super::line::{Program, Settings};
@@ -59,6 +59,11 @@ pub enum SweepError {
     /// Times of runs that do not triangulate.
     #[error("--timed compares triangulations, and --until stops before there is one; leave one of them out")]
     TimedUntil,
+    /// Times asked of the naive correction, which is there to be counted.
+    #[error(
+        "--timed compares triangulations, and the naive correction is in none; leave out --timed or --neighbours"
+    )]
+    TimedNaive,
     /// Parameters of the runs.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -92,6 +97,9 @@ impl Sweep {
         }
         if self.timed && self.config.until.is_some() {
             return Err(SweepError::TimedUntil);
+        }
+        if self.timed && self.config.correction == Correction::Naive {
+            return Err(SweepError::TimedNaive);
         }
         for &workers in &self.workers {
             Config { workers, ..self.config.clone() }.check()?;
@@ -190,11 +198,14 @@ impl Sweep {
         // Writing to a string does not fail.
         let _ = write!(
             text,
-            " --supergraph {} --alpha {} --k {} --separator-sets {} --leaf {} --transport {}",
+            " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} --leaf {} \
+             --transport {}",
             settings.supergraph,
             settings.alpha,
             settings.k,
             settings.separator_sets,
+            settings.partition,
+            settings.neighbours,
             settings.leaf,
             settings.transport
         );
@@ -236,6 +247,8 @@ impl Sweep {
                 SeparatorSets::Ghost => "ghost",
             }
             .to_string(),
+            partition: config.partition.name().to_string(),
+            neighbours: config.correction.name().to_string(),
             leaf: config.leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
             transport: transport.to_string(),
             delivery_seed,
@@ -256,7 +269,7 @@ pub(super) fn workers_word(workers: Workers) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Until;
+    use crate::config::{Partition, Until};
 
     fn sweep() -> Sweep {
         Sweep {
@@ -302,6 +315,8 @@ mod tests {
         assert_eq!(leaves, SweepError::WeakLeaves);
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
+        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
+        assert_eq!(timed, SweepError::TimedNaive);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
     }
@@ -310,11 +325,13 @@ mod tests {
     fn words_tell_sweeps_apart() {
         let base = sweep().words();
         assert!(base.contains("-n 100,200 --kind uniform,graded -d 2 --workers 1,4 --seed 3 --seeds 2"));
-        let changes: [&dyn Fn(&mut Sweep); 6] = [
+        let changes: [&dyn Fn(&mut Sweep); 8] = [
             &|s| s.seeds = 4,
             &|s| s.weak = true,
             &|s| s.config.until = Some(Until::Neighbours),
             &|s| s.config.leaf = Some(7),
+            &|s| s.config.partition = Partition::Kd,
+            &|s| s.config.correction = Correction::Naive,
             &|s| s.config.alpha = Alpha::Value(3.0),
             &|s| s.config.transport = Transport::Sim { delivery_seed: 4 },
         ];

@@ -29,6 +29,10 @@ pub struct Parameters {
     pub k: String,
     /// `both`, `smaller` or `ghost`.
     pub separator_sets: &'static str,
+    /// `sphere` or `kd`.
+    pub partition: &'static str,
+    /// `descent` or `naive`.
+    pub neighbours: &'static str,
     /// Largest leaf in points, as settled.
     pub leaf: u64,
     /// Was the leaf size left to septet?
@@ -82,6 +86,8 @@ impl Parameters {
                 SeparatorSets::Smaller => "smaller",
                 SeparatorSets::Ghost => "ghost",
             },
+            partition: config.partition.name(),
+            neighbours: config.correction.name(),
             leaf,
             leaf_auto: config.leaf.is_none(),
             transport,

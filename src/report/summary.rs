@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::config::{Correction, Partition};
+
 use super::schema::{Report, SupergraphReport};
 
 /// Seconds, with the digits that mean something.
@@ -36,9 +38,12 @@ impl Report {
             "septet: {points}, {} {cells}, {} hull facets; certificate {}",
             self.simplices, self.hull_facets, self.certificate
         )];
-        if self.supergraph.kind != "none" {
+        if self.machine.rounds > 0 {
             let (r, m) = (&self.repair, &self.machine);
-            lines.push(format!("  {}", self.supergraph.line()));
+            if self.supergraph.kind != "none" {
+                lines.push(format!("  {}", self.supergraph.line()));
+            }
+            lines.extend(self.rivals());
             let fallback = self.fallback.as_ref().map_or_else(
                 || "no fallback".to_owned(),
                 |f| format!("fallback on {} points: {}", f.points, f.reason),
@@ -63,6 +68,15 @@ impl Report {
             seconds(s.total)
         ));
         lines
+    }
+
+    /// What was not done as the paper does it.
+    fn rivals(&self) -> Option<String> {
+        let p = &self.parameters;
+        let cut = (p.partition != Partition::Sphere.name()).then_some("cut by k-d planes");
+        let naive = (p.neighbours != Correction::Descent.name()).then_some("balls corrected naively");
+        let both: Vec<&str> = cut.into_iter().chain(naive).collect();
+        (!both.is_empty()).then(|| format!("  rivals: {}", both.join(", ")))
     }
 
     /// One line on points that span less than the space.

@@ -16,8 +16,8 @@ const KEYS: [(&str, &str); 17] = [
     ),
     (
         "/parameters",
-        "command input outputs workers threads supergraph alpha k separator_sets leaf leaf_auto transport \
-         delivery_seed lipschitz skip_invalid max_memory with_owner view exchange_cap",
+        "command input outputs workers threads supergraph alpha k separator_sets partition neighbours leaf \
+         leaf_auto transport delivery_seed lipschitz skip_invalid max_memory with_owner view exchange_cap",
     ),
     ("/supergraph", "kind alpha k why"),
     ("/points", "input used duplicate refused"),
@@ -107,7 +107,7 @@ fn the_report_is_whole_and_adds_up() {
 fn triangulate_has_the_same_keys_and_echoes_its_options() {
     let place = Place::new();
     let line = "triangulate sample:graded:2000,d=2,lipschitz=0.2 --workers 5 --threads 1 --seed 9 --transport sim \
-                --delivery-seed 4 --separator-sets both --json -";
+                --delivery-seed 4 --separator-sets both --partition kd --json -";
     let report: Value = serde_json::from_slice(&place.good(line).stdout).unwrap();
     for (pointer, keys) in KEYS {
         assert_keys(&report, pointer, keys);
@@ -118,6 +118,8 @@ fn triangulate_has_the_same_keys_and_echoes_its_options() {
         ("workers", "5".into()),
         ("threads", 1.into()),
         ("separator_sets", "both".into()),
+        ("partition", "kd".into()),
+        ("neighbours", "descent".into()),
         ("transport", "sim".into()),
         ("delivery_seed", 4.into()),
         ("alpha", "auto".into()),
@@ -128,9 +130,12 @@ fn triangulate_has_the_same_keys_and_echoes_its_options() {
     }
     assert_eq!(report["seed"], 9);
     assert_eq!(report["machine"]["paper"]["work"], Value::Null);
+    assert_eq!(report["supergraph"]["kind"], "none", "pieces need none");
     // The formula of an f-spaced set, with the constant that its size function really has.
-    let lipschitz = parameters["lipschitz"].as_f64().unwrap();
-    let alpha = report["supergraph"]["alpha"].as_f64().unwrap();
+    place.good("simulate sample:graded:800,d=2,lipschitz=0.2 --json counted.json");
+    let counted = place.json("counted.json");
+    let lipschitz = counted["parameters"]["lipschitz"].as_f64().unwrap();
+    let alpha = counted["supergraph"]["alpha"].as_f64().unwrap();
     assert!(lipschitz > 0.0 && lipschitz <= 0.2, "{lipschitz}");
     assert!((alpha - 1.25 * 2.0 * (1.0 + lipschitz) / (1.0 - lipschitz)).abs() < 1e-12, "{alpha}");
 }

@@ -12,7 +12,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
 use glam::DVec3;
-use septet::config::Workers;
+use septet::Config;
+use septet::config::{Correction, Partition, Workers};
 use septet::generate::Kind;
 use septet::protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet::protocol::message::{Body, Message, PointBatch};
@@ -187,10 +188,14 @@ fn conflict(log: &[Sent]) -> Option<String> {
 }
 
 fn logged(workers: u32, choice: usize, counted: bool) -> Vec<Sent> {
-    let points = space(Kind::Uniform, 1500, 4);
     let config = with_graph(&simulated(Workers::Count(workers), 0, 60), combinations(false)[choice]);
+    logged_of(&config, counted)
+}
+
+fn logged_of(config: &Config, counted: bool) -> Vec<Sent> {
+    let points = space(Kind::Uniform, 1500, 4);
     let log = Arc::new(Mutex::new(Vec::new()));
-    let run = run_on(&points, &config, counted, &mut |machine| {
+    let run = run_on(&points, config, counted, &mut |machine| {
         Ok(Box::new(Observed::new(machine, log.clone())) as Box<dyn Transport<DVec3>>)
     });
     assert!(run.unwrap().refutation.is_none());
@@ -208,6 +213,21 @@ fn accesses_between_workers_are_exclusive() {
             let found = conflict(&log);
             assert!(found.is_none(), "{:?}, {workers} workers: {found:?}", combinations(false)[choice]);
         }
+    }
+}
+
+#[test]
+fn accesses_of_rivals_are_exclusive() {
+    for workers in [2, 5, 16] {
+        let config = Config {
+            partition: Partition::Kd,
+            correction: Correction::Naive,
+            ..simulated(Workers::Count(workers), 0, 60)
+        };
+        let log = logged_of(&config, true);
+        let asked = log.iter().filter(|(phase, _)| *phase == Phase::Neighbours).count();
+        assert!(asked >= 2 * workers as usize, "{asked} messages of the correction");
+        assert_eq!(conflict(&log), None, "{workers} workers");
     }
 }
 

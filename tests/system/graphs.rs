@@ -7,7 +7,7 @@ use septet::config::{Alpha, GraphKind, Neighbours, Workers};
 use septet::generate::Kind;
 use septet::geometry::graph::Supergraph;
 use septet::geometry::point::Point;
-use septet::{Config, simulate};
+use septet::{Config, assert_counts, simulate};
 
 fn squared<P: Point>(a: &P, b: &P) -> f64 {
     (0..P::DIM).map(|i| a.coord(i) - b.coord(i)).fold(0.0, |sum, d| sum + d * d)
@@ -103,8 +103,7 @@ fn twenty_thousand_points() {
 fn hypothesis<P: Point>(points: &[P], lipschitz: f64, what: &str) -> (f64, u64) {
     let config = Config { spacing: Some(lipschitz), leaf: Some(200), keep_graph: true, ..base() };
     let run = check_counted(points, &config);
-    assert_eq!(run.exchange_rounds, 0, "{what}: rounds of exchange");
-    assert_eq!((run.stars_repaired, &run.fallback), (0, &None), "{what}");
+    assert_counts!(run, no_repair());
     let graph = run.graph.clone().unwrap();
     for cell in run.cells().chunks_exact(P::DIM + 1) {
         for (i, &a) in cell.iter().enumerate() {

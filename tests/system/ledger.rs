@@ -6,7 +6,7 @@ use septet::config::Workers;
 use septet::generate::Kind;
 use septet::geometry::point::Point;
 use septet::protocol::ids::NodeId;
-use septet::{Config, Run, simulate};
+use septet::{Config, Run, assert_counts, simulate};
 
 const LEAF: u64 = 60;
 
@@ -21,6 +21,7 @@ fn over_machines<P: Point>(points: &[P], choice: usize) {
         let sim = counted(points, &with_graph(&simulated(workers, 4, LEAF), choice));
         let what = format!("{choice:?}, {workers:?}");
         assert_same_counts(&reference.ledger, &sim.ledger, &what);
+        assert_counts!([&reference, &sim], same_counts());
         // Rounds, messages and bytes depend on the workers, but neither on transport nor on delivery.
         let channel = counted(points, &with_graph(&threaded(workers, 2, LEAF), choice));
         assert!(sim.ledger.part == channel.ledger.part, "{what}: rounds over a channel");

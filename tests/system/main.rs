@@ -4,6 +4,10 @@
 
 use septet_common as common;
 
+mod assertions;
+
+mod claims;
+
 mod degenerate;
 
 mod equality;
@@ -25,6 +29,8 @@ mod pieces;
 mod predict;
 
 mod proptest_small;
+
+mod rivals;
 
 mod real;
 

@@ -2,7 +2,7 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, with_graph};
-use septet::config::{SeparatorSets, Workers};
+use septet::config::{Partition, SeparatorSets, Workers};
 use septet::generate::Kind;
 use septet::geometry::point::Point;
 use septet::predict::{Hardware, predict};
@@ -57,6 +57,13 @@ fn equal_where_points_tie_and_where_one_rank_holds_all() {
     compare(&space(Kind::Grid, 1728, 1), &config, &P);
     compare(&space(Kind::WellSpaced, 3000, 1), &config, &P);
     compare(&space(Kind::Uniform, 40, 1), &config, &P);
+}
+
+#[test]
+fn equal_where_planes_cut() {
+    let config = Config { partition: Partition::Kd, ..simulated(Workers::Count(1), 7, 60) };
+    compare(&space(Kind::Uniform, 2000, 3), &config, &P);
+    compare(&plane(Kind::Grid, 2500, 3), &config, &P);
 }
 
 #[test]

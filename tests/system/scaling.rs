@@ -1,33 +1,24 @@
 //! The paper's claims on how a run grows, with one worker per leaf: every split and merge is a message.
 
 use crate::common::sets::{plane, space};
-use crate::common::{levels, simulated};
+use crate::common::simulated;
+use septet::assertions::Counted;
 use septet::config::{Alpha, Workers};
 use septet::generate::Kind;
 use septet::geometry::graph::Supergraph;
 use septet::geometry::point::Point;
 use septet::protocol::ids::Phase;
-use septet::{Config, Run, simulate};
-
-/// Levels of the tree: at most 1.5 log2(n / leaf) + 2.
-fn tree_is_shallow(run: &Run, what: &str) {
-    let n = run.points.used as f64;
-    let limit = 1.5 * (n / run.settled.leaf as f64).log2().max(0.0) + 2.0;
-    let levels = levels(&run.ledger);
-    assert!(f64::from(levels) <= limit, "{what}: {levels} levels above {limit:.1}");
-}
+use septet::{Config, Run, assert_counts, simulate};
 
 /// Rounds of the phases that go over the tree: at most A log2 n + B. Measured from 2^12 to 2^15 points: 21 to
 /// 33 of partition (4 a level), 10 to 12 of the descent (2 a level, at most), 6 to 9 of the merge (1 a level).
-const ROUNDS: [(Phase, f64, f64); 3] =
-    [(Phase::Partition, 5.0, -35.0), (Phase::Neighbours, 2.0, -12.0), (Phase::Merge, 1.25, -8.0)];
+const ROUNDS: [(&str, f64, f64); 3] =
+    [("partition", 5.0, -35.0), ("neighbours", 2.0, -12.0), ("merge", 1.25, -8.0)];
 
 fn rounds_are_logarithmic(run: &Run, what: &str) {
     let log = (run.points.used as f64).log2();
-    for (phase, a, b) in ROUNDS {
-        let rounds = run.ledger.phases.iter().find(|p| p.phase == phase).map_or(0, |p| p.rounds);
-        println!("{what}: {} rounds {rounds} of {:.0}", phase.name(), a * log + b);
-        assert!(rounds as f64 <= a * log + b, "{what}: {rounds} rounds of {}", phase.name());
+    for (phase, slope, constant) in ROUNDS {
+        assert_counts!(run, rounds(phase, slope, constant));
     }
     assert!(run.exchange_rounds as f64 <= log, "{what}: {} rounds of exchange", run.exchange_rounds);
 }
@@ -64,6 +55,7 @@ fn depth_is_flat(run: &Run, what: &str) {
 }
 
 fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
+    let mut lines = Vec::new();
     for exponent in 12..=15 {
         let points = make(kind, 1 << exponent, 31);
         let config = Config { alpha: Alpha::Value(2.5), ..simulated(Workers::Leaves, 2, leaf) };
@@ -72,13 +64,16 @@ fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
         assert_eq!(run.fallback, None, "{what}");
         let leaves = run.ledger.part.nodes.values().filter(|facts| facts.is_leaf()).count();
         assert_eq!(run.settled.workers as usize, leaves, "{what}: one worker per leaf");
-        tree_is_shallow(&run, &what);
+        // Levels below the root, and rounds that merge results: one for each level and that of the leaves.
+        assert_counts!(run, levels_over_leaf(1.5, 2.0), merges(1.25, -7.0));
         rounds_are_logarithmic(&run, &what);
         separators_are_small(&run, &what);
         depth_is_flat(&run, &what);
         let (total, log) = (run.ledger.paper, (run.points.used as f64).log2());
         println!("{what}: depth {} = {:.0} log2 n", total.depth, total.depth as f64 / log);
+        lines.extend(run.lines());
     }
+    assert_counts!(lines, level_depth_flat("partition", 0.05), level_depth_flat("neighbours", 0.05));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use septet::config::{Transport as Kind, Workers};
+use septet::config::{Correction, Transport as Kind, Workers};
 use septet::protocol::message::Message;
 use septet::protocol::transport::{Delivery, Transport, TransportError};
 use septet::trace::{Detail, layer};
@@ -117,6 +117,8 @@ fn every_transport_and_any_threads_are_heard() {
         // Cores to itself: steps in threads of a pool.
         threaded(Workers::Count(1), 3, 200),
         threaded(Workers::Count(2), 4, 200),
+        // A phase in several passes.
+        Config { correction: Correction::Naive, ..simulated(Workers::Count(5), 5, 200) },
     ];
     for (i, config) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));

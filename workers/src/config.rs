@@ -35,6 +35,47 @@ pub enum SetRule {
     Ghost,
 }
 
+/// What cuts a subproblem.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Partition {
+    /// Sphere separators, as in the paper.
+    #[default]
+    Sphere,
+    /// The rival: planes across the longest side, at the median.
+    Kd,
+}
+
+impl Partition {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Partition::Sphere => "sphere",
+            Partition::Kd => "kd",
+        }
+    }
+}
+
+/// How nearest-neighbour balls find what lies beyond separators.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Correction {
+    /// All balls descend from the root together, once (Section 4.3, after Frieze, Miller and Teng 1993).
+    #[default]
+    Descent,
+    /// The rival: node by node from the leaves up, each correcting the balls that cross its separator by a
+    /// descent of its own.
+    Naive,
+}
+
+impl Correction {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Correction::Descent => "descent",
+            Correction::Naive => "naive",
+        }
+    }
+}
+
 /// Parameters of a run that every rank shares. They hold no point.
 #[derive(Clone, Debug)]
 pub struct WorkerConfig {
@@ -62,6 +103,10 @@ pub struct WorkerConfig {
     pub view: u32,
     /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
     pub exchange_cap: Option<u32>,
+    /// What cuts subproblems.
+    pub partition: Partition,
+    /// How nearest-neighbour balls are corrected.
+    pub correction: Correction,
     /// Record what leaves have to say to each other. One worker only.
     pub record_tasks: bool,
     /// A fault planted by a test.

@@ -111,7 +111,7 @@ impl<P: Point> Builder<'_, P> {
             attempts += 1;
             let Some(separator) = separator else { break };
             let counted = sides_of(&separator, &points, &mut cost);
-            if acceptable::<P>(counted.inside, population - counted.inside) {
+            if acceptable::<P>(self.config, counted.inside, population - counted.inside) {
                 found = Some((separator, kind, counted));
             }
         }

@@ -7,13 +7,15 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::separator::{DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, draw, split_bound};
+use septet_geometry::separator::{
+    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, draw, split_bound,
+};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{LedgerPart, NodeFacts};
 use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
 
-use crate::config::{SetRule, WorkerConfig};
+use crate::config::{Partition, SetRule, WorkerConfig};
 use crate::outbox::Outbox;
 use crate::profile::Site;
 use crate::tree::join_bounds;
@@ -82,15 +84,24 @@ pub fn draw_from<P: Point>(
     samples.sort_unstable_by(lex_cmp);
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
-    let drawn = draw(key, population, samples, &mut own);
+    let mut drawn = match config.partition {
+        Partition::Sphere => draw(key, population, samples, &mut own),
+        Partition::Kd => cut(key, samples, &mut own),
+    };
     own.close(samples.len() as u64);
     cost.then(own);
+    if let Some(planted) = config.fault.and_then(|fault| fault.separator(samples)) {
+        drawn = Drawn { separator: Some(planted), kind: DrawKind::Sphere, ..drawn };
+    }
     let kind = kind_number(&drawn);
     (drawn.separator, kind)
 }
 
 /// Is a split into these sides good enough?
-pub fn acceptable<P: Point>(inside: u64, outside: u64) -> bool {
+pub fn acceptable<P: Point>(config: &WorkerConfig, inside: u64, outside: u64) -> bool {
+    if config.fault.is_some_and(|fault| fault.accepts(inside, outside)) {
+        return true;
+    }
     let larger = inside.max(outside) as f64;
     inside > 0 && outside > 0 && larger <= split_bound::<P>() * (inside + outside) as f64
 }
@@ -167,7 +178,7 @@ impl<P: Point> Leader<P> {
         let mut boxes: Vec<P> = Vec::new();
         let verdict = if config.fault.is_some_and(|fault| fault.refuses(node)) {
             Verdict::Leaf
-        } else if separator.is_some() && acceptable::<P>(inside, outside) {
+        } else if separator.is_some() && acceptable::<P>(config, inside, outside) {
             let all = counts.iter().map(|c| &c.2);
             for side in 0..2 {
                 let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);

@@ -33,6 +33,8 @@ mod forwards;
 
 mod neighbours;
 
+mod naive;
+
 mod summaries;
 
 pub mod choice;

@@ -279,6 +279,9 @@ impl<P: Point> Worker<P> {
             if let Some(log) = self.take_tasks() {
                 self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(log)));
             }
+            if let Some(fault) = self.config.fault {
+                fault.distort(&mut self.ledger);
+            }
             let words = self.ledger.to_words();
             self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Ledger(Bulk(words)));
         }

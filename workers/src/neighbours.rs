@@ -11,7 +11,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
-use crate::config::{SetRule, map_in};
+use crate::config::{Correction, SetRule, map_in};
 use crate::query::{Ask, Ball};
 use crate::worker::Worker;
 
@@ -29,13 +29,14 @@ impl<P: Point> Worker<P> {
 
     /// For every home point, its `k` nearest in its leaf.
     fn leaf_lists(&mut self, k: usize, phase: Phase) -> Vec<Vec<Found>> {
-        let (table, site) = (&self.table, self.out.site());
+        let (table, site, fault) = (&self.table, self.out.site(), self.config.fault);
         let results = map_in(&self.pool, &self.leaves, |leaf| {
             let _span = site.subproblem(phase, leaf.id, "leaf lists", leaf.home_len());
             let members: Vec<u32> = leaf.home().collect();
             let mut cost = Cost::ZERO;
             let all = |_| f64::INFINITY;
             let lists = nearest_direct(&table.positions, &members, &members, k, all, &mut cost);
+            let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
             (lists, cost, (members.len() * members.len()) as u64)
         });
         let mut lists = Vec::with_capacity(self.table.home as usize);
@@ -84,6 +85,9 @@ impl<P: Point> Worker<P> {
 
     /// Takes nearer neighbours found elsewhere.
     pub(crate) fn shrink(&mut self, phase: Phase) {
+        if phase == Phase::Neighbours && self.config.correction == Correction::Naive {
+            return self.finish_correction();
+        }
         for (home, list) in self.land(phase) {
             let radius2 = &mut self.table.radii2[home as usize];
             for (d2, _) in list {

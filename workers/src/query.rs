@@ -29,8 +29,7 @@ use septet_protocol::message::{Body, ListBatch, Message, PointBatch, QueryBatch}
 use crate::config::map_in;
 use crate::forwards::Forwards;
 use crate::table::Table;
-use crate::tasks::Reach;
-use crate::walk::{Probe, Walk};
+use crate::walk::{Counts, Probe};
 use crate::worker::Worker;
 
 /// What the balls of a phase ask for.
@@ -46,6 +45,9 @@ pub(crate) struct Ask {
 
 /// A way out of the shared nodes: position on the path, and side.
 pub(crate) type Way = (usize, usize);
+
+/// A charge at a node: cost and items.
+pub(crate) type Charged = (NodeId, Cost, u64);
 
 /// A ball of a home point.
 #[derive(Clone, Debug)]
@@ -94,6 +96,19 @@ impl<P> Engine<P> {
         self.ask
     }
 
+    /// A ball is looked at by a shared node, and goes to both of its sides or not.
+    pub(crate) fn visit(&mut self, node: NodeId, both: bool) {
+        self.down.entry(node).or_default().visit();
+        if both {
+            self.up.entry(node).or_default().visit();
+        }
+    }
+
+    /// Keeps a home point's ball until its one answer comes.
+    pub(crate) fn await_answer(&mut self, home: u32, radius2: f64) {
+        self.pending.push(Pending { origin: None, home, outstanding: 1, radius2, list: Vec::new() });
+    }
+
     /// The name of the query that is kept next.
     pub(crate) fn next_slot(&self) -> u32 {
         self.pending.len() as u32
@@ -114,25 +129,18 @@ impl<P> Default for Engine<P> {
     }
 }
 
-/// What one group of balls found in this worker's part of the tree.
-struct Walked {
-    /// For each ball, its list and its ways out.
-    balls: Vec<(Vec<Found>, Vec<Way>)>,
-    shared: Vec<(Sweep, Sweep)>,
-    local: Vec<(Sweep, Sweep)>,
-    at_leaf: Vec<(Sweep, u64)>,
-    reach: Reach,
-}
+/// For each ball of a group its list and its ways out, and what was counted.
+type Walked = (Vec<(Vec<Found>, Vec<Way>)>, Counts);
 
 impl<P: Point> Worker<P> {
     /// Sends the balls of home points on their way.
     pub(crate) fn launch(&mut self, ask: Ask, balls: Vec<Ball>) {
-        self.engine = Engine { ask, ..Engine::default() };
+        self.ask_afresh(ask);
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let walked = map_in(&self.pool, &groups, |group| {
             let mut walk = self.walk();
             let balls = group.iter().map(|ball| {
-                walk.reach.start(ball.leaf);
+                walk.start(ball.leaf);
                 let start = Probe {
                     centre: self.table.positions[ball.home as usize],
                     radius2: ball.radius2,
@@ -148,18 +156,17 @@ impl<P: Point> Worker<P> {
                 found.shrink_to_fit();
                 (found, ways)
             });
-            let balls = balls.collect();
-            let Walk { shared, local, at_leaf, reach, .. } = walk;
-            Walked { balls, shared, local, at_leaf, reach }
+            let balls: Vec<_> = balls.collect();
+            (balls, walk.into_counts()) as Walked
         });
         let mut forwards = Forwards::new(ask);
         let mut balls = balls.into_iter();
-        for group in walked {
-            self.count_walk(&group.shared, &group.local, &group.at_leaf);
-            if let (Some(recorder), Some(reached)) = (&mut self.recorder, group.reach.reached) {
+        for (walked_balls, counts) in walked {
+            self.count_walk(&counts);
+            if let (Some(recorder), Some(reached)) = (&mut self.recorder, counts.reach.reached) {
                 recorder.reached(self.phase, reached);
             }
-            for ((found, ways), ball) in group.balls.into_iter().zip(&mut balls) {
+            for ((found, ways), ball) in walked_balls.into_iter().zip(&mut balls) {
                 if ways.is_empty() {
                     self.engine.done.push((ball.home, found));
                 } else {
@@ -179,7 +186,9 @@ impl<P: Point> Worker<P> {
         forwards.send(self);
     }
 
-    fn count_walk(&mut self, shared: &[(Sweep, Sweep)], local: &[(Sweep, Sweep)], at_leaf: &[(Sweep, u64)]) {
+    /// Adds what a walk counted.
+    pub(crate) fn count_walk(&mut self, counts: &Counts) {
+        let Counts { shared, local, at_leaf, .. } = counts;
         let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
         for (ids, sweeps) in [(&ids, shared), (&self.inner_ids, local)] {
             for (&id, (down, up)) in ids.iter().zip(sweeps) {
@@ -263,8 +272,7 @@ impl<P: Point> Worker<P> {
             keep_nearest(&mut found, batch.wanted as usize, radius2);
             results.push((found, ways));
         }
-        let Walk { shared, local, at_leaf, .. } = walk;
-        self.count_walk(&shared, &local, &at_leaf);
+        self.count_walk(&walk.into_counts());
         let asked = self.ask_for(from, results.len());
         for (i, (found, ways)) in results.into_iter().enumerate() {
             let (slot, radius2) = (batch.slots[i], batch.radii2[i]);
@@ -336,21 +344,36 @@ impl<P: Point> Worker<P> {
 
     /// Charges the phase that is over and takes the finished lists.
     pub(crate) fn land(&mut self, phase: Phase) -> Vec<(u32, Vec<Found>)> {
+        let (charges, done) = self.take_landed();
+        for (node, cost, items) in charges {
+            self.ledger.charge(phase, node, cost, items);
+        }
+        done
+    }
+
+    /// What the queries cost at each node, and the finished lists.
+    pub(crate) fn take_landed(&mut self) -> (Vec<Charged>, Vec<(u32, Vec<Found>)>) {
         let engine = std::mem::take(&mut self.engine);
+        let mut charges = Vec::new();
         for (node, down) in engine.down {
             let mut cost = Cost::ZERO;
             let items = down.items();
             cost.swept(down);
             cost.swept(engine.up.get(&node).copied().unwrap_or_default());
-            self.ledger.charge(phase, node, cost, items);
+            charges.push((node, cost, items));
         }
         for (node, pairs) in engine.pairs {
             let mut cost = Cost::ZERO;
             let items = pairs.items();
             cost.swept(pairs);
-            self.ledger.charge(phase, node, cost, items);
+            charges.push((node, cost, items));
         }
-        engine.done
+        (charges, engine.done)
+    }
+
+    /// Forgets all queries and asks for something else.
+    pub(crate) fn ask_afresh(&mut self, ask: Ask) {
+        self.engine = Engine { ask, ..Engine::default() };
     }
 }
 

@@ -2,9 +2,9 @@
 //! a phase begins: a phase is over when a round moved nothing, which the exchange tells all at once.
 
 use septet_geometry::graph::Supergraph;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{NodeId, Phase};
 
-use crate::config::{Wanted, WorkerConfig};
+use crate::config::{Correction, Wanted, WorkerConfig};
 
 /// What the phases' order depends on, known to every rank by the time it matters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,6 +13,23 @@ pub struct Known {
     pub supergraph: Option<Supergraph>,
     /// The coordinator's verdict on the last certificate.
     pub outcome: Outcome,
+    /// The level whose nodes correct their balls in this pass, where that is done level by level.
+    pub level: u32,
+}
+
+impl Known {
+    /// Notes that a phase begins, or its next pass.
+    pub fn enter(&mut self, before: Phase, now: Phase, config: &WorkerConfig) {
+        if now == Phase::Neighbours {
+            self.level = if before == now { self.level.saturating_sub(1) } else { first_level(config) };
+        }
+    }
+}
+
+/// The level whose nodes correct their balls first: no node below it is shared, since groups lose a rank with
+/// every level.
+pub fn first_level(config: &WorkerConfig) -> u32 {
+    config.workers.saturating_sub(1).min(NodeId::DEEPEST)
 }
 
 /// What the coordinator decides after a certificate.
@@ -45,7 +62,9 @@ impl Outcome {
 
 /// The phase after `phase`.
 pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
-    if config.until == Some(phase) {
+    let naive = config.correction == Correction::Naive;
+    let last = phase != Phase::Neighbours || !naive || known.level == 0;
+    if config.until == Some(phase) && last {
         return Phase::Collect;
     }
     let knn = config.counted && matches!(known.supergraph, Some(Supergraph::Knn { .. }));
@@ -54,6 +73,8 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
         Phase::Partition if !config.counted => Phase::Pieces,
         Phase::Pieces => Phase::Seam,
         Phase::Partition => Phase::Radii,
+        Phase::Radii if naive => Phase::Neighbours,
+        Phase::Neighbours if naive && known.level > 0 => Phase::Neighbours,
         Phase::Radii => Phase::Probe,
         Phase::Probe => Phase::Neighbours,
         Phase::Neighbours => Phase::Summaries,

@@ -1,4 +1,4 @@
-//! The walk of balls down the partition tree, as far as one worker knows it.
+//! Balls on their way through what one worker knows of the tree: its path of shared nodes, and its own piece.
 
 use septet_geometry::cost::Sweep;
 use septet_geometry::neighbourhood::Found;
@@ -13,15 +13,11 @@ use crate::worker::Worker;
 
 /// One walk of balls through what a worker knows of the tree, with its own counters.
 pub(crate) struct Walk<'a, P: Point> {
-    pub(crate) path: &'a [Shared<P>],
-    pub(crate) leaves: &'a [Leaf<P>],
-    pub(crate) table: &'a Table<P>,
-    pub(crate) ask: Ask,
-    pub(crate) shared: Vec<(Sweep, Sweep)>,
-    pub(crate) local: Vec<(Sweep, Sweep)>,
-    /// Pairs and visits of each leaf.
-    pub(crate) at_leaf: Vec<(Sweep, u64)>,
-    pub(crate) reach: Reach,
+    path: &'a [Shared<P>],
+    leaves: &'a [Leaf<P>],
+    table: &'a Table<P>,
+    ask: Ask,
+    counts: Counts,
 }
 
 /// A ball under way.
@@ -33,7 +29,36 @@ pub(crate) struct Probe<P> {
     pub(crate) home: Option<NodeId>,
 }
 
+/// What a walk counted.
+pub(crate) struct Counts {
+    /// For each shared node of the path, the balls that came down and those that went to both sides.
+    pub(crate) shared: Vec<(Sweep, Sweep)>,
+    /// The same for each inner node of the worker's own piece.
+    pub(crate) local: Vec<(Sweep, Sweep)>,
+    /// Pairs and visits of each leaf.
+    pub(crate) at_leaf: Vec<(Sweep, u64)>,
+    pub(crate) reach: Reach,
+}
+
 impl<P: Point> Walk<'_, P> {
+    /// A ball of this leaf is next.
+    pub(crate) fn start(&mut self, leaf: usize) {
+        self.counts.reach.start(leaf);
+    }
+
+    /// What it counted, once it is over.
+    pub(crate) fn into_counts(self) -> Counts {
+        self.counts
+    }
+
+    /// A ball is looked at by an inner node of the worker's own, and goes to both of its sides or not.
+    pub(crate) fn visit_local(&mut self, number: usize, both: bool) {
+        self.counts.local[number].0.visit();
+        if both {
+            self.counts.local[number].1.visit();
+        }
+    }
+
     /// Which children a ball goes to.
     fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>) -> [bool; 2] {
         match ball.home {
@@ -63,9 +88,9 @@ impl<P: Point> Walk<'_, P> {
         for i in start..self.path.len() {
             let shared = &self.path[i];
             let sides = self.sides(shared.id, &shared.split, ball);
-            self.shared[i].0.visit();
+            self.counts.shared[i].0.visit();
             if sides[0] && sides[1] {
-                self.shared[i].1.visit();
+                self.counts.shared[i].1.visit();
             }
             let goes_on = sides[shared.mine] && shared.goes_on;
             for side in (0..2).filter(|&side| sides[side]) {
@@ -86,9 +111,9 @@ impl<P: Point> Walk<'_, P> {
             Tree::Node(inner) => {
                 let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
                 let sides = self.sides(inner.id, &inner.split, &here);
-                self.local[inner.number].0.visit();
+                self.counts.local[inner.number].0.visit();
                 if sides[0] && sides[1] {
-                    self.local[inner.number].1.visit();
+                    self.counts.local[inner.number].1.visit();
                 }
                 for (side, child) in inner.children.iter().enumerate() {
                     if sides[side] {
@@ -97,7 +122,12 @@ impl<P: Point> Walk<'_, P> {
                         self.down(child, &Probe { home: on_way, ..here }, found);
                         if on_way.is_none() {
                             let wanted = self.ask.wanted as usize;
-                            self.reach.found(inner.id.child(side), &found[before..], wanted, ball.radius2);
+                            self.counts.reach.found(
+                                inner.id.child(side),
+                                &found[before..],
+                                wanted,
+                                ball.radius2,
+                            );
                         }
                     }
                 }
@@ -110,7 +140,7 @@ impl<P: Point> Walk<'_, P> {
         if ball.home == Some(leaf.id) && !self.ask.own_leaf {
             return;
         }
-        let (pairs, visits) = &mut self.at_leaf[at];
+        let (pairs, visits) = &mut self.counts.at_leaf[at];
         *visits += 1;
         let positions = &self.table.positions[leaf.start as usize..leaf.end as usize];
         let mut number = leaf.start;
@@ -131,17 +161,19 @@ impl<P: Point> Walk<'_, P> {
 }
 
 impl<P: Point> Worker<P> {
-    /// A walk that has not begun.
+    /// A walk that has counted nothing yet.
     pub(crate) fn walk(&self) -> Walk<'_, P> {
         Walk {
             path: &self.path,
             leaves: &self.leaves,
             table: &self.table,
             ask: self.engine.ask(),
-            shared: vec![Default::default(); self.path.len()],
-            local: vec![Default::default(); self.inner_ids.len()],
-            at_leaf: vec![Default::default(); self.leaves.len()],
-            reach: Reach::new(self.recorder.is_some()),
+            counts: Counts {
+                shared: vec![Default::default(); self.path.len()],
+                local: vec![Default::default(); self.inner_ids.len()],
+                at_leaf: vec![Default::default(); self.leaves.len()],
+                reach: Reach::new(self.recorder.is_some()),
+            },
         }
     }
 }

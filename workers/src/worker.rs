@@ -12,7 +12,7 @@ use septet_protocol::message::{Body, Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::check::Agreement;
-use crate::config::{Pool, SetRule, Wanted, WorkerConfig};
+use crate::config::{Correction, Pool, SetRule, Wanted, WorkerConfig};
 use crate::leader::Leader;
 use crate::outbox::Outbox;
 use crate::profile::received;
@@ -81,6 +81,7 @@ impl<P: Point> Worker<P> {
                 _ => None,
             },
             outcome: Outcome::Passed,
+            level: 0,
         };
         let recorder = (config.record_tasks && config.workers == 1).then(Box::default);
         Worker {
@@ -136,6 +137,7 @@ impl<P: Point> Worker<P> {
     /// If it was told to stop, or by a planted fault.
     pub fn begin(&mut self, phase: Phase, round: u32) -> Result<Vec<Message<P>>, TransportError> {
         self.out.set_round(round);
+        self.known.enter(self.phase, phase, &self.config);
         let _span = self.out.site().round(phase, None);
         self.phase = phase;
         self.step = 0;
@@ -149,6 +151,7 @@ impl<P: Point> Worker<P> {
             Phase::Seam => self.begin_seam(),
             Phase::Radii => self.begin_radii(),
             Phase::Probe => self.begin_probe(),
+            Phase::Neighbours if self.config.correction == Correction::Naive => self.begin_correction(),
             Phase::Neighbours => self.begin_neighbours(),
             Phase::Summaries => self.begin_summaries(),
             Phase::Choice => self.begin_choice(),

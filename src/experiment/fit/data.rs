@@ -316,9 +316,11 @@ fn series_name(line: &Line, machine: bool) -> String {
         ("alpha ", &s.alpha),
         ("k ", &s.k),
         ("sets ", &s.separator_sets),
+        ("cut by ", &s.partition),
+        ("neighbours ", &s.neighbours),
         ("leaf ", &s.leaf),
     ] {
-        if !value.is_empty() && value != "auto" {
+        if !value.is_empty() && !["auto", "sphere", "descent"].contains(&value.as_str()) {
             parts.push(format!("{what}{value}"));
         }
     }

@@ -150,7 +150,10 @@ fn summary(run: &RunData, out: &mut String) {
     let machine =
         format!("{} messages, {}B", say("/machine/messages"), si(get("/machine/bytes").unwrap_or(0.0)));
     card(out, "workers", &say("/machine/workers"), &machine);
-    card(out, "rounds", &say("/machine/rounds"), &format!("{} levels of the tree", say("/tree/levels")));
+    let cut = if word("/parameters/partition") == "kd" { ", cut by k-d planes" } else { "" };
+    let naive = if word("/parameters/neighbours") == "naive" { ", balls corrected naively" } else { "" };
+    let tree = format!("{} levels of the tree{cut}{naive}", say("/tree/levels"));
+    card(out, "rounds", &say("/machine/rounds"), &tree);
     if let Some(depth) = get("/machine/paper/depth") {
         let work = si(get("/machine/paper/work").unwrap_or(0.0));
         card(out, "depth", &grouped(depth), &format!("work {work}, the paper's phases"));

@@ -271,6 +271,25 @@ impl Cost {
         self.then(inner);
     }
 
+    /// The union of two ascending lists, ascending, and of every item whether it is in both: a halving merge
+    /// (Blelloch 1990), charged as vector steps over `m`, `m/2`, ..., 1 items, `m` being both lengths together.
+    pub fn unite<T: Copy + Ord>(&mut self, a: &[T], b: &[T]) -> Vec<(T, bool)> {
+        let mut left = a.len() + b.len();
+        while left > 0 {
+            self.step(left);
+            left = if left == 1 { 0 } else { left.div_ceil(2) };
+        }
+        let mut out = Vec::with_capacity(a.len().max(b.len()));
+        let (mut i, mut j) = (0, 0);
+        while let (Some(&x), Some(&y)) = (a.get(i), b.get(j)) {
+            out.push((x.min(y), x == y));
+            i += usize::from(x <= y);
+            j += usize::from(y <= x);
+        }
+        out.extend(a[i..].iter().chain(&b[j..]).map(|&x| (x, false)));
+        out
+    }
+
     /// A loop on one processor: every trip costs one unit of work and of depth.
     pub fn sequential<A>(&mut self, trips: usize, init: A, mut f: impl FnMut(A, usize) -> A) -> A {
         let mut state = init;
@@ -408,6 +427,18 @@ mod tests {
         let mut cost = Cost::ZERO;
         cost.distinct_inside(&mut vec![1, 1, 2, 2], Ord::cmp);
         assert_eq!((cost.depth(), cost.scans(), cost.depth_log_scan(1 << 20)), (5, 0, 6));
+    }
+
+    #[test]
+    fn unions_name_what_is_in_both() {
+        let mut cost = Cost::ZERO;
+        let both = cost.unite(&[1, 4, 6], &[0, 4, 7, 9]);
+        assert_eq!(both, [(0, false), (1, false), (4, true), (6, false), (7, false), (9, false)]);
+        // 7 + 4 + 2 + 1.
+        assert_eq!((cost.work(), cost.depth(), cost.scans()), (14, 4, 0));
+        assert_eq!(cost.unite::<u32>(&[], &[]), []);
+        assert_eq!(cost.unite(&[3], &[]), [(3, false)]);
+        assert_eq!((cost.work(), cost.depth()), (15, 5));
     }
 
     #[test]

@@ -27,3 +27,5 @@ pub mod measure;
 pub mod ball;
 
 pub mod incremental;
+
+pub mod dependence;

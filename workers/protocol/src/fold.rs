@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::ids::{NodeId, Phase};
-use crate::ledger::{LEADER, LedgerPart};
+use crate::ledger::{Charge, LEADER, LedgerPart};
 
 /// Totals of one phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,8 +81,9 @@ enum Flow {
 
 /// Passes of each phase over the tree, in order. A descent whose answers return is two passes, charged
 /// together at each node on the way down; the way up costs what [`Charge`] holds for it as well.
-fn flow(phase: Phase) -> Flow {
+fn flow(phase: Phase, part: &LedgerPart) -> Flow {
     match phase {
+        Phase::Neighbours if !part.corrections.is_empty() => Flow::Up,
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate => Flow::Up,
         Phase::Partition | Phase::Sets | Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => {
             Flow::Down
@@ -97,6 +98,9 @@ impl Ledger {
         let leaders = part.charges.split_off(&(LEADER, NodeId(0)));
         for ((phase, node), charge) in leaders {
             part.charges.entry((phase & !LEADER, node)).or_default().cost.then(charge.cost);
+        }
+        for (node, charge) in corrections(&part) {
+            part.charges.insert((Phase::Neighbours as u8, node), charge);
         }
         let paper: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_paper()).collect();
         let repair: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_repair()).collect();
@@ -115,6 +119,26 @@ impl Ledger {
             part,
         }
     }
+}
+
+/// Where balls are corrected node by node: what each node's correction costs. It is a descent below the node,
+/// so its chain goes from the node to its children; the scans of each are over its own items.
+fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
+    let mut below: BTreeMap<(u32, NodeId), Charge> = BTreeMap::new();
+    let mut done = BTreeMap::new();
+    let mut rows: Vec<_> = part.corrections.iter().collect();
+    // Children before their parents.
+    rows.sort_by_key(|((_, node), _)| std::cmp::Reverse(*node));
+    for (&(level, node), charge) in rows {
+        let mut all = *charge;
+        all.cost.close(charge.items);
+        all.cost.then(below.remove(&(level, node)).unwrap_or_default().cost);
+        match node.parent().filter(|_| node.level() > level) {
+            Some(parent) => below.entry((level, parent)).or_default().cost.beside(all.cost),
+            None => drop(done.insert(node, all)),
+        }
+    }
+    done
 }
 
 fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<PhaseTotal> {
@@ -183,7 +207,7 @@ impl Clock {
                 continue;
             }
             charges.sort_by_key(|(node, _)| (node.level(), node.0));
-            match flow(phase) {
+            match flow(phase, part) {
                 Flow::Down => clock.down(phase, &charges),
                 Flow::Up => clock.up(phase, &charges),
                 Flow::Local => clock.local(phase, &charges),
@@ -322,6 +346,27 @@ mod tests {
         let sum: u64 = ledger.critical_path.iter().map(|s| s.depth).sum();
         assert_eq!(sum, ledger.paper.depth);
         assert_eq!(ledger.paper.work, 37);
+    }
+
+    #[test]
+    fn a_node_corrects_after_its_children_and_as_deep_as_its_descent() {
+        let mut part = LedgerPart::default();
+        let (l, r, ll) = (NodeId(2), NodeId(3), NodeId(4));
+        part.charge(Phase::Radii, ll, cost(2), 4);
+        part.charge(Phase::Radii, r, cost(3), 4);
+        // The left child: itself, then a leaf. The root: itself, then beside each other left and leaf, right.
+        for (level, node, steps) in
+            [(1, l, 5), (1, ll, 7), (0, NodeId::ROOT, 11), (0, l, 1), (0, ll, 2), (0, r, 4)]
+        {
+            part.charge_correction(level, node, cost(steps), 10);
+        }
+        let words = part.to_words();
+        assert_eq!(LedgerPart::from_words(&words).as_ref(), Some(&part));
+        let ledger = Ledger::finish(part, 10);
+        assert_eq!(ledger.paper.depth, 2 + (5 + 7) + (11 + 4));
+        assert_eq!(ledger.paper.work, 2 + 3 + 5 + 7 + 11 + 1 + 2 + 4);
+        let path: Vec<NodeId> = ledger.critical_path.iter().map(|s| s.node).collect();
+        assert_eq!(path, [ll, l, NodeId::ROOT]);
     }
 
     #[test]

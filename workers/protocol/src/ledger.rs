@@ -215,6 +215,8 @@ pub struct LedgerPart {
     pub senders: BTreeMap<(u32, u8, Rank), Traffic>,
     /// By phase number and node.
     pub charges: BTreeMap<(u8, NodeId), Charge>,
+    /// Where balls are corrected node by node: by level of the correcting node, and node its descent visits.
+    pub corrections: BTreeMap<(u32, NodeId), Charge>,
     /// By node.
     pub nodes: BTreeMap<NodeId, NodeFacts>,
     /// Order-free hash of all graph edges.
@@ -233,6 +235,13 @@ impl LedgerPart {
     /// members' charge when the ledger is folded.
     pub fn charge_leader(&mut self, phase: Phase, node: NodeId, cost: Cost) {
         self.charges.entry((phase as u8 | LEADER, node)).or_default().cost.then(cost);
+    }
+
+    /// Charges what the correction of the balls of an ancestor of `node`, at this level, does at `node`.
+    pub fn charge_correction(&mut self, level: u32, node: NodeId, cost: Cost, items: u64) {
+        let entry = self.corrections.entry((level, node)).or_default();
+        entry.cost.then(cost);
+        entry.items = entry.items.max(items);
     }
 
     /// The facts of a node, to be filled in.
@@ -280,6 +289,11 @@ impl LedgerPart {
             entry.cost.beside(charge.cost);
             entry.items += charge.items;
         }
+        for (key, charge) in &other.corrections {
+            let entry = self.corrections.entry(*key).or_default();
+            entry.cost.beside(charge.cost);
+            entry.items += charge.items;
+        }
         for (node, facts) in &other.nodes {
             self.nodes.entry(*node).or_default().add(facts);
         }
@@ -295,6 +309,7 @@ impl LedgerPart {
             self.edge_hash,
             self.links.len() as u64,
             self.senders.len() as u64,
+            self.corrections.len() as u64,
         ];
         for ((round, phase), tally) in &self.rounds {
             out.extend([u64::from(*round), u64::from(*phase)]);
@@ -302,6 +317,10 @@ impl LedgerPart {
         }
         for ((phase, node), charge) in &self.charges {
             out.extend([u64::from(*phase), node.0, charge.items]);
+            out.extend(charge.cost.to_parts());
+        }
+        for ((level, node), charge) in &self.corrections {
+            out.extend([u64::from(*level), node.0, charge.items]);
             out.extend(charge.cost.to_parts());
         }
         for (node, facts) in &self.nodes {
@@ -322,7 +341,7 @@ impl LedgerPart {
     /// The part in these numbers; `None` if they are not one.
     pub fn from_words(words: &[u64]) -> Option<Self> {
         let mut part = LedgerPart::default();
-        let (head, mut rest) = words.split_at_checked(6)?;
+        let (head, mut rest) = words.split_at_checked(7)?;
         part.edge_hash = head[3];
         for _ in 0..head[0] {
             let (row, tail) = rest.split_at_checked(2 + RoundTally::LEN)?;
@@ -335,6 +354,13 @@ impl LedgerPart {
             let cost = Cost::from_parts([row[3], row[4], row[5], row[6]]);
             let key = (u8::try_from(row[0]).ok()?, NodeId(row[1]));
             part.charges.insert(key, Charge { cost, items: row[2] });
+            rest = tail;
+        }
+        for _ in 0..head[6] {
+            let (row, tail) = rest.split_at_checked(7)?;
+            let cost = Cost::from_parts([row[3], row[4], row[5], row[6]]);
+            part.corrections
+                .insert((u32::try_from(row[0]).ok()?, NodeId(row[1])), Charge { cost, items: row[2] });
             rest = tail;
         }
         for _ in 0..head[2] {

@@ -1,13 +1,19 @@
 //! Faults that tests plant in a machine: what a fault-free run never shows has to be run, too.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
+use septet_geometry::cost::Cost;
+use septet_geometry::point::{Point, dist2};
+use septet_geometry::separator::{SEPARATOR_WORDS, Separator};
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::{Charge, LedgerPart};
 use septet_protocol::transport::TransportError;
 use thiserror::Error;
 
-/// One planted fault. As text: `refuse:2-3`, `spoil:1`, `die:2:hulls`.
+/// One planted fault. As text: `refuse:2-3`, `spoil:1`, `die:2:hulls`, `halve-alpha`, `small-sphere`, `one-clock`,
+/// `free-loop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Leaders leave the shared nodes with these path numbers unsplit: their group's lowest rank holds each
@@ -30,17 +36,75 @@ pub enum Fault {
         /// The phase.
         phase: Phase,
     },
+    /// Graphs are built with half the alpha that was settled on.
+    HalveAlpha,
+    /// Every separator is a sphere round one sample that holds a twentieth of the points, and is accepted.
+    SmallSphere,
+    /// A worker has one clock for all its subproblems: they wait for each other.
+    OneClock,
+    /// The radii inside leaves are charged a step a point, not one a pair.
+    FreeLoop,
 }
 
 /// Why a text names no fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{0}` is no fault: expected refuse:NODE[-NODE], spoil:RANK or die:RANK:PHASE")]
+#[error(
+    "`{0}` is no fault: expected refuse:NODE[-NODE], spoil:RANK, die:RANK:PHASE, halve-alpha, \
+     small-sphere, one-clock or free-loop"
+)]
 pub struct FaultTextError(String);
 
 impl Fault {
     /// Is the node to be left unsplit?
     pub(crate) fn refuses(self, node: NodeId) -> bool {
         matches!(self, Fault::RefuseSplit { first, last } if (first..=last).contains(&node))
+    }
+
+    /// The separator in place of a drawn one.
+    pub(crate) fn separator<P: Point>(self, samples: &[P]) -> Option<Separator<P>> {
+        if self != Fault::SmallSphere {
+            return None;
+        }
+        let centre = *samples.first()?;
+        let mut distances: Vec<f64> = samples.iter().map(|&x| dist2(x, centre)).collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        // Halfway between the last sample inside and the first outside.
+        let inside = (distances.len() / 20).max(1);
+        let radius = (0.5 * (distances[inside - 1] + distances.get(inside)?)).sqrt();
+        let mut words = [0.0; SEPARATOR_WORDS];
+        for (i, word) in words.iter_mut().enumerate().take(P::DIM) {
+            *word = centre.coord(i);
+        }
+        (words[3], words[4], words[8]) = (1.0, 0.5 / radius, -0.5 * radius);
+        Separator::from_array(&words)
+    }
+
+    /// Is any split accepted that leaves no side empty?
+    pub(crate) fn accepts(self, inside: u64, outside: u64) -> bool {
+        self == Fault::SmallSphere && inside > 0 && outside > 0
+    }
+
+    /// The charge of leaves' radii in place of the true one.
+    pub(crate) fn charge_of_radii(self, members: &[u32]) -> Option<Cost> {
+        (self == Fault::FreeLoop).then(|| {
+            let mut cost = Cost::ZERO;
+            cost.map(members, |_| ());
+            cost
+        })
+    }
+
+    /// What a worker's ledger says of its charges in the end.
+    pub(crate) fn distort(self, ledger: &mut LedgerPart) {
+        if self != Fault::OneClock {
+            return;
+        }
+        let mut clocks: BTreeMap<(u8, NodeId), Charge> = BTreeMap::new();
+        for ((phase, _), charge) in std::mem::take(&mut ledger.charges) {
+            let clock = clocks.entry((phase, NodeId::ROOT)).or_default();
+            clock.cost.then(charge.cost);
+            clock.items += charge.items;
+        }
+        ledger.charges = clocks;
     }
 
     /// Ends a worker whose time has come.
@@ -61,6 +125,10 @@ impl fmt::Display for Fault {
             Fault::RefuseSplit { first, last } => write!(f, "refuse:{}-{}", first.0, last.0),
             Fault::SpoilStar { rank } => write!(f, "spoil:{rank}"),
             Fault::DieAt { rank, phase } => write!(f, "die:{rank}:{}", phase.name()),
+            Fault::HalveAlpha => f.write_str("halve-alpha"),
+            Fault::SmallSphere => f.write_str("small-sphere"),
+            Fault::OneClock => f.write_str("one-clock"),
+            Fault::FreeLoop => f.write_str("free-loop"),
         }
     }
 }
@@ -74,6 +142,13 @@ impl FromStr for Fault {
 }
 
 fn parse(text: &str) -> Option<Fault> {
+    match text {
+        "halve-alpha" => return Some(Fault::HalveAlpha),
+        "small-sphere" => return Some(Fault::SmallSphere),
+        "one-clock" => return Some(Fault::OneClock),
+        "free-loop" => return Some(Fault::FreeLoop),
+        _ => {}
+    }
     let (kind, rest) = text.split_once(':')?;
     match kind {
         "refuse" => {
@@ -96,7 +171,9 @@ mod tests {
 
     #[test]
     fn faults_survive_the_text() {
-        for text in ["refuse:2-3", "spoil:1", "die:2:hulls"] {
+        for text in
+            ["refuse:2-3", "spoil:1", "die:2:hulls", "halve-alpha", "small-sphere", "one-clock", "free-loop"]
+        {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
         }
         assert_eq!("refuse:5".parse::<Fault>().unwrap().to_string(), "refuse:5-5");

@@ -7,7 +7,7 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use thiserror::Error;
 
-use super::{SetRule, Stop, Wanted, WorkerConfig};
+use super::{Correction, Partition, SetRule, Stop, Wanted, WorkerConfig};
 
 /// Why a line is no configuration: the field, counted from zero.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -37,6 +37,8 @@ impl fmt::Display for WorkerConfig {
             view,
             exchange_cap,
             fault,
+            partition,
+            correction,
             record_tasks,
             stop: _,
         } = self;
@@ -67,7 +69,7 @@ impl fmt::Display for WorkerConfig {
             Some(fault) => write!(f, " {fault}")?,
             None => f.write_str(" -")?,
         }
-        write!(f, " {record_tasks}")
+        write!(f, " {} {} {record_tasks}", partition.name(), correction.name())
     }
 }
 
@@ -77,7 +79,7 @@ impl FromStr for WorkerConfig {
     fn from_str(line: &str) -> Result<Self, ConfigTextError> {
         let fields: Vec<&str> = line.split(' ').collect();
         let fail = |field: usize| ConfigTextError { line: line.to_string(), field };
-        if fields.len() != 15 {
+        if fields.len() != 17 {
             return Err(fail(fields.len()));
         }
         let parameter = fields[6];
@@ -122,7 +124,17 @@ impl FromStr for WorkerConfig {
             view: parse(&fields, 11).ok_or_else(|| fail(11))?,
             exchange_cap,
             fault,
-            record_tasks: parse(&fields, 14).ok_or_else(|| fail(14))?,
+            partition: match fields[14] {
+                "sphere" => Partition::Sphere,
+                "kd" => Partition::Kd,
+                _ => return Err(fail(14)),
+            },
+            correction: match fields[15] {
+                "descent" => Correction::Descent,
+                "naive" => Correction::Naive,
+                _ => return Err(fail(15)),
+            },
+            record_tasks: parse(&fields, 16).ok_or_else(|| fail(16))?,
             stop: Stop::default(),
         })
     }
@@ -163,13 +175,15 @@ mod tests {
                 exchange_cap: (!odd).then_some(9),
                 fault: odd.then_some(Fault::SpoilStar { rank: 2 }),
                 stop: Stop::default(),
+                partition: [Partition::Sphere, Partition::Kd][i % 2],
+                correction: [Correction::Naive, Correction::Descent][i % 2],
                 record_tasks: odd,
             };
             let line = config.to_string();
             let back: WorkerConfig = line.parse().unwrap();
             assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
             let cut = line.rsplit_once(' ').unwrap().0;
-            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 14);
+            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 16);
             let torn =
                 line.replacen("density", "dense", 1).replacen("knn", "k", 1).replacen("overlap", "o", 1);
             assert_eq!(torn.parse::<WorkerConfig>().unwrap_err().field, 5);

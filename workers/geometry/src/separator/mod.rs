@@ -31,8 +31,8 @@ mod draw;
 mod tests;
 
 pub use draw::{
-    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, TRIES, draw, is_sample,
-    split_bound,
+    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, TRIES, cut, draw,
+    is_sample, split_bound,
 };
 
 use crate::point::Point;

@@ -356,3 +356,34 @@ fn malformed_words_are_refused() {
         assert_eq!(Separator::<DVec3>::from_array(&bad), None, "{slot} {value}");
     }
 }
+
+/// Longest side first, the others at the next attempts; at the median; equal coordinates stay together; and
+/// nothing is charged that only spheres need.
+#[test]
+fn cuts_are_medians_of_the_longest_side() {
+    let mut slab = uniform::<DVec3>(399, 4);
+    for p in &mut slab {
+        *p = DVec3::new(p.x, 9.0 * p.y, 0.5 * p.z);
+    }
+    let attempt = |attempt| DrawKey { attempt, ..key(1) };
+    for (i, axis) in [1, 0, 2, 1].into_iter().enumerate() {
+        let mut cost = Cost::default();
+        let drawn = cut(attempt(i as u32), &slab, &mut cost);
+        let plane = drawn.separator.unwrap();
+        assert_eq!(drawn.kind, DrawKind::Plane { why: PlaneReason::AskedFor });
+        assert_eq!(plane.to_array()[5 + axis], 1.0, "attempt {i}");
+        assert_eq!(slab.iter().filter(|&&p| plane.side(p) == Side::Interior).count().abs_diff(199), 0);
+        assert_eq!(drawn.estimated_ratio, 200.0 / 399.0);
+        let sphere = &mut Cost::default();
+        draw(attempt(i as u32), 399, &slab, sphere);
+        assert!(cost.depth() < 40 && 5 * cost.work() < sphere.work(), "{cost:?} {sphere:?}");
+    }
+    // Three of four points on one plane: it is a side of its own, whole.
+    let sheets: Vec<DVec2> =
+        (0..40u8).map(|i| DVec2::new(f64::from(i % 4 / 3), f64::from(i) / 99.0)).collect();
+    let drawn = cut(key(1), &sheets, &mut Cost::default());
+    assert_eq!(drawn.estimated_ratio, 0.75);
+    let one = [DVec2::ONE; 3];
+    assert_eq!(cut(key(1), &one, &mut Cost::default()).kind, DrawKind::None { why: NoneReason::Coincident });
+    assert_eq!(cut(key(1), &one[..0], &mut Cost::default()).separator, None);
+}

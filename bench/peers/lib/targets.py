@@ -1,0 +1,64 @@
+"""What septet is to reach, and whether a measurement shows it."""
+from lib import programs, sets
+
+# Set, what the fastest program on two threads takes as far as was known before, what must be reached, what is aimed
+# at: as ratios to CGAL on one thread.
+RATIOS = [
+    ("uniform-1e6", "HXT 0.30", 0.45, 0.25),
+    ("uniform-4e6", "HXT 0.28", 0.42, 0.26),
+    ("jittered-1e6", "HXT ~0.30", 0.45, 0.27),
+    ("radial-1e6", "HXT 0.35", 0.45, 0.30),
+    ("sphere-1e5", "CGAL 1.0", 1.0, 0.5),
+    ("grid-1e6", "CGAL 0.57", 0.6, 0.3),
+    ("uniform-1e6-2d", "CGAL 1.0", 0.8, 0.55),
+]
+
+
+def judged(value, must, aim, more=False):
+    """Less is better, unless `aim` is above `must` or `more` says so."""
+    sign = -1 if more or aim > must else 1
+    if sign * value <= sign * aim:
+        return "aim"
+    return "must" if sign * value <= sign * must else "no"
+
+
+def ratios(rows):
+    """The table of ratios; sets that were not measured stay in, without figures."""
+    by_key = {(row["set"], row["program"]): row for row in rows if row["runs"]}
+    table = []
+    for name, known, must, aim in RATIOS:
+        ours = by_key.get((name, programs.SEPTET[2]), {})
+        reference = by_key.get((name, programs.REFERENCE), {})
+        rivals = [row for (of, program), row in by_key.items() if of == name and programs.BY_NAME[program].driver
+                  and not programs.BY_NAME[program].caveat and "ratio" in row]
+        fastest = min(rivals, key=lambda row: row["ratio"], default={})
+        ratio = ours.get("ratio")
+        table.append({"set": name, "label": sets.named(name).label, "cgal_seconds": reference.get("seconds"),
+                      "septet_seconds": ours.get("seconds"), "ratio": ratio, "fastest": fastest.get("program_label"),
+                      "fastest_ratio": fastest.get("ratio"),
+                      "fastest_known": known, "must": must, "aim": aim,
+                      "reached": "not measured" if ratio is None else judged(ratio, must, aim)})
+    return table
+
+
+def others(rows):
+    """The other targets that these runs show."""
+    by_key = {(row["set"], row["program"]): row for row in rows if row["runs"]}
+    one, two = ({name: by_key.get((name, programs.SEPTET[threads])) for name in ("uniform-1e6", "uniform-4e6")}
+                for threads in (1, 2))
+    table = []
+
+    def add(what, value, must, aim, unit="", more=False):
+        table.append({"what": what, "value": value, "must": must, "aim": aim, "unit": unit,
+                      "reached": "not measured" if value is None else judged(value, must, aim, more)})
+
+    small, large = two["uniform-1e6"], two["uniform-4e6"]
+    alone = one["uniform-1e6"]
+    add("speed-up from 1 worker on 1 thread to 2 on 2, uniform 1e6",
+        alone["seconds"] / small["seconds"] if alone and small else None, 1.6, 1.6, more=True)
+    add("1 worker on 1 thread to CGAL, uniform 1e6", alone.get("ratio") if alone else None, 0.85, 0.55)
+    for row, size in ((small, "1e6"), (large, "4e6")):
+        add(f"memory growth, uniform {size}", row.get("bytes_per_cell") if row else None, 80, 50, "bytes a tetrahedron")
+    add("time per point, uniform 4e6 to 1e6", large["ns_per_point"] / small["ns_per_point"] if small and large else None, 1.15,
+        1.15)
+    return table

@@ -1,0 +1,86 @@
+//! One descent of all balls against the naive correction, node by node.
+
+use std::error::Error;
+
+use septet::config::{Correction, Until};
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::model::Points;
+use septet::protocol::ids::Phase;
+use septet::{Config, count};
+
+use super::plan::{Plan, tell};
+use super::table::{Table, mean, whole};
+
+/// Small, so that the tree has levels at these sizes.
+const LEAF: u64 = 64;
+
+const NAMES: [&str; 9] =
+    ["set", "d", "n", "correction", "levels", "depth", "depth / levels", "work", "rounds"];
+
+/// One row for each dimension, size and correction, of uniform sets. Counts are those of the phases probe (the
+/// descent's alone) and neighbours.
+pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
+    let mut table = Table::new(&NAMES);
+    for &dimension in &plan.dimensions {
+        for &n in &plan.sizes {
+            tell("correction", Kind::Uniform, n, dimension);
+            let sets = plan.sets(Kind::Uniform, n, dimension)?;
+            for correction in [Correction::Descent, Correction::Naive] {
+                let mut sum = Sum::default();
+                for (set, config) in &sets {
+                    let config = Config {
+                        correction,
+                        leaf: Some(LEAF),
+                        until: Some(Until::Neighbours),
+                        ..config.clone()
+                    };
+                    match &set.points {
+                        Points::Plane(points) => sum.add(points, &config)?,
+                        Points::Space(points) => sum.add(points, &config)?,
+                    }
+                }
+                table.push(sum.row(dimension, n, correction));
+            }
+        }
+    }
+    Ok(table)
+}
+
+/// Sums over the seeds.
+#[derive(Default)]
+struct Sum {
+    runs: u64,
+    levels: u64,
+    depth: u64,
+    work: u64,
+    rounds: u64,
+}
+
+impl Sum {
+    fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), septet::Error> {
+        let ledger = count(points, config)?.ledger;
+        self.runs += 1;
+        self.levels += u64::from(ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0));
+        for phase in ledger.phases.iter().filter(|p| matches!(p.phase, Phase::Probe | Phase::Neighbours)) {
+            self.depth += phase.depth;
+            self.work += phase.work;
+            self.rounds += phase.rounds;
+        }
+        Ok(())
+    }
+
+    fn row(&self, dimension: usize, n: u64, correction: Correction) -> Vec<String> {
+        vec![
+            Kind::Uniform.to_string(),
+            dimension.to_string(),
+            n.to_string(),
+            correction.name().to_string(),
+            mean(self.levels, self.runs),
+            mean(self.depth, self.runs),
+            format!("{:.2}", self.depth as f64 / self.levels.max(1) as f64),
+            whole(self.work, self.runs),
+            mean(self.rounds, self.runs),
+        ]
+    }
+}

@@ -1,0 +1,95 @@
+//! The recursion against incremental insertion.
+
+use std::error::Error;
+
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::model::Points;
+use septet::rival::incremental;
+use septet::{Config, simulate};
+
+use super::plan::{Plan, tell};
+use super::table::{Table, mean, whole};
+
+const NAMES: [&str; 13] = [
+    "set",
+    "d",
+    "n",
+    "recursion: depth",
+    "its repair: depth",
+    "insertion: depth",
+    "insertion: depth with unions 1",
+    "insertion: chain",
+    "recursion: work",
+    "its repair: work",
+    "insertion: work",
+    "recursion: n processors",
+    "insertion: n processors",
+];
+
+/// Sets for which the recursion's theorem is stated, and sets for which it is not.
+const KINDS: [Kind; 2] = [Kind::WellSpaced, Kind::Uniform];
+
+/// One row for each dimension, kind and size.
+pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
+    let mut table = Table::new(&NAMES);
+    for &dimension in &plan.dimensions {
+        for kind in KINDS {
+            for &n in &plan.sizes {
+                tell("insertion", kind, n, dimension);
+                let mut sum = Sum::default();
+                for (set, config) in &plan.sets(kind, n, dimension)? {
+                    match &set.points {
+                        Points::Plane(points) => sum.add(points, config)?,
+                        Points::Space(points) => sum.add(points, config)?,
+                    }
+                }
+                table.push(sum.row(kind, dimension, n));
+            }
+        }
+    }
+    Ok(table)
+}
+
+/// Sums over the seeds, in the order of the columns.
+#[derive(Default)]
+struct Sum {
+    runs: u64,
+    counts: [u64; 10],
+}
+
+impl Sum {
+    fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), Box<dyn Error>> {
+        let run = simulate(points, config)?;
+        let rival = incremental(points, config)?;
+        if rival.cells != run.cells() {
+            return Err("insertion and recursion do not give the same cells".into());
+        }
+        let (paper, repair) = (&run.ledger.paper, &run.ledger.repair);
+        let row = [
+            paper.depth,
+            repair.depth,
+            rival.clock.steps,
+            rival.clock.hashed,
+            rival.clock.chain,
+            paper.work,
+            repair.work,
+            rival.rounds.iter().map(|r| r.work).sum(),
+            paper.brent + repair.brent,
+            rival.brent,
+        ];
+        self.runs += 1;
+        self.counts.iter_mut().zip(row).for_each(|(sum, count)| *sum += count);
+        Ok(())
+    }
+
+    fn row(&self, kind: Kind, dimension: usize, n: u64) -> Vec<String> {
+        let mut row = vec![kind.to_string(), dimension.to_string(), n.to_string()];
+        // Chains are short: a tenth counts.
+        let shown = |(at, &sum): (usize, &u64)| {
+            if at < 5 { mean(sum, self.runs) } else { whole(sum, self.runs) }
+        };
+        row.extend(self.counts.iter().enumerate().map(shown));
+        row
+    }
+}

@@ -1,0 +1,36 @@
+//! Rivals by their counts alone: spheres against k-d planes, one descent of all balls against the naive
+//! correction, the recursion against incremental insertion. Three tables, each as Markdown and CSV. See
+//! `bench/README.md`.
+
+mod correction;
+mod cuts;
+mod insertion;
+mod plan;
+mod table;
+
+use std::error::Error;
+use std::path::Path;
+
+use plan::Plan;
+use table::Table;
+
+const USAGE: &str = "rivals DIRECTORY [SIZES=2^12,2^14,2^16] [SEEDS=2] [WORKERS=16] \
+                     [KINDS=uniform,graded,clusters,slab,sphere] [DIMENSIONS=2,3]";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let Some(directory) = args.first() else { return Err(USAGE.into()) };
+    let directory = Path::new(directory);
+    std::fs::create_dir_all(directory)?;
+    let plan = Plan::parse(&args[1..])?;
+    write(directory, "correction", &correction::table(&plan)?)?;
+    write(directory, "insertion", &insertion::table(&plan)?)?;
+    write(directory, "cuts", &cuts::table(&plan)?)
+}
+
+fn write(directory: &Path, name: &str, table: &Table) -> Result<(), Box<dyn Error>> {
+    std::fs::write(directory.join(name).with_extension("md"), table.markdown())?;
+    std::fs::write(directory.join(name).with_extension("csv"), table.csv())?;
+    println!("{}", table.markdown());
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! What a check that does not hold says.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::experiment::fit::{FitReport, Request, fit};
+use crate::experiment::{Line, RoundLine};
+
+/// A run in the table of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Distinct points.
+    pub n: u64,
+    /// Workers.
+    pub workers: u32,
+    /// Seed of the set and of the draws.
+    pub seed: u64,
+    /// The count.
+    pub counted: f64,
+    /// What it was held against.
+    pub bound: f64,
+    /// Did it go beyond?
+    pub beyond: bool,
+}
+
+impl Row {
+    pub(super) fn at_most(line: &Line, counted: f64, bound: f64) -> Row {
+        let Line { n, workers, seed, .. } = *line;
+        // What is no number is beyond every bound.
+        let beyond = counted.is_nan() || bound.is_nan() || counted > bound;
+        Row { n, workers, seed, counted, bound, beyond }
+    }
+}
+
+/// Counts beyond their bound. As text: what, the table, the fit if there is one, the first round beyond.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub struct Broken {
+    /// What was counted, and how it stands to the bound.
+    pub what: String,
+    /// All runs that were looked at.
+    pub table: Vec<Row>,
+    /// How the count grows, where there are sizes enough to say.
+    pub fit: Option<Box<FitReport>>,
+    /// The first round, level or count that went beyond the bound, in words.
+    pub first: Option<String>,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.what)?;
+        if !self.table.is_empty() {
+            let (n, workers, seed, counted, bound) = ("n", "workers", "seed", "counted", "bound");
+            writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}")?;
+        }
+        for row in &self.table {
+            let mark = if row.beyond { "  <- beyond it" } else { "" };
+            let (counted, bound) = (short(row.counted), short(row.bound));
+            let Row { n, workers, seed, .. } = row;
+            writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}{mark}")?;
+        }
+        match &self.fit {
+            Some(report) => write!(f, "{}", report.text())?,
+            None if self.table.len() > 1 => writeln!(f, "  too few sizes for a fit")?,
+            None => {}
+        }
+        match &self.first {
+            Some(first) => write!(f, "  first {first}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A number of at most five digits after the point, as few as it takes.
+pub(super) fn short(x: f64) -> String {
+    if x == x.trunc() && x.abs() < 1e15 {
+        return format!("{x:.0}");
+    }
+    let text = format!("{x:.5}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
+}
+
+/// A round in words.
+pub(super) fn told(round: &RoundLine) -> String {
+    let RoundLine { round, phase, merged, points, messages, bytes, .. } = round;
+    format!(
+        "round beyond it: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, {points} points"
+    )
+}
+
+/// The outcome of comparing a count of each run with a bound of its own.
+pub(super) fn judged(
+    lines: &[Line],
+    what: &str,
+    bound_text: &str,
+    count: impl Fn(&Line) -> (f64, f64),
+    question: Option<&Request>,
+    first: impl Fn(&Line, f64) -> Option<String>,
+) -> Result<(), Broken> {
+    let rows: Vec<Row> = lines
+        .iter()
+        .map(|line| {
+            let (counted, bound) = count(line);
+            Row::at_most(line, counted, bound)
+        })
+        .collect();
+    let Some(at) = rows.iter().position(|row| row.beyond) else {
+        return if lines.is_empty() { Err(nothing(what)) } else { Ok(()) };
+    };
+    let (counted, bound) = (short(rows[at].counted), short(rows[at].bound));
+    Err(Broken {
+        what: format!("{what}: {counted} above {bound} = {bound_text}"),
+        fit: question.and_then(|request| fit(lines, request).ok()).map(Box::new),
+        first: first(&lines[at], rows[at].bound),
+        table: rows,
+    })
+}
+
+/// A check of no run at all does not hold.
+pub(super) fn nothing(what: &str) -> Broken {
+    Broken { what: format!("{what}: no run to look at"), table: Vec::new(), fit: None, first: None }
+}

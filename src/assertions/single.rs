@@ -1,0 +1,232 @@
+//! Checks of runs, one by one: each of them has to keep the bound.
+
+use crate::experiment::fit::{Key, Request};
+use crate::experiment::{LevelLine, Line, RoundLine};
+
+use super::Counted;
+use super::broken::{Broken, Row, judged, nothing, short, told};
+
+fn logarithm(n: f64, slope: f64, constant: f64) -> f64 {
+    slope * n.max(1.0).log2() + constant
+}
+
+fn law(slope: f64, constant: f64) -> String {
+    let (sign, size) = if constant < 0.0 { ('-', -constant) } else { ('+', constant) };
+    format!("{} log2 n {sign} {}", short(slope), short(size))
+}
+
+/// Levels of the partition tree below the root: at most `slope log2 n + constant`.
+///
+/// # Errors
+/// A run with more.
+pub fn levels(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), Broken> {
+    tree_levels(&counted.lines(), &law(slope, constant), |line| logarithm(line.n as f64, slope, constant))
+}
+
+/// Levels of the partition tree below the root: at most `slope log2(n / leaf) + constant`.
+///
+/// # Errors
+/// A run with more.
+pub fn levels_over_leaf(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), Broken> {
+    let text = law(slope, constant).replace("log2 n", "log2(n/leaf)");
+    tree_levels(&counted.lines(), &text, |line| {
+        logarithm(line.n as f64 / line.leaf.max(1) as f64, slope, constant)
+    })
+}
+
+fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Result<(), Broken> {
+    let count = |line: &Line| (f64::from(line.tree.levels), bound(line));
+    let first = |line: &Line, bound: f64| {
+        let level = line.levels.iter().find(|level| f64::from(level.level) > bound)?;
+        let LevelLine { level, nodes, points, .. } = level;
+        Some(format!("level beyond it: level {level}, {nodes} nodes with {points} points"))
+    };
+    judged(lines, "levels of the tree", text, count, Some(&Request::new(Key::Levels, None)), first)
+}
+
+/// The largest depth that one subproblem of any level has in this phase: at most `most`, whatever its size.
+///
+/// # Errors
+/// A level with a larger one.
+pub fn depth_of_levels(counted: &impl Counted, phase: &str, most: u64) -> Result<(), Broken> {
+    let of_level = |level: &LevelLine| level.depth.get(phase).map_or(0, |depth| depth.largest);
+    let count = |line: &Line| {
+        let largest = line.levels.iter().map(of_level).max();
+        (largest.map_or(f64::NAN, |depth| depth as f64), most as f64)
+    };
+    let first = |line: &Line, bound: f64| {
+        let level = line.levels.iter().find(|level| of_level(level) as f64 > bound)?;
+        let (depth, LevelLine { level: number, largest, .. }) = (of_level(level), level);
+        Some(format!("level beyond it: level {number}, depth {depth}, largest node of {largest} points"))
+    };
+    let question = Request::new(Key::LevelDepth, Some(phase));
+    let what = format!("largest depth of a subproblem in {phase}");
+    judged(&counted.lines(), &what, "the most it may be", count, Some(&question), first)
+}
+
+/// Rounds of the phase in which something was sent: at most `slope log2 n + constant`.
+///
+/// # Errors
+/// A run with more.
+pub fn rounds(counted: &impl Counted, phase: &str, slope: f64, constant: f64) -> Result<(), Broken> {
+    let count = |line: &Line| {
+        let rounds = line.phase(phase).map_or(0, |p| p.rounds);
+        (rounds as f64, logarithm(line.n as f64, slope, constant))
+    };
+    let first = |line: &Line, bound: f64| {
+        let sent = |r: &&RoundLine| r.phase == phase && r.messages > 0;
+        line.rounds.iter().filter(sent).nth(bound.max(0.0) as usize).map(told)
+    };
+    let question = Request::new(Key::Rounds, Some(phase));
+    let what = format!("rounds of {phase}");
+    judged(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
+}
+
+/// Rounds that merge results of two subproblems into one: at most `slope log2 n + constant`. All results
+/// together are one less than leaves: that, too, is checked.
+///
+/// # Errors
+/// A run with more rounds, or whose results do not add up.
+pub fn merges(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), Broken> {
+    let lines = counted.lines();
+    let merging = |line: &Line| line.rounds.iter().filter(|r| r.merged > 0).cloned().collect::<Vec<_>>();
+    for line in &lines {
+        let merged: u64 = merging(line).iter().map(|r| r.merged).sum();
+        let splits = line.tree.nodes - line.tree.leaves;
+        if merged != splits {
+            return Err(Broken {
+                what: format!("results merged: {merged} of {splits} splits"),
+                table: vec![Row::at_most(line, merged as f64, splits as f64)],
+                fit: None,
+                first: merging(line).first().map(told),
+            });
+        }
+    }
+    let count = |line: &Line| (merging(line).len() as f64, logarithm(line.n as f64, slope, constant));
+    let first = |line: &Line, bound: f64| merging(line).get(bound.max(0.0) as usize).map(told);
+    judged(&lines, "rounds that merge results", &law(slope, constant), count, None, first)
+}
+
+/// Messages of the phase over workers: at most `slope log2 n + constant`.
+///
+/// # Errors
+/// A run with more.
+pub fn messages_per_worker(
+    counted: &impl Counted,
+    phase: &str,
+    slope: f64,
+    constant: f64,
+) -> Result<(), Broken> {
+    let count = |line: &Line| {
+        let messages = line.phase(phase).map_or(0, |p| p.messages);
+        (messages as f64 / f64::from(line.workers.max(1)), logarithm(line.n as f64, slope, constant))
+    };
+    let first = |line: &Line, bound: f64| {
+        beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.messages)
+    };
+    let question = Request::new(Key::Messages, Some(phase));
+    let what = format!("messages of {phase} a worker");
+    judged(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
+}
+
+/// Bytes of the phase: at most `factor n^(1 - 1/d)`, what crosses one separator.
+///
+/// # Errors
+/// A run with more.
+pub fn bytes(counted: &impl Counted, phase: &str, factor: f64) -> Result<(), Broken> {
+    let count = |line: &Line| {
+        let surface = (line.n as f64).powf(1.0 - 1.0 / line.dimension as f64);
+        (line.phase(phase).map_or(0, |p| p.bytes) as f64, factor * surface)
+    };
+    let first = |line: &Line, bound: f64| beyond(line, phase, bound, |round| round.bytes);
+    let question = Request::new(Key::Bytes, Some(phase));
+    let text = format!("{} n^(1-1/d)", short(factor));
+    judged(&counted.lines(), &format!("bytes of {phase}"), &text, count, Some(&question), first)
+}
+
+/// The first round of a phase at which the sum so far is above the bound.
+fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundLine) -> u64) -> Option<String> {
+    let mut sum = 0;
+    let over = |round: &&RoundLine| {
+        sum += of(round);
+        sum as f64 > bound
+    };
+    line.rounds.iter().filter(|r| r.phase == phase).find(over).map(told)
+}
+
+/// No star was changed after the local hulls, nothing was exchanged and nothing gathered: the supergraph held
+/// the triangulation.
+///
+/// # Errors
+/// A run that repaired, or stopped before it could.
+pub fn no_repair(counted: &impl Counted) -> Result<(), Broken> {
+    let count = |line: &Line| {
+        let end = line.end.map(|end| end.exchange_rounds + end.stars_repaired + end.gathered);
+        (end.map_or(f64::NAN, |sum| sum as f64), 0.0)
+    };
+    let first =
+        |line: &Line, _: f64| line.rounds.iter().find(|r| r.phase == "repair" && r.messages > 0).map(told);
+    let question = Request::new(Key::ExchangeRounds, None);
+    let what = "rounds of exchange, stars repaired and points gathered";
+    judged(&counted.lines(), what, "none", count, Some(&question), first)
+}
+
+/// Everything that may not depend on workers is the same in all runs: tree, levels, work and depth of every
+/// phase, graph.
+///
+/// # Errors
+/// Two runs that differ, and in what.
+pub fn same_counts(counted: &impl Counted) -> Result<(), Broken> {
+    let lines = counted.lines();
+    let Some((reference, others)) = lines.split_first() else { return Err(nothing("same counts")) };
+    for line in others {
+        if let Some(first) = difference(reference, line) {
+            return Err(Broken {
+                what: format!("counts differ between {} and {} workers", reference.workers, line.workers),
+                table: Vec::new(),
+                fit: None,
+                first: Some(first),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The first count in which two runs differ.
+fn difference(a: &Line, b: &Line) -> Option<String> {
+    let differs = |what: String, a: &dyn std::fmt::Debug, b: &dyn std::fmt::Debug| {
+        Some(format!("difference: {what}: {a:?} and {b:?}"))
+    };
+    if a.n != b.n {
+        return differs("points".to_string(), &a.n, &b.n);
+    }
+    if a.tree != b.tree {
+        return differs("the tree".to_string(), &a.tree, &b.tree);
+    }
+    for (x, y) in a.levels.iter().zip(&b.levels) {
+        let of = |level: &LevelLine| {
+            let mut level = level.clone();
+            level.depth.retain(|_, depth| depth.sum > 0);
+            level
+        };
+        if of(x) != of(y) {
+            return differs(format!("level {}", x.level), x, y);
+        }
+    }
+    for phase in a.phases.iter().filter(|p| p.paper || p.repair) {
+        let own = (phase.work, phase.depth, phase.depth_log_scan);
+        let other = b.phase(&phase.name).map_or((0, 0, 0), |p| (p.work, p.depth, p.depth_log_scan));
+        if own != other {
+            let what = format!("work, depth, and depth with scans at log m, of {}", phase.name);
+            return differs(what, &own, &other);
+        }
+    }
+    let sums = |line: &Line| line.paper.map(|s| (s.work, s.depth, s.depth_log_scan, s.brent));
+    if sums(a) != sums(b) {
+        return differs("the paper's phases together".to_string(), &sums(a), &sums(b));
+    }
+    if a.graph != b.graph {
+        return differs("the graph".to_string(), &a.graph, &b.graph);
+    }
+    (a.end != b.end).then(|| format!("difference: the result: {:?} and {:?}", a.end, b.end))
+}

@@ -1,0 +1,142 @@
+//! Verdicts, as data and as text.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::{Claim, Extent, Figure, Reading, Relation};
+
+/// Name and version of the schema of [`ClaimReport`].
+pub const SCHEMA: &str = "septet-claims/1";
+
+/// A claim with its verdict.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// The claim's name.
+    pub name: &'static str,
+    /// Its place in the paper.
+    pub source: &'static str,
+    /// What it says.
+    pub statement: &'static str,
+    /// Which form was judged.
+    pub reading: Reading,
+    /// What was run and measured.
+    pub experiment: &'static str,
+    /// The bound and its reason.
+    pub bound: &'static str,
+    /// Did every figure of the judged form keep its bound, and was there one?
+    pub passed: bool,
+    /// Of another form than the printed one: did every figure of the printed form keep its bound?
+    pub holds_as_printed: Option<bool>,
+    /// All figures.
+    pub figures: Vec<Figure>,
+}
+
+/// Claims with their verdicts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClaimReport {
+    /// [`SCHEMA`].
+    pub schema: &'static str,
+    /// Version of septet.
+    pub version: &'static str,
+    /// How much was run.
+    pub extent: Extent,
+    /// The first seed.
+    pub seed: u64,
+    /// Did all pass?
+    pub passed: bool,
+    /// The claims, in the paper's order.
+    pub claims: Vec<Judged>,
+}
+
+impl Judged {
+    pub(super) fn of(claim: &Claim, figures: Vec<Figure>) -> Judged {
+        let (printed, judged): (Vec<&Figure>, Vec<&Figure>) = figures.iter().partition(|f| f.as_printed);
+        let passed = !judged.is_empty() && judged.iter().all(|f| f.holds());
+        let holds_as_printed = (!printed.is_empty()).then(|| printed.iter().all(|f| f.holds()));
+        let Claim { name, source, statement, reading, experiment, bound, .. } = *claim;
+        Judged { name, source, statement, reading, experiment, bound, passed, holds_as_printed, figures }
+    }
+
+    /// The figure that says most: the one farthest beyond its bound, or nearest to it.
+    pub fn telling(&self, as_printed: bool) -> Option<&Figure> {
+        let of = self.figures.iter().filter(|f| f.as_printed == as_printed);
+        of.max_by(|a, b| a.strain().total_cmp(&b.strain()))
+    }
+
+    /// The verdict's rows: the judged form, then the printed one where it is another.
+    pub fn rows(&self) -> String {
+        let mut out = String::new();
+        let verdict = if self.passed { "PASS" } else { "FAIL" };
+        row(&mut out, verdict, self.name, self.telling(false));
+        if let Some(holds) = self.holds_as_printed {
+            let says = if holds { "  as printed: holds" } else { "  as printed: does not hold" };
+            row(&mut out, "", says, self.telling(true));
+        }
+        out
+    }
+
+    /// All figures; of those beyond their bounds alone if `beyond`.
+    pub fn details(&self, beyond: bool) -> String {
+        let mut out = String::new();
+        for figure in self.figures.iter().filter(|f| !(beyond && (f.holds() || f.as_printed))) {
+            let name = if figure.as_printed { "    as printed" } else { "" };
+            let mark = if figure.holds() { "" } else { "    x" };
+            row(&mut out, mark, name, Some(figure));
+        }
+        out
+    }
+}
+
+fn row(out: &mut String, verdict: &str, name: &str, figure: Option<&Figure>) {
+    let Some(figure) = figure else {
+        // Writing to a string does not fail.
+        let _ = writeln!(out, "{verdict:<5} {name:<28} nothing was measured");
+        return;
+    };
+    let relation = match figure.relation {
+        Relation::AtMost => "<=",
+        Relation::AtLeast => ">=",
+    };
+    let Figure { what, on, seed, .. } = figure;
+    let (value, bound) = (short(figure.value), short(figure.bound));
+    let _ = writeln!(out, "{verdict:<5} {name:<28} {value:>9} {relation} {bound:<8} {seed:>4}  {what}; {on}");
+}
+
+/// Four digits or so.
+fn short(x: f64) -> String {
+    let size = x.abs();
+    if x == x.trunc() && size < 1e7 {
+        format!("{x:.0}")
+    } else if (1e-3..1e7).contains(&size) {
+        let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+impl ClaimReport {
+    /// Of claims in the paper's order.
+    pub fn of(extent: Extent, seed: u64, claims: Vec<Judged>) -> ClaimReport {
+        let passed = !claims.is_empty() && claims.iter().all(|claim| claim.passed);
+        ClaimReport { schema: SCHEMA, version: env!("CARGO_PKG_VERSION"), extent, seed, passed, claims }
+    }
+
+    /// The head of the table.
+    pub fn head() -> String {
+        let (verdict, claim, figure, bound, seed) = ("", "claim", "figure", "bound", "seed");
+        format!("{verdict:<5} {claim:<28} {figure:>9}    {bound:<8} {seed:>4}  what; on which points\n")
+    }
+
+    /// One sentence.
+    pub fn summary(&self) -> String {
+        let failed = self.claims.iter().filter(|claim| !claim.passed).count();
+        let otherwise = self.claims.iter().filter(|claim| claim.holds_as_printed == Some(false)).count();
+        let all = self.claims.len();
+        format!(
+            "{} of {all} claims pass, {failed} fail; {otherwise} hold only as read, not as printed",
+            all - failed
+        )
+    }
+}

@@ -1,0 +1,148 @@
+//! `septet reproduce`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use septet::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, Setting, select};
+use septet::config::Fault;
+
+use super::errors::{Code, Failure};
+use super::files;
+use super::options::NeighboursArg;
+use super::progress::Talk;
+
+/// Options of `septet reproduce`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  septet reproduce --list
+  septet reproduce
+  septet reproduce levels alpha --seed 7
+  septet reproduce --full --json claims.json
+
+A verdict stands on figures that are measured on runs, each against a bound stated before. Where a sentence does not
+hold as it is printed, its figure is shown below the verdict on the form that the algorithm needs. Exit code 4 if a
+claim fails.")]
+pub struct ReproduceArgs {
+    /// Claims to run; all if none is named
+    #[arg(value_name = "CLAIM")]
+    claims: Vec<String>,
+    /// At sizes that take less than three minutes on two cores (the default)
+    #[arg(long, conflicts_with = "full")]
+    quick: bool,
+    /// To 2^24 points where the phase allows, and more seeds: hours
+    #[arg(long)]
+    full: bool,
+    /// Explain each claim in two lines, and run none
+    #[arg(long)]
+    list: bool,
+    /// The first seed, of sets and of runs
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// How neighbour balls are corrected: with the naive one, the claims on their depth fail
+    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
+    neighbours: NeighboursArg,
+    /// Threads [default: cores]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..))]
+    threads: Option<u32>,
+    /// Show all figures of every claim, not the telling one alone
+    #[arg(long)]
+    figures: bool,
+    /// Write verdicts and all figures as JSON, `-` for standard output
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+    /// Plant a fault in every machine: for tests
+    #[arg(long, value_name = "FAULT", hide = true)]
+    fault: Option<Fault>,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
+    let claims = select(&args.claims)?;
+    if args.list {
+        for claim in &claims {
+            print!("{}", listed(claim));
+        }
+        return Ok(());
+    }
+    let texts: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
+    files::check(None, &[], &texts)?;
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let threads = args.threads.map_or(cores, |threads| threads as usize);
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    let extent = if args.full { Extent::Full } else { Extent::Quick };
+    let cancel = Some(talk.cancel.clone());
+    let correction = args.neighbours.correction();
+    let setting = Setting { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
+    let table = args.json.as_deref() != Some(Path::new("-"));
+    let judged = judge(&claims, setting, table, args.figures, talk)?;
+    let report = ClaimReport::of(extent, args.seed, judged);
+    if let Some(path) = &args.json {
+        let mut text = serde_json::to_string_pretty(&report)
+            .map_err(|e| Failure::new(Code::Failed, format!("the verdicts cannot be written: {e}")))?;
+        text.push('\n');
+        files::write_text(path, &text)?;
+    }
+    talk.note(report.summary());
+    if report.passed {
+        return Ok(());
+    }
+    let failed = report.claims.iter().filter(|claim| !claim.passed).map(|claim| claim.name);
+    let failed: Vec<&str> = failed.collect();
+    Err(Failure::new(Code::Rejected, format!("claims that failed: {}", failed.join(", ")))
+        .help("`septet reproduce CLAIM --figures` shows all of a claim's figures"))
+}
+
+fn judge(
+    claims: &[&'static Claim],
+    setting: Setting,
+    table: bool,
+    figures: bool,
+    talk: &Talk,
+) -> Result<Vec<Judged>, Failure> {
+    let show = |text: &str| {
+        if table {
+            talk.aside(|| {
+                let mut out = std::io::stdout().lock();
+                // A reader that is gone wants no more rows; the exit code is what is left to say.
+                let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+            });
+        }
+    };
+    let at = std::cell::Cell::new((0, ""));
+    let total = claims.len() as u64;
+    let mut lab = Lab::new(setting, |what| {
+        let (done, claim) = at.get();
+        talk.stage(&format!("{claim}: {what}"), done, Some(total));
+    });
+    show(&ClaimReport::head());
+    let mut all = Vec::new();
+    for (claim, done) in claims.iter().zip(0..) {
+        at.set((done, claim.name));
+        talk.stage(claim.name, done, Some(total));
+        let judged = claim.judge(&mut lab)?;
+        show(&judged.rows());
+        if figures || !judged.passed {
+            show(&judged.details(!figures));
+        }
+        all.push(judged);
+    }
+    talk.clear();
+    Ok(all)
+}
+
+fn listed(claim: &Claim) -> String {
+    let [says, judged] = claim.explained();
+    format!("{}\n  {says}\n  {judged}\n", claim.name)
+}
+
+impl From<ClaimError> for Failure {
+    fn from(error: ClaimError) -> Self {
+        match error {
+            ClaimError::Run(error) => error.into(),
+            ClaimError::Fit(error) => error.into(),
+            ClaimError::Unknown { .. } => Failure::new(Code::Usage, error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! `septet rival`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::io::read::ReadOptions;
+use septet::model::Points;
+use septet::rival::{RivalReport, incremental};
+use septet::{Config, simulate, triangulate};
+
+use super::errors::{Code, Failure};
+use super::files;
+use super::input::{self, Loaded};
+use super::options::{count, dimension, kind};
+use super::progress::Talk;
+use super::triangulate::place;
+
+/// Options of `septet rival`.
+#[derive(Debug, Args)]
+pub struct RivalArgs {
+    #[command(subcommand)]
+    rival: Which,
+}
+
+#[derive(Debug, Subcommand)]
+enum Which {
+    /// Parallel randomized incremental insertion (Blelloch, Gu, Shun and Sun 2020): dependence depth, work
+    Incremental(IncrementalArgs),
+}
+
+/// Options of `septet rival incremental`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The result is compared with septet's own, cell by cell; exit code 4 if they differ.
+
+Examples:
+  septet rival incremental -n 1e5 --kind uniform
+  septet rival incremental points.npy --against --json rival.json")]
+struct IncrementalArgs {
+    /// A point file, `-` for standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
+    #[arg(required_unless_present = "kind")]
+    input: Option<String>,
+    /// Insert a sample of this kind in the place of an input; needs -n
+    #[arg(long, value_name = "KIND", value_parser = kind, conflicts_with = "input", requires = "number")]
+    kind: Option<Kind>,
+    /// Number of points of the sample
+    #[arg(short = 'n', long = "number", value_name = "N", value_parser = count, requires = "kind")]
+    number: Option<u64>,
+    /// Seed of the order of insertion, of septet's draws, and of the sample that --kind asks for
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Count septet's recursion on the same points, too
+    #[arg(long)]
+    against: bool,
+    /// Write the counts as JSON, `-` for standard output
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+    /// Drop and count points that are not finite or not numbers, instead of refusing the file
+    #[arg(long)]
+    skip_invalid: bool,
+    /// Dimension of the input: 2 keeps the first two coordinates
+    #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
+    dimension: Option<usize>,
+}
+
+impl IncrementalArgs {
+    /// The input by its name; a sample by its text.
+    fn name(&self) -> String {
+        let sample = || {
+            let (kind, n) = (self.kind?, self.number?);
+            Some(format!("sample:{kind}:{n},d={},seed={}", self.dimension.unwrap_or(3), self.seed))
+        };
+        self.input.clone().or_else(sample).unwrap_or_default()
+    }
+
+    fn load(&self, name: &str, talk: &Talk) -> Result<Loaded, Failure> {
+        let sample = input::sample(name, self.dimension)?;
+        let is_file = sample.is_none() && name != "-";
+        let texts: Vec<&Path> = self.json.as_deref().into_iter().collect();
+        files::check(is_file.then(|| Path::new(name)), &[], &texts)?;
+        if let Some(request) = sample {
+            return input::make(&request, talk);
+        }
+        let (dimension, skip_invalid) = (self.dimension, self.skip_invalid);
+        input::open(name, &ReadOptions { dimension, skip_invalid, format: None }, talk)
+    }
+}
+
+/// Runs the rival, septet beside it, and compares.
+pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
+    let Which::Incremental(args) = &args.rival;
+    let name = args.name();
+    let loaded = args.load(&name, talk)?;
+    let config = Config {
+        seed: args.seed,
+        skip_invalid: args.skip_invalid,
+        spacing: loaded.spacing,
+        cancel: Some(talk.cancel.clone()),
+        progress: Some(talk.phases()),
+        ..Config::default()
+    };
+    let report = match &loaded.points {
+        Points::Plane(points) => compare(points, &name, args, &config, talk),
+        Points::Space(points) => compare(points, &name, args, &config, talk),
+    };
+    let report = report.map_err(|e| place(e, &loaded, &name))?;
+    talk.clear();
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&report)
+            .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
+        files::write_text(path, &(text + "\n"))?;
+    }
+    if args.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+        files::write_text("-".as_ref(), &table(&report))?;
+    }
+    let cells = if report.space == 2 { "triangles" } else { "tetrahedra" };
+    talk.note(format!("septet: {} points, {} {cells} by insertion", report.points, report.simplices));
+    if report.same_cells {
+        return Ok(());
+    }
+    let message = "insertion and recursion do not give the same cells: a fault of septet";
+    Err(Failure::new(Code::Rejected, message).help("please report it with the input"))
+}
+
+fn compare<P: Point>(
+    points: &[P],
+    name: &str,
+    args: &IncrementalArgs,
+    config: &Config,
+    talk: &Talk,
+) -> Result<RivalReport, septet::Error> {
+    let run = if args.against { simulate(points, config)? } else { triangulate(points, config)? };
+    talk.check();
+    talk.stage("inserting", 0, None);
+    let rival = incremental(points, config)?;
+    Ok(RivalReport::of(&rival, &run, name, args.seed))
+}
+
+/// Counts of the rival, and septet's beside them.
+fn table(report: &RivalReport) -> String {
+    let mut out = String::new();
+    let rival = &report.incremental;
+    let totals = report.septet.as_ref().map(|s| [&s.paper, &s.repair]);
+    let head = ["", "incremental", "septet", "its repair"];
+    let columns = if totals.is_some() { 4 } else { 2 };
+    let mut row = |cells: &[String]| {
+        let mut line = format!("{:<34}", cells[0]);
+        for cell in &cells[1..columns.min(cells.len())] {
+            let _ = write!(line, "  {cell:>15}");
+        }
+        let _ = writeln!(out, "{}", line.trim_end());
+    };
+    row(&head.map(str::to_owned));
+    let mut count = |name: &str, own: u64, of: Option<fn(&septet::rival::SeptetTotal) -> u64>| {
+        let mut cells = vec![name.to_owned(), own.to_string()];
+        if let (Some(totals), Some(of)) = (totals, of) {
+            cells.extend(totals.map(|t| of(t).to_string()));
+        }
+        row(&cells);
+    };
+    count("work (operations)", rival.work, Some(|t| t.work));
+    count("depth (steps, a scan 1)", rival.depth, Some(|t| t.depth));
+    count("depth (a scan of m ceil(log2 m))", rival.depth_log_scan, Some(|t| t.depth_log_scan));
+    count("depth (a union of conflicts 1)", rival.depth_hashed, None);
+    count("steps with n processors (Brent)", rival.brent, Some(|t| t.brent));
+    count("dependence depth (cells)", rival.chain, None);
+    count("rounds", rival.rounds.len() as u64, None);
+    count("in-sphere tests", rival.tests, None);
+    count("cells made", rival.cells, None);
+    if let Some(septet) = &report.septet {
+        let _ = writeln!(
+            out,
+            "septet: {} levels, {} rounds of exchange, {} points gathered",
+            septet.levels, septet.exchange_rounds, septet.gathered
+        );
+    }
+    out
+}

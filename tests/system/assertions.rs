@@ -1,0 +1,145 @@
+//! Assertions on counts hold where they should, and say what is wrong where they should not.
+
+use septet::assertions::{
+    Broken, Counted, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf, merges,
+    messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
+};
+use septet::config::Workers;
+use septet::experiment::Line;
+use septet::experiment::fit::{Key, Law, Request};
+use septet::generate::Kind;
+use septet::{Config, assert_counts, simulate};
+
+use crate::common::sets::plane;
+use crate::common::{base, simulated};
+
+fn line(workers: Workers) -> Line {
+    let config = Config { spacing: Some(0.0), ..simulated(workers, 1, 60) };
+    let run = simulate(&plane(Kind::WellSpaced, 2000, 3), &config).unwrap();
+    run.lines().remove(0)
+}
+
+fn says(result: Result<(), Broken>, words: &[&str]) {
+    let text = result.expect_err("beyond the bound").to_string();
+    println!("{text}\n");
+    for word in words {
+        assert!(text.contains(word), "`{word}` is not in:\n{text}");
+    }
+}
+
+#[test]
+fn bounds_hold_or_name_the_round() {
+    let line = line(Workers::Leaves);
+    assert_counts!(
+        line,
+        levels(1.5, -7.0),
+        levels_over_leaf(1.5, 2.0),
+        depth_of_levels("partition", 1000),
+        rounds("merge", 1.5, -7.0),
+        merges(1.5, -7.0),
+        messages_per_worker("merge", 0.0, 4.0),
+        bytes("separator-sets", 1e5),
+        no_repair(),
+        same_counts(),
+    );
+    let merged: Vec<u32> = line.rounds.iter().filter(|r| r.merged > 0).map(|r| r.round).collect();
+    let sent: Vec<u32> =
+        line.rounds.iter().filter(|r| r.phase == "merge" && r.messages > 0).map(|r| r.round).collect();
+    says(levels(&line, 0.0, 2.0), &["levels of the tree: ", "0 log2 n + 2", "level 3", "<- beyond it"]);
+    says(levels_over_leaf(&line, 0.1, 0.0), &["log2(n/leaf)", "level 1"]);
+    says(depth_of_levels(&line, "partition", 3), &["partition: ", "level 0", "largest node of"]);
+    says(rounds(&line, "merge", 0.0, 2.0), &[&format!("round {} of merge", sent[2])]);
+    says(merges(&line, 0.0, 3.0), &[&format!("round {} of merge", merged[3]), "0 log2 n + 3"]);
+    says(
+        messages_per_worker(&line, "partition", 0.0, 0.5),
+        &["round", "of partition", "messages of partition"],
+    );
+    says(bytes(&line, "separator-sets", 1e-3), &["n^(1-1/d)", "of separator-sets"]);
+    let lost = Line {
+        tree: septet::experiment::TreeLine { nodes: line.tree.nodes + 2, ..line.tree },
+        ..line.clone()
+    };
+    says(merges(&lost, 2.0, 0.0), &["results merged: "]);
+    let mut repaired = line.clone();
+    repaired.end.as_mut().unwrap().stars_repaired = 7;
+    says(no_repair(&repaired), &["7 above 0"]);
+    says(no_repair(&Line { end: None, ..line.clone() }), &["NaN"]);
+    says(levels(&Vec::<Line>::new(), 9.0, 9.0), &["no run to look at"]);
+}
+
+#[test]
+fn the_same_counts_over_workers() {
+    let all = [line(Workers::Count(1)), line(Workers::Count(5)), line(Workers::Leaves)];
+    assert_counts!(all, same_counts());
+    let differs = |change: &dyn Fn(&mut Line), word: &str| {
+        let mut other = all[1].clone();
+        change(&mut other);
+        says(same_counts(&[&all[0], &other]), &["between 1 and 5 workers", word]);
+    };
+    differs(&|l| l.tree.attempts += 1, "the tree");
+    differs(&|l| l.levels[1].attempts += 1, "level 1");
+    differs(&|l| l.phases.iter_mut().filter(|p| p.paper).for_each(|p| p.depth += 1), "of partition: ");
+    differs(&|l| l.graph.as_mut().unwrap().edges -= 1, "the graph");
+    differs(&|l| l.end.as_mut().unwrap().cells += 1, "the result");
+}
+
+/// A sweep with the depth of partition and the bytes of separator sets as given.
+fn sweep(depth: impl Fn(f64) -> f64, bytes: impl Fn(f64) -> f64) -> Vec<Line> {
+    let line = line(Workers::Count(4));
+    let mut lines = Vec::new();
+    for exponent in 0..9u32 {
+        for seed in 1..4u64 {
+            let n = 1000u64 << exponent;
+            let wobble = 1.0 + 0.002 * ((u64::from(exponent) * 7 + seed * 5) % 3) as f64;
+            let mut line = Line { n, asked: n, seed, ..line.clone() };
+            for phase in &mut line.phases {
+                match phase.name.as_str() {
+                    "partition" => phase.depth = (depth(n as f64) * wobble) as u64,
+                    "separator-sets" => phase.bytes = (bytes(n as f64) * wobble) as u64,
+                    _ => {}
+                }
+            }
+            lines.push(line);
+        }
+    }
+    lines
+}
+
+#[test]
+fn growth_holds_or_shows_the_fit() {
+    let request = Request::new(Key::Depth, Some("partition"));
+    let log = sweep(|n| 1000.0 * n.log2(), |n| 900.0 * n.sqrt());
+    assert_counts!(log, grows_like(&request, Law::Log), surface_bytes("separator-sets", 0.02));
+    let bent = sweep(|n| 100.0 * n.log2() * n.log2(), |n| 900.0 * n.powf(0.7));
+    says(grows_like(&bent, &request, Law::Log), &["expected log n", "quadratic term", "R^2", "first round"]);
+    says(
+        surface_bytes(&bent, "separator-sets", 0.02),
+        &["exponent of bytes", "above 0.52", "round to look at"],
+    );
+    let bytes = Request::new(Key::Bytes, Some("separator-sets"));
+    assert_counts!(bent, exponent(&bytes, 0.75));
+    says(grows_like(&bent[..2].to_vec(), &request, Law::Log), &["1 sizes do not determine"]);
+
+    let mut levels = log.clone();
+    let tilt = |lines: &mut [Line], slope: f64| {
+        for level in lines.iter_mut().flat_map(|line| &mut line.levels) {
+            if let Some(depth) = level.depth.get_mut("partition") {
+                let log = (level.split_points as f64 / level.splits as f64).log2();
+                depth.sum = ((1000.0 + 1000.0 * slope * (log - 8.0)) * depth.nodes as f64) as u64;
+            }
+        }
+    };
+    tilt(&mut levels, 0.0);
+    assert_counts!(levels, level_depth_flat("partition", 0.05));
+    tilt(&mut levels, 0.3);
+    says(level_depth_flat(&levels, "partition", 0.05), &["slope per doubling", "margin, stated before"]);
+    says(level_depth_flat(&levels[..1].to_vec(), "partition", 0.05), &["do not determine a slope"]);
+}
+
+#[test]
+#[should_panic(expected = "levels(0.0, 1.0): levels of the tree")]
+fn the_macro_panics_with_the_message() {
+    let config = Config { leaf: Some(60), ..base() };
+    let run = simulate(&plane(Kind::Uniform, 500, 3), &config).unwrap();
+    assert_counts!(run, levels(0.0, 1.0));
+}

@@ -1,0 +1,104 @@
+//! The paper's claims as experiments: planted faults turn the right ones, and only those, to FAIL.
+
+use septet::claims::{ClaimReport, Extent, Judged, Lab, Reading, Setting, registry, select};
+use septet::config::{Correction, Fault};
+
+fn brief(fault: Option<Fault>) -> Setting {
+    Setting { extent: Extent::Brief, fault, ..Setting::default() }
+}
+
+fn judged(names: &[&str], setting: Setting) -> Vec<Judged> {
+    let mut lab = Lab::new(setting, |_| {});
+    let names: Vec<String> = names.iter().map(|name| (*name).to_string()).collect();
+    let claims = select(&names).unwrap();
+    claims
+        .into_iter()
+        .map(|claim| claim.judge(&mut lab).unwrap_or_else(|e| panic!("{}: {e}", claim.name)))
+        .collect()
+}
+
+/// Without the fault all pass; with it these fail and those still pass.
+fn turns(fault: Fault, fail: &[&str], pass: &[&str]) {
+    turns_with(brief(Some(fault)), &fault.to_string(), fail, pass);
+}
+
+fn turns_with(setting: Setting, fault: &str, fail: &[&str], pass: &[&str]) {
+    let names = [fail, pass].concat();
+    for claim in judged(&names, brief(None)) {
+        assert!(claim.passed, "without a fault: {}{}", claim.rows(), claim.details(true));
+    }
+    for claim in judged(&names, setting) {
+        print!("{fault}: {}", claim.rows());
+        let expected = pass.contains(&claim.name);
+        assert_eq!(claim.passed, expected, "{fault}: {}{}", claim.rows(), claim.details(true));
+    }
+}
+
+#[test]
+fn half_of_alpha_loses_edges() {
+    turns(
+        Fault::HalveAlpha,
+        &["supergraph", "local-hulls", "graph-exact"],
+        &["lower-hull", "alpha", "separator-split", "no-edges-density", "levels"],
+    );
+}
+
+#[test]
+fn a_sphere_round_a_sample_splits_nothing() {
+    turns(
+        Fault::SmallSphere,
+        &["separator-split", "levels"],
+        &["no-edges-density", "graph-exact", "lower-hull", "local-hulls"],
+    );
+}
+
+#[test]
+fn a_clock_for_each_worker_makes_subproblems_wait() {
+    turns(
+        Fault::OneClock,
+        &["free-of-workers", "depth", "partition-level-depth", "neighbours-level-depth"],
+        &["levels", "supergraph", "tree-work", "merged-per-round"],
+    );
+}
+
+#[test]
+fn a_correction_node_by_node_is_no_descent() {
+    let naive = Setting { correction: Correction::Naive, ..brief(None) };
+    turns_with(
+        naive,
+        "naive correction",
+        &["neighbours-level-depth"],
+        &["partition-level-depth", "levels", "graph-exact", "local-hulls"],
+    );
+}
+
+#[test]
+fn every_claim_explains_itself() {
+    let mut names: Vec<&str> = registry().map(|claim| claim.name).collect();
+    assert!(names.len() >= 30);
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), registry().count(), "names are told apart");
+    for claim in registry() {
+        let lines = claim.explained();
+        assert!(lines.iter().all(|line| line.ends_with('.') && !line.contains('\n')), "{lines:?}");
+        if let Reading::AsRead { instead, because } = claim.reading {
+            assert!(!instead.is_empty() && !because.is_empty());
+        }
+    }
+    assert!(select(&["levels".to_string(), "no-such".to_string()]).is_err());
+}
+
+/// Where the printed form is not judged, it is measured all the same.
+#[test]
+fn printed_forms_are_reported() {
+    let claims = judged(&["separator-split", "no-edges-overlap", "random-neighbours"], brief(None));
+    let report = ClaimReport::of(Extent::Brief, 1, claims);
+    assert!(report.passed, "{}", report.summary());
+    for claim in &report.claims {
+        assert_eq!(claim.holds_as_printed, Some(false), "{}", claim.rows());
+        assert!(claim.rows().contains("as printed: does not hold"), "{}", claim.rows());
+    }
+    let again = judged(&["separator-split"], brief(None));
+    assert_eq!(again[0], report.claims.iter().find(|c| c.name == "separator-split").unwrap().clone());
+}

@@ -1,0 +1,250 @@
+//! Rivals of the paper's steps: other counts, the same triangulation.
+
+use std::collections::BTreeMap;
+
+use crate::common::sets::{plane, space};
+use crate::common::{
+    assert_same_counts, assert_verified, combinations, levels, simulated, threaded, with_graph,
+};
+use septet::config::{Correction, Partition, Until, Workers};
+use septet::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
+use septet::experiment::{Line, Runner, Sweep, parse_sizes};
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::geometry::range::{scale, scale_exponent};
+use septet::geometry::separator::{DrawKey, is_sample};
+use septet::protocol::ids::{NodeId, Phase};
+use septet::protocol::ledger::{Ledger, NodeFacts};
+use septet::rival::incremental;
+use septet::{Config, Run, simulate, triangulate};
+
+const LEAF: u64 = 60;
+
+fn counted<P: Point>(points: &[P], config: &Config) -> Run {
+    simulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"))
+}
+
+/// The same cells as the paper's, and on every machine the same counts.
+fn over_machines<P: Point>(points: &[P], rival: &Config, reference: &Run) -> Run {
+    let alone = counted(points, &Config { workers: Workers::Count(1), ..rival.clone() });
+    assert!(alone.cells() == reference.cells(), "{rival:?}: other cells");
+    for workers in [2, 5, 64].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
+        let run = counted(points, &Config { workers, ..rival.clone() });
+        assert!(run.cells() == reference.cells(), "{workers:?}: other cells");
+        assert_same_counts(&alone.ledger, &run.ledger, &format!("{workers:?}"));
+    }
+    let channel = Config { workers: Workers::Count(5), ..threaded(Workers::Count(5), 2, LEAF) };
+    let channel = Config { partition: rival.partition, correction: rival.correction, ..channel };
+    let run = counted(points, &with_graph(&channel, (rival.graph, rival.sets, rival.alpha, rival.k)));
+    assert!(run.cells() == reference.cells(), "over a channel: other cells");
+    assert_same_counts(&alone.ledger, &run.ledger, "over a channel");
+    alone
+}
+
+fn planes<P: Point>(points: &[P]) {
+    let paper = simulated(Workers::Count(3), 5, LEAF);
+    let reference = counted(points, &paper);
+    assert_verified(points, &reference);
+    for choice in [0, 1, 4] {
+        let rival = Config { partition: Partition::Kd, ..with_graph(&paper, combinations(false)[choice]) };
+        let run = over_machines(points, &rival, &reference);
+        let nodes = &run.ledger.part.nodes;
+        assert!(nodes.len() > 16 && nodes.values().all(|facts| facts.kind != 1), "a sphere among planes");
+    }
+    for workers in [1, 5, 64] {
+        let fast = Config { partition: Partition::Kd, ..threaded(Workers::Count(workers), 2, LEAF) };
+        assert!(triangulate(points, &fast).unwrap().cells() == reference.cells(), "{workers} workers");
+    }
+}
+
+#[test]
+fn planes_in_space() {
+    planes(&space(Kind::Uniform, 1500, 3));
+    planes(&space(Kind::Sphere, 800, 3));
+}
+
+/// Many points lie on every plane: each has one side, the same everywhere.
+#[test]
+fn planes_through_grid_points() {
+    planes(&space(Kind::Grid, 1331, 3));
+    planes(&plane(Kind::Grid, 1600, 3));
+}
+
+#[test]
+fn planes_in_the_plane() {
+    planes(&plane(Kind::Clusters, 2000, 3));
+}
+
+/// The rule by itself: across the longest side of the node's samples, half of them lie on either side. Returns
+/// the number of nodes that were cut.
+fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
+    let facts = &ledger.part.nodes[&node];
+    assert_eq!(facts.population, points.len() as u64);
+    if facts.is_leaf() {
+        return 0;
+    }
+    assert_eq!(facts.attempts, 1, "{node:?}");
+    let key = DrawKey { seed: Config::default().seed, node: node.0, attempt: 0 };
+    let sampled = |p: &P| is_sample(key, facts.population, *p);
+    let extent = |axis: usize| {
+        let coords = || points.iter().filter(|p| sampled(p)).map(|p| p.coord(axis));
+        coords().fold(f64::MIN, f64::max) - coords().fold(f64::MAX, f64::min)
+    };
+    let longest = (0..P::DIM).max_by(|&a, &b| extent(a).total_cmp(&extent(b))).unwrap();
+    points.sort_by(|a, b| a.coord(longest).total_cmp(&b.coord(longest)));
+    let (inside, outside) = points.split_at_mut(facts.inside as usize);
+    let [a, b] = [&*inside, &*outside].map(|side| side.iter().filter(|p| sampled(p)).count());
+    assert!(a.abs_diff(b) <= 1, "{node:?} of {} points: {a} samples and {b}", facts.population);
+    1 + halved(inside, node.child(0), ledger) + halved(outside, node.child(1), ledger)
+}
+
+#[test]
+fn planes_halve_their_samples() {
+    fn check<P: Point>(points: &[P]) {
+        let config = Config { partition: Partition::Kd, ..simulated(Workers::Count(5), 5, 100) };
+        let ledger = counted(points, &config).ledger;
+        let exponent = scale_exponent(points).unwrap();
+        let mut points: Vec<P> = points.iter().map(|&p| scale(p, exponent)).collect();
+        assert!(halved(&mut points, NodeId::ROOT, &ledger) > 30);
+    }
+    check(&space(Kind::Uniform, 5000, 6));
+    check(&space(Kind::Slab, 5000, 6));
+    check(&plane(Kind::Clusters, 5000, 6));
+}
+
+fn graph(run: &Run) -> BTreeMap<NodeId, NodeFacts> {
+    let without_visits = |(&node, facts): (&NodeId, &NodeFacts)| (node, NodeFacts { visits: 0, ..*facts });
+    run.ledger.part.nodes.iter().map(without_visits).collect()
+}
+
+fn corrected<P: Point>(points: &[P]) {
+    let paper = simulated(Workers::Count(3), 5, LEAF);
+    let reference = counted(points, &paper);
+    let rival = Config { correction: Correction::Naive, ..paper.clone() };
+    let naive = over_machines(points, &rival, &reference);
+    // Tree, separator sets and graph are functions of the radii, so those are the same.
+    assert_eq!(graph(&naive), graph(&reference));
+    assert_eq!(naive.ledger.part.edge_hash, reference.ledger.part.edge_hash);
+    let radii = |ledger: &Ledger| depth(ledger, Phase::Probe) + depth(ledger, Phase::Neighbours);
+    assert!(radii(&naive.ledger) > radii(&reference.ledger));
+    let both = Config { partition: Partition::Kd, ..rival };
+    over_machines(points, &both, &reference);
+}
+
+fn depth(ledger: &Ledger, phase: Phase) -> u64 {
+    ledger.phases.iter().find(|p| p.phase == phase).map_or(0, |p| p.depth)
+}
+
+#[test]
+fn naive_correction_finds_the_same_balls() {
+    corrected(&space(Kind::Uniform, 2500, 9));
+    corrected(&plane(Kind::GradedPoint, 2500, 9));
+}
+
+/// Levels below each node.
+fn heights(ledger: &Ledger) -> BTreeMap<NodeId, u32> {
+    let mut heights: BTreeMap<NodeId, u32> = BTreeMap::new();
+    for &leaf in ledger.part.nodes.keys() {
+        let mut at = Some(leaf);
+        while let Some(node) = at {
+            let height = heights.entry(node).or_default();
+            *height = (*height).max(leaf.level() - node.level());
+            at = node.parent();
+        }
+    }
+    heights
+}
+
+/// A node of the descent takes a fixed number of steps; one that corrects by itself takes as many levels as lie
+/// below it, at least two steps each where balls reach that deep. Over all levels that is a square.
+#[test]
+fn naive_depth_is_quadratic_in_the_levels() {
+    let mut rows = Vec::new();
+    for n in [500, 2000, 8000] {
+        let points = space(Kind::Uniform, n, 2);
+        let paper = simulated(Workers::Count(1), 5, 20);
+        let naive = counted(&points, &Config { correction: Correction::Naive, ..paper.clone() }).ledger;
+        let descent = counted(&points, &paper).ledger;
+        let heights = heights(&naive);
+        for (node, charge) in naive.part.charges.iter().filter(|(key, _)| key.0 == Phase::Neighbours as u8) {
+            let height = u64::from(heights[&node.1]);
+            assert!(
+                charge.cost.depth() >= 2 && charge.cost.depth() <= 4 * height + 2,
+                "{node:?}: {charge:?}"
+            );
+        }
+        let h = f64::from(levels(&naive));
+        let [slow, fast] = [&naive, &descent].map(|l| depth(l, Phase::Neighbours) as f64);
+        println!("n {n}: {h} levels, depth {slow} naive, {fast} by descent");
+        assert!(fast <= 4.0 * h + 2.0, "{n} points: depth {fast} by descent, {h} levels");
+        assert!(slow >= h * (h + 1.0), "{n} points: depth {slow}, {h} levels");
+        rows.push((h, slow));
+    }
+    let per_level = |row: &(f64, f64)| row.1 / row.0;
+    assert!(per_level(&rows[2]) > 1.3 * per_level(&rows[0]), "depth per level grows: {rows:?}");
+}
+
+fn sweep(correction: Correction) -> Vec<Line> {
+    let sizes = "2^9..2^14,per-octave=2";
+    let config = Config { until: Some(Until::Neighbours), correction, ..simulated(Workers::Count(1), 5, 12) };
+    let sweep = Sweep {
+        sizes: parse_sizes(sizes).unwrap(),
+        sizes_text: sizes.to_string(),
+        kinds: vec![Kind::Uniform],
+        dimension: 2,
+        lipschitz: None,
+        workers: vec![Workers::Count(1)],
+        first_seed: 1,
+        seeds: 4,
+        weak: false,
+        timed: false,
+        config,
+    };
+    let mut runner = Runner::default();
+    sweep.jobs().iter().map(|job| runner.run(&sweep, job, &mut |_, _, _| {}).unwrap()).collect()
+}
+
+/// In the plane, where log^(d/2) n is log n itself.
+#[test]
+fn the_fit_tells_the_naive_correction_from_the_descent() {
+    let [naive, descent] = [Correction::Naive, Correction::Descent].map(sweep);
+    let ask = |lines: &[Line], key| {
+        let request = Request { x: Abscissa::PointsOverLeaf, ..Request::new(key, Some("neighbours")) };
+        let answer = fit(lines, &request).unwrap();
+        println!("{}", answer.text());
+        (answer.series[0].verdict.clone(), answer.series[0].growth.clone())
+    };
+    let bends = |growth: Option<Growth>| growth.unwrap().curvature.bends;
+    let (verdict, growth) = ask(&naive, Key::Depth);
+    assert_eq!(verdict, Verdict::Law { law: Law::LogSquared });
+    assert!(bends(growth));
+    let (verdict, growth) = ask(&descent, Key::Depth);
+    assert!(!bends(growth) && verdict != Verdict::Law { law: Law::LogSquared }, "{verdict:?}");
+    let level = |lines: &[Line]| {
+        let answer = fit(lines, &Request::new(Key::LevelDepth, Some("neighbours"))).unwrap();
+        answer.series[0].verdict.clone()
+    };
+    assert_eq!(level(&naive), Verdict::SizeBound);
+    assert_eq!(level(&descent), Verdict::SizeFree);
+}
+
+fn inserted<P: Point>(points: &[P]) {
+    let run = triangulate(points, &threaded(Workers::Count(3), 2, LEAF)).unwrap();
+    for seed in [1, 2] {
+        let rival = incremental(points, &Config { seed, ..Config::default() }).unwrap();
+        assert!(rival.cells == run.cells(), "other cells");
+        assert_eq!((rival.hull_facets, &rival.points), (run.hull_facets, &run.points));
+        assert!(rival.brent <= rival.rounds.iter().map(|r| r.work).sum());
+    }
+}
+
+#[test]
+fn insertion_gives_the_same_bytes() {
+    for kind in [Kind::Uniform, Kind::Clusters, Kind::Sphere, Kind::GradedPoint] {
+        inserted(&space(kind, 1500, 5));
+        inserted(&plane(kind, 2000, 5));
+    }
+    let mut grid = space(Kind::Grid, 1000, 5);
+    grid.extend_from_within(100..200);
+    inserted(&grid);
+}

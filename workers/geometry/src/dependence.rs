@@ -1,0 +1,446 @@
+//! The rival: parallel randomized incremental insertion, and how its steps depend on each other.
+//!
+//! **Statement.** Points are inserted in random order. The *conflicts* of a cell are the later points inside its
+//! circumsphere, the *pivot* is the first of them. A facet between two cells is ready as soon as both exist.
+//! Equal pivots bury both cells; none at all leaves both in the result; else the cell with the earlier pivot
+//! `v` is replaced, at this facet, by the cone from `v` over it. The new cell depends on the two old ones alone,
+//! and its conflicts `C` obey `C(t) & C(o) <= C <= C(t) | C(o)`, so that only points in conflict with one of the two
+//! are tested. All ready facets are settled at once, a round. The longest chain of cells is O(log n) with high
+//! probability, for any points (Blelloch, Gu, Shun and Sun, "Parallelism in randomized incremental algorithms",
+//! J. ACM 67, 2020, `ParIncrementalDT`; the same authors, "Randomized incremental convex hull is highly
+//! parallel", SPAA 2020).
+//!
+//! **Work and depth.** O(n log n) expected in the plane and wherever samples have linear triangulations,
+//! otherwise O(n^2) in space; a chain of O(log n) cells. On the ledger's machine ([`crate::cost`]) a cell's conflicts
+//! are united by a halving merge, O(log m) steps for m points, so the steps of a chain are O(log^2 n); with a
+//! concurrent hash table in the merge's place they are O(log n), and [`Clock::hashed`] counts those.
+//!
+//! **Departures.** Outer space is a vertex and the first affinely independent points are inserted first, in
+//! place of a bounding simplex. The second cell of a facet is found in a table whose access counts one step,
+//! as in the paper, although an EREW machine would sort: the rival is not charged what it need not be. Drawing
+//! the order is not charged. Ties are broken as everywhere ([`crate::predicates`]), so the cells are
+//! [`crate::incremental`]'s.
+
+use std::collections::BTreeMap;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::complex::INFINITE;
+use crate::cost::Cost;
+use crate::incremental::IncrementalError;
+use crate::point::{Point, Simplex, lex_cmp};
+use crate::predicates::{Sign, in_sphere, orientation, raises_dimension};
+
+/// Steps along a chain of cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Clock {
+    /// Number of cells: the dependence depth.
+    pub chain: u64,
+    /// Vector steps, a scan counting 1.
+    pub steps: u64,
+    /// Vector steps, a scan of m items counting `ceil(log2 m)`.
+    pub log_scan: u64,
+    /// Vector steps if a union of conflicts took one: a concurrent hash table, which the EREW machine has not.
+    pub hashed: u64,
+}
+
+impl Clock {
+    fn later(self, other: Clock) -> Clock {
+        Clock {
+            chain: self.chain.max(other.chain),
+            steps: self.steps.max(other.steps),
+            log_scan: self.log_scan.max(other.log_scan),
+            hashed: self.hashed.max(other.hashed),
+        }
+    }
+
+    /// After one more cell, which took `union` and then `rest`.
+    fn then(self, union: Cost, rest: Cost) -> Clock {
+        Clock {
+            chain: self.chain + 1,
+            steps: self.steps + union.depth() + rest.depth(),
+            log_scan: self.log_scan + union.depth_log_scan(1) + rest.depth_log_scan(1),
+            hashed: self.hashed + union.depth().min(1) + rest.depth(),
+        }
+    }
+}
+
+/// What one round did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Round {
+    /// Ready facets.
+    pub facets: u64,
+    /// Cells made.
+    pub cells: u64,
+    /// In-sphere tests, those of cells at infinity included.
+    pub tests: u64,
+    /// Operations.
+    pub work: u64,
+    /// Vector steps of the round's longest cell.
+    pub steps: u64,
+}
+
+impl Round {
+    /// Adds what is done beside the rest of the round.
+    fn charge(&mut self, cost: Cost) {
+        self.work += cost.work();
+        self.steps = self.steps.max(cost.depth());
+    }
+}
+
+/// A Delaunay triangulation made by rounds of insertions, and its counts.
+#[derive(Clone, Debug)]
+pub struct Dependence<P: Point> {
+    /// Finite cells, positively oriented, by numbers of the given points, in the order they were settled.
+    pub cells: Vec<P::Cell>,
+    /// Number of facets of the hull.
+    pub hull_facets: u64,
+    /// The longest chains.
+    pub clock: Clock,
+    /// Round by round; the first tests all points against the first cells, the others settle facets.
+    pub rounds: Vec<Round>,
+}
+
+impl<P: Point> Dependence<P> {
+    /// Triangulates distinct points, inserted in an order drawn from the seed.
+    ///
+    /// # Errors
+    /// Points that coincide, are not finite, are too many, or span less than the space.
+    pub fn new(points: &[P], seed: u64) -> Result<Self, IncrementalError> {
+        let (order, positions) = insertion(points, seed)?;
+        let mut grower = Grower::new(&positions);
+        let mut ready = grower.start();
+        while !ready.is_empty() {
+            ready = grower.round(&ready);
+        }
+        let name = |mut cell: P::Cell| {
+            cell.as_mut().iter_mut().for_each(|v| *v = order[*v as usize]);
+            cell
+        };
+        Ok(Dependence {
+            cells: grower.finite.into_iter().map(name).collect(),
+            hull_facets: grower.infinite,
+            clock: grower.clock,
+            rounds: grower.rounds,
+        })
+    }
+
+    /// The sum over all rounds.
+    pub fn total(&self) -> Round {
+        self.rounds.iter().fold(Round::default(), |sum, r| Round {
+            facets: sum.facets + r.facets,
+            cells: sum.cells + r.cells,
+            tests: sum.tests + r.tests,
+            work: sum.work + r.work,
+            steps: sum.steps + r.steps,
+        })
+    }
+
+    /// Brent's bound on the steps with `processors`: over the rounds, the sum of
+    /// `floor((work - steps) / processors) + steps`.
+    pub fn brent(&self, processors: u64) -> u64 {
+        let bound = |r: &Round| r.work.saturating_sub(r.steps) / processors.max(1) + r.steps;
+        self.rounds.iter().map(bound).sum()
+    }
+}
+
+/// A random order that starts with affinely independent points: their numbers, and the points in it. A
+/// function of the set and the seed, not of the numbering.
+fn insertion<P: Point>(points: &[P], seed: u64) -> Result<(Vec<u32>, Vec<P>), IncrementalError> {
+    if points.len() > MOST_POINTS {
+        return Err(IncrementalError::TooMany);
+    }
+    let finite = |p: &P| (0..P::DIM).all(|i| p.coord(i).is_finite());
+    if let Some(point) = points.iter().position(|p| !finite(p)) {
+        return Err(IncrementalError::NotFinite { point: point as u32 });
+    }
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
+    let same = |w: &&[u32]| lex_cmp(&points[w[0] as usize], &points[w[1] as usize]).is_eq();
+    if let Some(pair) = order.windows(2).find(same) {
+        return Err(IncrementalError::Coincident { point: pair[1], vertex: pair[0] });
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut keyed: Vec<(u64, u32)> = order.into_iter().map(|i| (rng.next_u64(), i)).collect();
+    // Equal keys keep their lexicographic order.
+    keyed.sort_by_key(|k| k.0);
+    let mut frame: Vec<P> = Vec::new();
+    let (mut first, mut rest) = (Vec::new(), Vec::with_capacity(keyed.len()));
+    for (_, i) in keyed {
+        let p = points[i as usize];
+        if frame.len() <= P::DIM && raises_dimension(&frame, p) {
+            frame.push(p);
+            first.push(i);
+        } else {
+            rest.push(i);
+        }
+    }
+    if frame.len() <= P::DIM {
+        return Err(IncrementalError::Flat { dimension: frame.len() as isize - 1 });
+    }
+    first.append(&mut rest);
+    let positions = first.iter().map(|&i| points[i as usize]).collect();
+    Ok((first, positions))
+}
+
+/// As many as [`crate::incremental`] takes.
+const MOST_POINTS: usize = 1 << 26;
+
+/// A cell in progress.
+#[derive(Clone, Debug)]
+struct Growing<P: Point> {
+    vertices: P::Cell,
+    /// Later points inside, in the order of insertion; the first is the pivot.
+    conflicts: Vec<u32>,
+    clock: Clock,
+    /// Facets that are not settled.
+    open: usize,
+}
+
+/// A facet of a cell: the cell and the slot of the opposite vertex.
+type Half = (u32, usize);
+
+/// A facet whose two cells exist.
+type Ready = (Half, Half);
+
+/// A point that may be in conflict with a cell.
+#[derive(Clone, Copy)]
+struct Candidate<P: Point> {
+    point: u32,
+    /// In conflict with both old cells, hence with the new one.
+    certain: bool,
+    /// The cell: a copy for each candidate.
+    cell: P::Cell,
+}
+
+/// How a cell comes to be.
+struct Made {
+    /// When its makers were there.
+    after: Clock,
+    /// What it cost to settle the facet.
+    before: Cost,
+    /// What it cost to unite the conflicts.
+    union: Cost,
+    /// A slot whose facet borders on a cell that is known.
+    known: Option<(usize, Half)>,
+}
+
+struct Grower<'a, P: Point> {
+    points: &'a [P],
+    cells: Vec<Growing<P>>,
+    /// Places of cells that are settled.
+    free: Vec<u32>,
+    /// Facets with one cell so far, by their sorted vertices.
+    table: BTreeMap<P::Facet, Half>,
+    finite: Vec<P::Cell>,
+    infinite: u64,
+    clock: Clock,
+    rounds: Vec<Round>,
+}
+
+impl<'a, P: Point> Grower<'a, P> {
+    fn new(points: &'a [P]) -> Self {
+        Grower {
+            points,
+            cells: Vec::new(),
+            free: Vec::new(),
+            table: BTreeMap::new(),
+            finite: Vec::new(),
+            infinite: 0,
+            clock: Clock::default(),
+            rounds: Vec::new(),
+        }
+    }
+
+    /// The first simplex and the cells around it, every other point tested against each.
+    fn start(&mut self) -> Vec<Ready> {
+        let n = P::DIM + 1;
+        let mut simplex = P::Cell::splat(0);
+        simplex.as_mut().iter_mut().zip(0..).for_each(|(slot, v)| *slot = v);
+        if orientation(&self.points[..n]) == Sign::Negative {
+            simplex.as_mut().swap(0, 1);
+        }
+        let mut cells = vec![simplex];
+        for slot in 0..n {
+            // Seen from beyond, a facet has the other orientation.
+            let mut outer = simplex;
+            outer.as_mut()[slot] = INFINITE;
+            outer.as_mut().swap(0, 1);
+            cells.push(outer);
+        }
+        let mut round = Round::default();
+        let mut ready = Vec::new();
+        for vertices in cells {
+            let others = (n as u32..self.points.len() as u32).map(|point| (point, false)).collect();
+            let made = Made { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
+            self.make(vertices, others, &made, &mut round, &mut ready);
+        }
+        self.rounds.push(round);
+        ready
+    }
+
+    /// Settles all ready facets; those that become ready by it are the next round's.
+    fn round(&mut self, ready: &[Ready]) -> Vec<Ready> {
+        let mut round = Round { facets: ready.len() as u64, ..Round::default() };
+        let mut next = Vec::new();
+        for facet in ready {
+            let mut settling = Cost::ZERO;
+            let verdict = settling.map(std::slice::from_ref(facet), |&(a, b)| self.verdict(a, b));
+            if let Some((old, other)) = verdict[0] {
+                self.replace(old, other, settling, &mut round, &mut next);
+            } else {
+                round.charge(settling);
+                self.release(facet.0.0);
+                self.release(facet.1.0);
+            }
+        }
+        self.rounds.push(round);
+        next
+    }
+
+    /// Which side of a facet gives way, and the other one; neither, if both stay or both are buried.
+    fn verdict(&self, a: Half, b: Half) -> Option<(Half, Half)> {
+        let pivot = |half: Half| self.cells[half.0 as usize].conflicts.first().copied();
+        match (pivot(a), pivot(b)) {
+            (v, w) if v == w => None,
+            (Some(v), Some(w)) if w < v => Some((b, a)),
+            (None, _) => Some((b, a)),
+            _ => Some((a, b)),
+        }
+    }
+
+    /// The cone from the pivot over the facet takes the place of its first cell there.
+    fn replace(&mut self, old: Half, other: Half, before: Cost, round: &mut Round, next: &mut Vec<Ready>) {
+        let (t, o) = (&self.cells[old.0 as usize], &self.cells[other.0 as usize]);
+        let mut vertices = t.vertices;
+        vertices.as_mut()[old.1] = t.conflicts[0];
+        let mut union = Cost::ZERO;
+        // The pivot itself is a vertex now.
+        let candidates = union.unite(&t.conflicts[1..], &o.conflicts);
+        let made = Made { after: t.clock.later(o.clock), before, union, known: Some((old.1, other)) };
+        self.make(vertices, candidates, &made, round, next);
+        self.release(old.0);
+    }
+
+    /// Makes a cell of vertices and candidates for its conflicts.
+    fn make(
+        &mut self,
+        vertices: P::Cell,
+        candidates: Vec<(u32, bool)>,
+        made: &Made,
+        round: &mut Round,
+        ready: &mut Vec<Ready>,
+    ) {
+        let number = self.free.pop().unwrap_or(self.cells.len() as u32);
+        let mut rest = made.before;
+        let conflicts = self.conflicts(&vertices, candidates, round, &mut rest);
+        let slots: Vec<usize> = (0..=P::DIM).collect();
+        let facets = rest.map(&slots, |&slot| facet_without::<P>(&vertices, slot));
+        for (slot, facet) in facets.into_iter().enumerate() {
+            let known = made.known.filter(|k| k.0 == slot).map(|k| k.1);
+            let mate = known.or_else(|| self.table.remove(&facet));
+            match mate {
+                Some(mate) => ready.push(((number, slot), mate)),
+                None => drop(self.table.insert(facet, (number, slot))),
+            }
+        }
+        let clock = made.after.then(made.union, rest);
+        self.clock = self.clock.later(clock);
+        round.cells += 1;
+        rest.then(made.union);
+        round.charge(rest);
+        let cell = Growing { vertices, conflicts, clock, open: slots.len() };
+        match self.cells.get_mut(number as usize) {
+            Some(place) => *place = cell,
+            None => self.cells.push(cell),
+        }
+    }
+
+    /// The candidates inside a new cell, each told of the cell by a copy-scan.
+    fn conflicts(
+        &self,
+        vertices: &P::Cell,
+        candidates: Vec<(u32, bool)>,
+        round: &mut Round,
+        cost: &mut Cost,
+    ) -> Vec<u32> {
+        if candidates.is_empty() {
+            return Vec::new();
+        }
+        let copy = |(point, certain)| Candidate::<P> { point, certain, cell: P::Cell::splat(INFINITE) };
+        let mut candidates: Vec<Candidate<P>> = candidates.into_iter().map(copy).collect();
+        cost.broadcast(&mut candidates, |c| c.cell = *vertices);
+        let kept = cost.pack(&candidates, |c| {
+            round.tests += u64::from(!c.certain);
+            c.certain || self.in_conflict(&c.cell, c.point)
+        });
+        cost.close(candidates.len() as u64);
+        kept.into_iter().map(|c| c.point).collect()
+    }
+
+    /// One more facet of a cell is settled; with the last, the cell is part of the result or gone.
+    fn release(&mut self, number: u32) {
+        let cell = &mut self.cells[number as usize];
+        cell.open -= 1;
+        if cell.open > 0 {
+            return;
+        }
+        if !cell.conflicts.is_empty() {
+            cell.conflicts = Vec::new();
+        } else if cell.vertices.as_ref().contains(&INFINITE) {
+            self.infinite += 1;
+        } else {
+            self.finite.push(cell.vertices);
+        }
+        self.free.push(number);
+    }
+
+    /// Is a later point inside the circumsphere, or beyond the hull facet, of a cell?
+    fn in_conflict(&self, vertices: &P::Cell, point: u32) -> bool {
+        let n = P::DIM + 1;
+        let q = self.points[point as usize];
+        let mut corners = [q; 4];
+        let mut outer = None;
+        for (slot, &v) in vertices.as_ref().iter().enumerate() {
+            match self.points.get(v as usize) {
+                Some(&p) => corners[slot] = p,
+                None => outer = Some(slot),
+            }
+        }
+        // Infinity's corner holds the query already.
+        match outer.map(|slot| (slot, orientation(&corners[..n]))) {
+            None => in_sphere(&corners[..n], q),
+            Some((_, Sign::Positive)) => true,
+            Some((_, Sign::Negative)) => false,
+            Some((slot, Sign::Zero)) => in_sphere(&self.inner_cell(corners, slot)[..n], q),
+        }
+    }
+
+    /// A positively oriented cell on the inner side of a hull facet. For points in the facet's plane, which
+    /// alone ask, every such cell gives the same answer.
+    fn inner_cell(&self, mut corners: [P; 4], slot: usize) -> [P; 4] {
+        let n = P::DIM + 1;
+        for &apex in &self.points[..n] {
+            corners[slot] = apex;
+            // The first points are not all in one plane, and none lies beyond.
+            if orientation(&corners[..n]) == Sign::Negative {
+                break;
+            }
+        }
+        corners.swap(0, 1);
+        corners
+    }
+}
+
+/// The vertices of a cell but for one, sorted: the name of a facet.
+fn facet_without<P: Point>(vertices: &P::Cell, slot: usize) -> P::Facet {
+    let mut facet = P::Facet::splat(INFINITE);
+    let others = vertices.as_ref().iter().enumerate().filter(|v| v.0 != slot);
+    facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
+    facet.as_mut().sort_unstable();
+    facet
+}
+
+#[cfg(test)]
+mod tests;
