@@ -1,15 +1,14 @@
-//! A simplicial complex with adjacency, glued by cavities. It holds no coordinates.
+//! A closed simplicial complex with adjacency that grows by cavities: the link of a vertex. It holds no
+//! coordinates.
 //!
-//! **Statement.** Bowyer (1981) and Watson (1981): when a vertex is added to a Delaunay complex, the
-//! cells it conflicts with form a ball; they are removed, and the vertex is joined to the ball's
-//! boundary. The same step, one dimension down, adds a point to the link of a vertex, which is how a
-//! local hull (paper, Lemma 4.3) grows. So one structure serves both: cells of `N` vertices, `N = DIM`
-//! for a link and `N = DIM + 1` for a triangulation. Outer space is the vertex [`INFINITE`], so that
-//! the complex is always closed and a hull facet is no special case.
+//! **Statement.** Bowyer (1981) and Watson (1981), one dimension down: when a point is added to a local hull,
+//! the facets of the link that it conflicts with form a ball (in the plane a path); they are removed, and
+//! the point is joined to the ball's border. Infinity is the vertex [`INFINITE`], so that the complex is
+//! always closed and a hull facet is no special case.
 //!
-//! **Work.** A cavity with `b` boundary facets costs O(b) expected. Adjacency among the new cells is
-//! found by their ridges: a new cell's facet is the new vertex and a ridge of `N - 2` vertices, at most
-//! two, which pack into one exact 64-bit key.
+//! **Work.** O(1) for each facet removed or made. The border of a cavity is a cycle of directed edges, so the
+//! new facet that follows another around the point is the one whose edge starts where the other's ends:
+//! it is found in a table by that vertex. In the plane there are two new facets, which are neighbours.
 
 use crate::point::Simplex;
 
@@ -19,20 +18,38 @@ pub const INFINITE: u32 = u32::MAX;
 /// No cell, as a neighbour code.
 pub const NONE: u32 = u32::MAX;
 
-/// Cells with `S::LEN` vertices and a neighbour across the facet opposite each vertex. Neighbour codes
+/// Cells with two or three vertices and a neighbour across the ridge opposite each vertex. Neighbour codes
 /// are `cell << 2 | slot`, the slot being that of the opposite vertex in the neighbour.
 #[derive(Clone, Debug)]
 pub struct Complex<S> {
-    vertices: Vec<S>,
-    neighbours: Vec<S>,
-    /// Per cell: an epoch mark of the last search, or `DEAD`.
-    marks: Vec<u32>,
+    cells: Vec<Cell<S>>,
     free: Vec<u32>,
     epoch: u32,
     cavity: Vec<u32>,
-    border: Vec<(u32, u8)>,
+    border: Vec<Border>,
     created: Vec<u32>,
-    ridges: RidgeTable,
+    /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
+    /// for nothing that it has not entered.
+    starts: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Cell<S> {
+    vertices: S,
+    neighbours: S,
+    /// An epoch mark of the last search, or `DEAD`.
+    mark: u32,
+}
+
+/// A ridge of a cavity's border: an edge from `first` to `last`, or one vertex, which is both.
+#[derive(Clone, Copy, Debug)]
+struct Border {
+    first: u32,
+    last: u32,
+    /// The slot opposite in the removed cell.
+    slot: u32,
+    /// The code outside.
+    outer: u32,
 }
 
 const DEAD: u32 = u32::MAX;
@@ -40,15 +57,13 @@ const DEAD: u32 = u32::MAX;
 impl<S: Simplex> Default for Complex<S> {
     fn default() -> Self {
         Complex {
-            vertices: Vec::new(),
-            neighbours: Vec::new(),
-            marks: Vec::new(),
+            cells: Vec::new(),
             free: Vec::new(),
             epoch: 0,
             cavity: Vec::new(),
             border: Vec::new(),
             created: Vec::new(),
-            ridges: RidgeTable::default(),
+            starts: Vec::new(),
         }
     }
 }
@@ -56,10 +71,9 @@ impl<S: Simplex> Default for Complex<S> {
 impl<S: Simplex> Complex<S> {
     /// Empties the complex and keeps its storage.
     pub fn clear(&mut self) {
-        self.vertices.clear();
-        self.neighbours.clear();
-        self.marks.clear();
+        self.cells.clear();
         self.free.clear();
+        self.created.clear();
         self.epoch = 0;
     }
 
@@ -89,16 +103,17 @@ impl<S: Simplex> Complex<S> {
                 self.join(outer, si, other, sj);
             }
         }
+        self.created.extend(0..=n as u32);
     }
 
     /// Number of cell slots, dead ones included.
     pub fn slots(&self) -> u32 {
-        self.vertices.len() as u32
+        self.cells.len() as u32
     }
 
     /// Number of live cells.
     pub fn len(&self) -> usize {
-        self.vertices.len() - self.free.len()
+        self.cells.len() - self.free.len()
     }
 
     /// Is there no live cell?
@@ -109,25 +124,19 @@ impl<S: Simplex> Complex<S> {
     /// Is this slot in use?
     #[inline]
     pub fn is_live(&self, cell: u32) -> bool {
-        self.marks[cell as usize] != DEAD
+        self.cells[cell as usize].mark != DEAD
     }
 
     /// The vertices of a cell.
     #[inline]
     pub fn cell(&self, cell: u32) -> &S {
-        &self.vertices[cell as usize]
-    }
-
-    /// The slot in which a cell holds infinity, if any.
-    #[inline]
-    pub fn infinite_slot(&self, cell: u32) -> Option<usize> {
-        self.cell(cell).as_ref().iter().position(|&v| v == INFINITE)
+        &self.cells[cell as usize].vertices
     }
 
     /// The neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
     #[inline]
     pub fn neighbour(&self, cell: u32, slot: usize) -> (u32, usize) {
-        let code = self.neighbours[cell as usize].as_ref()[slot];
+        let code = self.cells[cell as usize].neighbours.as_ref()[slot];
         (code >> 2, (code & 3) as usize)
     }
 
@@ -136,100 +145,113 @@ impl<S: Simplex> Complex<S> {
         (0..self.slots()).filter(|&c| self.is_live(c))
     }
 
-    /// The cells made by the last [`Complex::insert`].
+    /// The cells made by the last [`Complex::insert`], or by [`Complex::start`].
     pub fn created(&self) -> &[u32] {
         &self.created
     }
 
-    /// The cells removed by the last [`Complex::insert`] (their vertices are gone).
-    pub fn removed(&self) -> &[u32] {
-        &self.cavity
+    /// The slots that the last [`Complex::insert`] left without a cell, and older ones.
+    pub fn free(&self) -> &[u32] {
+        &self.free
     }
 
     /// Adds `vertex`: digs the connected set of cells that `conflict` accepts, from `seed` (which must
     /// conflict), removes them and joins the vertex to the boundary. `conflict(self, cell)` must not
-    /// change its mind. Returns the number of conflict tests made.
-    pub fn insert<F>(&mut self, vertex: u32, seed: u32, mut conflict: F) -> usize
+    /// change its mind.
+    pub fn insert<F>(&mut self, vertex: u32, seed: u32, conflict: F)
     where
         F: FnMut(&Self, u32) -> bool,
     {
+        self.dig(seed, conflict);
+        self.allocate();
+        if S::LEN == 2 { self.fill_path(vertex) } else { self.fill_disc(vertex) }
+    }
+
+    fn dig(&mut self, seed: u32, mut conflict: impl FnMut(&Self, u32) -> bool) {
         self.epoch += 2;
         let (inside, outside) = (self.epoch, self.epoch + 1);
         self.cavity.clear();
         self.border.clear();
         self.cavity.push(seed);
-        self.marks[seed as usize] = inside;
-        let mut tests = 0;
+        self.cells[seed as usize].mark = inside;
         let mut head = 0;
-        while head < self.cavity.len() {
-            let cell = self.cavity[head];
+        while let Some(&cell) = self.cavity.get(head) {
             head += 1;
-            for slot in 0..S::LEN {
-                let (next, _) = self.neighbour(cell, slot);
-                let mark = self.marks[next as usize];
-                if mark == inside {
-                    continue;
-                }
-                if mark != outside {
-                    tests += 1;
-                    if conflict(self, next) {
-                        self.marks[next as usize] = inside;
+            let Cell { vertices, neighbours, .. } = self.cells[cell as usize];
+            for (slot, &outer) in neighbours.as_ref().iter().enumerate() {
+                let next = outer >> 2;
+                let mut mark = self.cells[next as usize].mark;
+                if mark != inside && mark != outside {
+                    mark = if conflict(self, next) { inside } else { outside };
+                    self.cells[next as usize].mark = mark;
+                    if mark == inside {
                         self.cavity.push(next);
-                        continue;
                     }
-                    self.marks[next as usize] = outside;
                 }
-                self.border.push((cell, slot as u8));
+                if mark == outside {
+                    let (first, last) = ridge(vertices.as_ref(), slot);
+                    self.border.push(Border { first, last, slot: slot as u32, outer });
+                }
             }
         }
-        self.fill(vertex);
-        tests
     }
 
-    /// Replaces the marked cavity by the cone from `vertex` over its border.
-    fn fill(&mut self, vertex: u32) {
-        let border = std::mem::take(&mut self.border);
+    /// Numbers the new cells: slots of the cavity, free ones, new ones.
+    fn allocate(&mut self) {
         self.created.clear();
-        self.ridges.reset(border.len() * (S::LEN - 1));
-        for &(cell, slot) in &border {
-            let slot = slot as usize;
-            let (outer, outer_slot) = self.neighbour(cell, slot);
-            let mut vertices = *self.cell(cell);
-            vertices.as_mut()[slot] = vertex;
-            let new = self.allocate(vertices);
-            self.join(new, slot, outer, outer_slot);
-            for j in (0..S::LEN).filter(|&j| j != slot) {
-                let key = ridge_key(vertices.as_ref(), slot, j);
-                if let Some(code) = self.ridges.match_or_insert(key, new << 2 | j as u32) {
-                    self.join(new, j, code >> 2, (code & 3) as usize);
-                }
-            }
-            self.created.push(new);
-        }
-        self.border = border;
-        for &cell in &self.cavity {
-            self.marks[cell as usize] = DEAD;
+        let reused = self.cavity.len().min(self.border.len());
+        self.created.extend_from_slice(&self.cavity[..reused]);
+        for &cell in &self.cavity[reused..] {
+            self.cells[cell as usize].mark = DEAD;
             self.free.push(cell);
         }
+        while self.created.len() < self.border.len() {
+            let cell = self.free.pop().unwrap_or_else(|| self.push(S::splat(NONE)));
+            self.created.push(cell);
+        }
     }
 
-    fn allocate(&mut self, vertices: S) -> u32 {
-        match self.free.pop() {
-            Some(cell) => {
-                self.vertices[cell as usize] = vertices;
-                self.marks[cell as usize] = 0;
-                cell
+    fn fill_disc(&mut self, vertex: u32) {
+        for (border, &new) in self.border.iter().zip(&self.created) {
+            let start = border.first.wrapping_add(1) as usize;
+            if start >= self.starts.len() {
+                self.starts.resize(start + 64, NONE);
             }
-            None => self.push(vertices),
+            self.starts[start] = new;
+        }
+        for (border, &new) in self.border.iter().zip(&self.created) {
+            let &Border { first, last, outer, .. } = border;
+            // Around the new vertex, the next facet has this one across the ridge opposite its last vertex.
+            let next = self.starts[last.wrapping_add(1) as usize];
+            let own = &mut self.cells[new as usize];
+            own.vertices.as_mut().copy_from_slice(&[vertex, first, last]);
+            own.mark = 0;
+            let neighbours = own.neighbours.as_mut();
+            (neighbours[0], neighbours[1]) = (outer, next << 2 | 2);
+            self.cells[next as usize].neighbours.as_mut()[2] = new << 2 | 1;
+            self.cells[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = new << 2;
+        }
+    }
+
+    fn fill_path(&mut self, vertex: u32) {
+        for k in 0..2 {
+            let (border, new, other) = (self.border[k], self.created[k], self.created[1 - k]);
+            let slot = border.slot as usize;
+            let own = &mut self.cells[new as usize];
+            own.mark = 0;
+            let (cell, neighbours) = (own.vertices.as_mut(), own.neighbours.as_mut());
+            (cell[slot], cell[1 - slot]) = (vertex, border.first);
+            // In the other cell the new vertex has the other slot, so its end has this one.
+            (neighbours[slot], neighbours[1 - slot]) = (border.outer, other << 2 | slot as u32);
+            let outer = &mut self.cells[(border.outer >> 2) as usize];
+            outer.neighbours.as_mut()[(border.outer & 3) as usize] = new << 2 | slot as u32;
         }
     }
 
     fn push(&mut self, vertices: S) -> u32 {
-        let cell = self.vertices.len() as u32;
+        let cell = self.cells.len() as u32;
         assert!(cell < (1 << 30), "more than 2^30 cells in one complex");
-        self.vertices.push(vertices);
-        self.neighbours.push(S::splat(NONE));
-        self.marks.push(0);
+        self.cells.push(Cell { vertices, neighbours: S::splat(NONE), mark: 0 });
         cell
     }
 
@@ -240,8 +262,8 @@ impl<S: Simplex> Complex<S> {
 
     #[inline]
     fn join(&mut self, a: u32, slot_a: usize, b: u32, slot_b: usize) {
-        self.neighbours[a as usize].as_mut()[slot_a] = b << 2 | slot_b as u32;
-        self.neighbours[b as usize].as_mut()[slot_b] = a << 2 | slot_a as u32;
+        self.cells[a as usize].neighbours.as_mut()[slot_a] = b << 2 | slot_b as u32;
+        self.cells[b as usize].neighbours.as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
     /// Checks that neighbours are mutual and share all but one vertex, with opposite orientation on
@@ -272,69 +294,25 @@ impl<S: Simplex> Complex<S> {
     }
 }
 
-/// Two positions other than `i` among `n` (equal positions when `n` is 2: a swap that does nothing,
-/// since a link of two vertices carries its orientation in the order itself).
+/// The ridge of a cell opposite `slot`, in the order in which it follows the vertex there.
+#[inline]
+fn ridge(vertices: &[u32], slot: usize) -> (u32, u32) {
+    match (vertices, slot) {
+        (&[_, b], 0) => (b, b),
+        (&[a, _], _) => (a, a),
+        (&[_, b, c], 0) => (b, c),
+        (&[a, _, c], 1) => (c, a),
+        (&[a, b, ..], _) => (a, b),
+        _ => (NONE, NONE),
+    }
+}
+
+/// Two positions whose exchange turns a cell round without moving position `i`; of two vertices both.
 fn other_two(i: usize, n: usize) -> (usize, usize) {
     match (n, i) {
         (2, _) => (0, 1),
         (_, 0) => (1, 2),
         (_, 1) => (0, 2),
         _ => (0, 1),
-    }
-}
-
-/// The exact key of the ridge of `vertices` without positions `a` and `b`: at most two vertices.
-#[inline]
-fn ridge_key(vertices: &[u32], a: usize, b: usize) -> u64 {
-    let (mut low, mut high) = (0u32, 0u32);
-    for (i, &v) in vertices.iter().enumerate() {
-        if i != a && i != b {
-            if v >= low {
-                (low, high) = (v, low);
-            } else {
-                high = v;
-            }
-        }
-    }
-    u64::from(low) << 32 | u64::from(high)
-}
-
-/// Pairs up equal keys: an open-addressing table that is emptied in O(1).
-#[derive(Clone, Debug, Default)]
-struct RidgeTable {
-    slots: Vec<(u64, u32, u32)>,
-    stamp: u32,
-    mask: usize,
-}
-
-impl RidgeTable {
-    fn reset(&mut self, entries: usize) {
-        let wanted = (entries * 2).next_power_of_two().max(16);
-        if wanted > self.slots.len() {
-            self.slots = vec![(0, 0, 0); wanted];
-            self.stamp = 0;
-        } else if self.stamp == u32::MAX {
-            self.slots.fill((0, 0, 0));
-            self.stamp = 0;
-        }
-        self.stamp += 1;
-        self.mask = wanted - 1;
-    }
-
-    /// The code stored under this key, or `None` after storing `code` (a key occurs exactly twice).
-    #[inline]
-    fn match_or_insert(&mut self, key: u64, code: u32) -> Option<u32> {
-        let mut at = (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize & self.mask;
-        loop {
-            let slot = &mut self.slots[at];
-            if slot.1 != self.stamp {
-                *slot = (key, self.stamp, code);
-                return None;
-            }
-            if slot.0 == key {
-                return Some(slot.2);
-            }
-            at = (at + 1) & self.mask;
-        }
     }
 }

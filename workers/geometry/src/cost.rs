@@ -242,6 +242,18 @@ impl Cost {
         items.sort_by(compare);
     }
 
+    /// The items in rising order, handed out in runs as they are asked for; equal ones in no order. Charged as
+    /// [`Cost::sort`] of all of them, which is what the machine does at once.
+    pub fn sorted<'a, T, F>(&mut self, items: &'a mut [T], compare: F) -> Sorted<'a, T, F>
+    where
+        F: FnMut(&T, &T) -> Ordering,
+    {
+        for _ in 0..ceil_log2(items.len() as u64).max(1) {
+            self.step(items.len());
+        }
+        Sorted { rest: items, compare }
+    }
+
     /// Sorts the items and leaves one of each run of equal ones: the sort, then flag, scan and permute.
     pub fn distinct<T>(&mut self, items: &mut Vec<T>, mut compare: impl FnMut(&T, &T) -> Ordering) {
         self.sort(items, &mut compare);
@@ -289,6 +301,30 @@ impl Cost {
     }
 }
 
+/// Items that are sorted as they are asked for (see [`Cost::sorted`]).
+#[derive(Debug)]
+pub struct Sorted<'a, T, F> {
+    rest: &'a mut [T],
+    compare: F,
+}
+
+impl<'a, T, F: FnMut(&T, &T) -> Ordering> Sorted<'a, T, F> {
+    /// Items sorted at once.
+    const RUN: usize = 32;
+
+    /// The next items in order, at least one, if any are left.
+    pub fn next_run(&mut self) -> Option<&'a [T]> {
+        let mut rest = std::mem::take(&mut self.rest);
+        if rest.len() > 2 * Self::RUN {
+            rest.select_nth_unstable_by(Self::RUN, &mut self.compare);
+            let (run, others) = rest.split_at_mut(Self::RUN);
+            (rest, self.rest) = (run, others);
+        }
+        rest.sort_unstable_by(&mut self.compare);
+        if rest.is_empty() { None } else { Some(rest) }
+    }
+}
+
 /// Counts the items of a vector step one by one, where they are found by walking.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sweep {
@@ -300,6 +336,12 @@ impl Sweep {
     #[inline]
     pub fn visit(&mut self) {
         self.items += 1;
+    }
+
+    /// So many items are processed together, as the lanes of registers.
+    #[inline]
+    pub fn visit_lanes(&mut self, lanes: usize) {
+        self.items += lanes as u64;
     }
 
     /// Processes all items of a slice.
@@ -359,6 +401,21 @@ mod tests {
         cost.sort(&mut items, |a, b| a.0.cmp(&b.0));
         assert_eq!(items, [(1, 'b'), (1, 'e'), (2, 'd'), (3, 'a'), (3, 'c')]);
         assert_eq!((cost.work(), cost.depth(), cost.scans()), (15, 3, 0));
+    }
+
+    #[test]
+    fn runs_come_in_order_and_are_charged_at_once() {
+        for n in [0u64, 1, 31, 64, 65, 97, 1000] {
+            let mut items: Vec<u64> = (0..n).map(|i| i * 7919 % 503).collect();
+            let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
+            all.sort(&mut expected, Ord::cmp);
+            let mut sorted = cost.sorted(&mut items, Ord::cmp);
+            let mut found = Vec::new();
+            while let Some(run) = sorted.next_run() {
+                found.extend_from_slice(run);
+            }
+            assert_eq!((found, cost), (expected, all));
+        }
     }
 
     #[test]

@@ -192,7 +192,7 @@ impl<P: Point> Incremental<P> {
     /// Names vertex `i` `order[i]`, which is its place in `points`.
     fn rename(&mut self, points: Vec<P>, order: &[u32]) {
         for cell in &mut self.cells.slots {
-            for v in cell.vertices.as_mut() {
+            for v in cell.vertices_mut().as_mut() {
                 if *v != INFINITE {
                     *v = order[*v as usize];
                 }
@@ -305,4 +305,4 @@ fn cleaned<P: Point>(mut p: P) -> Option<P> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

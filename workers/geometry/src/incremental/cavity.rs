@@ -114,13 +114,13 @@ fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
 /// Does `q` conflict with a cell? Exact.
 pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u32, q: P) -> bool {
     let n = P::Cell::LEN;
-    let vertices = &slots[cell as usize].vertices;
+    let vertices = slots[cell as usize].vertices();
     let this = corners(points, vertices);
     match vertices.as_ref().iter().position(|&v| v == INFINITE) {
         None => in_sphere(&this[..n], q),
         Some(slot) => {
-            let inner = slots[cell as usize].neighbours.as_ref()[slot] >> 2;
-            let finite = corners(points, &slots[inner as usize].vertices);
+            let inner = slots[cell as usize].neighbours().as_ref()[slot] >> 2;
+            let finite = corners(points, slots[inner as usize].vertices());
             conflicts_infinite(&this[..n], slot, &finite[..n], q)
         }
     }
@@ -176,7 +176,7 @@ impl<P: Point> Incremental<P> {
             let border_of = border.room(outer, P::Cell::LEN);
             let cell = inside_of[head];
             head += 1;
-            let neighbours = slots[cell as usize].neighbours;
+            let neighbours = *slots[cell as usize].neighbours();
             let mut open = 0;
             for slot in 0..P::Cell::LEN {
                 let code = neighbours.as_ref()[slot];
@@ -229,11 +229,8 @@ impl<P: Point> Incremental<P> {
         let more = border.len() - cells.created.len();
         let slots = cells.slots.len();
         cells.created.extend((slots..slots + more).map(|slot| slot as u32));
-        let empty = Cell {
-            sphere: P::Cell::splat(NO_SPHERE),
-            neighbours: P::Cell::splat(NONE),
-            vertices: P::Cell::splat(INFINITE),
-        };
+        let [none, infinite] = [NONE, INFINITE].map(P::Cell::splat);
+        let empty = Cell::new(P::Cell::splat(NO_SPHERE), none, infinite);
         cells.slots.resize(slots + more, empty);
     }
 
@@ -248,7 +245,7 @@ impl<P: Point> Incremental<P> {
         let mut known = 1;
         for ((&(inward, outward), &cell), face) in border.iter().zip(&self.cells.created).zip(faces_of) {
             let names_of = names.room(known, P::DIM);
-            let removed = &slots[(outward >> 2) as usize].vertices;
+            let removed = slots[(outward >> 2) as usize].vertices();
             let vertices = facet::<P>(removed, outward as usize & 3, inward);
             let mut numbers = [0; 3];
             for (number, &vertex) in numbers.iter_mut().zip(&vertices.as_ref()[1..]) {
@@ -297,9 +294,9 @@ impl<P: Point> Incremental<P> {
             for i in 0..P::DIM {
                 neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(numbers, i));
             }
-            slots[(outer >> 2) as usize].neighbours.as_mut()[(outer & 3) as usize] = cell << 2;
+            slots[(outer >> 2) as usize].neighbours_mut().as_mut()[(outer & 3) as usize] = cell << 2;
             let sphere = query.sphere(numbers.map(|i| &around[i as usize]));
-            slots[cell as usize] = Cell { sphere, neighbours, vertices };
+            slots[cell as usize] = Cell::new(sphere, neighbours, vertices);
         }
     }
 

@@ -6,31 +6,62 @@
 //! search. The two bits of the sphere's radius that its value does not need are marks: the sign is set
 //! in a cell that is being removed or is free, the last bit in one that was found to stay.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::sphere::{KEPT, NO_SPHERE, REMOVED};
 use crate::complex::{INFINITE, NONE};
 use crate::point::Simplex;
 
-/// A cell: `S` is an array of `DIM + 1` numbers.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cell<S> {
-    /// The centre's coordinates and the radius, as the bits of `f32`.
-    pub(super) sphere: S,
-    /// Codes of the cells across the facets opposite to the vertices.
-    pub(super) neighbours: S,
-    /// Vertices in positive order.
-    pub(super) vertices: S,
-}
+/// A cell: its sphere, its neighbours and its vertices, each an array `S` of `DIM + 1` numbers. Nothing else, so
+/// that the storage can be written over with rows ([`super::rows`]).
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(transparent)]
+pub(super) struct Cell<S>([S; 3]);
 
 impl<S: Simplex> Cell<S> {
+    /// A cell without marks.
+    #[inline]
+    pub(super) fn new(sphere: S, neighbours: S, vertices: S) -> Self {
+        Cell([sphere, neighbours, vertices])
+    }
+
+    /// The centre's coordinates and the radius, as the bits of `f32`.
+    #[inline]
+    pub(super) fn sphere(&self) -> &S {
+        &self.0[0]
+    }
+
+    /// Codes of the cells across the facets opposite to the vertices.
+    #[inline]
+    pub(super) fn neighbours(&self) -> &S {
+        &self.0[1]
+    }
+
+    #[inline]
+    pub(super) fn neighbours_mut(&mut self) -> &mut S {
+        &mut self.0[1]
+    }
+
+    /// Vertices in positive order.
+    #[inline]
+    pub(super) fn vertices(&self) -> &S {
+        &self.0[2]
+    }
+
+    #[inline]
+    pub(super) fn vertices_mut(&mut self) -> &mut S {
+        &mut self.0[2]
+    }
+
     /// The bits of the radius, with the marks.
     #[inline]
     pub(super) fn radius(&self) -> u32 {
-        self.sphere.as_ref()[S::LEN - 1]
+        self.sphere().as_ref()[S::LEN - 1]
     }
 
     #[inline]
     pub(super) fn radius_mut(&mut self) -> &mut u32 {
-        &mut self.sphere.as_mut()[S::LEN - 1]
+        &mut self.0[0].as_mut()[S::LEN - 1]
     }
 
     #[inline]
@@ -63,14 +94,14 @@ impl<S: Simplex> Cells<S> {
         self.created.clear();
         self.created.extend(0..=n as u32);
         self.slots.clear();
-        self.slots.push(Cell { sphere: S::splat(NO_SPHERE), neighbours: S::splat(NONE), vertices: cell });
+        self.slots.push(Cell::new(S::splat(NO_SPHERE), S::splat(NONE), cell));
         for i in 0..n {
             // Seen from outside the facet opposite i is reversed: swap two other vertices.
             let mut vertices = cell;
             vertices.as_mut()[i] = INFINITE;
             let (a, b) = ((i + 1) % n, (i + 2) % n);
             vertices.as_mut().swap(a, b);
-            self.slots.push(Cell { sphere: S::splat(NO_SPHERE), neighbours: S::splat(NONE), vertices });
+            self.slots.push(Cell::new(S::splat(NO_SPHERE), S::splat(NONE), vertices));
         }
         for i in 0..n {
             let outer = i as u32 + 1;
@@ -89,8 +120,8 @@ impl<S: Simplex> Cells<S> {
     }
 
     fn join(&mut self, a: u32, slot_a: usize, b: u32, slot_b: usize) {
-        self.slots[a as usize].neighbours.as_mut()[slot_a] = b << 2 | slot_b as u32;
-        self.slots[b as usize].neighbours.as_mut()[slot_b] = a << 2 | slot_a as u32;
+        self.slots[a as usize].neighbours_mut().as_mut()[slot_a] = b << 2 | slot_b as u32;
+        self.slots[b as usize].neighbours_mut().as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
     /// Number of slots, free ones included: every cell's number is smaller.
@@ -117,13 +148,13 @@ impl<S: Simplex> Cells<S> {
     /// The vertices of a cell.
     #[inline]
     pub fn cell(&self, cell: u32) -> &S {
-        &self.slots[cell as usize].vertices
+        self.slots[cell as usize].vertices()
     }
 
     /// The neighbours of a cell as codes `4 * cell + slot`, across the facets opposite to its vertices.
     #[inline]
     pub fn neighbours(&self, cell: u32) -> &S {
-        &self.slots[cell as usize].neighbours
+        self.slots[cell as usize].neighbours()
     }
 
     /// The neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
@@ -153,7 +184,7 @@ impl<S: Simplex> Cells<S> {
     /// All cells in the order of their slots: number, vertices and neighbour codes.
     pub fn entries(&self) -> impl Iterator<Item = (u32, &S, &S)> + '_ {
         let live = (0u32..).zip(&self.slots).filter(|(_, cell)| !cell.is_removed());
-        live.map(|(number, cell)| (number, &cell.vertices, &cell.neighbours))
+        live.map(|(number, cell)| (number, cell.vertices(), cell.neighbours()))
     }
 
     /// The cells made by the last insertion.

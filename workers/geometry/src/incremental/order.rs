@@ -4,7 +4,7 @@
 //! constructions con BRIO", 2003) puts every point into the last round with probability `1 - 1/8`, of
 //! the others again `7/8` into the round before, and so on. Whatever the order inside the rounds, the
 //! expected work is that of a random order; along a space-filling curve the walks are short as well.
-//! The curve is Hilbert's, followed from level to level by a table of its orientations, as in Hamilton and
+//! The curve is Hilbert's, followed two levels at a time by a table of its orientations, as in Hamilton and
 //! Rau-Chaplin ("Compact Hilbert indices", 2008): in an orientation with entry corner `e` and axis `d` the
 //! octant `l` (a bit for each axis) comes at place `w`, the inverse Gray code of `l ^ e` with its bits
 //! turned by `d + 1`; there the curve enters at `e ^ entry(w)` turned back, along the axis `d + turn(w) + 1`.
@@ -90,11 +90,12 @@ impl<P: Point> Curve<P> {
         }
         let table = if P::DIM == 2 { &PLANE } else { &SPACE };
         let (mut key, mut state) = (0, 0);
-        for level in (0..bits(P::DIM)).rev() {
-            let octant = octants >> (level * P::DIM as u32) & ((1 << P::DIM) - 1);
-            let step = table[state << 3 | octant as usize];
-            key = key << P::DIM | u64::from(step & 7);
-            state = usize::from(step >> 3) % STATES;
+        let two = 2 * P::DIM as u32;
+        for pair in (0..bits(P::DIM) / 2).rev() {
+            let octants = octants >> (pair * two) & ((1 << two) - 1);
+            let step = table[state << 6 | octants as usize];
+            key = key << two | u64::from(step & 63);
+            state = usize::from(step >> 6) % STATES;
         }
         key
     }
@@ -122,10 +123,27 @@ fn spread(dimension: usize, x: u32) -> u64 {
 /// Orientations of the curve, rounded up to a power of two: in space 8 entry corners and 3 axes.
 const STATES: usize = 32;
 
-/// For each orientation and octant: the octant's place on the curve, and the orientation inside it, times 8.
-const PLANE: [u8; STATES * 8] = orientations(2);
-const SPACE: [u8; STATES * 8] = orientations(3);
+/// For each orientation and two levels of octants: the place on the curve, and the orientation there, times 64.
+static PLANE: [u16; STATES * 64] = two_levels(2);
+static SPACE: [u16; STATES * 64] = two_levels(3);
 
+const fn two_levels(n: u32) -> [u16; STATES * 64] {
+    let (one, mut table) = (orientations(n), [0; STATES * 64]);
+    let mut state = 0;
+    while state < n << n {
+        let mut octants = 0;
+        while octants < 1 << (2 * n) {
+            let outer = one[(state << 3 | octants >> n) as usize] as u16;
+            let inner = one[(outer & !7) as usize | (octants & ((1 << n) - 1)) as usize] as u16;
+            table[(state << 6 | octants) as usize] = inner >> 3 << 6 | (outer & 7) << n | inner & 7;
+            octants += 1;
+        }
+        state += 1;
+    }
+    table
+}
+
+/// The same for one level, times 8.
 const fn orientations(n: u32) -> [u8; STATES * 8] {
     let mut table = [0; STATES * 8];
     let mut state = 0;

@@ -45,7 +45,7 @@ impl<P: Point> Incremental<P> {
     /// `None` for infinite cells, and for cells so flat that their ball is not known well: nothing but
     /// the exact predicates says what conflicts with them.
     pub fn ball(&self, cell: u32) -> Option<(P, f64)> {
-        self.frame.ball(&self.cells.slots[cell as usize].sphere)
+        self.frame.ball(self.cells.slots[cell as usize].sphere())
     }
 
     /// Replaces `out` by the cells around `vertex`, infinite ones included.

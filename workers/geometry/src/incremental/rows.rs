@@ -1,24 +1,40 @@
 //! A triangulation taken apart into what is kept of it: rows of vertices and neighbours.
 
 use super::Incremental;
+use super::cells::Cell;
 use crate::point::Point;
 
 impl<P: Point> Incremental<P> {
+    /// The cells alone.
+    fn into_slots(self) -> Vec<Cell<P::Cell>> {
+        self.cells.slots
+    }
+
     /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each cell whose entry in `numbers` (by slot)
     /// is less than `bound`; these must be counted up from 0 in the order of slots. A row holds what `vertex`
     /// makes of the cell's vertices, then for each of them the entry of the cell across the opposite facet.
     ///
-    /// **Work.** O(cells).
+    /// **Work.** O(cells), in place: rows are shorter than cells, so none is written over before it is read.
     pub fn into_rows(self, numbers: &[u32], bound: u32, vertex: impl Fn(u32) -> u32) -> Vec<u32> {
-        let rows = numbers.iter().filter(|&&number| number < bound).count();
-        let mut out = Vec::with_capacity(rows * 2 * (P::DIM + 1));
-        for (slot, vertices, neighbours) in self.cells.entries() {
-            if numbers[slot as usize] < bound {
-                out.extend(vertices.as_ref().iter().map(|&v| vertex(v)));
-                out.extend(neighbours.as_ref().iter().map(|&code| numbers[(code >> 2) as usize]));
+        let n = P::DIM + 1;
+        let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
+        let mut end = 0;
+        for (slot, _) in numbers.iter().enumerate().filter(|(_, number)| **number < bound) {
+            let cell: &Cell<P::Cell> =
+                bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
+            let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
+            let (first, second) = words[end..end + 2 * n].split_at_mut(n);
+            for (to, &v) in first.iter_mut().zip(vertices.as_ref()) {
+                *to = vertex(v);
             }
+            for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
+                *to = numbers[(code >> 2) as usize];
+            }
+            end += 2 * n;
         }
-        out
+        words.truncate(end);
+        words.shrink_to_fit();
+        words
     }
 }
 

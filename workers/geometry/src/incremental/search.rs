@@ -49,7 +49,7 @@ impl<P: Point> Incremental<P> {
                 return (cell, true);
             }
             let here = cell;
-            for &code in slots[here as usize].neighbours.as_ref() {
+            for &code in slots[here as usize].neighbours().as_ref() {
                 let power = query.power(&slots[(code >> 2) as usize]);
                 if power.value < best.value {
                     (cell, best) = (code >> 2, power);

@@ -22,9 +22,9 @@
 //! at most `h` of itself, or `3 h` with its last bit cleared; `x` by at most `h |x|`. Hence if `x` is not
 //! inside, the rounded distance `d'` is at least `r - t'`, if it is not outside at most `r + t'`, with
 //! `t' = 2 h |x| + (4 + 1/4) h r`. So it suffices that `|d'^2 - r^2| > t' (2 r + t')`. The comparison itself
-//! is made in single precision: the squares are wrong by `6.02 h r^2` more than they are wrong in proportion
-//! to the bound (by `11.1 h` of it). With `t = 2 (1 + 2^-10) h |x| + 9 h r` in the place of `t'` the bound grows
-//! by more than `9.5 h r^2` and that proportion, which covers both. A constant of `2^-140` covers
+//! is made in single precision, with errors of `3 h d'^2` and `h r^2` in the squares and `2 h (d'^2 + r^2)` in
+//! the sums: in all `8.02 h r^2` and `13 h` of the bound. With `t = 2 (1 + 2^-10) h |x| + 10 h r` in the place of
+//! `t'` the bound grows by more than `11 h r^2` and that proportion, which covers both. A constant of `2^-140` covers
 //! coordinates that are subnormal in single precision. Radii outside `2^-50 .. 2^60` are not kept and points
 //! farther than `2^40` from the origin not compared, so that nothing overflows but distances to centres
 //! that are farther than any radius; nor are values of `g` below `2^-300` kept, which no underflow then
@@ -32,6 +32,8 @@
 //!
 //! **Departures.** The median is that of a sample: any origin is right, and one where points are
 //! dense makes the bound small where cells are.
+
+use glam::Vec4;
 
 use super::cells::Cell;
 use crate::point::{Point, Simplex};
@@ -51,7 +53,7 @@ const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;
 /// The part of the bound that grows with the distance from the origin, the part that grows with the
 /// radius, and the constant part.
 const FAR: f64 = 2.0 * SINGLE * (1.0 + 1.0 / 1024.0);
-const WIDE: f32 = (9.0 * SINGLE) as f32;
+const WIDE: f32 = (10.0 * SINGLE) as f32;
 const TINY: f64 = power_of_two(-140);
 
 /// The square of the flattest shape that has a sphere, and of the least determinant.
@@ -80,9 +82,9 @@ pub(super) struct Frame<P> {
 /// A point as it is compared with spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query<P> {
-    /// The point in the coordinates of the spheres, and the same in single precision.
+    /// The point in the coordinates of the spheres, and the same in single precision, zeros behind.
     at: P,
-    rounded: [f32; 3],
+    rounded: Vec4,
     /// The part of the bound that does not depend on the sphere; not a number for a point too far away.
     slack: f32,
 }
@@ -143,13 +145,13 @@ impl<P: Point> Frame<P> {
     #[inline]
     pub(super) fn query(&self, q: P) -> Query<P> {
         let at = (q - self.origin) * self.scale;
-        let mut rounded = [0.0; 3];
+        let mut rounded = [0.0; 4];
         for (i, x) in rounded[..P::DIM].iter_mut().enumerate() {
             *x = at.coord(i) as f32;
         }
         let distance = at.norm2().sqrt();
         let slack = if distance < FARTHEST { (FAR * distance + TINY) as f32 } else { f32::NAN };
-        Query { at, rounded, slack }
+        Query { at, rounded: Vec4::from_array(rounded), slack }
     }
 
     /// The inverse image of `to` in the unit sphere around `from`, in the coordinates of the spheres.
@@ -183,14 +185,16 @@ impl<P: Point> Query<P> {
     /// The power of the point with respect to a cell's sphere.
     #[inline]
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
-        let mut distance2 = 0.0;
-        for i in 0..P::DIM {
-            let x = f32::from_bits(cell.sphere.as_ref()[i]) - self.rounded[i];
-            distance2 += x * x;
-        }
-        let radius = f32::from_bits(cell.radius() & !REMOVED);
+        let mut sphere = [0; 4];
+        sphere[..=P::DIM].copy_from_slice(cell.sphere().as_ref());
+        // All together: the radius stands behind the centre, and the query has a zero there.
+        let sphere = Vec4::from_array(sphere.map(f32::from_bits));
+        let x = sphere - self.rounded;
+        let [a, b, c, d] = (x * x).to_array();
+        let value = if P::DIM == 2 { (a + b) - c } else { (a + b) + (c - d) };
+        let radius = sphere[P::DIM].abs();
         let t = radius * WIDE + self.slack;
-        Power { value: distance2 - radius * radius, bound: t * (radius + radius + t) }
+        Power { value, bound: t * (radius + radius + t) }
     }
 
     /// The rounded sphere through this point and those with the inverse images `ends`.

@@ -123,14 +123,13 @@ pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
         count::in_sphere(Stage::Filter);
         return rounded.det > 0.0;
     }
-    exact_in_sphere(cell, q)
+    exact_in_sphere(cell, q, &rounded)
 }
 
 #[cold]
 #[inline(never)]
-fn exact_in_sphere<P: Point>(cell: &[P], q: P) -> bool {
-    // Computed again, as above.
-    let signs = in_sphere_signs(cell, q, &P::rounded_in_sphere(cell, q));
+fn exact_in_sphere<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> bool {
+    let signs = in_sphere_signs(cell, q, rounded);
     match signs.det {
         Sign::Positive => true,
         Sign::Negative => false,

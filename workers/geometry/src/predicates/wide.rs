@@ -8,6 +8,8 @@
 //!
 //! **Work.** `A B` multiplications of limbs for a product.
 
+#![expect(clippy::needless_range_loop, reason = "loops over limbs unroll by their index; iterators do not")]
+
 use super::Sign;
 
 /// A signed integer of `N` limbs, the lowest first.
@@ -35,8 +37,8 @@ impl<const N: usize> Int<N> {
     pub fn plus(self, other: Self) -> Self {
         let mut out = [0; N];
         let mut carry = false;
-        for (to, (a, b)) in out.iter_mut().zip(self.0.into_iter().zip(other.0)) {
-            (*to, carry) = a.carrying_add(b, carry);
+        for i in 0..N {
+            (out[i], carry) = self.0[i].carrying_add(other.0[i], carry);
         }
         Int(out)
     }
@@ -51,9 +53,9 @@ impl<const N: usize> Int<N> {
     fn minus_shifted<const B: usize>(self, other: Int<B>, shift: usize) -> Self {
         let mut out = self.0;
         let mut borrow = false;
-        for (i, limb) in out.iter_mut().enumerate().skip(shift) {
+        for i in shift..N {
             let subtracted = if i - shift < B { other.0[i - shift] } else { 0 };
-            (*limb, borrow) = limb.borrowing_sub(subtracted, borrow);
+            (out[i], borrow) = out[i].borrowing_sub(subtracted, borrow);
         }
         Int(out)
     }

@@ -1,6 +1,6 @@
 //! The kernel against brute force, against itself in other orders, and against its own invariants.
 
-mod nasty;
+pub(crate) mod nasty;
 mod oracle;
 mod spheres;
 

@@ -3,7 +3,7 @@
 use super::*;
 
 /// Names of the sets made by [`set`].
-const KINDS: [&str; 14] = [
+pub(crate) const KINDS: [&str; 14] = [
     "random",
     "grid",
     "squeezed grid",
@@ -73,7 +73,7 @@ fn point<P: Point>(kind: &str, i: usize, random: &mut Lcg) -> P {
     }
 }
 
-fn set<P: Point>(kind: &str, n: usize, seed: u64) -> Vec<P> {
+pub(crate) fn set<P: Point>(kind: &str, n: usize, seed: u64) -> Vec<P> {
     let mut random = Lcg(seed);
     // What a squeezed coordinate may get is a minus zero, which is not in the order of coordinates.
     let points = (0..n).map(|i| each(point::<P>(kind, i, &mut random), |_, x| x + 0.0)).collect();

@@ -33,7 +33,7 @@ fn ask<P: Point>(random: &mut Lcg, offset: f64, size: f64, off: f64, said: &mut 
     if sphere.as_ref()[P::DIM] == NO_SPHERE {
         return;
     }
-    let cell = Cell { sphere, neighbours: P::Cell::splat(0), vertices: P::Cell::splat(0) };
+    let cell = Cell::new(sphere, P::Cell::splat(0), P::Cell::splat(0));
     // On the sphere, as far as its centre is known, then off it by a part `off` of the radius.
     let (centre, _) = frame.ball(&sphere).unwrap();
     let rel = point(random) - P::splat(offset);

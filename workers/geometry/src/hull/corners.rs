@@ -1,0 +1,73 @@
+//! The exact tests of a link's facets.
+
+use super::{Candidate, candidate};
+use crate::complex::{Complex, INFINITE};
+use crate::point::Point;
+use crate::predicates::{Sign, conflicts_infinite, in_sphere, orientation};
+
+/// Where a candidate lies with respect to the cone of a facet.
+pub(super) enum Cone {
+    /// In the closed cone of a finite facet.
+    Holds,
+    /// Strictly beyond the hull facet of an infinite one.
+    Beyond,
+    Elsewhere,
+}
+
+/// The coordinates of the centre and of the link's vertices.
+pub(super) struct Corners<'a, P> {
+    pub(super) centre: P,
+    pub(super) points: &'a [Candidate<P>],
+}
+
+impl<P: Point> Corners<'_, P> {
+    /// The exact test of one facet.
+    #[cold]
+    pub(super) fn conflict(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> bool {
+        let q = candidate(self.points, q).at;
+        let (points, infinite) = self.of(link, cell);
+        let n = P::DIM + 1;
+        match infinite {
+            None => in_sphere(&points[..n], q),
+            Some(slot) => {
+                let (next, _) = link.neighbour(cell, slot);
+                let (finite, _) = self.of(link, next);
+                conflicts_infinite(&points[..n], slot + 1, &finite[..n], q)
+            }
+        }
+    }
+
+    /// Where a candidate lies. Exact.
+    pub(super) fn cone(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> Cone {
+        let q = candidate(self.points, q).at;
+        let (mut points, infinite) = self.of(link, cell);
+        let n = P::DIM + 1;
+        if let Some(slot) = infinite {
+            points[slot + 1] = q;
+            let beyond = orientation(&points[..n]) == Sign::Positive;
+            return if beyond { Cone::Beyond } else { Cone::Elsewhere };
+        }
+        for slot in 1..n {
+            let corner = std::mem::replace(&mut points[slot], q);
+            if orientation(&points[..n]) == Sign::Negative {
+                return Cone::Elsewhere;
+            }
+            points[slot] = corner;
+        }
+        Cone::Holds
+    }
+
+    /// The points of `(centre, facet)`, and the facet's infinite slot.
+    fn of(&self, link: &Complex<P::Facet>, cell: u32) -> ([P; 4], Option<usize>) {
+        let mut points = [self.centre; 4];
+        let mut infinite = None;
+        for (slot, &v) in link.cell(cell).as_ref().iter().enumerate() {
+            if v == INFINITE {
+                infinite = Some(slot);
+            } else {
+                points[slot + 1] = candidate(self.points, v).at;
+            }
+        }
+        (points, infinite)
+    }
+}

@@ -1,0 +1,284 @@
+//! The star of a vertex as a local convex hull.
+//!
+//! **Statement** (paper, Lemmas 4.1 and 4.3). Lift the points to the paraboloid. The edges at `p` of
+//! the lower hull, hence of the Delaunay triangulation, are the vertices of the convex hull, one
+//! dimension down, of the rays from `p`'s lift to the other lifts. If the candidates hold every
+//! Delaunay neighbour of `p`, the hull of the candidates gives the star of `p`.
+//!
+//! We do not cut the rays with a hyperplane: the hull is kept as the *link* of `p`, a closed complex of
+//! `DIM`-vertex facets in which the vertical ray is the infinite vertex, and a candidate is added by
+//! digging the facets it conflicts with ([`crate::complex`]). A finite facet `f` conflicts with `q` iff
+//! `q` lies in the circumsphere of `(p, f)`; an infinite one iff `q` lies beyond the hull facet.
+//!
+//! **Work and depth.** One sweep over the link's facets for each candidate: a vector step. With `m`
+//! candidates and link size `l`: depth O(m), work O(m l); both constants under the paper's hypothesis.
+//!
+//! **Departures.** (1) Candidates come in order of distance, so that most conflict with nothing, and the
+//! sweeps end where no facet reaches: a facet conflicts with no candidate farther than its sphere's
+//! diameter. The order is found as far as it is asked for, and charged in full. (2) The tests are done in
+//! rounded arithmetic on inverse images ([`planes`]), with one error bound per facet; what the bound does not
+//! decide goes to the exact predicates. (3) Of those undecided, few need be asked: see below.
+//!
+//! **One exact test a candidate.** Over the cone that the link spans, the lifted facets are the graph of a
+//! convex function, the largest of their linear functions; under the perturbation too. A candidate `q` in
+//! the cone lies below it iff it lies below the facet whose own cone holds `q`: if that does not conflict,
+//! no facet does. Outside the cone `q` lies beyond some infinite facet, strictly. So if rounded arithmetic
+//! finds no conflict but leaves facets undecided, the exact test of that one finite facet, or an
+//! orientation for each infinite one, decides; and when there is a conflict, only facets that meet the
+//! cavity are asked, as it is dug. Among cospherical points, where nothing is decided by rounding, this is
+//! what keeps a sweep from one exact test for each facet. (A `q` on the common face of several cones is
+//! in all of them, and their functions agree there.)
+
+mod corners;
+mod planes;
+
+use std::cmp::Ordering;
+
+use corners::{Cone, Corners};
+use planes::{Image, Planes, Side};
+
+use crate::complex::{Complex, INFINITE};
+use crate::cost::{Cost, Sorted};
+use crate::point::{Point, Simplex, dist2, lex_cmp};
+use crate::predicates::{Sign, orientation, raises_dimension};
+
+/// Builds stars, one after the other, in reused storage.
+#[derive(Debug)]
+pub struct StarBuilder<P: Point> {
+    link: Complex<P::Facet>,
+    planes: Planes,
+    /// Candidates by squared distance, of which the bits are in the same order, as far as they are sorted.
+    order: Vec<(u64, u32)>,
+    centre: P,
+    /// Infinity, then the candidates looked at, in order; the link's vertices are positions in here less 1.
+    points: Vec<Candidate<P>>,
+    /// Facets that the candidate at hand may conflict with.
+    uncertain: Vec<u32>,
+    /// Of every facet: what rounded arithmetic says of the candidate at hand.
+    sides: Vec<Side>,
+}
+
+/// A point that may be in the star.
+#[derive(Clone, Copy, Debug)]
+struct Candidate<P> {
+    image: Image<P>,
+    at: P,
+    /// Its position in the table.
+    id: u32,
+}
+
+/// The candidate of a vertex of the link.
+#[inline]
+fn candidate<P: Point>(points: &[Candidate<P>], vertex: u32) -> &Candidate<P> {
+    &points[vertex.wrapping_add(1) as usize]
+}
+
+impl<P: Point> Default for StarBuilder<P> {
+    fn default() -> Self {
+        StarBuilder {
+            link: Complex::default(),
+            planes: Planes::default(),
+            order: Vec::new(),
+            centre: P::default(),
+            points: Vec::new(),
+            uncertain: Vec::new(),
+            sides: Vec::new(),
+        }
+    }
+}
+
+/// Candidates between two questions whether the rest is out of reach.
+const ASKED_EVERY: u32 = 4;
+
+impl<P: Point> StarBuilder<P> {
+    /// Builds the star of `table[centre]` among the `candidates` (positions in `table`, in any order,
+    /// repeats and the centre itself ignored). Returns false, with no link, if the candidates and the
+    /// centre span no cell.
+    pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
+        let c = table[centre as usize];
+        self.centre = c;
+        self.points.clear();
+        self.points.push(Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE });
+        let mut order = std::mem::take(&mut self.order);
+        order.clear();
+        let others = candidates.iter().filter(|&&i| i != centre);
+        order.extend(others.map(|&i| (dist2(table[i as usize], c).to_bits(), i)));
+        let by_distance = |a: &(u64, u32), b: &(u64, u32)| {
+            a.0.cmp(&b.0).then_with(|| lex_cmp(&table[a.1 as usize], &table[b.1 as usize]))
+        };
+        let mut sorted = cost.sorted(&mut order, by_distance);
+        let mut more = |this: &mut Self| this.look_at_more(table, &mut sorted);
+        let first = self.first_simplex(&mut more, cost);
+        if let Some(first) = first {
+            self.start(first);
+            self.sweep_all(first, &mut more, cost);
+        } else {
+            self.link.clear();
+        }
+        self.order = order;
+        first.is_some()
+    }
+
+    /// The link's facets as positions in the table, infinite ones included, oriented so that
+    /// `(centre, facet)` is positive. Appends to `out`.
+    pub fn facets(&self, out: &mut Vec<P::Facet>) {
+        for cell in self.link.live_cells() {
+            let mut facet = *self.link.cell(cell);
+            for v in facet.as_mut() {
+                *v = candidate(&self.points, *v).id;
+            }
+            out.push(facet);
+        }
+    }
+
+    /// Number of facets of the link.
+    pub fn link_size(&self) -> usize {
+        self.link.len()
+    }
+
+    /// Takes the next candidates in order; are there any?
+    fn look_at_more<F>(&mut self, table: &[P], sorted: &mut Sorted<'_, (u64, u32), F>) -> bool
+    where
+        F: FnMut(&(u64, u32), &(u64, u32)) -> Ordering,
+    {
+        let Some(next) = sorted.next_run() else { return false };
+        for &(length2, id) in next {
+            if self.points.last().is_some_and(|last| last.id != id) {
+                let at = table[id as usize];
+                let image = Image::of(at - self.centre, f64::from_bits(length2));
+                self.points.push(Candidate { image, at, id });
+            }
+        }
+        true
+    }
+
+    /// The first candidates, in order, that span a cell with the centre, positively oriented.
+    fn first_simplex(
+        &mut self,
+        more: &mut impl FnMut(&mut Self) -> bool,
+        cost: &mut Cost,
+    ) -> Option<P::Facet> {
+        let mut basis = [self.centre; 4];
+        let mut facet = P::Facet::splat(0);
+        let (mut found, mut q) = (0, 1);
+        let mut sweep = cost.sweep();
+        while found < P::DIM {
+            if q == self.points.len() && !more(self) {
+                break;
+            }
+            // The next run may have held nothing but repeats.
+            let Some(p) = self.points.get(q) else { continue };
+            sweep.visit();
+            if raises_dimension(&basis[..=found], p.at) {
+                facet.as_mut()[found] = q as u32 - 1;
+                found += 1;
+                basis[found] = p.at;
+            }
+            q += 1;
+        }
+        cost.swept_inside(sweep);
+        if found < P::DIM {
+            return None;
+        }
+        if orientation(&basis[..=P::DIM]) == Sign::Negative {
+            facet.as_mut().swap(0, 1);
+        }
+        Some(facet)
+    }
+
+    fn start(&mut self, first: P::Facet) {
+        self.link.start(first);
+        self.planes.clear();
+        self.sides.clear();
+        let longest = self.points[1].image.length;
+        self.enter_created(longest);
+    }
+
+    /// Adds the candidates beside the `first` one by one, as far as any facet reaches.
+    fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
+        for q in 0.. {
+            while q as usize + 1 == self.points.len() {
+                if self.planes.are_out_of_reach(self.reach_of(q - 1)) || !more(self) {
+                    return;
+                }
+            }
+            if !first.as_ref().contains(&q) {
+                self.insert(q, cost);
+                if q % ASKED_EVERY == 0 && self.planes.are_out_of_reach(self.reach_of(q)) {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The squared length of a candidate's image, which none to come is longer than.
+    fn reach_of(&self, q: u32) -> f64 {
+        let length = candidate(&self.points, q).image.length;
+        length * length
+    }
+
+    /// One sweep over the facets; then the cavity, if any.
+    fn insert(&mut self, q: u32, cost: &mut Cost) {
+        let image = candidate(&self.points, q).image;
+        let mut sweep = cost.sweep();
+        sweep.visit_lanes(self.link.len());
+        self.uncertain.clear();
+        let mut seed = None;
+        self.planes.each_uncertain(&image.at, |facet, side| {
+            self.uncertain.push(facet);
+            self.sides[facet as usize] = side;
+            if side == Side::Conflict {
+                seed = Some(facet);
+            }
+        });
+        if !self.uncertain.is_empty() {
+            let seed = seed.or_else(|| self.conflict_among_undecided(q));
+            if let Some(seed) = seed {
+                let (sides, corners) = (&self.sides, Corners { centre: self.centre, points: &self.points });
+                self.link.insert(q, seed, |link, cell| match sides[cell as usize] {
+                    Side::Conflict => true,
+                    Side::Clear => false,
+                    Side::Undecided => corners.conflict(link, cell, q),
+                });
+            }
+            for &facet in &self.uncertain {
+                self.sides[facet as usize] = Side::Clear;
+            }
+            if seed.is_some() {
+                for &facet in self.link.free() {
+                    self.planes.remove(facet);
+                }
+                self.enter_created(image.length);
+                sweep.visit_lanes(self.link.created().len());
+            }
+        }
+        cost.swept_inside(sweep);
+    }
+
+    /// Computes the planes of new facets; no image to come is longer than `longest`.
+    fn enter_created(&mut self, longest: f64) {
+        self.sides.resize(self.link.slots() as usize, Side::Clear);
+        for &facet in self.link.created() {
+            let vertices = self.link.cell(facet).as_ref();
+            let image = |i: usize| &candidate(&self.points, vertices[i % P::DIM]).image;
+            self.planes.set(facet, [image(0), image(1), image(2)], longest);
+        }
+    }
+
+    /// A facet that conflicts, if any does, where the decided ones do not.
+    #[cold]
+    fn conflict_among_undecided(&self, q: u32) -> Option<u32> {
+        let corners = Corners { centre: self.centre, points: &self.points };
+        for &cell in &self.uncertain {
+            match corners.cone(&self.link, cell, q) {
+                Cone::Beyond => return Some(cell),
+                Cone::Holds => return corners.conflict(&self.link, cell, q).then_some(cell),
+                Cone::Elsewhere => {}
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests;
