@@ -5,8 +5,35 @@
 
 pub mod input;
 
+pub mod defect;
+
 pub mod bvh;
 
 pub mod space;
 
 pub mod planar;
+
+pub mod resolve;
+
+pub mod facet;
+
+pub mod contact;
+
+pub mod exact;
+
+pub mod sides;
+
+pub mod manifold;
+
+pub mod domain;
+
+pub mod angles;
+
+pub mod distance;
+
+mod check;
+
+#[cfg(test)]
+mod tests;
+
+pub use check::check;

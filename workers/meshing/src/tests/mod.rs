@@ -1,0 +1,5 @@
+//! Tests of the whole crate.
+
+mod defects;
+mod good;
+mod shapes;
