@@ -71,7 +71,7 @@ fn internal_and_dangling_pieces() {
     // An internal facet halfway, its corners in the middle of edges of the cube.
     input.points.extend([[0., 0., 2.], [4., 0., 2.], [4., 4., 2.], [0., 4., 2.]].map(DVec3::from));
     facet(&mut input, &[&[8, 9, 10, 11]]);
-    let region = |z, attribute| Region { at: DVec3::new(1.0, 1.0, z), attribute, limit: None };
+    let region = |z, attribute| Region { at: DVec3::new(3.0, 1.0, z), attribute, limit: None };
     input.regions.extend([region(1.0, 1.0), region(3.0, 2.0)]);
     let domain = good(&input);
     assert_eq!(sizes(&domain), [12, 20, 7]);
