@@ -27,6 +27,7 @@ fn canonical_row(row: &mut [u64]) {
 }
 
 /// Cells with what travels beside them.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Cells {
     /// `DIM + 1` indices a row.
     pub(crate) rows: Vec<u64>,

@@ -29,6 +29,7 @@ use septet_workers::schedule::{Known, Outcome, next};
 
 use crate::config::{Config, Progress};
 use crate::error::Error;
+use crate::pieces::Piece;
 use crate::prepare::Prepared;
 use crate::view::Album;
 
@@ -38,6 +39,8 @@ pub(crate) type Plan = BTreeMap<NodeId, u32>;
 /// What a run leaves with the coordinator.
 #[derive(Debug, Default)]
 pub(crate) struct Collected {
+    /// Pieces of a triangulation, in the order of their arrival.
+    pub(crate) pieces: Vec<Piece>,
     pub(crate) cells: Vec<u64>,
     pub(crate) owner: Vec<Rank>,
     pub(crate) leaves: Vec<u64>,
@@ -200,7 +203,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
         inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));
         inbox.dedup_by_key(|m| (m.from, m.sequence));
-        if self.phase == Phase::Summaries {
+        if matches!(self.phase, Phase::Summaries | Phase::Pieces) {
             self.on_frame(&mut inbox);
         }
         let ledger = &mut self.result.ledger;
@@ -410,6 +413,10 @@ impl<'a, P: Point> Coordinator<'a, P> {
                         self.result.leaves.append(&mut leaves);
                     }
                     self.result.cells.append(&mut cells);
+                }
+                Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows) } => {
+                    let (owner, seam) = (message.from, Vec::new());
+                    self.result.pieces.push(Piece { owner, leaf, ids, rows, seam });
                 }
                 Body::Edges(mut edges) => self.result.edges.append(&mut edges),
                 Body::Tasks(log) => self.result.tasks = Some(log),

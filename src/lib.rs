@@ -16,7 +16,7 @@
 //!
 //! // The same triangulation by the paper's recursion, with work and depth counted.
 //! let counted = simulate(&cube, &Config::default())?;
-//! assert_eq!(counted.cells, run.cells);
+//! assert_eq!(counted.cells(), run.cells());
 //! assert!(counted.ledger.paper.depth > 0 && counted.ledger.paper.depth < counted.ledger.paper.work);
 //! # Ok::<(), septet::Error>(())
 //! ```
@@ -37,6 +37,8 @@ mod prepare;
 mod coordinator;
 
 mod canonical;
+
+pub mod pieces;
 
 pub mod view;
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::predicates::affine_frame;
 use septet_geometry::range::{RangeError, scale, scale_exponent};
+use septet_workers::view::shown_hash;
 
 use crate::error::Error;
 
@@ -75,16 +76,22 @@ fn renumber(error: RangeError, kept: &[u64]) -> RangeError {
 }
 
 /// The first of every group of coincident points, in order, and the others with their first.
+///
+/// Points are sorted by 32 bits of a hash of their coordinates; only points that share them are compared.
 fn coincidences<P: Point>(points: &[P]) -> (Vec<u32>, Vec<(u32, u32)>) {
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    order.par_sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
+    let mut keys: Vec<u64> = points
+        .par_iter()
+        .zip(0..points.len() as u32)
+        .map(|(p, i)| shown_hash(*p) & !u64::from(u32::MAX) | u64::from(i))
+        .collect();
+    keys.par_sort_unstable();
     let mut duplicates = Vec::new();
-    let mut first = order.first().copied().unwrap_or(0);
-    for &i in order.iter().skip(1) {
-        if lex_cmp(&points[first as usize], &points[i as usize]).is_eq() {
-            duplicates.push((i, first));
-        } else {
-            first = i;
+    for alike in keys.chunk_by(|a, b| a >> 32 == b >> 32).filter(|alike| alike.len() > 1) {
+        let mut alike: Vec<u32> = alike.iter().map(|&key| key as u32).collect();
+        alike.sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
+        let same = |a: &u32, b: &u32| lex_cmp(&points[*a as usize], &points[*b as usize]).is_eq();
+        for group in alike.chunk_by(same) {
+            duplicates.extend(group[1..].iter().map(|&i| (i, group[0])));
         }
     }
     duplicates.sort_unstable();

@@ -1,8 +1,9 @@
 //! A run: points and parameters in, a certified triangulation and its counts out.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
+use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use septet_geometry::graph::Supergraph;
@@ -21,6 +22,7 @@ use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::{Error, Refutation};
 use crate::memory::forecast;
 use crate::model::MeshView;
+use crate::pieces::Pieces;
 use crate::prepare::{Prepared, prepare};
 use crate::sizing::{check_machine, plan_leaves, settle};
 use crate::view::{MOST_POINTS, View};
@@ -84,12 +86,10 @@ pub struct Run {
     pub dimension: isize,
     /// What became of every point.
     pub points: Accounting,
-    /// Cells in canonical order: `space + 1` input indices a row.
-    pub cells: Vec<u64>,
-    /// Worker of each cell, if kept.
-    pub owner: Option<Vec<u32>>,
-    /// Home leaf of each cell, if kept.
-    pub home_leaf: Option<Vec<u64>>,
+    /// The cells, as the workers made them.
+    store: Store,
+    /// The cells as they are exported: made when first asked for.
+    canonical: OnceLock<Cells>,
     /// Edges of the supergraph as pairs of input indices, smaller first, sorted, if kept.
     pub graph: Option<Vec<(u64, u64)>>,
     /// Number of facets of the convex hull.
@@ -117,17 +117,63 @@ pub struct Run {
     pub tasks: Option<TaskLog>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
     pub phase_seconds: Vec<(Phase, f64)>,
-    /// Measured seconds from points in memory to certified stars on the workers, canonical order not
-    /// included.
+    /// Measured seconds from points in memory to the certified triangulation in memory, canonical order not
+    /// included: after [`triangulate`] its pieces with all adjacency, after [`simulate`] the stars on the workers.
     pub triangulate_seconds: f64,
     /// Measured seconds of the whole call.
     pub total_seconds: f64,
 }
 
+/// Cells before they are exported.
+#[derive(Clone, Debug)]
+enum Store {
+    /// Rows of input indices: already in canonical order.
+    Rows(Cells),
+    /// Pieces, with the owner of each cell to be exported or not.
+    Pieces(Pieces, bool),
+}
+
 impl Run {
     /// Number of cells.
     pub fn cell_count(&self) -> usize {
-        self.cells.len() / (self.space + 1)
+        match &self.store {
+            Store::Rows(cells) => cells.rows.len() / (self.space + 1),
+            Store::Pieces(pieces, _) => pieces.len(),
+        }
+    }
+
+    /// The cells with their adjacency, as [`triangulate`] leaves them in memory. None after [`simulate`].
+    pub fn pieces(&self) -> Option<&Pieces> {
+        match &self.store {
+            Store::Rows(_) => None,
+            Store::Pieces(pieces, _) => Some(pieces),
+        }
+    }
+
+    /// Cells in canonical order: `space + 1` input indices a row. After [`triangulate`] the first call sorts
+    /// them and keeps them (32 bytes a tetrahedron beside the pieces).
+    pub fn cells(&self) -> &[u64] {
+        &self.exported().rows
+    }
+
+    /// Worker of each cell in canonical order, if kept.
+    pub fn owner(&self) -> Option<&[u32]> {
+        self.exported().owner.as_deref()
+    }
+
+    /// Home leaf of each cell in canonical order, if kept.
+    pub fn home_leaf(&self) -> Option<&[u64]> {
+        self.exported().leaf.as_deref()
+    }
+
+    fn exported(&self) -> &Cells {
+        match &self.store {
+            Store::Rows(cells) => cells,
+            Store::Pieces(pieces, with_owner) => self.canonical.get_or_init(|| match self.space {
+                2 => pieces.canonical::<DVec2>(*with_owner),
+                _ => pieces.canonical::<DVec3>(*with_owner),
+            }),
+        }
     }
 
     /// The triangulation over the coordinates it was made from, as files see it.
@@ -135,9 +181,9 @@ impl Run {
         MeshView {
             dimension: self.space,
             coordinates,
-            cells: &self.cells,
-            owner: self.owner.as_deref(),
-            home_leaf: self.home_leaf.as_deref(),
+            cells: self.cells(),
+            owner: self.owner(),
+            home_leaf: self.home_leaf(),
         }
     }
 }
@@ -207,7 +253,7 @@ pub fn run_on<P: Point>(
     let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
     drop(transport);
     let refutation = certify(&collected, ready.positions.len() as u64, P::DIM, machine.workers)?;
-    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start);
+    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start)?;
     (run.plan, run.refutation) = (planning, refutation);
     run.tasks = tasks.or(run.tasks);
     match refutation {
@@ -341,9 +387,8 @@ fn flat_result<P: Point>(
         space: P::DIM,
         dimension: ready.dimension,
         points: accounting(input, ready),
-        cells: Vec::new(),
-        owner: None,
-        home_leaf: None,
+        store: Store::Rows(Cells::default()),
+        canonical: OnceLock::new(),
         graph: None,
         hull_facets: 0,
         stars_local: 0,
@@ -383,7 +428,8 @@ fn certify(
 ) -> Result<Option<Refutation>, Error> {
     let merged = &collected.merged;
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
-    let rows = (collected.cells.len() / (dimension + 1)) as u64;
+    let pieces: usize = collected.pieces.iter().map(|p| p.rows.len() / 2).sum();
+    let rows = ((collected.cells.len() + pieces) / (dimension + 1)) as u64;
     // Stars that do not agree send no cells.
     let expected = if passed { merged.cells } else { 0 };
     if rows != expected || collected.parts != workers {
@@ -407,27 +453,38 @@ fn finish<P: Point>(
     machine: &WorkerConfig,
     why: String,
     start: Instant,
-) -> Run {
+) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
     let tasks = tasks_of(&collected, machine, P::DIM);
     let merged = collected.merged;
-    let triangulate_seconds = start.elapsed().as_secs_f64()
-        - collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum::<f64>();
     let (with_owner, exponent) = (machine.with_leaves, ready.exponent);
-    let cells = Cells {
-        rows: collected.cells,
-        owner: with_owner.then_some(collected.owner),
-        leaf: with_owner.then_some(collected.leaves),
+    let (store, triangulate_seconds) = if machine.counted {
+        // Cells of a counted run come as rows; what is measured ends before they do.
+        let collecting: f64 = collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
+        let seconds = start.elapsed().as_secs_f64() - collecting;
+        let cells = Cells {
+            rows: collected.cells,
+            owner: with_owner.then_some(collected.owner),
+            leaf: with_owner.then_some(collected.leaves),
+        };
+        (Store::Rows(canonicalise::<P>(cells)), seconds)
+    } else {
+        // Stars that do not agree send no cells.
+        let hull_facets = if collected.pieces.is_empty() { 0 } else { merged.hull_facets };
+        let joined = Pieces::join(P::DIM + 1, collected.pieces, hull_facets);
+        let pieces = joined.ok_or_else(|| TransportError::WorkerFailed {
+            rank: COORDINATOR,
+            reason: "the pieces do not fit together".to_string(),
+        })?;
+        (Store::Pieces(pieces, with_owner), start.elapsed().as_secs_f64())
     };
-    let cells = canonicalise::<P>(cells);
-    let why = collected.why.unwrap_or(why);
-    Run {
+    let why = if machine.counted { collected.why.unwrap_or(why) } else { NO_SUPERGRAPH.to_string() };
+    Ok(Run {
         space: P::DIM,
         dimension: P::DIM as isize,
         points: accounting(input, ready),
-        cells: cells.rows,
-        owner: cells.owner,
-        home_leaf: cells.leaf,
+        store,
+        canonical: OnceLock::new(),
         graph: machine.collect_graph.then(|| sorted_edges(&collected.edges)),
         hull_facets: merged.hull_facets,
         stars_local: merged.local,
@@ -438,13 +495,16 @@ fn finish<P: Point>(
         plan: None,
         refutation: None,
         picture: (machine.view > 0).then(|| collected.album.view::<P>(population, machine.view, exponent)),
-        settled: settled(machine, collected.supergraph, why),
+        settled: settled(machine, collected.supergraph.filter(|_| machine.counted), why),
         tasks,
         phase_seconds: collected.seconds,
         triangulate_seconds,
         total_seconds: start.elapsed().as_secs_f64(),
-    }
+    })
 }
+
+/// Why a triangulation has no supergraph to report.
+const NO_SUPERGRAPH: &str = "pieces look across their seams by their own circumspheres";
 
 fn sorted_edges(flat: &[u64]) -> Vec<(u64, u64)> {
     let mut edges: Vec<(u64, u64)> = flat.chunks_exact(2).map(|e| (e[0].min(e[1]), e[0].max(e[1]))).collect();

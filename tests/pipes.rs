@@ -55,10 +55,10 @@ fn same_as_simulated<P: Point>(points: &[P], config: &Config) {
     for counted in [false, true] {
         let run = if counted { simulate(points, config) } else { triangulate(points, config) };
         let (expected, found) = (run.unwrap(), over_pipes(points, config, counted).unwrap());
-        assert!(expected.cells == found.cells, "{config:?}: other cells");
+        assert!(expected.cells() == found.cells(), "{config:?}: other cells");
         assert!(expected.graph == found.graph, "{config:?}: another graph");
-        assert_eq!(expected.owner, found.owner);
-        assert_eq!(expected.home_leaf, found.home_leaf);
+        assert_eq!(expected.owner(), found.owner());
+        assert_eq!(expected.home_leaf(), found.home_leaf());
         assert_same_counts(&expected.ledger, &found.ledger, &format!("{config:?}"));
         assert_eq!(expected.ledger.phases, found.ledger.phases, "{config:?}");
         assert!(expected.ledger.part == found.ledger.part, "{config:?}: other rounds");

@@ -98,7 +98,7 @@ pub struct MachineArgs {
     /// Threads that run the workers [default: cores]
     #[arg(long, value_name = "T")]
     pub threads: Option<usize>,
-    /// Supergraph of the Delaunay triangulation
+    /// Supergraph of the Delaunay triangulation (`triangulate` needs none)
     #[arg(long, value_enum, default_value_t = GraphArg::Density)]
     pub supergraph: GraphArg,
     /// alpha of a density or overlap graph, at least 1
@@ -108,6 +108,7 @@ pub struct MachineArgs {
     #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
     pub k: Neighbours,
     /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
+    /// (`triangulate` has its own way)
     #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
     pub separator_sets: SetsArg,
     /// Largest leaf of the partition tree, in points

@@ -106,7 +106,7 @@ fn how_proved(run: &Run) -> HowProved {
     if run.refutation.is_some() {
         return HowProved { hypothesis: 0, local_radius: 0, exchange: 0 };
     }
-    let certified = if run.cells.is_empty() { 0 } else { run.points.used };
+    let certified = if run.cell_count() == 0 { 0 } else { run.points.used };
     HowProved {
         hypothesis: certified.saturating_sub(run.stars_local + run.stars_repaired),
         local_radius: run.stars_local,

@@ -24,7 +24,7 @@ pub struct Report {
     pub parameters: Parameters,
     /// Seed of every random draw.
     pub seed: u64,
-    /// The supergraph that was used; none if there was nothing to triangulate.
+    /// The supergraph that was used; none for `triangulate`, or if there was nothing to triangulate.
     pub supergraph: SupergraphReport,
     /// What became of the input points.
     pub points: PointsReport,
@@ -126,7 +126,7 @@ pub struct Fallback {
 /// Number of stars by what proved them; they add up to `points.used`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct HowProved {
-    /// By the supergraph alone, as the paper supposes, and the certificate.
+    /// By the supergraph alone, as the paper supposes, and the certificate; in `triangulate` by the pieces alone.
     pub hypothesis: u64,
     /// By a ball of the known radius.
     pub local_radius: u64,

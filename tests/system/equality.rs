@@ -35,7 +35,7 @@ fn assert_equal<P: Point>(points: &[P], config: &Config, reference: &Run) {
     for counted in [false, true] {
         let run = if counted { simulate(points, config) } else { triangulate(points, config) };
         let run = run.unwrap_or_else(|e| panic!("{config:?}, counted {counted}: {e}"));
-        assert!(run.cells == reference.cells, "{config:?}, counted {counted}: other cells");
+        assert!(run.cells() == reference.cells(), "{config:?}, counted {counted}: other cells");
         assert_eq!(run.hull_facets, reference.hull_facets, "{config:?}, counted {counted}");
         assert_eq!(run.points, reference.points, "{config:?}, counted {counted}");
         assert_eq!(run.fallback, None, "{config:?}, counted {counted}");
@@ -91,7 +91,7 @@ fn renamed(run: &Run, order: &[usize]) -> Vec<Vec<u64>> {
         row.sort_unstable();
         row
     };
-    let mut rows: Vec<Vec<u64>> = run.cells.chunks_exact(width).map(rename).collect();
+    let mut rows: Vec<Vec<u64>> = run.cells().chunks_exact(width).map(rename).collect();
     rows.sort_unstable();
     rows
 }
@@ -113,7 +113,7 @@ fn over_orders<P: Point>(points: &[P]) {
             assert!(renamed(&run, &order) == expected, "shuffled by {seed}, {workers} workers");
             assert_verified(&shuffled, &run);
             let counted = simulate(&shuffled, &config).unwrap();
-            assert!(counted.cells == run.cells, "shuffled by {seed}, {workers} workers, counted");
+            assert!(counted.cells() == run.cells(), "shuffled by {seed}, {workers} workers, counted");
             // Tree, work and depth do not see the order of the input; the graph's hash sees the indices.
             let mut ledger = counted.ledger;
             ledger.part.edge_hash = reference.ledger.part.edge_hash;

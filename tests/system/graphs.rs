@@ -104,9 +104,9 @@ fn hypothesis<P: Point>(points: &[P], lipschitz: f64, what: &str) -> (f64, u64) 
     let config = Config { spacing: Some(lipschitz), leaf: Some(200), keep_graph: true, ..base() };
     let run = check_counted(points, &config);
     assert_eq!(run.exchange_rounds, 0, "{what}: rounds of exchange");
-    assert_eq!((run.stars_repaired, run.fallback), (0, None), "{what}");
-    let graph = run.graph.unwrap();
-    for cell in run.cells.chunks_exact(P::DIM + 1) {
+    assert_eq!((run.stars_repaired, &run.fallback), (0, &None), "{what}");
+    let graph = run.graph.clone().unwrap();
+    for cell in run.cells().chunks_exact(P::DIM + 1) {
         for (i, &a) in cell.iter().enumerate() {
             for &b in &cell[..i] {
                 let edge = (a.min(b), a.max(b));

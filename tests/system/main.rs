@@ -19,6 +19,9 @@ mod graphs;
 mod ledger;
 
 mod oracle;
+
+mod pieces;
+
 mod predict;
 
 mod proptest_small;

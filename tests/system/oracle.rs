@@ -77,7 +77,7 @@ fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Run, general:
     let file = |name: &str| directory.path().join(name);
     let bytes: Vec<u8> = coordinates(points).iter().flat_map(|c| c.to_le_bytes()).collect();
     fs::write(file("points"), bytes).unwrap();
-    let bytes: Vec<u8> = run.cells.iter().flat_map(|c| c.to_le_bytes()).collect();
+    let bytes: Vec<u8> = run.cells().iter().flat_map(|c| c.to_le_bytes()).collect();
     fs::write(file("cells"), bytes).unwrap();
     command.arg(P::DIM.to_string()).arg(file("points")).arg(file("cells"));
     if general {

@@ -66,5 +66,5 @@ fn a_record_beside_many_workers_is_the_record_of_one() {
     let beside = simulate(&points, &config).unwrap();
     let alone = simulate(&points, &Config { workers: Workers::Count(1), ..config }).unwrap();
     assert!(beside.tasks.is_some() && beside.tasks == alone.tasks);
-    assert_eq!(beside.cells, alone.cells);
+    assert_eq!(beside.cells(), alone.cells());
 }

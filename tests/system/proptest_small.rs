@@ -88,7 +88,7 @@ fn agree<P: Point>(points: &[P], workers: u32, leaf: u64, graph: usize) {
     for run in [triangulate(points, &threads), simulate(points, &sim)] {
         let run = run.unwrap_or_else(|e| panic!("{workers} workers, leaf {leaf}, {choice:?}: {e}"));
         assert_verified(points, &run);
-        let cells = sorted(run.cells.chunks_exact(P::DIM + 1).map(<[u64]>::to_vec).collect());
+        let cells = sorted(run.cells().chunks_exact(P::DIM + 1).map(<[u64]>::to_vec).collect());
         assert_eq!(cells, expected.clone().unwrap_or_default());
     }
 }

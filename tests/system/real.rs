@@ -10,7 +10,7 @@ fn one_and_five<P: Point>(name: &str, points: &[P]) {
     let alone = check(points, &Config { workers: Workers::Count(1), ..base() });
     let five = Config { workers: Workers::Count(5), leaf: Some(300), ..base() };
     let five = triangulate(points, &five).unwrap_or_else(|e| panic!("{name}: {e}"));
-    assert!(alone.cells == five.cells, "{name}: other cells with five workers");
+    assert!(alone.cells() == five.cells(), "{name}: other cells with five workers");
     assert_eq!((&alone.fallback, &five.fallback), (&None, &None), "{name}");
     let (rounds, graph) = (five.exchange_rounds, five.settled.supergraph);
     println!("{name}: {} points, {} cells, {rounds} rounds, {graph:?}", points.len(), alone.cell_count());

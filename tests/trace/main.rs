@@ -135,7 +135,7 @@ fn details_add_up_and_change_nothing() {
     for (i, detail) in details.into_iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
         let run = traced(&path, detail, || simulate(&points, &config)).unwrap();
-        assert!(run.cells == silent.cells);
+        assert!(run.cells() == silent.cells());
         assert_same_counts(&run.ledger, &silent.ledger, "with a trace");
         let seen = rules::read(&path);
         let has = |category: &str| seen.slices.keys().any(|k| k.1 == category);
@@ -175,7 +175,7 @@ fn runs_are_told_apart() {
             (workers, both.0.join().unwrap(), both.1.join().unwrap())
         })
     });
-    assert!(one.cells == two.cells && workers > 1);
+    assert!(one.cells() == two.cells() && workers > 1);
     let seen = rules::read(&path);
     let mut expected = vec!["planning: coordinator".to_owned(), "planning: worker 1".to_owned()];
     let of_main = |rank| if rank == 0 { "coordinator".to_owned() } else { format!("worker {rank}") };

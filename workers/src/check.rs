@@ -29,6 +29,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::{Fault, map_in};
+use crate::piece::{Piece, smallest_of};
 use crate::worker::{Worker, finite_cell};
 
 /// A cell of a home star that another star lacks: the home vertex, the position of its facet in the
@@ -113,6 +114,11 @@ impl<P: Point> Worker<P> {
 
     /// Sums all stars, then compares.
     pub(crate) fn begin_check(&mut self) {
+        if let Some(piece) = self.stars.piece() {
+            self.agreement.sums = self.sum_piece(piece);
+            self.begin_certificate();
+            return;
+        }
         self.extend_hashes();
         let groups = self.home_groups();
         let scans = map_in(&self.pool, &groups, |(_, homes)| {
@@ -174,6 +180,7 @@ impl<P: Point> Worker<P> {
 
     /// The planted fault: the first home star with a cell loses one.
     fn spoil_star(&mut self) {
+        self.write_out();
         let cell_of = |home: u32| {
             let link = self.stars.link(home);
             let at = link.iter().position(|facet| finite_cell::<P>(home, facet).is_some())?;
@@ -184,6 +191,42 @@ impl<P: Point> Worker<P> {
         spoilt.remove(at);
         self.recount_star(home, &link, &spoilt);
         self.stars.replace(home, &spoilt);
+    }
+
+    /// The sums of a piece: pairs both at home are in one triangulation and agree.
+    fn sum_piece(&self, piece: &Piece<P>) -> Sums {
+        let table = &self.table;
+        let mut sums = Sums::default();
+        piece.each_mixed_cell(|_, cell| {
+            let vertices = cell.as_ref();
+            if vertices.contains(&INFINITE) {
+                return;
+            }
+            let mut hashes = [0u128; 4];
+            for (hash, &v) in hashes.iter_mut().zip(vertices) {
+                *hash = point_hash(table.ids[v as usize], table.positions[v as usize]);
+            }
+            let whole = mix(hashes[..=P::DIM].iter().fold(0u128, |s, h| s.wrapping_add(*h)));
+            let smallest = smallest_of(&table.positions, cell);
+            for (&hash, &other) in hashes.iter().zip(vertices) {
+                let far = match (table.is_home(smallest), table.is_home(other)) {
+                    (true, false) => other,
+                    (false, true) => smallest,
+                    _ => continue,
+                };
+                let entry = sums.remote.entry(table.owners[far as usize]).or_default();
+                Sums::count(entry, mix(whole ^ hash), true);
+            }
+        });
+        sums
+    }
+
+    /// Writes the links of a piece out before stars are compared or changed.
+    pub(crate) fn write_out(&mut self) {
+        if self.stars.piece().is_some() {
+            self.stars.write_out();
+            self.extend_hashes();
+        }
     }
 
     /// Finds what home stars hold and other home stars lack.
@@ -319,6 +362,9 @@ impl<P: Point> Worker<P> {
             let differ = |r: &Rank| theirs.get(r) != self.agreement.sums.remote.get(r);
             let differing: Vec<Rank> = ranks.into_iter().filter(differ).collect();
             self.agreement.differing += differing.len() as u64;
+            if !differing.is_empty() {
+                self.write_out();
+            }
             self.send_lists(&differing);
         }
         for (from, words) in lists {
@@ -379,6 +425,7 @@ impl<P: Point> Worker<P> {
             .collect();
         let mut found = std::mem::take(&mut self.agreement.disagreements);
         if !lists.is_empty() {
+            self.write_out();
             self.each_shared(|rank, key, disagreement| {
                 if lists.get(&rank).is_some_and(|keys| !keys.contains(&key)) {
                     found.push(disagreement);

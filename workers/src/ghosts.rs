@@ -22,9 +22,6 @@ use crate::tasks::Reach;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
 
-/// Density alpha with which `triangulate` looks across its seams where the supergraph is another.
-const SEAM_ALPHA: f64 = 4.0;
-
 /// One walk of points through what a worker knows of the tree.
 struct Walk<'a, P> {
     rule: Supergraph,
@@ -134,19 +131,9 @@ impl<P: Point> Walk<'_, P> {
 }
 
 impl<P: Point> Worker<P> {
-    /// The rule that decides who is a ghost: the supergraph, or for a seam that only seeds the exchange a
-    /// density graph.
-    fn ghost_rule(&self) -> Supergraph {
-        match self.supergraph() {
-            rule if self.config.counted => rule,
-            Supergraph::Knn { .. } => Supergraph::Density { alpha: SEAM_ALPHA },
-            Supergraph::Overlap { alpha } | Supergraph::Density { alpha } => Supergraph::Density { alpha },
-        }
-    }
-
     fn ghost_walk(&self) -> Walk<'_, P> {
         Walk {
-            rule: self.ghost_rule(),
+            rule: self.supergraph(),
             path: &self.path,
             leaves: &self.leaves,
             shared: vec![Sweep::default(); self.path.len()],
@@ -159,15 +146,15 @@ impl<P: Point> Worker<P> {
 
     /// Starts the separator sets by the rule of the run.
     pub(crate) fn begin_sets(&mut self) {
-        if self.config.counted && matches!(self.supergraph(), Supergraph::Knn { .. }) {
+        if matches!(self.supergraph(), Supergraph::Knn { .. }) {
             self.finish_knn();
         } else {
             self.finish_choice();
         }
-        let fetched = self.config.counted && matches!(self.supergraph(), Supergraph::Knn { .. });
-        let push = !self.config.counted || (self.config.sets == SetRule::Ghost && !fetched);
+        let fetched = matches!(self.supergraph(), Supergraph::Knn { .. });
+        let push = self.config.sets == SetRule::Ghost && !fetched;
         self.push_home(push);
-        if self.config.counted && self.config.sets != SetRule::Ghost {
+        if self.config.sets != SetRule::Ghost {
             self.begin_set_recursion();
         }
     }

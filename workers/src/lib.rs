@@ -41,6 +41,8 @@ mod ghosts;
 
 mod sets;
 
+mod piece;
+mod seam;
 mod stars;
 
 mod check;

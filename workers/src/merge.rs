@@ -6,16 +6,16 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::circumradius2;
-use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::point::{Point, Simplex, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Merged, Message};
 
-use crate::choice::ALPHAS;
+use crate::check::Disagreement;
 use crate::config::map_in;
 use crate::leader::by_node;
+use crate::piece::{Piece, smallest_of};
 use crate::schedule::Outcome;
 use crate::tree::Tree;
 use crate::worker::{Worker, finite_cell};
@@ -23,11 +23,23 @@ use crate::worker::{Worker, finite_cell};
 /// Indices in a message of cells before it is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
+/// Across a facet of a piece's cell: outer space.
+pub const HULL: u32 = u32::MAX;
+
+/// Across a facet of a piece's cell: a cell of another piece. Numbers of cells are smaller.
+pub const SEAM: u32 = 1 << 31;
+
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_merge(&mut self) {
         let phase = self.exchange.merge_phase();
         self.exchange.merges += 1;
         let disagreements = self.finish_check();
+        if let Some(mut piece) = self.stars.take_piece() {
+            let own = piece.merge(&self.table.positions);
+            self.stars.set_piece(Some(piece));
+            self.merge_up(phase, &[own], &disagreements);
+            return;
+        }
         let groups = self.home_groups();
         let results = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
@@ -47,9 +59,14 @@ impl<P: Point> Worker<P> {
             self.ledger.charge(phase, leaf.id, cost, sweep.items());
         }
         let merged: Vec<Merged> = merged.into_iter().map(|m| m.0).collect();
+        self.merge_up(phase, &merged, &disagreements);
+    }
+
+    /// Merges the leaves' results up this worker's own subtree and sends what comes of it.
+    fn merge_up(&mut self, phase: Phase, leaves: &[Merged], disagreements: &[Disagreement]) {
         let Some((root, tree)) = &self.tree else { return };
         let mut charges = Vec::new();
-        let mut all = merge_tree(tree, &merged, &mut charges);
+        let mut all = merge_tree(tree, leaves, &mut charges);
         let root = *root;
         let tally = self.ledger.tally(self.out.round(), Phase::Merge);
         tally.merged += charges.len() as u64;
@@ -87,12 +104,7 @@ impl<P: Point> Worker<P> {
                 largest2 = f64::INFINITY;
             }
         });
-        let known = match self.supergraph() {
-            // The piece's triangulation knows no k-nearest ball: the largest alpha that is tried.
-            Supergraph::Knn { .. } if !self.config.counted => Supergraph::Density { alpha: ALPHAS[3] },
-            supergraph => supergraph,
-        };
-        let known = known.separator_radius(self.table.radii2[home as usize]);
+        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
         own.minima = u64::from(!has_smaller);
         own.repaired = u64::from(self.exchange.repaired.contains(&home));
         let provable = largest2.is_finite() && 4.0 * largest2 <= known * known;
@@ -143,14 +155,33 @@ impl<P: Point> Worker<P> {
             self.shrink(Phase::Neighbours);
         }
         if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
+            if self.config.view > 0 {
+                self.see_piece();
+                self.send_view();
+            }
             self.send_cells();
-            self.send_view();
         }
         // The ledger follows in the next step, when the cells are billed.
         self.out.send(self.rank, NodeId::ROOT, 0, Body::Outcome(0));
     }
 
+    /// Pictures show radii and stars of a piece too.
+    fn see_piece(&mut self) {
+        if let Some(piece) = self.stars.piece() {
+            let radii2 = piece.nearest_edges();
+            self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
+            self.stars.show();
+        }
+    }
+
     fn send_cells(&mut self) {
+        if !self.config.counted {
+            let piece = self.stars.take_piece();
+            if self.table.home > 0 {
+                self.send_piece(piece);
+            }
+            return;
+        }
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
         let mut sent = 0;
         for at in 0..self.leaves.len() {
@@ -168,13 +199,9 @@ impl<P: Point> Worker<P> {
                         }
                     }
                 }
-                // Leaves of a counted run are small: their cells stay together, so that how many messages
-                // there are is told by the leaves' counts.
-                if !self.config.counted && cells.len() >= CELLS_PER_MESSAGE {
-                    sent += cells.len();
-                    self.post_cells(std::mem::take(&mut cells), std::mem::take(&mut homes));
-                }
             }
+            // Leaves are small: their cells stay together, so that how many messages there are is told by the
+            // leaves' counts.
             let own = (sent + cells.len() - before) / (P::DIM + 1);
             if let Some(recorder) = &mut self.recorder {
                 recorder.log.cells.push(own as u64);
@@ -187,6 +214,53 @@ impl<P: Point> Worker<P> {
         if !cells.is_empty() {
             self.post_cells(cells, homes);
         }
+    }
+
+    /// The cells that belong to this worker, with their adjacency.
+    fn send_piece(&mut self, piece: Option<Piece<P>>) {
+        let rows = match piece {
+            Some(piece) => piece.into_rows(),
+            None => self.glued(),
+        };
+        let body = Body::Piece {
+            leaf: self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
+            ids: Bulk(std::mem::take(&mut self.table.ids)),
+            rows: Bulk(rows),
+        };
+        self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
+    }
+
+    /// The same from stars that were written out: facets are matched. What has no partner here is marked as
+    /// another piece's, although it may be the hull's.
+    fn glued(&self) -> Vec<u32> {
+        let positions = &self.table.positions;
+        let mut cells = Vec::new();
+        for home in 0..self.table.home {
+            let own = self.stars.link(home).iter().filter_map(|facet| finite_cell::<P>(home, facet));
+            own.filter(|cell| smallest_of(positions, cell) == home)
+                .for_each(|c| cells.extend_from_slice(c.as_ref()));
+        }
+        let corners = P::DIM + 1;
+        let mut facets: Vec<(P::Facet, u32)> = (0..cells.len())
+            .map(|entry| {
+                let mut facet = P::Facet::splat(0);
+                let cell = &cells[entry / corners * corners..][..corners];
+                let others = cell.iter().enumerate().filter(|&(slot, _)| slot != entry % corners);
+                facet.as_mut().iter_mut().zip(others).for_each(|(to, (_, &v))| *to = v);
+                facet.as_mut().sort_unstable();
+                (facet, entry as u32)
+            })
+            .collect();
+        facets.sort_unstable();
+        let mut neighbours = vec![SEAM; cells.len()];
+        for pair in facets.chunk_by(|a, b| a.0 == b.0) {
+            if let &[(_, a), (_, b)] = pair {
+                neighbours[a as usize] = b / corners as u32;
+                neighbours[b as usize] = a / corners as u32;
+            }
+        }
+        let rows = cells.chunks_exact(corners).zip(neighbours.chunks_exact(corners));
+        rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect()
     }
 
     fn post_cells(&mut self, cells: Vec<u64>, leaves: Vec<u64>) {

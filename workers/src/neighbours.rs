@@ -21,13 +21,9 @@ const PUNT_RADIUS: f64 = 4.0;
 impl<P: Point> Worker<P> {
     /// Radii inside every leaf.
     pub(crate) fn begin_radii(&mut self) {
-        if self.config.counted {
-            let lists = self.leaf_lists(1, Phase::Radii);
-            for (home, list) in lists.into_iter().enumerate() {
-                self.table.radii2[home] = list.first().map_or(f64::INFINITY, |f| f.0);
-            }
-        } else {
-            self.begin_fast_radii();
+        let lists = self.leaf_lists(1, Phase::Radii);
+        for (home, list) in lists.into_iter().enumerate() {
+            self.table.radii2[home] = list.first().map_or(f64::INFINITY, |f| f.0);
         }
     }
 
@@ -146,7 +142,7 @@ impl<P: Point> Worker<P> {
 
     /// Keeps the k-nearest lists as graph neighbours, and their radii.
     pub(crate) fn finish_knn(&mut self) {
-        if !matches!(self.supergraph(), Supergraph::Knn { .. }) || !self.config.counted {
+        if !matches!(self.supergraph(), Supergraph::Knn { .. }) {
             return;
         }
         let mut adjacency = vec![Vec::new(); self.table.home as usize];

@@ -97,6 +97,7 @@ fn points_in<P: Point>(body: &Body<P>) -> usize {
     match body {
         Body::Block(b) | Body::Move(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),
         Body::Items { points, .. }
+        | Body::Seam { points, .. }
         | Body::Reverse { points, .. }
         | Body::Propose { points, .. }
         | Body::Object { points, .. }

@@ -108,6 +108,9 @@ fn sorted<P: Point>(cell: &P::Cell) -> P::Cell {
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_repair(&mut self) {
         let disagreements = self.finish_check();
+        if self.exchange.is_pending() || !disagreements.is_empty() {
+            self.write_out();
+        }
         if self.exchange.is_pending() {
             // After a gathering the stars get its points first.
             self.rebuild();
@@ -132,6 +135,9 @@ impl<P: Point> Worker<P> {
     /// Odd steps answer proposals, even ones rebuild. What concerns two stars of this worker needs no
     /// message and is settled when it is said; it takes effect in the same step as if it had been sent.
     pub(crate) fn on_repair(&mut self, inbox: &mut Vec<Message<P>>) {
+        if !inbox.is_empty() {
+            self.write_out();
+        }
         self.take_objections(inbox);
         self.take_proposals(inbox);
         if self.step.is_multiple_of(2) {
@@ -401,6 +407,7 @@ impl<P: Point> Worker<P> {
 
     /// Gathers what the last check found unresolved, or everything.
     pub(crate) fn begin_fallback(&mut self) {
+        self.write_out();
         let all = self.known.outcome == Outcome::GatherAll;
         let disagreements = self.finish_check();
         self.exchange.unresolved = if all {

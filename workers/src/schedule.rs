@@ -51,6 +51,8 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
     let knn = config.counted && matches!(known.supergraph, Some(Supergraph::Knn { .. }));
     match phase {
         Phase::Load => Phase::Partition,
+        Phase::Partition if !config.counted => Phase::Pieces,
+        Phase::Pieces => Phase::Seam,
         Phase::Partition => Phase::Radii,
         Phase::Radii => Phase::Probe,
         Phase::Probe => Phase::Neighbours,
@@ -61,7 +63,7 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
         Phase::KnnRadii => Phase::KnnProbe,
         Phase::KnnProbe => Phase::Knn,
         Phase::Sets => Phase::Graph,
-        Phase::Graph => Phase::Hulls,
+        Phase::Seam | Phase::Graph => Phase::Hulls,
         Phase::Hulls => Phase::Check,
         Phase::Check | Phase::Fallback => Phase::Repair,
         Phase::Repair => Phase::Certificate,

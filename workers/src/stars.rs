@@ -8,26 +8,20 @@
 //! its predecessor in its leaf, or for a leaf's first point the smallest point of the nearest node above
 //! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
 //!
-//! Where only the answer is wanted, a worker triangulates its home points at once
-//! ([`septet_geometry::incremental`]), inserts its ghosts, and reads the stars off.
+//! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::piece`]) and gets
+//! what it needs from others ([`crate::seam`]).
 
-use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashSet};
-use std::hash::BuildHasherDefault;
-
-use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::hull::StarBuilder;
-use septet_geometry::incremental::{Incremental, facet_without, insertion_order};
 use septet_geometry::neighbourhood::{Found, nearest_direct};
-use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
+use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
 
-use crate::config::{SetRule, Stop, map_in};
-use crate::table::IdHasher;
+use crate::config::{SetRule, map_in};
+use crate::piece::Piece;
 use crate::tree::{Leaf, Tree};
 use crate::worker::Worker;
 
@@ -39,12 +33,13 @@ const FEWEST_CANDIDATES: usize = 8;
 pub(crate) struct Stars<P: Point> {
     facets: Vec<P::Facet>,
     ranges: Vec<(u32, u32)>,
-    kernel: Option<Kernel<P>>,
+    /// Instead of both, the piece that they are in.
+    piece: Option<Piece<P>>,
 }
 
 impl<P: Point> Default for Stars<P> {
     fn default() -> Self {
-        Stars { facets: Vec::new(), ranges: Vec::new(), kernel: None }
+        Stars { facets: Vec::new(), ranges: Vec::new(), piece: None }
     }
 }
 
@@ -77,134 +72,32 @@ impl<P: Point> Stars<P> {
         self.facets.extend_from_slice(link);
     }
 
-    /// The piece's own triangulation, if it is kept.
-    pub(crate) fn kernel(&self) -> Option<&Kernel<P>> {
-        self.kernel.as_ref()
-    }
-}
-
-/// The triangulation of a worker's piece. Home points are its first vertices, by their local numbers.
-#[derive(Debug)]
-pub(crate) struct Kernel<P: Point> {
-    delaunay: Incremental<P>,
-    /// Local number of each vertex.
-    numbers: Vec<u32>,
-    home: u32,
-}
-
-impl<P: Point> Kernel<P> {
-    /// Triangulates the home points, which are numbered in the order of insertion.
-    fn new(positions: &[P], home: u32, frame: &[u32], stop: &Stop) -> Option<Self> {
-        let go_on = &mut || !stop.is_raised();
-        let mut points = positions[..home as usize].to_vec();
-        let mut numbers: Vec<u32> = (0..home).collect();
-        let delaunay = if let Ok(d) = Incremental::build_while(points.clone(), None, go_on) {
-            d
-        } else {
-            // A flat piece: a frame of the whole set, whose points are real points, spans it.
-            let extra: Vec<u32> = frame.iter().copied().filter(|&f| f >= home).collect();
-            points.extend(extra.iter().map(|&f| positions[f as usize]));
-            numbers.extend(extra);
-            Incremental::build_while(points, None, go_on).ok()?
-        };
-        Some(Kernel { delaunay, numbers, home })
+    /// The piece's own triangulation, while no star has been taken out of it.
+    pub(crate) fn piece(&self) -> Option<&Piece<P>> {
+        self.piece.as_ref()
     }
 
-    /// Adds a ghost; one that is a vertex already changes nothing.
-    fn add(&mut self, number: u32, position: P) {
-        if self.delaunay.insert(position, None).is_ok() {
-            self.numbers.push(number);
+    /// The same, to change it.
+    pub(crate) fn take_piece(&mut self) -> Option<Piece<P>> {
+        self.piece.take()
+    }
+
+    /// Keeps the piece's own triangulation, in which the links of all home points stand.
+    pub(crate) fn set_piece(&mut self, piece: Option<Piece<P>>) {
+        self.piece = piece;
+    }
+
+    /// Writes the links of a piece out beside it, to be looked at only.
+    pub(crate) fn show(&mut self) {
+        if let Some(piece) = &self.piece {
+            (self.facets, self.ranges) = piece.links();
         }
     }
 
-    /// The squared distance of every home point to its nearest vertex, which is a neighbour.
-    fn nearest_edges(&self) -> Vec<f64> {
-        let mut radii2 = vec![f64::INFINITY; self.home as usize];
-        let points = self.delaunay.vertices();
-        for cell in self.delaunay.cells() {
-            let vertices = cell.as_ref();
-            for (i, &a) in vertices.iter().enumerate() {
-                for &b in &vertices[..i] {
-                    let d2 = dist2(points[a as usize], points[b as usize]);
-                    for v in [a, b] {
-                        if let Some(r2) = radii2.get_mut(v as usize) {
-                            *r2 = r2.min(d2);
-                        }
-                    }
-                }
-            }
-        }
-        radii2
-    }
-
-    /// All links of home points in local numbers, by two passes over the cells.
-    fn links(&self) -> (Vec<P::Facet>, Vec<(u32, u32)>) {
-        let complex = self.delaunay.complex();
-        let home = self.home as usize;
-        let mut ranges = vec![(0u32, 0u32); home];
-        for cell in complex.live_cells() {
-            for &v in complex.cell(cell).as_ref() {
-                if let Some(range) = ranges.get_mut(v as usize) {
-                    range.1 += 1;
-                }
-            }
-        }
-        let mut total = 0;
-        for range in &mut ranges {
-            let start = total;
-            total += range.1;
-            *range = (start, 0);
-        }
-        let mut facets = vec![P::Facet::splat(0); total as usize];
-        for cell in complex.live_cells() {
-            let vertices = complex.cell(cell);
-            for &v in vertices.as_ref() {
-                let Some(range) = ranges.get_mut(v as usize) else { continue };
-                let mut facet = facet_without::<P>(vertices, v);
-                for w in facet.as_mut() {
-                    if *w != INFINITE {
-                        *w = self.numbers[*w as usize];
-                    }
-                }
-                facets[(range.0 + range.1) as usize] = facet;
-                range.1 += 1;
-            }
-        }
-        (facets, ranges)
-    }
-
-    /// The `wanted` vertices nearest to `centre` (itself excepted, ties included) within a ball. The
-    /// next nearest vertex is always a neighbour of the centre's cell or of a nearer one.
-    pub(crate) fn nearest(&self, centre: P, radius2: f64, wanted: usize, found: &mut Vec<Found>) {
-        let first = self.delaunay.nearest_vertex(centre, None);
-        let points = self.delaunay.vertices();
-        let key = |v: u32| Reverse((dist2(points[v as usize], centre).to_bits(), v));
-        let mut queue = BinaryHeap::from([key(first)]);
-        let mut seen: HashSet<u64, BuildHasherDefault<IdHasher>> = HashSet::default();
-        seen.insert(u64::from(first));
-        let mut star = Vec::new();
-        let mut taken = 0;
-        let mut last = f64::INFINITY;
-        while let Some(Reverse((bits, v))) = queue.pop() {
-            let d2 = f64::from_bits(bits);
-            if d2 > radius2 || (taken >= wanted && d2 > last) {
-                break;
-            }
-            if d2 > 0.0 {
-                found.push((d2, self.numbers[v as usize]));
-                taken += 1;
-                if taken == wanted {
-                    last = d2;
-                }
-            }
-            self.delaunay.star(v, &mut star);
-            for &cell in &star {
-                for &w in self.delaunay.complex().cell(cell).as_ref() {
-                    if w != INFINITE && seen.insert(u64::from(w)) {
-                        queue.push(key(w));
-                    }
-                }
-            }
+    /// Writes the links of a piece out, once, so that they can be looked at and changed one by one.
+    pub(crate) fn write_out(&mut self) {
+        if let Some(piece) = self.piece.take() {
+            (self.facets, self.ranges) = piece.links();
         }
     }
 }
@@ -217,28 +110,9 @@ struct Hulled<P: Point> {
 }
 
 impl<P: Point> Worker<P> {
-    /// Triangulates the home points and takes radii from the edges.
-    pub(crate) fn begin_fast_radii(&mut self) {
-        if self.table.home == 0 {
-            return;
-        }
-        let frame = self.table.intern_all(&self.frame);
-        let piece = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
-        let home = u64::from(self.table.home);
-        let _span = self.out.site().subproblem(Phase::Radii, piece, "triangulate piece", home);
-        self.stars.kernel = Kernel::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
-        if let Some(kernel) = &self.stars.kernel {
-            let radii2 = kernel.nearest_edges();
-            self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
-        }
-    }
-
     /// The supergraph of the home points.
     pub(crate) fn begin_graph(&mut self) {
         self.finish_sets();
-        if !self.config.counted {
-            return;
-        }
         let positions = &self.table.positions;
         for leaf in &mut self.leaves {
             let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
@@ -325,12 +199,12 @@ impl<P: Point> Worker<P> {
 
     /// The local hulls of all home points.
     pub(crate) fn begin_hulls(&mut self) {
-        let seeds = self.leaf_seeds();
-        let frame = self.table.intern_all(&self.frame);
         if !self.config.counted {
-            self.fast_hulls(&seeds);
+            self.finish_seams();
             return;
         }
+        let seeds = self.leaf_seeds();
+        let frame = self.table.intern_all(&self.frame);
         let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.leaves.iter().zip(seeds).collect();
         let hulled = map_in(&self.pool, &leaves, |(leaf, seed)| self.hulls_of(leaf, *seed, &frame));
         let ids: Vec<(NodeId, u64)> =
@@ -387,25 +261,6 @@ impl<P: Point> Worker<P> {
         let lists = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
         let numbers = |list: Vec<Found>| list.into_iter().map(|f| f.1).collect();
         rows.into_iter().zip(lists.into_iter().map(numbers)).collect()
-    }
-
-    /// Inserts the ghosts into the piece's triangulation and reads the stars off.
-    fn fast_hulls(&mut self, seeds: &[Option<u32>]) {
-        let Some(mut kernel) = self.stars.kernel.take() else { return };
-        let site = self.out.site();
-        for (leaf, seed) in self.leaves.iter_mut().zip(seeds) {
-            let ghosts = leaf.ghosts.len() as u64;
-            let _span = site.subproblem(Phase::Hulls, leaf.id, "insert ghosts", ghosts);
-            let mut ghosts = std::mem::take(&mut leaf.ghosts);
-            ghosts.extend(seed);
-            ghosts.sort_unstable();
-            ghosts.dedup();
-            let positions: Vec<P> = ghosts.iter().map(|&g| self.table.positions[g as usize]).collect();
-            for i in insertion_order(&positions) {
-                kernel.add(ghosts[i as usize], positions[i as usize]);
-            }
-        }
-        (self.stars.facets, self.stars.ranges) = kernel.links();
     }
 }
 

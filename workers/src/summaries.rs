@@ -37,15 +37,13 @@ impl<P: Point> Worker<P> {
     }
 
     /// Tells the coordinator which points of the frame are at home here.
-    fn report_frame(&mut self) {
+    pub(crate) fn report_frame(&mut self) {
         let mut homes = PointBatch::default();
-        for &id in &self.frame.ids.0 {
-            if let Some(at) = self.table.find(id).filter(|&at| self.table.is_home(at)) {
-                self.table.export(at, &mut homes);
-                let leaf = self.leaf_number(at);
-                if let Some(recorder) = &mut self.recorder {
-                    recorder.log.frame.push(leaf);
-                }
+        for at in self.table.homes_among(&self.frame.ids.0) {
+            self.table.export(at, &mut homes);
+            let leaf = self.leaf_number(at);
+            if let Some(recorder) = &mut self.recorder {
+                recorder.log.frame.push(leaf);
             }
         }
         if !homes.is_empty() {
@@ -54,7 +52,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// Learns where the points of the frame are at home.
-    fn learn_frame(&mut self, inbox: &mut Vec<Message<P>>) {
+    pub(crate) fn learn_frame(&mut self, inbox: &mut Vec<Message<P>>) {
         let mut frames = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
             Body::Frame(frame) => {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::OnceLock;
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
@@ -41,7 +42,10 @@ pub struct Table<P> {
     pub radii2: Vec<f64>,
     /// Number of home points.
     pub home: u32,
-    index: IdMap,
+    /// Foreign points.
+    foreign: IdMap,
+    /// Home points: made when first asked for.
+    homes: OnceLock<IdMap>,
 }
 
 impl<P> Default for Table<P> {
@@ -52,7 +56,8 @@ impl<P> Default for Table<P> {
             owners: Vec::new(),
             radii2: Vec::new(),
             home: 0,
-            index: IdMap::default(),
+            foreign: IdMap::default(),
+            homes: OnceLock::new(),
         }
     }
 }
@@ -61,30 +66,40 @@ impl<P: Point> Table<P> {
     /// A table of home points.
     pub fn of_home(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
-        let index = ids.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect();
-        Table { positions, ids, owners: vec![rank; n], radii2: vec![f64::INFINITY; n], home: n as u32, index }
+        let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
+        let (foreign, homes) = (IdMap::default(), OnceLock::new());
+        Table { positions, ids, owners, radii2, home: n as u32, foreign, homes }
     }
 
     /// The local number of a point, which is added as a foreign one if it is not here yet.
     pub fn intern(&mut self, id: u64, position: P, owner: Rank, radius2: f64) -> u32 {
-        let next = self.ids.len() as u32;
-        match self.index.entry(id) {
-            std::collections::hash_map::Entry::Occupied(e) => {
-                let at = *e.get();
-                if at >= self.home {
-                    self.radii2[at as usize] = radius2;
-                }
-                at
-            }
-            std::collections::hash_map::Entry::Vacant(e) => {
-                e.insert(next);
-                self.ids.push(id);
-                self.positions.push(position);
-                self.owners.push(owner);
-                self.radii2.push(radius2);
-                next
-            }
+        if let Some(at) = self.find_home(id) {
+            return at;
         }
+        let (at, _) = self.receive(id, position, owner);
+        self.radii2[at as usize] = radius2;
+        at
+    }
+
+    /// The same for a point that is known not to be at home here. Was it new?
+    pub fn receive(&mut self, id: u64, position: P, owner: Rank) -> (u32, bool) {
+        let next = self.ids.len() as u32;
+        let at = *self.foreign.entry(id).or_insert(next);
+        if at == next {
+            self.ids.push(id);
+            self.positions.push(position);
+            self.owners.push(owner);
+            self.radii2.push(f64::INFINITY);
+        }
+        (at, at == next)
+    }
+
+    fn find_home(&self, id: u64) -> Option<u32> {
+        let homes = self.homes.get_or_init(|| {
+            let own = &self.ids[..self.home as usize];
+            own.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect()
+        });
+        homes.get(&id).copied()
     }
 
     /// Corrects where a foreign point is at home.
@@ -103,13 +118,19 @@ impl<P: Point> Table<P> {
 
     /// The local number of a point that is here.
     pub fn find(&self, id: u64) -> Option<u32> {
-        self.index.get(&id).copied()
+        self.foreign.get(&id).copied().or_else(|| self.find_home(id))
     }
 
     /// Is this point at home here?
     #[inline]
     pub fn is_home(&self, at: u32) -> bool {
         at < self.home
+    }
+
+    /// The local numbers of the few home points among `ids`, by one look at all.
+    pub fn homes_among(&self, ids: &[u64]) -> Vec<u32> {
+        let own = &self.ids[..self.home as usize];
+        own.iter().zip(0u32..).filter(|(id, _)| ids.contains(id)).map(|(_, i)| i).collect()
     }
 
     /// Appends a point of the table to a batch.

@@ -16,7 +16,6 @@ pub(crate) struct Walk<'a, P: Point> {
     pub(crate) path: &'a [Shared<P>],
     pub(crate) leaves: &'a [Leaf<P>],
     pub(crate) table: &'a Table<P>,
-    pub(crate) stars: &'a crate::stars::Stars<P>,
     pub(crate) ask: Ask,
     pub(crate) shared: Vec<(Sweep, Sweep)>,
     pub(crate) local: Vec<(Sweep, Sweep)>,
@@ -113,10 +112,6 @@ impl<P: Point> Walk<'_, P> {
         }
         let (pairs, visits) = &mut self.at_leaf[at];
         *visits += 1;
-        if let Some(kernel) = self.stars.kernel() {
-            kernel.nearest(ball.centre, ball.radius2, self.ask.wanted as usize, found);
-            return;
-        }
         let positions = &self.table.positions[leaf.start as usize..leaf.end as usize];
         let mut number = leaf.start;
         let mut limit2 = ball.radius2;
@@ -142,7 +137,6 @@ impl<P: Point> Worker<P> {
             path: &self.path,
             leaves: &self.leaves,
             table: &self.table,
-            stars: &self.stars,
             ask: self.engine.ask(),
             shared: vec![Default::default(); self.path.len()],
             local: vec![Default::default(); self.inner_ids.len()],

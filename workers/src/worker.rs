@@ -19,6 +19,7 @@ use crate::profile::received;
 use crate::query::Engine;
 use crate::repair::Exchange;
 use crate::schedule::{Known, Outcome};
+use crate::seam::Seams;
 use crate::sets::SetEngine;
 use crate::stars::Stars;
 use crate::table::Table;
@@ -50,6 +51,7 @@ pub struct Worker<P: Point> {
     pub(crate) table: Table<P>,
     pub(crate) engine: Engine<P>,
     pub(crate) sets: SetEngine,
+    pub(crate) seams: Seams,
     /// Graph neighbours of home points, where they are kept as lists.
     pub(crate) adjacency: Vec<Vec<u32>>,
     pub(crate) stars: Stars<P>,
@@ -102,6 +104,7 @@ impl<P: Point> Worker<P> {
             table: Table::default(),
             engine: Engine::default(),
             sets: SetEngine::default(),
+            seams: Seams::default(),
             adjacency: Vec::new(),
             stars: Stars::default(),
             agreement: Agreement::default(),
@@ -142,6 +145,8 @@ impl<P: Point> Worker<P> {
         match phase {
             Phase::Load | Phase::Done => {}
             Phase::Partition => self.begin_partition(),
+            Phase::Pieces => self.begin_pieces(),
+            Phase::Seam => self.begin_seam(),
             Phase::Radii => self.begin_radii(),
             Phase::Probe => self.begin_probe(),
             Phase::Neighbours => self.begin_neighbours(),
@@ -192,6 +197,7 @@ impl<P: Point> Worker<P> {
                 self.on_queries(&mut inbox);
                 self.on_choice(&mut inbox);
             }
+            Phase::Pieces | Phase::Seam => self.on_seam(&mut inbox),
             Phase::Summaries => self.on_summaries(&mut inbox),
             Phase::Sets => {
                 self.on_ghosts(&mut inbox);

@@ -24,4 +24,6 @@ pub mod hull;
 
 pub mod measure;
 
+pub mod ball;
+
 pub mod incremental;

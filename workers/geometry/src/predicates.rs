@@ -118,9 +118,14 @@ pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
     while frame.len() <= P::DIM {
         let basis: Vec<P> = frame.iter().map(|&i| points[i]).collect();
-        let next = (0..points.len())
-            .filter(|&i| raises_dimension(&basis, points[i]))
-            .min_by(|&i, &j| lex_cmp(&points[i], &points[j]));
+        // The smallest so far is tested seldom: a look at the order comes first.
+        let mut next: Option<usize> = None;
+        for (i, x) in points.iter().enumerate() {
+            let smaller = next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
+            if smaller && raises_dimension(&basis, *x) {
+                next = Some(i);
+            }
+        }
         match next {
             Some(i) => frame.push(i),
             None => break,

@@ -62,6 +62,10 @@ pub enum Phase {
     Load,
     /// Section 2 and 4.3 step 2: sphere separators, level by level.
     Partition,
+    /// Every worker's own triangulation (`triangulate` only), and the points that its ordinary cells send.
+    Pieces,
+    /// The points that all its other cells send.
+    Seam,
     /// Section 4.3: radii inside every leaf.
     Radii,
     /// Short-cut for balls that would touch very many leaves (the punt).
@@ -102,9 +106,11 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in order.
-    pub const ALL: [Phase; 20] = [
+    pub const ALL: [Phase; 22] = [
         Phase::Load,
         Phase::Partition,
+        Phase::Pieces,
+        Phase::Seam,
         Phase::Radii,
         Phase::Probe,
         Phase::Neighbours,
@@ -135,6 +141,8 @@ impl Phase {
         match self {
             Phase::Load => "load",
             Phase::Partition => "partition",
+            Phase::Pieces => "pieces",
+            Phase::Seam => "seam",
             Phase::Radii => "radii",
             Phase::Probe => "probe",
             Phase::Neighbours => "neighbours",

@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -327,6 +327,15 @@ pub enum Body<P> {
     },
     /// Points that belong to a subproblem's surroundings.
     Ghosts(PointBatch<P>),
+    /// Points that may be neighbours of points in a subproblem, with the cells that reach into it.
+    Seam {
+        /// Where the cells were built.
+        origin: Rank,
+        /// The points.
+        points: PointBatch<P>,
+        /// Positions in `points`, `d + 1` a cell; `u32::MAX` for infinity. None where nobody asks why.
+        cells: Bulk<u32>,
+    },
     /// Points one of whose nearest neighbours is at home at the receiver: the other end of each edge.
     Reverse {
         /// The points.
@@ -394,6 +403,16 @@ pub enum Body<P> {
         /// Leaf of the smallest vertex.
         leaves: Bulk<u64>,
     },
+    /// Worker to coordinator: its cells with their adjacency (`triangulate` only).
+    Piece {
+        /// The leaf that was home to the worker's points.
+        leaf: u64,
+        /// Input index of each vertex.
+        ids: Bulk<u64>,
+        /// `d + 1` vertices a cell, positively oriented, then across the facet opposite each a cell, or one of
+        /// two marks (hull, another piece).
+        rows: Bulk<u32>,
+    },
     /// Worker to coordinator: graph edges as pairs of ids (on request).
     Edges(Bulk<u64>),
     /// Worker to coordinator: its part of the ledger. Not billed: it is the instrument.
@@ -425,6 +444,7 @@ impl<P> Body<P> {
             Body::SampleStars(_) => "sample stars",
             Body::Choice { .. } => "choice",
             Body::Ghosts(_) => "ghosts",
+            Body::Seam { .. } => "seam",
             Body::Reverse { .. } => "reverse",
             Body::Items { .. } => "items",
             Body::SetCounts(_) => "set counts",
@@ -439,6 +459,7 @@ impl<P> Body<P> {
             Body::Gather(_) => "gather",
             Body::Region { .. } => "region",
             Body::Cells { .. } => "cells",
+            Body::Piece { .. } => "piece",
             Body::Edges(_) => "edges",
             Body::Ledger(_) => "ledger",
             Body::Tasks(_) => "tasks",
@@ -453,7 +474,7 @@ impl<P> Body<P> {
 
     /// Is it reading or merging, for the coordinator's budget?
     pub fn is_bulk(&self) -> bool {
-        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Edges(_))
+        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Edges(_))
     }
 }
 

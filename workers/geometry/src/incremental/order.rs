@@ -4,40 +4,50 @@
 //! constructions con BRIO", 2003) puts every point into the last round with probability `1 - 1/8`, of
 //! the others again `7/8` into the round before, and so on. Whatever the order inside the rounds, the
 //! expected work is that of a random order; along a space-filling curve the walks are short as well.
-//! The curve is Hilbert's, by the transposed bits of Skilling ("Programming the Hilbert curve", 2004).
+//! The curve is Hilbert's, followed from level to level by a table of its orientations, as in Hamilton and
+//! Rau-Chaplin ("Compact Hilbert indices", 2008): in an orientation with entry corner `e` and axis `d` the
+//! octant `l` (a bit for each axis) comes at place `w`, the inverse Gray code of `l ^ e` with its bits
+//! turned by `d + 1`; there the curve enters at `e ^ entry(w)` turned back, along the axis `d + turn(w) + 1`.
 //!
-//! **Work.** O(n log n), by one comparison sort.
+//! **Work.** O(n log n), by one sort of 64-bit keys.
 //!
 //! **Departures.** The coin of a point is a hash of its coordinates, so the order depends on nothing
 //! but the coordinates. Points in one cell of the curve's grid follow each other lexicographically.
 
 use crate::point::{Point, lex_cmp};
 
-/// Bits of one coordinate on the curve: `DIM * BITS` fit into 63 bits.
+/// Bits of a key for the round; the others are the place on the curve.
+const ROUND_BITS: u32 = 4;
+const CURVE_BITS: u32 = 64 - ROUND_BITS;
+
+/// Bits of one coordinate on the curve.
 const fn bits(dimension: usize) -> u32 {
-    63 / dimension as u32
+    CURVE_BITS / dimension as u32
 }
 
 /// The positions of `points` in order of insertion. A function of the coordinates only: permuted
 /// input gives the same sequence of points (coincident points in the order of their numbers).
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let curve = Curve::over(points);
-    let mut keyed: Vec<(u8, u64, u32)> =
-        (0u32..).zip(points).map(|(i, p)| (round(p), curve.key(p), i)).collect();
-    keyed.sort_unstable_by(|a, b| {
-        let by_key = (a.0, a.1).cmp(&(b.0, b.1));
-        by_key.then_with(|| lex_cmp(&points[a.2 as usize], &points[b.2 as usize])).then_with(|| a.2.cmp(&b.2))
-    });
-    keyed.into_iter().map(|(_, _, i)| i).collect()
+    let key = |p: &P| round(p) << CURVE_BITS | curve.key(p);
+    let mut keyed: Vec<(u64, u32)> = points.iter().zip(0u32..).map(|(p, i)| (key(p), i)).collect();
+    keyed.sort_unstable_by_key(|&(key, _)| key);
+    for run in keyed.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
+        run.sort_unstable_by(|&(_, a), &(_, b)| {
+            lex_cmp(&points[a as usize], &points[b as usize]).then_with(|| a.cmp(&b))
+        });
+    }
+    keyed.into_iter().map(|(_, i)| i).collect()
 }
 
 /// The round of a point, 0 the first: `7/8` of all points are in the last.
-fn round<P: Point>(p: &P) -> u8 {
+fn round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
         hash = mix(hash ^ p.coord(i).to_bits());
     }
-    21 - ((hash | 1 << 63).trailing_zeros() / 3) as u8
+    let last = (1 << ROUND_BITS) - 1;
+    last - u64::from(hash.trailing_zeros() / 3).min(last)
 }
 
 /// A bijective mixing of 64 bits (the finalizer of `SplitMix64`).
@@ -69,56 +79,100 @@ impl<P: Point> Curve<P> {
         Curve { low, scale: if scale.is_finite() { scale } else { 0.0 } }
     }
 
-    /// The position of `p` along the curve.
+    /// The place of `p` along the curve.
+    #[inline]
     fn key(&self, p: &P) -> u64 {
-        let mut x = [0u32; 3];
-        let x = &mut x[..P::DIM];
-        for (i, xi) in x.iter_mut().enumerate() {
-            // A cast saturates: whatever the rounding, the value stays a position.
-            let cell = (p.coord(i) - self.low.coord(i)) * self.scale;
-            *xi = (cell as u32).min((1 << bits(P::DIM)) - 1);
+        let mut octants = 0;
+        for i in 0..P::DIM {
+            // A cast saturates: whatever the rounding, the value stays a place.
+            let at = ((p.coord(i) - self.low.coord(i)) * self.scale) as u32;
+            octants |= spread(P::DIM, at.min((1 << bits(P::DIM)) - 1)) << i;
         }
-        hilbert_transpose(x, bits(P::DIM));
-        let mut key = 0;
-        for bit in (0..bits(P::DIM)).rev() {
-            for xi in x.iter() {
-                key = key << 1 | u64::from(*xi >> bit & 1);
-            }
+        let table = if P::DIM == 2 { &PLANE } else { &SPACE };
+        let (mut key, mut state) = (0, 0);
+        for level in (0..bits(P::DIM)).rev() {
+            let octant = octants >> (level * P::DIM as u32) & ((1 << P::DIM) - 1);
+            let step = table[state << 3 | octant as usize];
+            key = key << P::DIM | u64::from(step & 7);
+            state = usize::from(step >> 3) % STATES;
         }
         key
     }
 }
 
-/// Turns coordinates of `bits` bits into the transposed Hilbert index, in place (Skilling 2004).
-fn hilbert_transpose(x: &mut [u32], bits: u32) {
-    let n = x.len();
-    let mut q = 1u32 << (bits - 1);
-    while q > 1 {
-        let p = q - 1;
-        for i in 0..n {
-            if x[i] & q != 0 {
-                x[0] ^= p;
-            } else {
-                let t = (x[0] ^ x[i]) & p;
-                x[0] ^= t;
-                x[i] ^= t;
-            }
+/// Moves the bits of a coordinate apart, `dimension - 1` zeros between them.
+#[inline]
+fn spread(dimension: usize, x: u32) -> u64 {
+    let x = u64::from(x);
+    if dimension == 2 {
+        let x = (x | x << 16) & 0x0000_FFFF_0000_FFFF;
+        let x = (x | x << 8) & 0x00FF_00FF_00FF_00FF;
+        let x = (x | x << 4) & 0x0F0F_0F0F_0F0F_0F0F;
+        let x = (x | x << 2) & 0x3333_3333_3333_3333;
+        (x | x << 1) & 0x5555_5555_5555_5555
+    } else {
+        let x = (x | x << 32) & 0x001F_0000_0000_FFFF;
+        let x = (x | x << 16) & 0x001F_0000_FF00_00FF;
+        let x = (x | x << 8) & 0x100F_00F0_0F00_F00F;
+        let x = (x | x << 4) & 0x10C3_0C30_C30C_30C3;
+        (x | x << 2) & 0x1249_2492_4924_9249
+    }
+}
+
+/// Orientations of the curve, rounded up to a power of two: in space 8 entry corners and 3 axes.
+const STATES: usize = 32;
+
+/// For each orientation and octant: the octant's place on the curve, and the orientation inside it, times 8.
+const PLANE: [u8; STATES * 8] = orientations(2);
+const SPACE: [u8; STATES * 8] = orientations(3);
+
+const fn orientations(n: u32) -> [u8; STATES * 8] {
+    let mut table = [0; STATES * 8];
+    let mut state = 0;
+    while state < n << n {
+        let (entry, axis) = (state % (1 << n), state >> n);
+        let mut octant = 0;
+        while octant < 1 << n {
+            let place = gray_inverse(n, turned(n, octant ^ entry, n - (axis + 1) % n));
+            let first = if place == 0 { 0 } else { gray((place - 1) & !1) };
+            let inner = entry ^ turned(n, first, axis + 1);
+            let along = (axis + along_axis(n, place) + 1) % n;
+            table[(state << 3 | octant) as usize] = ((along << n | inner) << 3 | place) as u8;
+            octant += 1;
         }
-        q >>= 1;
+        state += 1;
     }
-    for i in 1..n {
-        x[i] ^= x[i - 1];
+    table
+}
+
+const fn gray(x: u32) -> u32 {
+    x ^ x >> 1
+}
+
+const fn gray_inverse(n: u32, x: u32) -> u32 {
+    let mut place = x;
+    let mut shift = 1;
+    while shift < n {
+        place ^= x >> shift;
+        shift += 1;
     }
-    let mut t = 0;
-    let mut q = 1u32 << (bits - 1);
-    while q > 1 {
-        if x[n - 1] & q != 0 {
-            t ^= q - 1;
-        }
-        q >>= 1;
-    }
-    for xi in x.iter_mut() {
-        *xi ^= t;
+    place
+}
+
+/// The `n` bits of `x`, turned left by `by`.
+const fn turned(n: u32, x: u32, by: u32) -> u32 {
+    let by = by % n;
+    (x << by | x >> (n - by)) & ((1 << n) - 1)
+}
+
+/// The axis along which the curve runs inside the octant at this place.
+const fn along_axis(n: u32, place: u32) -> u32 {
+    if place == 0 {
+        0
+    } else if place % 2 == 0 {
+        (place - 1).trailing_ones() % n
+    } else {
+        place.trailing_ones() % n
     }
 }
 

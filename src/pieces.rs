@@ -1,0 +1,165 @@
+//! A triangulation in memory as the workers made it: pieces with 32-bit numbers inside, a table of input
+//! indices each, and adjacency within and across pieces.
+//!
+//! A cell is in the piece of the worker where its lexicographically smallest vertex is at home. Canonical rows
+//! of 64-bit indices are an export ([`Pieces::rows`], four times the size of a piece's own rows with all that is
+//! needed to sort them).
+
+use rayon::prelude::*;
+use septet_geometry::point::Point;
+use septet_workers::merge::{HULL, SEAM};
+
+/// One worker's cells.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Piece {
+    /// The worker's rank.
+    pub owner: u32,
+    /// The leaf of the partition tree that was home to the worker's points.
+    pub leaf: u64,
+    /// Input index of each vertex.
+    pub ids: Vec<u64>,
+    /// A row a cell: `d + 1` vertices, positively oriented, then across the facet opposite each a cell of this
+    /// piece, [`HULL`], or, from [`SEAM`] on, a place in `seam`.
+    pub rows: Vec<u32>,
+    /// Cells of other pieces: piece, cell.
+    pub seam: Vec<(u32, u32)>,
+}
+
+/// All cells of a triangulation, each in one piece.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Pieces {
+    corners: usize,
+    pieces: Vec<Piece>,
+}
+
+/// A facet that another piece shares: its vertices' input indices (sorted), piece, place in `rows`.
+type Open = ([u64; 3], u32, u32);
+
+impl Pieces {
+    /// Joins pieces, whose cells have `corners` vertices, across their seams. Nothing if three cells share a
+    /// facet, or if other than `hull_facets` have one cell.
+    pub(crate) fn join(corners: usize, mut pieces: Vec<Piece>, hull_facets: u64) -> Option<Self> {
+        pieces.sort_by_key(|p| p.owner);
+        let mut hull = 0;
+        let mut open: Vec<Open> = Vec::new();
+        for (at, piece) in (0u32..).zip(&pieces) {
+            let (own, facets) = piece.open(corners, at);
+            hull += own;
+            open.extend(facets);
+        }
+        open.par_sort_unstable();
+        for pair in open.chunk_by(|a, b| a.0 == b.0) {
+            let [(_, a, at), (_, b, bt)] = match *pair {
+                [a, b] => [a, b],
+                [(_, a, at)] => {
+                    pieces[a as usize].rows[at as usize] = HULL;
+                    hull += 1;
+                    continue;
+                }
+                _ => return None,
+            };
+            let width = 2 * corners as u32;
+            for (piece, place, other) in [(a, at, (b, bt / width)), (b, bt, (a, at / width))] {
+                let piece = &mut pieces[piece as usize];
+                piece.rows[place as usize] = SEAM + piece.seam.len() as u32;
+                piece.seam.push(other);
+            }
+        }
+        (hull == hull_facets).then_some(Pieces { corners, pieces })
+    }
+
+    /// The pieces, by rank.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.pieces.iter().map(|p| p.rows.len() / (2 * self.corners).max(1)).sum()
+    }
+
+    /// Is there no cell?
+    pub fn is_empty(&self) -> bool {
+        self.pieces.iter().all(|p| p.rows.is_empty())
+    }
+
+    /// The cell across the facet opposite the vertex in `slot` of a cell, as piece and cell; nothing across a
+    /// hull facet.
+    pub fn neighbour(&self, piece: u32, cell: u32, slot: usize) -> Option<(u32, u32)> {
+        let own = &self.pieces[piece as usize];
+        match own.rows[(2 * cell as usize + 1) * self.corners + slot] {
+            HULL => None,
+            code if code >= SEAM => Some(own.seam[(code - SEAM) as usize]),
+            code => Some((piece, code)),
+        }
+    }
+
+    /// The input indices of a cell's vertices, positively oriented.
+    pub fn cell(&self, piece: u32, cell: u32) -> impl Iterator<Item = u64> + '_ {
+        let own = &self.pieces[piece as usize];
+        let start = 2 * cell as usize * self.corners;
+        own.rows[start..start + self.corners].iter().map(|&v| own.ids[v as usize])
+    }
+
+    /// All cells as rows of input indices, piece by piece, with the owner and the leaf of each if asked for.
+    pub(crate) fn rows(&self, with_owner: bool) -> crate::canonical::Cells {
+        let mut rows = Vec::with_capacity(self.len() * self.corners);
+        let (mut owner, mut leaf) = (Vec::new(), Vec::new());
+        for piece in &self.pieces {
+            let vertices = piece.rows.par_chunks_exact(2 * self.corners).map(|row| &row[..self.corners]);
+            rows.par_extend(vertices.flat_map_iter(|cell| cell.iter().map(|&v| piece.ids[v as usize])));
+            if with_owner {
+                let n = piece.rows.len() / (2 * self.corners);
+                owner.extend(std::iter::repeat_n(piece.owner, n));
+                leaf.extend(std::iter::repeat_n(piece.leaf, n));
+            }
+        }
+        crate::canonical::Cells { rows, owner: with_owner.then_some(owner), leaf: with_owner.then_some(leaf) }
+    }
+
+    /// The same in canonical order.
+    pub(crate) fn canonical<P: Point>(&self, with_owner: bool) -> crate::canonical::Cells {
+        crate::canonical::canonicalise::<P>(self.rows(with_owner))
+    }
+}
+
+impl Piece {
+    /// The number of hull facets, and all facets that other pieces share.
+    fn open(&self, corners: usize, at: u32) -> (u64, Vec<Open>) {
+        const ROWS: usize = 1 << 14;
+        let width = 2 * corners;
+        let parts: Vec<(u64, Vec<Open>)> = self
+            .rows
+            .par_chunks(ROWS * width)
+            .enumerate()
+            .map(|(part, rows)| {
+                let (mut hull, mut open) = (0, Vec::new());
+                for (row, cell) in rows.chunks_exact(width).enumerate() {
+                    for (slot, &code) in cell[corners..].iter().enumerate().filter(|&(_, &code)| code >= SEAM)
+                    {
+                        let place = (part * ROWS + row) * width + corners + slot;
+                        match code {
+                            HULL => hull += 1,
+                            _ => open.push((self.facet(corners, place), at, place as u32)),
+                        }
+                    }
+                }
+                (hull, open)
+            })
+            .collect();
+        let hull = parts.iter().map(|p| p.0).sum();
+        (hull, parts.into_iter().flat_map(|p| p.1).collect())
+    }
+
+    /// The sorted input indices of a facet's vertices, in the plane with a zero before them.
+    fn facet(&self, corners: usize, place: usize) -> [u64; 3] {
+        let cell = &self.rows[place / (2 * corners) * 2 * corners..][..corners];
+        let mut facet = [0; 3];
+        let others = cell.iter().enumerate().filter(|&(slot, _)| slot != place % corners);
+        for (to, (_, &v)) in facet[4 - corners..].iter_mut().zip(others) {
+            *to = self.ids[v as usize];
+        }
+        facet[4 - corners..].sort_unstable();
+        facet
+    }
+}

@@ -1,0 +1,217 @@
+//! Where a new point would undo a cell: its circumscribed ball, or beyond a hull facet a half-space, rounded
+//! outwards; and whether that meets a box or the other side of a separator.
+//!
+//! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumscribed ball
+//! (on the sphere the perturbation decides), and with an infinite cell only if it lies in the closed
+//! half-space beyond the hull facet (Bowyer 1981, Watson 1981). A [`Reach`] contains that set whatever the
+//! rounding, so "does not meet" is a proof; "meets" may be wrong by rounding, which costs and never harms.
+//!
+//! **Derivation.** With `u = 2^-53` and differences `e_i = p_i - p_0`, each within `u` relative, the centre
+//! relative to `p_0` is `N / (2 D)`: `D` the determinant of the `e_i`, `N` the sum of cofactors times the
+//! squares `|e_i|^2` ([`Point::sphere_plane`]). A sum of products of at most three differences and one square
+//! is within `20 u` of the sum of its terms' sizes (three for differences, five for the square, five for
+//! products, five for sums; second-order terms included). Let `m_k` be the largest `|e_ik|` and `S` the largest
+//! square: the sizes of the `d!` terms add up to at most `A(D) = d! prod m_k` and
+//! `A(N_k) = d! S prod_(l /= k) m_l`. If `|D| > 64 u A(D)`, coordinate `k` of the centre is off by at most
+//! `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))` and the roundings of a division and of the sum with
+//! `p_0`. Otherwise the ball is taken to be all of space.
+//!
+//! **Work and depth.** O(1).
+
+use crate::neighbourhood::box_dist2;
+use crate::point::{Point, dist2};
+use crate::separator::{Separator, Side};
+
+/// The unit of rounding.
+const U: f64 = f64::EPSILON / 2.0;
+
+/// What holds every point that conflicts with a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reach<P> {
+    /// A closed ball.
+    Ball {
+        /// Its centre.
+        centre: P,
+        /// Its radius.
+        radius: f64,
+    },
+    /// `{ x : normal . (x - anchor) + slack . |x - anchor| >= 0 }`: a half-space and its rounding.
+    HalfSpace {
+        /// A point of the hull facet.
+        anchor: P,
+        /// Away from the hull.
+        normal: P,
+        /// Error of each coordinate of the normal.
+        slack: P,
+    },
+    /// The cell is too flat to tell.
+    Everywhere,
+}
+
+impl<P: Point> Reach<P> {
+    /// Of a finite, positively oriented cell of `DIM + 1` points.
+    pub fn of_cell(cell: &[P]) -> Self {
+        let (rel, most) = differences(cell);
+        let (det, numerator) = P::sphere_plane(&rel[..P::DIM]);
+        let factorial = if P::DIM == 3 { 6.0 } else { 2.0 };
+        let terms = factorial * (0..P::DIM).map(|k| most.coord(k)).product::<f64>();
+        let sure = det.abs() - 64.0 * U * terms;
+        if sure.is_nan() || sure <= 0.0 {
+            return Reach::Everywhere;
+        }
+        let square = rel.iter().fold(0.0, |most: f64, e| most.max(e.norm2()));
+        let offset = numerator / (2.0 * det);
+        let centre = cell[0] + offset;
+        let mut slack = 0.0;
+        for k in 0..P::DIM {
+            let cofactor = factorial * square * others(most, k);
+            let error = 20.0 * U * (cofactor + 2.0 * offset.coord(k).abs() * terms) / (2.0 * sure);
+            slack += error + 4.0 * U * (centre.coord(k).abs() + offset.coord(k).abs());
+        }
+        // Every vertex is on the sphere: the farthest from the rounded centre, and the centre's own error.
+        let farthest2 = cell[..=P::DIM].iter().fold(0.0, |most: f64, &p| most.max(dist2(p, centre)));
+        let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);
+        if radius.is_finite() { Reach::Ball { centre, radius } } else { Reach::Everywhere }
+    }
+
+    /// Of an infinite cell: `facet` are the `DIM` points of its hull facet, ordered so that a point `q` beyond
+    /// makes `(facet.., q)` positive.
+    pub fn of_facet(facet: &[P]) -> Self {
+        let mut corners = [facet[0]; 4];
+        corners[..P::DIM].copy_from_slice(&facet[..P::DIM]);
+        let (rel, most) = differences(&corners[..=P::DIM]);
+        let mut slack = P::default();
+        for k in 0..P::DIM {
+            slack.set_coord(k, 32.0 * U * others(most, k));
+        }
+        Reach::HalfSpace { anchor: facet[0], normal: P::hull_normal(&rel[..P::DIM - 1]), slack }
+    }
+
+    /// May it hold a point of the box (`low` and `high` corner)?
+    pub fn meets_box(&self, low: P, high: P) -> bool {
+        match *self {
+            Reach::Everywhere => true,
+            Reach::Ball { centre, radius } => {
+                // Not less: whatever is not a number meets.
+                let clear = box_dist2(centre, low, high) > radius * radius * (1.0 + 16.0 * U);
+                !clear
+            }
+            Reach::HalfSpace { anchor, normal, slack } => {
+                let (mut most, mut size) = (0.0, 0.0);
+                for i in 0..P::DIM {
+                    let (n, a) = (normal.coord(i), anchor.coord(i));
+                    let ends = [low.coord(i) - a, high.coord(i) - a];
+                    let side = |x: f64| n * x + slack.coord(i) * x.abs();
+                    most += side(ends[0]).max(side(ends[1]));
+                    size += n.abs() * ends[0].abs().max(ends[1].abs());
+                }
+                let clear = most < -(32.0 * U) * size;
+                !clear
+            }
+        }
+    }
+
+    /// May it hold a point of the box on that side of the separator?
+    pub fn meets(&self, separator: &Separator<P>, side: Side, low: P, high: P) -> bool {
+        if !self.meets_box(low, high) {
+            return false;
+        }
+        match *self {
+            Reach::Ball { centre, radius } => separator.reaches(centre, radius, side),
+            Reach::HalfSpace { .. } | Reach::Everywhere => true,
+        }
+    }
+}
+
+/// The edges from the first corner, and the largest size of each of their coordinates.
+fn differences<P: Point>(cell: &[P]) -> ([P; 3], P) {
+    let mut rel = [P::default(); 3];
+    let mut most = P::default();
+    for (e, &p) in rel.iter_mut().zip(&cell[1..]) {
+        *e = p - cell[0];
+        for k in 0..P::DIM {
+            most.set_coord(k, most.coord(k).max(e.coord(k).abs()));
+        }
+    }
+    (rel, most)
+}
+
+/// The product of all coordinates but one.
+fn others<P: Point>(most: P, k: usize) -> f64 {
+    (0..P::DIM).filter(|&l| l != k).map(|l| most.coord(l)).product()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::predicates::{Sign, in_sphere, orientation};
+    use glam::{DVec2, DVec3};
+    use rand::{Rng, RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn draw<P: Point>(rng: &mut impl Rng, flat: f64) -> P {
+        let mut p = P::default();
+        for i in 0..P::DIM {
+            let scale = if i + 1 == P::DIM { flat } else { 1.0 };
+            p.set_coord(i, (rng.random::<f64>() - 0.5) * scale + 1.0);
+        }
+        p
+    }
+
+    fn conflicts_are_reached<P: Point>(seed: u64) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut met = 0;
+        for round in 0..40_000 {
+            let flat = 0.1f64.powi(round % 17);
+            let mut cell: Vec<P> = (0..=P::DIM).map(|_| draw(&mut rng, flat)).collect();
+            match orientation(&cell) {
+                Sign::Zero => continue,
+                Sign::Negative => cell.swap(0, 1),
+                Sign::Positive => {}
+            }
+            let q: P = draw(&mut rng, flat);
+            if in_sphere(&cell, q) {
+                assert!(Reach::of_cell(&cell).meets_box(q, q), "{cell:?} {q:?}");
+                met += 1;
+            }
+            let mut beyond = cell.clone();
+            beyond[P::DIM] = q;
+            if orientation(&beyond) != Sign::Negative {
+                assert!(Reach::of_facet(&cell[..P::DIM]).meets_box(q, q), "{cell:?} {q:?}");
+                met += 1;
+            }
+        }
+        assert!(met > 4_000, "{met}");
+    }
+
+    #[test]
+    fn whatever_conflicts_is_reached() {
+        conflicts_are_reached::<DVec3>(1);
+        conflicts_are_reached::<DVec2>(2);
+    }
+
+    #[test]
+    fn far_boxes_are_not_met() {
+        let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let reach = Reach::of_cell(&cell);
+        assert!(!reach.meets_box(DVec3::splat(1.1), DVec3::splat(2.0)));
+        assert!(reach.meets_box(DVec3::splat(1.0), DVec3::splat(2.0)), "the corner lies on the sphere");
+        let below = Reach::of_facet(&[DVec3::ZERO, DVec3::Y, DVec3::X]);
+        assert!(below.meets_box(DVec3::new(0., 0., -1.), DVec3::new(0., 0., -0.5)));
+        assert!(!below.meets_box(DVec3::new(0., 0., 0.5), DVec3::ONE));
+        assert!(below.meets_box(DVec3::new(4., 4., 0.0), DVec3::new(4., 4., 1.0)), "coplanar counts");
+        let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE - DVec3::Z];
+        assert_eq!(Reach::of_cell(&flat), Reach::Everywhere);
+    }
+
+    #[test]
+    fn separators_cut_reaches() {
+        let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let cut = Separator::plane(0, 3.0);
+        let (low, high) = (DVec3::splat(-9.0), DVec3::splat(9.0));
+        let reach = Reach::of_cell(&cell);
+        assert!(
+            reach.meets(&cut, Side::Interior, low, high) && !reach.meets(&cut, Side::Exterior, low, high)
+        );
+    }
+}

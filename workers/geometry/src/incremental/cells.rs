@@ -1,0 +1,195 @@
+//! The storage of a triangulation: one record for each cell, with all that a search reads of it.
+//!
+//! A record holds the cell's vertices, its neighbours and its circumsphere, rounded
+//! ([`super::sphere`]): 48 bytes in space, 36 in the plane. A neighbour is a code `4 * cell + slot`, the
+//! slot being that of the opposite vertex in the neighbour, so that the way back is known without a
+//! search. The two bits of the sphere's radius that its value does not need are marks: the sign is set
+//! in a cell that is being removed or is free, the last bit in one that was found to stay.
+
+use super::sphere::{KEPT, NO_SPHERE, REMOVED};
+use crate::complex::{INFINITE, NONE};
+use crate::point::Simplex;
+
+/// A cell: `S` is an array of `DIM + 1` numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell<S> {
+    /// The centre's coordinates and the radius, as the bits of `f32`.
+    pub(super) sphere: S,
+    /// Codes of the cells across the facets opposite to the vertices.
+    pub(super) neighbours: S,
+    /// Vertices in positive order.
+    pub(super) vertices: S,
+}
+
+impl<S: Simplex> Cell<S> {
+    /// The bits of the radius, with the marks.
+    #[inline]
+    pub(super) fn radius(&self) -> u32 {
+        self.sphere.as_ref()[S::LEN - 1]
+    }
+
+    #[inline]
+    pub(super) fn radius_mut(&mut self) -> &mut u32 {
+        &mut self.sphere.as_mut()[S::LEN - 1]
+    }
+
+    #[inline]
+    pub(super) fn is_removed(&self) -> bool {
+        self.radius() & REMOVED != 0
+    }
+}
+
+/// The cells of a triangulation, infinite ones included, by number. Outer space is the vertex
+/// [`INFINITE`], so that every facet has two cells.
+#[derive(Clone, Debug)]
+pub struct Cells<S> {
+    pub(super) slots: Vec<Cell<S>>,
+    /// Slots without a cell, last first in use.
+    pub(super) free: Vec<u32>,
+    /// The cells made by the last insertion.
+    pub(super) created: Vec<u32>,
+}
+
+impl<S: Simplex> Cells<S> {
+    /// No cells, and room for so many.
+    pub(super) fn with_capacity(cells: usize) -> Self {
+        Cells { slots: Vec::with_capacity(cells), free: Vec::new(), created: Vec::new() }
+    }
+
+    /// One finite cell, which is number 0, and the infinite cells on its facets.
+    pub(super) fn start(&mut self, cell: S) {
+        let n = S::LEN;
+        self.free.clear();
+        self.created.clear();
+        self.created.extend(0..=n as u32);
+        self.slots.clear();
+        self.slots.push(Cell { sphere: S::splat(NO_SPHERE), neighbours: S::splat(NONE), vertices: cell });
+        for i in 0..n {
+            // Seen from outside the facet opposite i is reversed: swap two other vertices.
+            let mut vertices = cell;
+            vertices.as_mut()[i] = INFINITE;
+            let (a, b) = ((i + 1) % n, (i + 2) % n);
+            vertices.as_mut().swap(a, b);
+            self.slots.push(Cell { sphere: S::splat(NO_SPHERE), neighbours: S::splat(NONE), vertices });
+        }
+        for i in 0..n {
+            let outer = i as u32 + 1;
+            self.join(0, i, outer, i);
+            for j in 0..i {
+                // The infinite cells i+1 and j+1 share infinity and every vertex but i and j.
+                let (si, sj) =
+                    (self.slot_of(outer, cell.as_ref()[j]), self.slot_of(j as u32 + 1, cell.as_ref()[i]));
+                self.join(outer, si, j as u32 + 1, sj);
+            }
+        }
+    }
+
+    fn slot_of(&self, cell: u32, vertex: u32) -> usize {
+        self.cell(cell).as_ref().iter().take_while(|&&v| v != vertex).count()
+    }
+
+    fn join(&mut self, a: u32, slot_a: usize, b: u32, slot_b: usize) {
+        self.slots[a as usize].neighbours.as_mut()[slot_a] = b << 2 | slot_b as u32;
+        self.slots[b as usize].neighbours.as_mut()[slot_b] = a << 2 | slot_a as u32;
+    }
+
+    /// Number of slots, free ones included: every cell's number is smaller.
+    pub fn slots(&self) -> u32 {
+        self.slots.len() as u32
+    }
+
+    /// Number of cells, infinite ones included.
+    pub fn len(&self) -> usize {
+        self.slots.len() - self.free.len()
+    }
+
+    /// Is there no cell?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Is there a cell in this slot?
+    #[inline]
+    pub fn is_live(&self, cell: u32) -> bool {
+        !self.slots[cell as usize].is_removed()
+    }
+
+    /// The vertices of a cell.
+    #[inline]
+    pub fn cell(&self, cell: u32) -> &S {
+        &self.slots[cell as usize].vertices
+    }
+
+    /// The neighbours of a cell as codes `4 * cell + slot`, across the facets opposite to its vertices.
+    #[inline]
+    pub fn neighbours(&self, cell: u32) -> &S {
+        &self.slots[cell as usize].neighbours
+    }
+
+    /// The neighbour across the facet opposite `slot`: the cell and the slot of its opposite vertex.
+    #[inline]
+    pub fn neighbour(&self, cell: u32, slot: usize) -> (u32, usize) {
+        let code = self.neighbours(cell).as_ref()[slot];
+        (code >> 2, (code & 3) as usize)
+    }
+
+    /// The slot in which a cell holds infinity, if any.
+    #[inline]
+    pub fn infinite_slot(&self, cell: u32) -> Option<usize> {
+        self.cell(cell).as_ref().iter().position(|&v| v == INFINITE)
+    }
+
+    /// Does a cell hold infinity?
+    #[inline]
+    pub fn is_infinite(&self, cell: u32) -> bool {
+        self.infinite_slot(cell).is_some()
+    }
+
+    /// All cells in the order of their slots.
+    pub fn live_cells(&self) -> impl Iterator<Item = u32> + '_ {
+        (0u32..).zip(&self.slots).filter(|(_, cell)| !cell.is_removed()).map(|(number, _)| number)
+    }
+
+    /// All cells in the order of their slots: number, vertices and neighbour codes.
+    pub fn entries(&self) -> impl Iterator<Item = (u32, &S, &S)> + '_ {
+        let live = (0u32..).zip(&self.slots).filter(|(_, cell)| !cell.is_removed());
+        live.map(|(number, cell)| (number, &cell.vertices, &cell.neighbours))
+    }
+
+    /// The cells made by the last insertion.
+    pub fn created(&self) -> &[u32] {
+        &self.created
+    }
+
+    /// Checks that neighbours are mutual and share all but one vertex, and that no mark was left behind.
+    /// For tests.
+    ///
+    /// # Errors
+    ///
+    /// Names the first cell found wrong.
+    pub fn check(&self) -> Result<(), String> {
+        for cell in self.live_cells() {
+            let radius = self.slots[cell as usize].radius();
+            if radius & KEPT != 0 {
+                return Err(format!("cell {cell} is marked"));
+            }
+            for slot in 0..S::LEN {
+                let (next, back) = self.neighbour(cell, slot);
+                if !self.is_live(next) || self.neighbour(next, back) != (cell, slot) {
+                    return Err(format!("cell {cell} slot {slot}: neighbour {next} is not mutual"));
+                }
+                if self.facet(cell, slot) != self.facet(next, back) {
+                    return Err(format!("cells {cell} and {next} do not share a facet"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn facet(&self, cell: u32, slot: usize) -> Vec<u32> {
+        let mut facet = self.cell(cell).as_ref().to_vec();
+        facet.swap_remove(slot);
+        facet.sort_unstable();
+        facet
+    }
+}
