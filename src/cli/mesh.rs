@@ -31,7 +31,7 @@ pub struct MeshArgs {
     check: bool,
 }
 
-/// Small angles that are listed.
+/// Small angles and pieces left out that are listed.
 const SHOWN: usize = 20;
 
 /// Reads and checks.
@@ -61,7 +61,7 @@ fn checked<P: Triangulate>(
         }
         Err(defects) => {
             for defect in &defects {
-                talk.note(format!("{}: {}", defect.kind(), defect.in_file(file.first_id)));
+                talk.fault(format!("{}: {}", defect.kind(), defect.in_file(file.first_id)));
             }
             Err(refusal(args, &defects))
         }
@@ -94,8 +94,11 @@ fn summary<P: Triangulate>(args: &MeshArgs, file: &DomainFile, domain: &Domain<P
         if P::DIM == 2 { "area" } else { "volume" },
         measure.coord(0),
     ));
-    if !domain.left_out.is_empty() {
-        talk.note(format!("note: {} pieces lie outside the domain and are left out", domain.left_out.len()));
+    for piece in domain.left_out.iter().take(SHOWN) {
+        talk.note(format!("note: {} lies outside the domain and is left out", piece.in_file(file.first_id)));
+    }
+    if domain.left_out.len() > SHOWN {
+        talk.note(format!("note: and {} more pieces that are left out", domain.left_out.len() - SHOWN));
     }
     let small = domain.small_angles(90.0);
     for angle in small.iter().take(SHOWN) {

@@ -28,6 +28,20 @@ pub enum Piece {
     Region(u32),
 }
 
+impl Piece {
+    /// The piece in the numbering of a file that counts from `first_id`.
+    pub fn in_file(self, first_id: u64) -> String {
+        let id = |position: u32| u64::from(position) + first_id;
+        match self {
+            Piece::Point(i) => format!("point {}", id(i)),
+            Piece::Segment([a, b]) => format!("segment {}-{}", id(a), id(b)),
+            Piece::Facet(i) => format!("facet {}", id(i)),
+            Piece::Hole(i) => format!("hole point {}", id(i)),
+            Piece::Region(i) => format!("region {}", id(i)),
+        }
+    }
+}
+
 /// A place: 2 or 3 coordinates in the file's unit, rounded.
 #[derive(Clone, Debug, PartialEq, PartialOrd)]
 pub struct At(pub Vec<f64>);
@@ -228,13 +242,7 @@ impl InFile<'_> {
     }
 
     fn piece(&self, piece: Piece) -> String {
-        match piece {
-            Piece::Point(i) => format!("point {}", self.id(i)),
-            Piece::Segment([a, b]) => format!("segment {}-{}", self.id(a), self.id(b)),
-            Piece::Facet(i) => format!("facet {}", self.id(i)),
-            Piece::Hole(i) => format!("hole point {}", self.id(i)),
-            Piece::Region(i) => format!("region {}", self.id(i)),
-        }
+        piece.in_file(self.first_id)
     }
 
     fn list(&self, ids: &[u32]) -> String {

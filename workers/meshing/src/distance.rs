@@ -144,8 +144,8 @@ pub fn triangle_dist2<P: Point>(a: P, b: P, c: P, q: P) -> f64 {
     let det = uu * vv - uv * uv;
     let (eu, ev) = (e.dot(u), e.dot(v));
     let (x, y) = ((eu * vv - ev * uv) / det, (ev * uu - eu * uv) / det);
-    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 {
-        return (e - u * x - v * y).norm2();
-    }
-    segment_dist2(a, b, q).min(segment_dist2(b, c, q)).min(segment_dist2(c, a, q))
+    let edges = segment_dist2(a, b, q).min(segment_dist2(b, c, q)).min(segment_dist2(c, a, q));
+    // Of a thin triangle x and y can be far off; what they name is in the triangle all the same, and the edges
+    // are close.
+    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 { edges.min((e - u * x - v * y).norm2()) } else { edges }
 }

@@ -5,7 +5,7 @@
 //!
 //! **Work and depth.** `O(m log m)`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::defect::{Defect, Piece};
 use crate::facet::wall_edges;
@@ -35,23 +35,23 @@ pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Def
         .filter_map(|s| Some((s.ends, simplices.represent(&s.ends)?)))
         .map(|(ends, at)| Defect::Dangling { piece: Piece::Segment(ends), at: simplices.place(at[0]) })
         .collect();
-    let mut clean = true;
     for (&ends, facets) in faces.iter().filter(|(_, f)| f.len() != 2) {
         let at = simplices.middle(ends);
-        clean = false;
         defects.push(match facets[..] {
             [facet] => Defect::OpenEdge { ends, facet, at },
             _ => Defect::NonManifoldEdge { ends, facets: facets.clone(), at },
         });
     }
-    if clean {
-        defects.extend(pinched(simplices));
-    }
+    defects.extend(pinched(input, simplices));
     defects
 }
 
-/// Vertices where the walls form several fans.
-fn pinched<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
+/// Vertices where the walls form several fans. Where a face has another defect and is no wall, nothing is said.
+fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
+    let whole: BTreeSet<u32> = simplices.owner.iter().copied().collect();
+    let torn = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
+    let torn = torn.flat_map(|f| input.facets[f as usize].polygons.concat());
+    let torn: BTreeSet<u32> = torn.filter_map(|v| simplices.same.get(v as usize).copied()).collect();
     let mut at: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (i, wall) in simplices.walls.iter().enumerate() {
         for &v in wall.as_ref() {
@@ -60,7 +60,7 @@ fn pinched<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
     }
     let edges = wall_edges::<P>(&simplices.walls);
     let mut defects = Vec::new();
-    for (&v, walls) in &at {
+    for (&v, walls) in at.iter().filter(|(v, _)| !torn.contains(v)) {
         let mut sets = Sets::new(walls.len());
         for (k, &wall) in walls.iter().enumerate() {
             for edge in P::edges(&simplices.walls[wall as usize]).iter().filter(|e| e.contains(&v)) {
