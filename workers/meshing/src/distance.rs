@@ -20,7 +20,8 @@ use crate::space::Space;
 /// A simplex that belongs to a feature: one, two or three vertices.
 #[derive(Clone, Copy, Debug)]
 struct Item {
-    feature: Feature,
+    /// The number of the feature.
+    feature: u32,
     vertices: [u32; 3],
     len: usize,
 }
@@ -45,83 +46,118 @@ pub struct LocalSize {
 
 /// The features of a domain, ready for queries.
 #[derive(Clone, Debug)]
-pub struct Features<'a, P: Space> {
-    domain: &'a Domain<P>,
+pub struct Features<P: Space> {
+    points: Vec<P>,
+    /// All features in order: corners, segments, facets.
+    features: Vec<Feature>,
+    /// The corners of each, ascending.
+    corners: Vec<Vec<u32>>,
     items: Vec<Item>,
     tree: Bvh<P>,
 }
 
-impl<'a, P: Space> Features<'a, P> {
+impl<P: Space> Features<P> {
     /// All features.
-    pub fn new(domain: &'a Domain<P>) -> Self {
+    pub fn new(domain: &Domain<P>) -> Self {
+        let features: Vec<Feature> = domain.features().collect();
+        let corners = features.iter().map(|&f| domain.corners_of(f)).collect();
         let mut items = Vec::new();
-        for feature in domain.features() {
+        for (i, &feature) in features.iter().enumerate() {
+            let feature_number = i as u32;
             match feature {
                 Feature::Corner(c) => {
-                    items.push(Item { feature, vertices: [domain.corners[c as usize]; 3], len: 1 });
+                    let vertices = [domain.corners[c as usize]; 3];
+                    items.push(Item { feature: feature_number, vertices, len: 1 });
                 }
                 Feature::Segment(s) => {
                     let [a, b] = domain.segments[s as usize].ends();
-                    items.push(Item { feature, vertices: [a, b, b], len: 2 });
+                    items.push(Item { feature: feature_number, vertices: [a, b, b], len: 2 });
                 }
                 Feature::Facet(f) => items.extend(domain.facets[f as usize].walls.iter().map(|&wall| {
                     let wall = domain.walls()[wall as usize];
                     let mut vertices = [0; 3];
                     vertices[..P::DIM].copy_from_slice(wall.as_ref());
-                    Item { feature, vertices, len: 3 }
+                    Item { feature: feature_number, vertices, len: 3 }
                 })),
             }
         }
-        let corners = |i: &Item| i.vertices[..i.len].to_vec();
-        let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&corners(i))).collect());
-        Features { domain, items, tree }
+        let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&i.vertices[..i.len])).collect());
+        Features { points: domain.points().to_vec(), features, corners, items, tree }
     }
 
-    fn item_dist2(&self, item: &Item, q: P) -> f64 {
-        let [a, b, c] = item.vertices.map(|v| self.domain.points()[v as usize]);
-        match item.len {
-            1 => (q - a).norm2(),
-            2 => segment_dist2(a, b, q),
-            _ => triangle_dist2(a, b, c, q),
+    /// How many simplices the features are made of.
+    pub fn item_count(&self) -> u32 {
+        self.items.len() as u32
+    }
+
+    /// The number of the feature that a simplex belongs to.
+    pub fn feature_of(&self, item: u32) -> u32 {
+        self.items[item as usize].feature
+    }
+
+    /// The feature of a number.
+    pub fn feature(&self, number: u32) -> Feature {
+        self.features[number as usize]
+    }
+
+    /// Have two features, by their numbers, no point in common?
+    pub fn are_disjoint(&self, a: u32, b: u32) -> bool {
+        let (mut few, mut many) = (&self.corners[a as usize], &self.corners[b as usize]);
+        if few.len() > many.len() {
+            std::mem::swap(&mut few, &mut many);
         }
+        few.iter().all(|v| many.binary_search(v).is_err())
+    }
+
+    /// The point of a simplex closest to `q`, rounded.
+    pub fn closest(&self, item: u32, q: P) -> P {
+        let Item { vertices, len, .. } = self.items[item as usize];
+        let [a, b, c] = vertices.map(|v| self.points[v as usize]);
+        match len {
+            1 => a,
+            2 => closest_on_segment(a, b, q),
+            _ => closest_on_triangle(a, b, c, q),
+        }
+    }
+
+    /// The squared distance to a simplex.
+    pub fn dist2(&self, item: u32, q: P) -> f64 {
+        (q - self.closest(item, q)).norm2()
     }
 
     /// The distance to one feature.
     pub fn distance(&self, feature: Feature, q: P) -> f64 {
-        let own = self.items.iter().filter(|i| i.feature == feature);
-        own.map(|i| self.item_dist2(i, q)).min_by(f64::total_cmp).map_or(f64::INFINITY, f64::sqrt)
+        let own = (0..self.item_count()).filter(|&i| self.feature(self.feature_of(i)) == feature);
+        own.map(|i| self.dist2(i, q)).min_by(f64::total_cmp).map_or(f64::INFINITY, f64::sqrt)
     }
 
     /// Visits features from the nearest on, each once, until `visit` answers `false`.
     pub fn nearest(&self, q: P, mut visit: impl FnMut(Met) -> bool) {
         let mut seen = Vec::new();
-        self.tree.nearest(
-            q,
-            |i| self.item_dist2(&self.items[i as usize], q),
-            |i, d2| {
-                let feature = self.items[i as usize].feature;
-                if seen.contains(&feature) {
-                    return true;
-                }
-                seen.push(feature);
-                visit(Met { feature, distance: d2.sqrt() })
-            },
-        );
+        let dist2 = |i| self.dist2(i, q);
+        self.tree.nearest(q, dist2, |i, d2| {
+            let number = self.feature_of(i);
+            if seen.contains(&number) {
+                return true;
+            }
+            seen.push(number);
+            visit(Met { feature: self.feature(number), distance: d2.sqrt() })
+        });
     }
 
     /// The local feature size.
     pub fn local_size(&self, q: P) -> LocalSize {
-        let mut met: Vec<Feature> = Vec::new();
-        let mut size = LocalSize { radius: f64::INFINITY, features: None };
-        self.nearest(q, |Met { feature, distance }| {
-            if let Some(&first) = met.iter().find(|&&f| self.domain.are_disjoint(f, feature)) {
-                size = LocalSize { radius: distance, features: Some([first, feature]) };
-                return false;
-            }
-            met.push(feature);
-            true
+        let mut found = None;
+        let mut search = Search::default();
+        let dist2 = |i| self.dist2(i, q);
+        self.tree.nearest(q, dist2, |i, d2| {
+            found = search.meet(self, i).map(|pair| (pair, d2.sqrt()));
+            found.is_none()
         });
-        size
+        found.map_or(LocalSize { radius: f64::INFINITY, features: None }, |(pair, radius)| LocalSize {
+            radius,
+            features: Some(pair.map(|i| self.feature(self.feature_of(i)))),
+        })
     }
 
     /// The box of all features.
@@ -130,22 +166,45 @@ impl<'a, P: Space> Features<'a, P> {
     }
 }
 
-/// Squared distance to a closed segment.
-pub fn segment_dist2<P: Point>(a: P, b: P, q: P) -> f64 {
-    let (d, e) = (b - a, q - a);
-    let t = (e.dot(d) / d.norm2()).clamp(0.0, 1.0);
-    (e - d * t).norm2()
+/// The search for two disjoint features among simplices that are met in the order of their distance.
+#[derive(Clone, Debug, Default)]
+pub struct Search {
+    /// The first simplex of each feature met.
+    met: Vec<u32>,
 }
 
-/// Squared distance to a closed triangle.
-pub fn triangle_dist2<P: Point>(a: P, b: P, c: P, q: P) -> f64 {
+impl Search {
+    /// Meets a simplex; answers with the first one met whose feature is disjoint from its, and it.
+    pub fn meet<P: Space>(&mut self, features: &Features<P>, item: u32) -> Option<[u32; 2]> {
+        let number = features.feature_of(item);
+        if self.met.iter().any(|&i| features.feature_of(i) == number) {
+            return None;
+        }
+        let first = self.met.iter().copied().find(|&i| features.are_disjoint(features.feature_of(i), number));
+        self.met.push(item);
+        first.map(|first| [first, item])
+    }
+}
+
+/// The point of a closed segment closest to `q`.
+pub fn closest_on_segment<P: Point>(a: P, b: P, q: P) -> P {
+    let (d, e) = (b - a, q - a);
+    let t = (e.dot(d) / d.norm2()).clamp(0.0, 1.0);
+    // From the nearer end, so that an end is met exactly.
+    if t <= 0.5 { a + d * t } else { b - d * (1.0 - t) }
+}
+
+/// The point of a closed triangle closest to `q`.
+pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
+    let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
+    let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
+    let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
     let (u, v, e) = (b - a, c - a, q - a);
     let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
     let det = uu * vv - uv * uv;
     let (eu, ev) = (e.dot(u), e.dot(v));
     let (x, y) = ((eu * vv - ev * uv) / det, (ev * uu - eu * uv) / det);
-    let edges = segment_dist2(a, b, q).min(segment_dist2(b, c, q)).min(segment_dist2(c, a, q));
     // Of a thin triangle x and y can be far off; what they name is in the triangle all the same, and the edges
     // are close.
-    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 { edges.min((e - u * x - v * y).norm2()) } else { edges }
+    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 { nearer(best, a + u * x + v * y) } else { best }
 }

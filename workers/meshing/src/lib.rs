@@ -31,6 +31,10 @@ pub mod angles;
 
 pub mod distance;
 
+pub mod octree;
+
+pub mod size;
+
 mod check;
 
 #[cfg(test)]

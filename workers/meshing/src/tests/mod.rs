@@ -4,5 +4,5 @@ mod brute;
 mod contacts;
 mod defects;
 mod good;
-mod shapes;
+pub mod shapes;
 mod symmetry;
