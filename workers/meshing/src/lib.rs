@@ -35,6 +35,8 @@ pub mod octree;
 
 pub mod size;
 
+pub mod points;
+
 mod check;
 
 #[cfg(test)]

@@ -194,5 +194,7 @@ fn ply_surfaces() {
     );
     let bare = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
     assert!(refused("a.ply", bare).contains("faces"));
-    assert!(refused("a.off", "OFF\n2 0 0\n0 0 0\n1 1 0\n").contains("plane"));
+    let flat = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nelement face 1\n\
+                property list uchar int vertex_indices\nend_header\n0 0\n1 0\n0 1\n3 0 1 2\n";
+    assert!(refused("a.ply", flat).contains("plane"));
 }

@@ -8,7 +8,6 @@
 //!
 //! **Work and depth.** That of [`Domain::small_angles`].
 
-
 use super::SizeFunction;
 use crate::angles::SmallAngle;
 use crate::domain::Domain;

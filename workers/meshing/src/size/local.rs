@@ -15,7 +15,6 @@
 //!
 //! **Work and depth.** `O(k log k)` for a cell that is handed k simplices.
 
-
 use super::cones::Cone;
 use super::user::User;
 use crate::distance::{Features, Search};

@@ -24,7 +24,7 @@
 //! Where features meet at an angle, lfs does not fall to zero along them, but points on the two come closer and
 //! closer: [`SizeFunction::collisions`] finds these places before any point is placed.
 //!
-//! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (1994).
+//! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (its [14]).
 //! **Departures.** A cell looks at its parent, not at its neighbours: what it is handed suffices for the exact lfs
 //! at its centre. Smoothing is the minimum of cones, which is Lipschitz to the last bit of L, filtering takes away
 //! the cones that lie above others.
@@ -64,12 +64,7 @@ pub struct SizeOptions<P> {
 impl<P> SizeOptions<P> {
     /// L, the largest loss, and no wishes.
     pub fn new(lipschitz: f64) -> Self {
-        SizeOptions {
-            lipschitz,
-            loss: (1.0 + lipschitz) / 3.0,
-            wishes: Wishes::default(),
-            cells: 1 << 26,
-        }
+        SizeOptions { lipschitz, loss: (1.0 + lipschitz) / 3.0, wishes: Wishes::default(), cells: 1 << 26 }
     }
 }
 

@@ -195,7 +195,7 @@ fn wishes_come_true() {
     let field = vec![Cone { at: place, size: 0.01 }, Cone { at: DVec2::new(7.0, 1.0), size: 0.5 }];
     let field = make(Wishes { field, ..Wishes::default() });
     assert_eq!(field.at(place), 0.01);
-    assert_eq!(field.at(place + DVec2::new(0.4, 0.0)), 0.01 + 0.25 * 0.4);
+    assert_eq!(field.at(place + DVec2::new(0.5, 0.0)), 0.01 + 0.25 * 0.5);
     let line = Singularity::Line(DVec2::new(5.0, 1.0), DVec2::new(7.0, 1.0));
     let singularities = vec![(Singularity::Point(place), 1e-3), (line, 1e-2)];
     let singular = make(Wishes { singularities, ..Wishes::default() });
