@@ -58,7 +58,7 @@ impl<P: Space> Domain<P> {
     }
 
     /// The directions into a facet perpendicular to a segment: one on the boundary, two inside.
-    fn into_facet(&self, facet: u32, segment: u32) -> Vec<P> {
+    fn inward(&self, facet: u32, segment: u32) -> Vec<P> {
         let segment = &self.segments[segment as usize];
         let edge = [segment.chain[0], segment.chain[1]];
         let axis = self.direction(segment, segment.chain[0]);
@@ -78,7 +78,7 @@ impl<P: Space> Domain<P> {
     /// The cosine of the smallest dihedral angle, at most 180 degrees, between two facets at a common segment.
     /// `None` if one of them does not hold the segment.
     pub fn dihedral_angle(&self, a: u32, b: u32, segment: u32) -> Option<f64> {
-        let (a, b) = (self.into_facet(a, segment), self.into_facet(b, segment));
+        let (a, b) = (self.inward(a, segment), self.inward(b, segment));
         a.iter().flat_map(|&x| b.iter().map(move |&y| cosine(x, y))).max_by(f64::total_cmp)
     }
 

@@ -49,7 +49,7 @@ pub struct LocalSize {
 pub struct Features<P: Space> {
     points: Vec<P>,
     /// All features in order: corners, segments, facets.
-    features: Vec<Feature>,
+    all: Vec<Feature>,
     /// The corners of each, ascending.
     corners: Vec<Vec<u32>>,
     items: Vec<Item>,
@@ -59,10 +59,10 @@ pub struct Features<P: Space> {
 impl<P: Space> Features<P> {
     /// All features.
     pub fn new(domain: &Domain<P>) -> Self {
-        let features: Vec<Feature> = domain.features().collect();
-        let corners = features.iter().map(|&f| domain.corners_of(f)).collect();
+        let all: Vec<Feature> = domain.features().collect();
+        let corners = all.iter().map(|&f| domain.corners_of(f)).collect();
         let mut items = Vec::new();
-        for (i, &feature) in features.iter().enumerate() {
+        for (i, &feature) in all.iter().enumerate() {
             let feature_number = i as u32;
             match feature {
                 Feature::Corner(c) => {
@@ -82,7 +82,7 @@ impl<P: Space> Features<P> {
             }
         }
         let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&i.vertices[..i.len])).collect());
-        Features { points: domain.points().to_vec(), features, corners, items, tree }
+        Features { points: domain.points().to_vec(), all, corners, items, tree }
     }
 
     /// How many simplices the features are made of.
@@ -97,7 +97,7 @@ impl<P: Space> Features<P> {
 
     /// The feature of a number.
     pub fn feature(&self, number: u32) -> Feature {
-        self.features[number as usize]
+        self.all[number as usize]
     }
 
     /// Have two features, by their numbers, no point in common?

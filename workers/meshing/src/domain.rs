@@ -122,7 +122,7 @@ impl<P: Space> Domain<P> {
         let edges = wall_edges::<P>(domain.walls());
         let groups = domain.groups(&edges, &live, input);
         let segment_edges = domain.segment_edges(&edges, &groups, &live);
-        domain.make_segments(segment_edges);
+        domain.make_segments(&segment_edges);
         domain.make_corners(&live);
         domain.make_facets(input, &edges, &groups, &live);
         domain.note_left_out(&live);
@@ -206,7 +206,7 @@ impl<P: Space> Domain<P> {
     }
 
     /// Joins edges in a row into segments.
-    fn make_segments(&mut self, edges: BTreeMap<[u32; 2], (BTreeSet<u32>, i64)>) {
+    fn make_segments(&mut self, edges: &BTreeMap<[u32; 2], (BTreeSet<u32>, i64)>) {
         let mut at: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
         for edge in edges.keys() {
             for v in edge {

@@ -75,7 +75,7 @@ impl Triangulate for DVec3 {
         let loops: Vec<Vec<u32>> = stated.iter().map(|l| simplices.represent(l)).collect::<Option<_>>()?;
         let corners = loops.concat();
         if loops.iter().all(|l| l.len() < 3) && input.kind == Kind::Complex {
-            return segments_only(loops, simplices, facet, defects);
+            return Some(segments_only(loops, simplices, facet, defects));
         }
         let p = |v: u32| simplices.points[v as usize];
         let Some(plane) = plane(&corners, simplices) else {
@@ -127,11 +127,11 @@ fn segments_only(
     simplices: &Simplices<DVec3>,
     facet: u32,
     defects: &mut Vec<Defect>,
-) -> Option<Outline> {
+) -> Outline {
     for l in loops.iter().filter(|l| l.len() == 2 && l[0] == l[1]) {
         defects.push(Defect::Degenerate { piece: Piece::Facet(facet), at: simplices.place(l[0]) });
     }
-    Some(Outline { loops, plane: None })
+    Outline { loops, plane: None }
 }
 
 /// Three corners that are not on a line.

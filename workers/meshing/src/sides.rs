@@ -306,7 +306,9 @@ impl<P: Space> Sides<P> {
         }
         // Divided last: what is whole stays whole.
         let factorial = if P::DIM == 2 { 2.0 } else { 6.0 };
-        sums.iter_mut().for_each(|s| *s /= factorial);
+        for sum in &mut sums {
+            *sum /= factorial;
+        }
         sums[0] = 0.0;
         sums
     }

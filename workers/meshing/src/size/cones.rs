@@ -38,23 +38,23 @@ struct Node<P> {
 #[derive(Clone, Debug)]
 pub struct Cones<P> {
     slope: f64,
-    cones: Vec<Cone<P>>,
+    tips: Vec<Cone<P>>,
     nodes: Vec<Node<P>>,
 }
 
 impl<P: Point> Cones<P> {
     /// A tree over cones of the given slope.
     pub fn new(slope: f64, cones: Vec<Cone<P>>) -> Self {
-        let mut tree = Cones { slope, cones, nodes: Vec::new() };
-        if !tree.cones.is_empty() {
-            tree.build(0, tree.cones.len());
+        let mut tree = Cones { slope, tips: cones, nodes: Vec::new() };
+        if !tree.tips.is_empty() {
+            tree.build(0, tree.tips.len());
         }
         tree
     }
 
     /// The cones, in the order of the tree.
     pub fn all(&self) -> &[Cone<P>] {
-        &self.cones
+        &self.tips
     }
 
     /// The slope L.
@@ -63,7 +63,7 @@ impl<P: Point> Cones<P> {
     }
 
     fn build(&mut self, from: usize, to: usize) {
-        let cones = &self.cones[from..to];
+        let cones = &self.tips[from..to];
         let bounds = Bounds::of(cones.iter().map(|c| c.at));
         let least = cones.iter().map(|c| c.size).fold(f64::INFINITY, f64::min);
         let node = self.nodes.len();
@@ -74,7 +74,7 @@ impl<P: Point> Cones<P> {
         let extent = bounds.extent();
         let axis = (1..P::DIM).fold(0, |best, i| if extent.coord(i) > extent.coord(best) { i } else { best });
         let half = usize::midpoint(from, to);
-        self.cones[from..to].select_nth_unstable_by(half - from, |a, b| order(a, b, axis));
+        self.tips[from..to].select_nth_unstable_by(half - from, |a, b| order(a, b, axis));
         self.build(from, half);
         self.nodes[node].right = self.nodes.len() as u32;
         self.build(half, to);
@@ -102,7 +102,7 @@ impl<P: Point> Cones<P> {
     fn search(&self, at: u32, x: P, mut known: f64) -> f64 {
         let node = &self.nodes[at as usize];
         if node.right == 0 {
-            let cones = &self.cones[node.range.0 as usize..node.range.1 as usize];
+            let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
             return cones.iter().map(|c| self.value(c, x)).fold(known, f64::min);
         }
         let mut children = [at + 1, node.right].map(|child| (self.bound(child, x), child));
@@ -122,7 +122,7 @@ impl<P: Point> Cones<P> {
     pub fn filtered(self) -> Self {
         // Strictly above, so of a chain of cones above each other the last one stays.
         let stays = |c: &&Cone<P>| self.at(c.at) >= c.size;
-        let cones = self.cones.iter().filter(stays).copied().collect();
+        let cones = self.tips.iter().filter(stays).copied().collect();
         Cones::new(self.slope, cones)
     }
 }

@@ -11,11 +11,11 @@
 //!
 //! *Proof.* Let m be the centre of a cell, r its radius, y a point in it. lfs is 1-Lipschitz, so the cell's cone
 //! satisfies `a + L |x - m| = lfs(m) - (1+L) r + L |x - m| <= lfs(y) + L |x - y|`. If every cell were kept, this
-//! would say `g <= f*`. A cell is dropped ([`local`]) for the user's function, which f has anyway, or because some y'
-//! has `lfs(y') + L |m - y'|` strictly below a; then `lfs(y') + L |x - y'|` is below `a + L |x - m|`, and the cell of
-//! y' takes over; values fall strictly, so no cell comes twice, and the last one is kept. A kept cell has
-//! `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and its cone is at least `(1 - loss) f*(x)`. Last, `lfs(y)
-//! >= lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L <= 1. QED.
+//! would say `g <= f*`. A cell is dropped ([`local`]) for the user's function, which f has anyway, or because some z
+//! has `lfs(z) + L |m - z|` strictly below a; then `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z
+//! takes over; values fall strictly, so no cell comes twice, and the last one is kept. A kept cell has
+//! `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and its cone is at least `(1 - loss) f*(x)`. Last, lfs(y)
+//! is at least `lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at most 1. QED.
 //!
 //! Cells that are not dropped are split iff `max(lfs(m), least) < k s`, `k = (1+L) sqrt(d) / (2 loss)`; for
 //! `loss <= (1+L) / 3` that is `k >= 1.5 sqrt(d)`, so without drops the tree is balanced ([`crate::octree`]). Every

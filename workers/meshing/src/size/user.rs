@@ -2,7 +2,7 @@
 //!
 //! **Statement.** A size everywhere, sizes at points (of a field, or the vertices of a background mesh), and
 //! singularities, towards which the size falls to a value of their own: the largest L-Lipschitz function that is
-//! nowhere above any of them is `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`, S_j a point or
+//! nowhere above any of them is `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`, each S a point or
 //! a segment. Figure 1 of the paper shows points around a singularity.
 //!
 //! **Departures.** Between the points of a field nothing is interpolated: a field should be as dense as it is
