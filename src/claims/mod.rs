@@ -165,8 +165,8 @@ impl Figure {
             Relation::AtLeast => (self.bound, self.value),
         };
         match (self.holds(), below == 0.0) {
-            // Nothing where nothing is allowed: a figure near a bound of some size says more.
-            (true, true) => 0.0,
+            // Nothing where nothing is allowed says more than what is far from its bound, and less than what is near.
+            (true, true) => 0.5,
             (false, true) => f64::INFINITY,
             _ => above / below,
         }
