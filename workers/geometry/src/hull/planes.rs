@@ -87,6 +87,8 @@ pub(super) enum Side {
     Conflict,
     Clear,
     Undecided,
+    /// In conflict, and found on the way through the cavity.
+    Dug,
 }
 
 /// The planes of all facets of a link, by the facets' numbers.
