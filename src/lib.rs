@@ -74,5 +74,6 @@ pub use error::{Error, Refutation};
 pub use run::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
 
 pub use septet_geometry as geometry;
+pub use septet_meshing as meshing;
 pub use septet_protocol as protocol;
 pub use septet_workers as workers;

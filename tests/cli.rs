@@ -16,6 +16,9 @@ mod faults;
 #[path = "cli/instruments.rs"]
 mod instruments;
 
+#[path = "cli/mesh.rs"]
+mod mesh;
+
 #[path = "cli/predict.rs"]
 mod predict;
 

@@ -1,4 +1,4 @@
-//! Checks of runs, one by one: each of them has to keep the bound.
+//! Checks of runs, one by one: each of them has to keep the bound. A phase that a run does not have keeps none.
 
 use crate::experiment::fit::{Key, Request};
 use crate::experiment::{LevelLine, Line, RoundLine};
@@ -51,7 +51,8 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
 pub fn depth_of_levels(counted: &impl Counted, phase: &str, most: u64) -> Result<(), Broken> {
     let of_level = |level: &LevelLine| level.depth.get(phase).map_or(0, |depth| depth.largest);
     let count = |line: &Line| {
-        let largest = line.levels.iter().map(of_level).max();
+        // No level at all: there is nothing to be at most.
+        let largest = line.levels.iter().filter(|l| l.depth.contains_key(phase)).map(of_level).max();
         (largest.map_or(f64::NAN, |depth| depth as f64), most as f64)
     };
     let first = |line: &Line, bound: f64| {
@@ -70,8 +71,8 @@ pub fn depth_of_levels(counted: &impl Counted, phase: &str, most: u64) -> Result
 /// A run with more.
 pub fn rounds(counted: &impl Counted, phase: &str, slope: f64, constant: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
-        let rounds = line.phase(phase).map_or(0, |p| p.rounds);
-        (rounds as f64, logarithm(line.n as f64, slope, constant))
+        let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
+        (rounds, logarithm(line.n as f64, slope, constant))
     };
     let first = |line: &Line, bound: f64| {
         let sent = |r: &&RoundLine| r.phase == phase && r.messages > 0;
@@ -118,8 +119,8 @@ pub fn messages_per_worker(
     constant: f64,
 ) -> Result<(), Broken> {
     let count = |line: &Line| {
-        let messages = line.phase(phase).map_or(0, |p| p.messages);
-        (messages as f64 / f64::from(line.workers.max(1)), logarithm(line.n as f64, slope, constant))
+        let messages = line.phase(phase).map_or(f64::NAN, |p| p.messages as f64);
+        (messages / f64::from(line.workers.max(1)), logarithm(line.n as f64, slope, constant))
     };
     let first = |line: &Line, bound: f64| {
         beyond(line, phase, bound * f64::from(line.workers.max(1)), |round| round.messages)
@@ -136,7 +137,7 @@ pub fn messages_per_worker(
 pub fn bytes(counted: &impl Counted, phase: &str, factor: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
         let surface = (line.n as f64).powf(1.0 - 1.0 / line.dimension as f64);
-        (line.phase(phase).map_or(0, |p| p.bytes) as f64, factor * surface)
+        (line.phase(phase).map_or(f64::NAN, |p| p.bytes as f64), factor * surface)
     };
     let first = |line: &Line, bound: f64| beyond(line, phase, bound, |round| round.bytes);
     let question = Request::new(Key::Bytes, Some(phase));
@@ -179,6 +180,10 @@ pub fn no_repair(counted: &impl Counted) -> Result<(), Broken> {
 pub fn same_counts(counted: &impl Counted) -> Result<(), Broken> {
     let lines = counted.lines();
     let Some((reference, others)) = lines.split_first() else { return Err(nothing("same counts")) };
+    if others.is_empty() {
+        let what = "same counts: one run alone, nothing to compare it with".to_string();
+        return Err(Broken { what, table: Vec::new(), fit: None, first: None });
+    }
     for line in others {
         if let Some(first) = difference(reference, line) {
             return Err(Broken {

@@ -11,6 +11,7 @@ use crate::experiment::{Line, of_counts};
 use crate::generate::{Generated, Kind, Request, generate};
 use crate::model::Points;
 use crate::run::{Run, simulate};
+use crate::view::MOST_POINTS;
 
 use super::measure::{X, kth_nearest2};
 use super::{ClaimError, Extent};
@@ -109,6 +110,12 @@ impl<'a> Lab<'a> {
         self.setting.seed
     }
 
+    /// Seeds from the first on.
+    pub(super) fn seeds(&self, count: u64) -> impl Iterator<Item = u64> + use<> {
+        let first = self.seed();
+        (0..count).map(move |i| first.wrapping_add(i))
+    }
+
     /// A value for either extent.
     pub(super) fn by_extent<T>(&self, quick: T, full: T) -> T {
         if self.setting.extent == Extent::Full { full } else { quick }
@@ -198,7 +205,7 @@ impl<'a> Lab<'a> {
         }
         let mut lines = Vec::new();
         for &sample in samples {
-            for seed in self.seed()..self.seed() + seeds {
+            for seed in self.seeds(seeds) {
                 let counts = self.counts(sample, seed, &change)?;
                 let mut line = of_counts(&counts);
                 (line.kind, line.asked, line.seed) = (sample.kind.name().to_string(), sample.n, seed);
@@ -217,7 +224,8 @@ impl<'a> Lab<'a> {
         if let Some(specimen) = self.specimens.get(&key) {
             return Ok(specimen.clone());
         }
-        let run = self.run(sample, seed, |config| Config { keep_graph: true, view: 1, ..config })?;
+        let run =
+            self.run(sample, seed, |config| Config { keep_graph: true, view: MOST_POINTS, ..config })?;
         let set = self.set(sample, seed)?;
         let points = coordinates(&set.points);
         let lipschitz = set.spacing.map(|s| s.lipschitz);
@@ -243,7 +251,7 @@ impl<'a> Lab<'a> {
     ) -> Result<Vec<Rc<Specimen>>, ClaimError> {
         let mut all = Vec::new();
         for &sample in samples {
-            for seed in self.seed()..self.seed() + seeds {
+            for seed in self.seeds(seeds) {
                 all.push(self.specimen(sample, seed)?);
             }
         }

@@ -88,7 +88,7 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let mut means = Vec::new();
         for &n in sizes {
             let mut sum = 0.0;
-            for seed in lab.seed()..lab.seed() + seeds {
+            for seed in lab.seeds(seeds) {
                 let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| Config {
                     graph: GraphKind::Knn,
                     alpha: Alpha::Auto,

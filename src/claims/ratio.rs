@@ -22,8 +22,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 3, after Definition 3.1",
         statement: "in the plane the smallest angle is at least asin(1/(2C))",
         reading: Reading::AsPrinted,
-        experiment: "Angles of all triangles from their sides, against C from their circumcircles",
-        bound: "1 as a quotient, less 1e-9 for rounding: it is attained by the worst triangle",
+        experiment: "Angles, from their sides, of triangles with circumcentres in the domain; C = 1/(1-L) beforehand",
+        bound: "1 as a quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
         judge: angle,
     },
     Claim {
@@ -44,7 +44,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.3",
         statement: "radius vectors from p at an angle below alpha_0 have lengths within a factor C_1",
         reading: Reading::AsPrinted,
-        experiment: "All pairs of cells at a vertex with alpha_0 = asin(1/(2C))/2; the largest R / r",
+        experiment: "Pairs of cells at a vertex, circumcentres in the domain, alpha_0 = asin(1/(2C))/2, C = 1/(1-L) \
+                     beforehand; the largest R / r",
         bound: "C_1 = 2 cos alpha_0: the lemma's L >= 1/C and the law of sines give it",
         judge: radius_vectors,
     },
@@ -53,7 +54,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.4",
         statement: "cells whose radii are within C_1 have edges within 2 C_1 C",
         reading: Reading::AsPrinted,
-        experiment: "All pairs of cells at a vertex: E/e over 2 C R/r, the largest",
+        experiment: "Pairs of cells at a vertex, circumcentres in the domain, C = 1/(1-L) beforehand: E/e over 2 C R/r",
         bound: "1, a theorem; 1e-9 for rounding",
         judge: |lab| edge_ratios(lab, false),
     },
@@ -62,7 +63,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.5",
         statement: "edges of neighbouring cells are within 4 C^2",
         reading: Reading::AsPrinted,
-        experiment: "All pairs of cells that share an edge: E/e over 4 C^2, the largest",
+        experiment: "The same for pairs of cells that share an edge: E/e over 4 C^2",
         bound: "1, a theorem; 1e-9 for rounding",
         judge: |lab| edge_ratios(lab, true),
     },
@@ -71,8 +72,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.7",
         statement: "an alpha-density graph has degrees bounded by a constant of alpha and d",
         reading: Reading::AsPrinted,
-        experiment: "Largest degree of the alpha-density graph by all pairs, for any set, alpha 2 and 4",
-        bound: "(2 alpha^2 + 1)^d - 1: the balls of the lemma's proof, packed by volume",
+        experiment: "Largest degree of the alpha-density graph by all pairs, for any set; alpha 2, and 4 in the plane",
+        bound: "(2 alpha^2 + 1)^d - 1: the balls of the lemma's proof, packed by volume; below n",
         judge: degree,
     },
 ];
@@ -93,20 +94,41 @@ fn ratio_of(shapes: &[Shape]) -> f64 {
     shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
 }
 
+/// The radius-edge ratio that a maximal set with an L-Lipschitz spacing has where circumcentres lie in the domain,
+/// `1 / (1 - L)`: known before anything is measured.
+fn beforehand(specimen: &Specimen) -> f64 {
+    specimen.lipschitz.map_or(f64::NAN, |l| 1.0 / (1.0 - l) * (1.0 + ROUNDING))
+}
+
+/// Does the circumcentre lie in the domain, the unit cube?
+fn is_inside(shape: &Shape, d: usize) -> bool {
+    shape.centre[..d].iter().all(|x| (0.0..=1.0).contains(x))
+}
+
 fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)?.into_iter().filter(|s| s.d == 2) {
         let Specimen { points, run, .. } = &*specimen;
-        let constant = ratio_of(&shapes(points, run.cells(), 2));
-        let angle = run.cells().chunks_exact(3).map(|row| {
-            let corners: Vec<X> = row.iter().map(|&v| points[v as usize]).collect();
-            smallest_angle(&corners)
-        });
-        let smallest = angle.fold(f64::INFINITY, f64::min);
-        let bound = (0.5 / constant).asin();
-        let degrees = smallest * 180.0 / PI;
-        let what = format!("smallest angle, {degrees:.2} degrees, over asin(1/(2C)), C = {constant:.3}");
-        let quotient = smallest / bound;
+        let shapes = shapes(points, run.cells(), 2);
+        let inside = run.cells().chunks_exact(3).zip(&shapes).filter(|(_, shape)| is_inside(shape, 2));
+        let angles: Vec<f64> = inside
+            .map(|(row, _)| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()))
+            .collect();
+        let smallest = angles.iter().copied().fold(f64::INFINITY, f64::min);
+        let (constant, degrees) = (beforehand(&specimen), smallest * 180.0 / PI);
+        let count = angles.len();
+        let what = format!(
+            "smallest angle of {count} triangles, {degrees:.2} degrees, over asin(1/(2C)), C = {constant:.3}"
+        );
+        let quotient = smallest / (0.5 / constant).asin();
+        figures.push(Figure::at_least(what, &specimen.name, specimen.seed, quotient, 1.0 - ROUNDING));
+        let largest = ratio_of(&shapes);
+        let what = "smallest angle over asin(1/(2C)), all triangles, C the largest measured";
+        let at_all = run
+            .cells()
+            .chunks_exact(3)
+            .map(|row| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()));
+        let quotient = at_all.fold(f64::INFINITY, f64::min) / (0.5 / largest).asin();
         figures.push(Figure::at_least(what, &specimen.name, specimen.seed, quotient, 1.0 - ROUNDING));
     }
     Ok(figures)
@@ -124,10 +146,9 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let Specimen { points, nearest2, run, d, seed, .. } = &*specimen;
         let Some(lipschitz) = specimen.lipschitz else { continue };
         let shapes = shapes(points, run.cells(), *d);
-        let inside = |s: &Shape| s.centre[..*d].iter().all(|x| (0.0..=1.0).contains(x));
         let interior: Vec<bool> = stars(points.len(), run.cells(), *d)
             .iter()
-            .map(|star| star.iter().all(|&cell| inside(&shapes[cell as usize])))
+            .map(|star| star.iter().all(|&cell| is_inside(&shapes[cell as usize], *d)))
             .collect();
         let (mut needed, mut at_all) = (0.0f64, 0.0f64);
         for (i, j) in edges(run.cells(), *d) {
@@ -155,9 +176,11 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Calls `f` for all pairs of cells at every vertex: the vertex, and the cells.
-fn at_vertices(specimen: &Specimen, mut f: impl FnMut(usize, u32, u32)) {
-    for (v, star) in stars(specimen.points.len(), specimen.run.cells(), specimen.d).iter().enumerate() {
+/// Calls `f` for all pairs of cells at every vertex, those with circumcentres in the domain: the vertex, and the cells.
+fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
+    let d = specimen.d;
+    for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {
+        star.retain(|&cell| is_inside(&shapes[cell as usize], d));
         for (k, &a) in star.iter().enumerate() {
             for &b in &star[..k] {
                 f(v, a, b);
@@ -170,10 +193,10 @@ fn radius_vectors(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let shapes = shapes(&specimen.points, specimen.run.cells(), specimen.d);
-        let constant = ratio_of(&shapes);
+        let constant = beforehand(&specimen);
         let alpha_0 = 0.5 * (0.5 / constant).asin();
         let (mut largest, mut narrow) = (0.0f64, 0u64);
-        at_vertices(&specimen, |v, a, b| {
+        at_vertices(&specimen, &shapes, |v, a, b| {
             let (a, b) = (&shapes[a as usize], &shapes[b as usize]);
             let (u, w) = (minus(&a.centre, &specimen.points[v]), minus(&b.centre, &specimen.points[v]));
             let cosine = dot(&u, &w) / (a.radius * b.radius);
@@ -196,10 +219,10 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
     for specimen in specimens(lab)? {
         let Specimen { points, run, d, .. } = &*specimen;
         let shapes = shapes(points, run.cells(), *d);
-        let constant = ratio_of(&shapes);
+        let constant = beforehand(&specimen);
         let row = |cell: u32| &run.cells()[cell as usize * (d + 1)..][..d + 1];
         let (mut largest, mut judged) = (0.0f64, 0u64);
-        at_vertices(&specimen, |_, a, b| {
+        at_vertices(&specimen, &shapes, |_, a, b| {
             if neighbouring && row(a).iter().filter(|v| row(b).contains(v)).count() < 2 {
                 return;
             }
@@ -223,7 +246,7 @@ fn degree(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let samples: Vec<Sample> = samples.collect();
     let mut figures = Vec::new();
     for specimen in lab.specimens(&samples, lab.by_extent(1, 3))? {
-        for alpha in [2.0f64, 4.0] {
+        for alpha in [2.0f64, 4.0].into_iter().take(4 - specimen.d) {
             let edges = pairs(&specimen.points, &specimen.nearest2, density(alpha));
             let largest = degrees(specimen.points.len(), &edges).into_iter().max();
             let bound = (2.0 * alpha * alpha + 1.0).powi(specimen.d as i32) - 1.0;

@@ -39,7 +39,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
                      that the machine's has as many",
-        bound: "2 ply (alpha + 2)^d: each edge charged to its smaller ball",
+        bound: "2 ply (alpha + 2)^d: each edge charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
         judge: subproblems,
     },
 ];
@@ -114,6 +114,7 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for d in [2usize, 3] {
         for kind in [Kind::Uniform, Kind::GradedPoint, Kind::Clusters] {
+            let mut smaller = None;
             for &n in sizes {
                 let sample = Sample::new(kind, n, d);
                 let specimen = lab.specimen(sample, lab.seed())?;
@@ -125,6 +126,10 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                 let bound = 2.0 * ply * (alpha + 2.0).powi(d as i32);
                 let what = format!("sum of sizes over points, the largest size {most}");
                 figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum, bound));
+                if let Some(before) = smaller.replace(sum) {
+                    let what = format!("growth of the same from n/4 points, {before:.2} to {sum:.2}");
+                    figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum / before, 1.5));
+                }
                 if n == sizes[0] {
                     let run = lab.run(sample, specimen.seed, |config| Config {
                         graph: GraphKind::Overlap,

@@ -7,6 +7,7 @@ mod fit;
 mod generate;
 mod input;
 mod instruments;
+mod mesh;
 mod options;
 mod predict;
 mod progress;
@@ -63,6 +64,8 @@ enum Command {
     Simulate(options::SimulateArgs),
     /// Generate a point set.
     Generate(generate::GenerateArgs),
+    /// Check a domain for meshing.
+    Mesh(mesh::MeshArgs),
     /// Check any triangulation of any points in exact arithmetic.
     Verify(verify::VerifyArgs),
     /// What the machine would do with any number of workers, from the record of one run.
@@ -110,6 +113,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Triangulate(args) => triangulate::run(&args.run, false, talk),
         Command::Simulate(args) => triangulate::run(&args.run, true, talk),
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
+        Command::Mesh(args) => logged(talk, || mesh::run(&args, talk)),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Report(args) => logged(talk, || report::run(&args, talk)),

@@ -130,6 +130,11 @@ impl Talk {
         self.bar.suspend(write);
     }
 
+    /// One line on standard error, even if quiet: what is wrong with the input.
+    pub fn fault(&self, line: impl AsRef<str>) {
+        self.bar.suspend(|| eprintln!("{}", line.as_ref()));
+    }
+
     /// Shows how far a stage is, and ends the work here if it was interrupted.
     pub fn stage(&self, name: &str, done: u64, total: Option<u64>) {
         self.check();

@@ -193,6 +193,7 @@ impl From<JournalError> for Failure {
         let (code, help) = match &error {
             JournalError::Io { .. } => (Code::Failed, "choose a file that can be read and written"),
             JournalError::Line { .. } => (Code::Input, "take the line out, or choose another file"),
+            JournalError::NoSweep { .. } => (Code::Input, "only a sweep's own file is written to"),
             JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
                 (Code::Usage, "choose another file; several can be fitted together")
             }

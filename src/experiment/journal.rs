@@ -1,7 +1,7 @@
 //! The file of a sweep: complete lines, and nothing else that is trusted.
 //!
 //! A run's line is appended in one piece when the run is over. What stands after the last line's end was torn
-//! by an interruption and is dropped when the sweep is taken up; a complete line that is no run, or that belongs
+//! by an interruption and is dropped when the sweep is taken up, if it begins as lines do; a complete line that is no run, or that belongs
 //! to another sweep, is refused and the file left as it is.
 
 use std::collections::BTreeSet;
@@ -44,6 +44,12 @@ pub enum JournalError {
         /// The words of the sweep asked for.
         asked: String,
     },
+    /// Something else than the lines of a sweep, which would be lost.
+    #[error("{} holds no sweep: it is left as it is; name another file", path.display())]
+    NoSweep {
+        /// The file.
+        path: PathBuf,
+    },
     /// The same sweep by another version, whose counts may differ.
     #[error("{} was begun by septet {there}, this is {}", path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
@@ -54,6 +60,9 @@ pub enum JournalError {
     },
 }
 
+/// How every run's line begins.
+const BEGINNING: &[u8] = b"{\"schema\":\"septet-scale/";
+
 /// Lines of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lines {
@@ -61,6 +70,8 @@ pub struct Lines {
     pub lines: Vec<Line>,
     /// Bytes after them, of a line that was torn.
     pub torn: u64,
+    /// Are those bytes the beginning of a run's line?
+    begun: bool,
     /// Bytes of the complete lines.
     complete: u64,
 }
@@ -79,6 +90,8 @@ pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
         let length = reader.read_until(b'\n', &mut bytes).map_err(io_error)? as u64;
         if bytes.last() != Some(&b'\n') {
             read.torn = length;
+            let shared = bytes.len().min(BEGINNING.len());
+            read.begun = bytes[..shared] == BEGINNING[..shared];
             return Ok(read);
         }
         read.complete += length;
@@ -124,6 +137,9 @@ impl Journal {
             if line.version != env!("CARGO_PKG_VERSION") {
                 return Err(JournalError::OtherVersion { path: path(), there: line.version.clone() });
             }
+        }
+        if !there.begun && there.torn > 0 {
+            return Err(JournalError::NoSweep { path: path.to_path_buf() });
         }
         let open = OpenOptions::new().create(true).truncate(false).write(true).open(path);
         let mut file = open.map_err(io_error)?;

@@ -122,7 +122,7 @@ impl Sweep {
         let mut jobs = Vec::new();
         for &size in &self.sizes {
             for &kind in &self.kinds {
-                for seed in self.first_seed..self.first_seed + self.seeds {
+                for seed in (0..self.seeds).map(|i| self.first_seed.wrapping_add(i)) {
                     self.jobs_of_set(size, kind, seed, &mut jobs);
                 }
             }
@@ -190,6 +190,7 @@ impl Sweep {
             text.push_str(" --timed");
         }
         self.common_words(&mut text);
+        text.push_str(" -o run.jsonl");
         text
     }
 

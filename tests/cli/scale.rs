@@ -50,7 +50,7 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     // Each line holds the command that makes it again.
     for (at, line) in [(3, &all[3]), (38, &all[38])] {
         let command = line["command"].as_str().unwrap().strip_prefix("septet ").unwrap();
-        place.good(&format!("{command} -o {at}.jsonl"));
+        place.good(&command.replace(" -o run.jsonl", &format!(" -o {at}.jsonl")));
         assert_eq!(counts(&lines(&place, &format!("{at}.jsonl"))[0]), counts(line), "{command}");
     }
 
@@ -93,6 +93,12 @@ fn impossible_sweeps_are_refused_before_a_file_is_made() {
         place.fails(line, 2, words);
     }
     place.fails("scale -n 100 -o none/a.jsonl", 1, &["none/a.jsonl"]);
+    // What is no sweep is not written over, torn lines or whole ones.
+    for text in ["precious notes", "precious notes\nand more", "{\"schema\":\"septet-fit/1\""] {
+        fs::write(place.path("notes"), text).unwrap();
+        place.fails("scale -n 100 -o notes", 3, &["notes"]);
+        assert_eq!(fs::read_to_string(place.path("notes")).unwrap(), text);
+    }
 }
 
 #[test]

@@ -28,6 +28,17 @@ fn says(result: Result<(), Broken>, words: &[&str]) {
 }
 
 #[test]
+fn nothing_passes_where_there_is_nothing() {
+    let line = line(Workers::Count(2));
+    says(rounds(&line, "merges", 9.0, 99.0), &["rounds of merges"]);
+    says(messages_per_worker(&line, "merges", 9.0, 99.0), &["messages of merges"]);
+    says(bytes(&line, "merges", 1e9), &["bytes of merges"]);
+    says(depth_of_levels(&line, "merges", 1000), &["in merges"]);
+    says(same_counts(&line), &["nothing to compare"]);
+    says(no_repair(&Vec::<Line>::new()), &["no run"]);
+}
+
+#[test]
 fn bounds_hold_or_name_the_round() {
     let line = line(Workers::Leaves);
     assert_counts!(
@@ -40,7 +51,6 @@ fn bounds_hold_or_name_the_round() {
         messages_per_worker("merge", 0.0, 4.0),
         bytes("separator-sets", 1e5),
         no_repair(),
-        same_counts(),
     );
     let merged: Vec<u32> = line.rounds.iter().filter(|r| r.merged > 0).map(|r| r.round).collect();
     let sent: Vec<u32> =

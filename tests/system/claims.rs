@@ -67,7 +67,7 @@ fn a_correction_node_by_node_is_no_descent() {
     turns_with(
         naive,
         "naive correction",
-        &["neighbours-level-depth"],
+        &["neighbours-level-depth", "tree-depth", "depth"],
         &["partition-level-depth", "levels", "graph-exact", "local-hulls"],
     );
 }

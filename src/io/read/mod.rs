@@ -7,6 +7,7 @@
 mod cells;
 mod collect;
 mod columns;
+mod domain;
 mod error;
 mod format;
 mod load;
@@ -29,6 +30,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub use cells::{CellFile, CellOptions};
+pub use domain::{AnyInput, DOMAINS, DomainFile, read_domain};
 pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
 

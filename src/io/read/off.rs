@@ -2,6 +2,7 @@
 
 use super::cells::{CellFile, Indices};
 use super::collect::Collector;
+use super::domain::{Faces, position};
 use super::error::{InputError, Place};
 use super::text::{Line, Lines, NUMBER, Source, excerpt, number};
 use super::{PointFile, ReadOptions};
@@ -77,18 +78,42 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     Ok(points.finish())
 }
 
-/// The faces, all of which must be triangles.
-pub(super) fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
-    let mut lines = Lines::new(source.data);
-    let header = header(source, &mut lines)?;
-    for found in 0..header.vertices {
+/// Passes over the vertices.
+fn skip_vertices<'a>(source: Source<'a>, lines: &mut Lines<'a>, vertices: u64) -> Result<(), InputError> {
+    for found in 0..vertices {
         let Some(line) = lines.next_data() else {
-            return Err(source.truncated(Place::Line(lines.number()), "points", header.vertices, found));
+            return Err(source.truncated(Place::Line(lines.number()), "points", vertices, found));
         };
         if line.words().next().and_then(number).is_none() {
             return Err(source.bad_line(&line, NUMBER));
         }
     }
+    Ok(())
+}
+
+/// The faces of any number of corners.
+pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
+    let mut lines = Lines::new(source.data);
+    let header = header(source, &mut lines)?;
+    skip_vertices(source, &mut lines, header.vertices)?;
+    let mut faces = Faces::new();
+    while (faces.len() as u64) < header.faces {
+        let Some(line) = lines.next_data() else {
+            let found = faces.len() as u64;
+            return Err(source.truncated(Place::Line(lines.number()), "faces", header.faces, found));
+        };
+        let mut words = line.words();
+        let corners = source.count(&line, words.next(), "a face `corners id id …`")?;
+        faces.push((0..corners).map(|_| position(source, &line, words.next(), 0)).collect::<Result<_, _>>()?);
+    }
+    Ok(faces)
+}
+
+/// The faces, all of which must be triangles.
+pub(super) fn read_cells(source: Source<'_>) -> Result<CellFile, InputError> {
+    let mut lines = Lines::new(source.data);
+    let header = header(source, &mut lines)?;
+    skip_vertices(source, &mut lines, header.vertices)?;
     let mut cells = Indices::new(source, 3, 0, Some(header.vertices));
     while cells.rows() < header.faces {
         let Some(line) = lines.next_data() else {

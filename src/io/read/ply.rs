@@ -1,6 +1,7 @@
 //! Stanford `.ply`, ASCII and binary of both byte orders: the element `vertex`.
 
 use super::collect::Collector;
+use super::domain::{Faces, position};
 use super::error::{InputError, Place};
 use super::scalar::{Endian, Scalar};
 use super::text::{Line, Lines, Source, integer};
@@ -62,6 +63,93 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     }
     points.note_if_flat();
     Ok(points.finish())
+}
+
+/// The lists `vertex_indices` (or `vertex_index`) of all faces.
+pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
+    let mut lines = Lines::new(source.data);
+    let header = header(source, &mut lines)?;
+    let is_list =
+        |p: &Property<'_>| p.list_length.is_some() && matches!(p.name, b"vertex_indices" | b"vertex_index");
+    let place = Place::Line(lines.number());
+    let face = header.elements.iter().position(|e| e.name == b"face");
+    let list = face.and_then(|i| header.elements[i].properties.iter().position(is_list));
+    let (Some(at), Some(list)) = (face, list) else {
+        return Err(source.unsupported(place, "a PLY file without faces", "export the faces, too"));
+    };
+    let (before, face) = (&header.elements[..at], &header.elements[at]);
+    let Some(endian) = header.endian else {
+        skip_lines(source, &mut lines, before)?;
+        return ascii_faces(source, &mut lines, face, list);
+    };
+    let offset = source.data.len() - lines.rest().len();
+    let mut cursor = Cursor { source, offset, endian };
+    for element in before {
+        cursor.skip_element(element)?;
+    }
+    let mut faces = Faces::new();
+    for found in 0..face.count {
+        let start = cursor.offset;
+        let mut corners = Vec::new();
+        for (i, property) in face.properties.iter().enumerate() {
+            let bytes = cursor.property(property).ok_or_else(|| cursor.cut("faces", face.count, found))?;
+            if i == list {
+                let ids = bytes.chunks_exact(property.scalar.size());
+                corners = ids.map(|b| u32::try_from(property.scalar.integer(b, endian))).collect();
+            }
+        }
+        let corners: Result<Vec<u32>, _> = corners.into_iter().collect();
+        faces.push(
+            corners.map_err(|_| source.malformed(start, "a negative point id", "a position of a vertex"))?,
+        );
+    }
+    Ok(faces)
+}
+
+fn ascii_faces(
+    source: Source<'_>,
+    lines: &mut Lines<'_>,
+    face: &Element<'_>,
+    list: usize,
+) -> Result<Faces, InputError> {
+    let mut faces = Faces::new();
+    for found in 0..face.count {
+        let Some(line) = lines.find(|line| line.words().next().is_some()) else {
+            return Err(source.truncated(Place::Line(lines.number()), "faces", face.count, found));
+        };
+        let mut words = line.words();
+        for (i, property) in face.properties.iter().enumerate().take(list + 1) {
+            let short = || source.bad_line(&line, format!("{} properties of a face", face.properties.len()));
+            let word = words.next().ok_or_else(short)?;
+            if property.list_length.is_none() {
+                continue;
+            }
+            let length = source.count(&line, Some(word), "the length of a list")?;
+            let items = (0..length).map(|_| position(source, &line, words.next(), 0));
+            let items = items.collect::<Result<Vec<u32>, _>>();
+            if i == list {
+                faces.push(items?);
+            }
+        }
+    }
+    Ok(faces)
+}
+
+/// Passes over the lines of elements.
+fn skip_lines(source: Source<'_>, lines: &mut Lines<'_>, before: &[Element<'_>]) -> Result<(), InputError> {
+    for element in before.iter().filter(|e| !e.properties.is_empty()) {
+        for found in 0..element.count {
+            if !lines.any(|line| line.words().next().is_some()) {
+                return Err(source.truncated(
+                    Place::Line(lines.number()),
+                    "elements before the vertices",
+                    element.count,
+                    found,
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn header<'a>(source: Source<'a>, lines: &mut Lines<'a>) -> Result<Header<'a>, InputError> {
@@ -143,18 +231,7 @@ fn read_ascii(
     points: &mut Collector<'_>,
 ) -> Result<(), InputError> {
     let filled = |line: &Line<'_>| line.words().next().is_some();
-    for element in before.iter().filter(|e| !e.properties.is_empty()) {
-        for found in 0..element.count {
-            if !lines.any(|line| filled(&line)) {
-                return Err(source.truncated(
-                    Place::Line(lines.number()),
-                    "elements before the vertices",
-                    element.count,
-                    found,
-                ));
-            }
-        }
-    }
+    skip_lines(source, lines, before)?;
     while points.met < vertex.count {
         let Some(line) = lines.find(filled) else {
             return Err(source.truncated(Place::Line(lines.number()), "points", vertex.count, points.met));

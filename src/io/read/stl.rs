@@ -1,8 +1,9 @@
 //! STL facets: their corners, welded where they agree exactly.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 use super::collect::Collector;
+use super::domain::Faces;
 use super::error::{InputError, Place};
 use super::text::{Line, Lines, NUMBER, Source, number};
 use super::{PointFile, ReadOptions};
@@ -26,15 +27,25 @@ pub(super) fn is_binary(data: &[u8]) -> bool {
 /// The corners met so far, each kept once.
 struct Welder<'a> {
     points: Collector<'a>,
-    seen: HashSet<[u64; 3]>,
+    seen: HashMap<[u64; 3], u32>,
     corners: u64,
+    /// The point of each corner, three for each facet.
+    facets: Vec<u32>,
 }
 
 /// The corners of all facets, each once, in order of first appearance; indices count them after
 /// welding, invalid corners one by one.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
+    Ok(read_faces(source, options)?.0)
+}
+
+/// The same, and the facets.
+pub(super) fn read_faces(
+    source: Source<'_>,
+    options: &ReadOptions,
+) -> Result<(PointFile, Faces), InputError> {
     let points = Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?;
-    let mut welder = Welder { points, seen: HashSet::new(), corners: 0 };
+    let mut welder = Welder { points, seen: HashMap::new(), corners: 0, facets: Vec::new() };
     let head = source.data.trim_ascii_start();
     let texty = head.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"))
         && !source.data[..source.data.len().min(1024)].contains(&0);
@@ -43,10 +54,10 @@ pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFil
     } else {
         read_ascii(source, &mut welder)?;
     }
-    let Welder { mut points, seen, corners } = welder;
+    let Welder { mut points, seen, corners, facets } = welder;
     points.notes.push(format!("{corners} facet corners welded into {} points", seen.len()));
     points.note_if_flat();
-    Ok(points.finish())
+    Ok((points.finish(), facets.chunks_exact(3).map(<[u32]>::to_vec).collect()))
 }
 
 impl Welder<'_> {
@@ -56,8 +67,15 @@ impl Welder<'_> {
             at[2] = 0.0;
         }
         // Adding zero makes one key of both zeros.
-        let welded = at.iter().all(|c| c.is_finite()) && !self.seen.insert(at.map(|c| (c + 0.0).to_bits()));
-        if welded { Ok(()) } else { self.points.push(place, &at) }
+        if at.iter().all(|c| c.is_finite()) {
+            let next = self.seen.len() as u32;
+            let point = *self.seen.entry(at.map(|c| (c + 0.0).to_bits())).or_insert(next);
+            self.facets.push(point);
+            if point < next {
+                return Ok(());
+            }
+        }
+        self.points.push(place, &at)
     }
 }
 

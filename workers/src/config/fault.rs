@@ -98,13 +98,14 @@ impl Fault {
         if self != Fault::OneClock {
             return;
         }
-        let mut clocks: BTreeMap<(u8, NodeId), Charge> = BTreeMap::new();
-        for ((phase, _), charge) in std::mem::take(&mut ledger.charges) {
-            let clock = clocks.entry((phase, NodeId::ROOT)).or_default();
-            clock.cost.then(charge.cost);
-            clock.items += charge.items;
+        let mut clocks: BTreeMap<u8, Cost> = BTreeMap::new();
+        for ((phase, _), Charge { cost, .. }) in &mut ledger.charges {
+            let clock = clocks.entry(*phase).or_default();
+            clock.then(*cost);
+            // A subproblem is over when the clock says so; its work is its own.
+            let [_, depth, scans, inner_log] = clock.to_parts();
+            *cost = Cost::from_parts([cost.work(), depth, scans, inner_log]);
         }
-        ledger.charges = clocks;
     }
 
     /// Ends a worker whose time has come.

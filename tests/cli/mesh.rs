@@ -1,0 +1,126 @@
+//! `septet mesh --check` as scripts see it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::{Place, code, stderr};
+
+fn root(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
+}
+
+fn files(directory: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(root(directory)).unwrap().map(|e| e.unwrap().path());
+    let mut files: Vec<PathBuf> = entries.filter(|p| p.extension().is_some_and(|e| e != "node")).collect();
+    files.sort();
+    files
+}
+
+/// Exit code and what is said about a domain.
+fn check(path: &Path) -> (i32, String) {
+    let output = Place::new().run(&format!("mesh {} --check", path.display()));
+    assert!(output.stdout.is_empty());
+    (code(&output), stderr(&output))
+}
+
+#[test]
+fn good_domains_pass_and_are_summed_up() {
+    let said = |name: &str| check(&root("domains/good").join(name)).1;
+    for path in files("domains/good") {
+        let (code, talk) = check(&path);
+        assert_eq!(code, 0, "{}: {talk}", path.display());
+        assert!(talk.contains("is a domain"), "{talk}");
+    }
+    for name in ["cube.poly", "cube.off", "cube.obj", "cube.ply", "cube.stl", "cube-points.smesh"] {
+        let talk = said(name);
+        assert!(talk.contains("8 points, 8 corners, 12 segments, 6 facets, 1 components"), "{talk}");
+        assert!(talk.contains("volume 64\n") && !talk.contains("degrees"), "{talk}");
+    }
+    assert!(said("two-regions.poly").contains("7 facets, 2 components, 2 regions"));
+    assert!(said("cubic-hole.poly").contains("volume 208\n"));
+    assert!(said("slanted-box.poly").contains("volume 162\n"));
+    assert!(said("map.poly").contains("4 components, 4 regions, area 80\n"));
+    let wedge = said("wedge.poly");
+    assert!(wedge.contains("facet 3 and facet 5, 10.000 degrees, at (0, 0, 0)"), "{wedge}");
+    assert!(wedge.contains("segment 1-2 and facet 5, 10.000 degrees"), "{wedge}");
+}
+
+#[test]
+fn each_defect_is_named_with_ids_and_place() {
+    let expected = [
+        ("bent.off", 1, "facet 1 is not planar: point 6 at (0, 4, 4)"),
+        ("crossing-segments.poly", 1, "segment 2-3 and segment 5-6 intersect"),
+        ("crossing.off", 18, "facet 2 and facet 16 intersect"),
+        ("crossing.poly", 2, "facet 5 and facet 7 intersect"),
+        ("degenerate.off", 4, "facet 13 has no area, at (0, 0, 0)"),
+        ("doubled.off", 4, "facet 3 and facet 12 cover the same place"),
+        ("doubled.poly", 1, "facet 1 and facet 7 cover the same place"),
+        ("duplicate.off", 1, "points 7, 8 have the same coordinates (4, 4, 4)"),
+        ("edge-of-three.off", 3, "edge 6-7 at (2, 4, 4) has 3 facets: 3, 6, 12"),
+        ("facet-hole.poly", 1, "hole point 1 of facet 5 at (0, 9, 2)"),
+        ("hole-on-facet.poly", 1, "hole point 1 at (4, 2, 2) lies on a segment or facet"),
+        ("hole-outside.poly", 1, "hole point 1 at (9, 9, 9) lies outside"),
+        ("no-length.poly", 1, "segment 2-2 has no length, at (4, 0)"),
+        ("not-planar.poly", 1, "facet 2 is not planar: point 7 at (0, 4, 4)"),
+        ("open.off", 3, "the surface is open: edge 1-5 at (4, 0, 2) has only facet 4"),
+        ("pierced.poly", 1, "segment 9-10 and facet 2 intersect"),
+        ("pinched.off", 1, "point 7 at (4, 4, 4) joins 2 fans"),
+        ("region-in-hole.poly", 1, "region 1 at (2.5, 3, 3) lies in a hole"),
+        ("region-outside.poly", 1, "region 1 at (9, 1, 1) lies outside"),
+        ("regions-together.poly", 1, "regions 1 and 2 lie in one component, 2 at (3, 3, 3)"),
+        ("touching.off", 9, "point 8 and segment 4-7 intersect"),
+        ("unclosed.poly", 1, "enclose nothing"),
+    ];
+    let mut named: Vec<&str> = expected.iter().map(|e| e.0).collect();
+    named.push("no-such-point.off");
+    named.sort_unstable();
+    let present: Vec<_> = files("domains/bad").iter().map(|p| p.file_name().unwrap().to_owned()).collect();
+    assert_eq!(present, named);
+    for (name, count, words) in expected {
+        let (code, talk) = check(&root("domains/bad").join(name));
+        assert_eq!(code, 3, "{name}: {talk}");
+        assert!(talk.contains(words), "{name}: no `{words}` in: {talk}");
+        let plural = if count == 1 { "" } else { "s" };
+        assert!(talk.contains(&format!("{name} has {count} defect{plural}\n")), "{name}: {talk}");
+        // One line each, the verdict, the help.
+        assert_eq!(talk.lines().count(), count + 2, "{name}: {talk}");
+    }
+    let (code, talk) = check(&root("domains/bad/no-such-point.off"));
+    assert!(code == 3 && talk.contains("names point 8"), "{talk}");
+}
+
+#[test]
+fn defects_are_shown_to_the_quiet_and_other_files_refused() {
+    let place = Place::new();
+    let open = root("domains/bad/open.off");
+    let talk = stderr(&place.run(&format!("mesh {} --check -q", open.display())));
+    assert!(talk.contains("the surface is open"), "{talk}");
+    let cube = root("domains/good/cube.off");
+    assert_eq!(stderr(&place.run(&format!("mesh {} --check -q", cube.display()))), "");
+    place.fails("mesh none.poly --check", 3, &["none.poly", "no such file"]);
+    place.file("a.vtu", "<VTKFile/>").fails("mesh a.vtu --check", 3, &["a.vtu", ".poly"]);
+    place.file("a.poly", "1 3 0 0\n0 0 0\n").fails("mesh a.poly --check", 3, &["a.poly", "line 2"]);
+    place.fails("mesh a.poly", 2, &["--check"]);
+}
+
+/// Surfaces of CGAL's demos and TetGen's example.
+#[test]
+fn real_domains() {
+    let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
+    for (name, expected, words) in [
+        ("example.poly", 0, "28 corners, 44 segments, 22 facets, 2 components, 2 regions, volume 17.9375"),
+        ("fandisk.off", 0, "6475 points"),
+        ("elephant.off", 0, "2775 points"),
+        ("rotor.off", 0, "600 points"),
+        ("camel.off", 3, "facet 2416 and facet 3411 intersect"),
+    ] {
+        let path = root("data").join(name);
+        if path.is_file() {
+            let (code, talk) = check(&path);
+            assert!(code == expected && talk.contains(words), "{name}: {code}: {talk}");
+        } else {
+            assert!(!required, "{} is missing: run tests/run --setup", path.display());
+            eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! A tree of bounding boxes over simplices.
+//!
+//! **Statement.** Boxes are closed, their bounds are coordinates of the simplices themselves (no rounding), so
+//! a query never misses a pair that meets. The tree halves the items at the median of the centres along the
+//! longest side of their box, ties by position: it is a function of the items in their order.
+//!
+//! **Work and depth.** `m log m` to build; a query costs what it visits.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+
+use septet_geometry::point::Point;
+
+/// A closed box with sides along the axes; empty if some `low > high`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<P> {
+    /// Smallest coordinates.
+    pub low: P,
+    /// Largest coordinates.
+    pub high: P,
+}
+
+impl<P: Point> Bounds<P> {
+    /// The empty box.
+    pub fn empty() -> Self {
+        Bounds { low: P::splat(f64::INFINITY), high: P::splat(f64::NEG_INFINITY) }
+    }
+
+    /// The smallest box around points.
+    pub fn of(points: impl IntoIterator<Item = P>) -> Self {
+        points.into_iter().fold(Bounds::empty(), |b, p| b.join(&Bounds { low: p, high: p }))
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn join(mut self, other: &Self) -> Self {
+        for i in 0..P::DIM {
+            self.low.set_coord(i, self.low.coord(i).min(other.low.coord(i)));
+            self.high.set_coord(i, self.high.coord(i).max(other.high.coord(i)));
+        }
+        self
+    }
+
+    /// Do the boxes share a point?
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..P::DIM)
+            .all(|i| self.low.coord(i) <= other.high.coord(i) && other.low.coord(i) <= self.high.coord(i))
+    }
+
+    /// The sides.
+    pub fn extent(&self) -> P {
+        self.high - self.low
+    }
+
+    /// Squared distance to a point, rounded; 0 inside.
+    pub fn dist2(&self, p: P) -> f64 {
+        let mut gap = P::splat(0.0);
+        for i in 0..P::DIM {
+            let c = p.coord(i);
+            gap.set_coord(i, (self.low.coord(i) - c).max(c - self.high.coord(i)).max(0.0));
+        }
+        gap.norm2()
+    }
+}
+
+/// Items in a leaf.
+const LEAF: usize = 4;
+
+#[derive(Clone, Debug)]
+struct Node<P> {
+    bounds: Bounds<P>,
+    /// Range of `order`.
+    range: (u32, u32),
+    /// The right child; the left one is the next node. 0 at a leaf.
+    right: u32,
+}
+
+/// The tree.
+#[derive(Clone, Debug)]
+pub struct Bvh<P> {
+    nodes: Vec<Node<P>>,
+    order: Vec<u32>,
+    boxes: Vec<Bounds<P>>,
+}
+
+impl<P: Point> Bvh<P> {
+    /// A tree over boxes; queries answer with positions in `boxes`.
+    pub fn new(boxes: Vec<Bounds<P>>) -> Self {
+        let mut tree = Bvh { nodes: Vec::new(), order: (0..boxes.len() as u32).collect(), boxes };
+        if !tree.order.is_empty() {
+            tree.build(0, tree.order.len());
+        }
+        tree
+    }
+
+    fn build(&mut self, from: usize, to: usize) {
+        let items = &self.order[from..to];
+        let bounds = items.iter().fold(Bounds::empty(), |b, &i| b.join(&self.boxes[i as usize]));
+        let node = self.nodes.len();
+        self.nodes.push(Node { bounds, range: (from as u32, to as u32), right: 0 });
+        if to - from <= LEAF {
+            return;
+        }
+        let extent = bounds.extent();
+        let axis = (1..P::DIM).fold(0, |best, i| if extent.coord(i) > extent.coord(best) { i } else { best });
+        let boxes = &self.boxes;
+        let centre = |i: u32| {
+            let b = &boxes[i as usize];
+            b.low.coord(axis) * 0.5 + b.high.coord(axis) * 0.5
+        };
+        let half = usize::midpoint(from, to);
+        self.order[from..to]
+            .select_nth_unstable_by(half - from, |&i, &j| centre(i).total_cmp(&centre(j)).then(i.cmp(&j)));
+        self.build(from, half);
+        self.nodes[node].right = self.nodes.len() as u32;
+        self.build(half, to);
+    }
+
+    /// The box around everything.
+    pub fn bounds(&self) -> Bounds<P> {
+        self.nodes.first().map_or_else(Bounds::empty, |n| n.bounds)
+    }
+
+    /// The items whose boxes meet `query`, ascending.
+    pub fn meeting(&self, query: &Bounds<P>) -> Vec<u32> {
+        let mut found = Vec::new();
+        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0u32] };
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            if !node.bounds.meets(query) {
+                continue;
+            }
+            if node.right == 0 {
+                let items = &self.order[node.range.0 as usize..node.range.1 as usize];
+                found.extend(items.iter().filter(|&&i| self.boxes[i as usize].meets(query)));
+            } else {
+                stack.push(node.right);
+                stack.push(at + 1);
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// Calls `visit` with items in ascending order of `dist2` (ties by position), until it answers `false`.
+    /// `dist2` is never smaller than the distance to the item's box, up to rounding.
+    pub fn nearest(
+        &self,
+        from: P,
+        mut dist2: impl FnMut(u32) -> f64,
+        mut visit: impl FnMut(u32, f64) -> bool,
+    ) {
+        let mut queue = BinaryHeap::new();
+        if let Some(root) = self.nodes.first() {
+            queue.push(Reverse(Entry(root.bounds.dist2(from), false, 0)));
+        }
+        while let Some(Reverse(Entry(d, item, at))) = queue.pop() {
+            if item {
+                if !visit(at, d) {
+                    return;
+                }
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.right == 0 {
+                for &i in &self.order[node.range.0 as usize..node.range.1 as usize] {
+                    queue.push(Reverse(Entry(dist2(i).max(d), true, i)));
+                }
+            } else {
+                for child in [at + 1, node.right] {
+                    queue.push(Reverse(Entry(self.nodes[child as usize].bounds.dist2(from), false, child)));
+                }
+            }
+        }
+    }
+}
+
+/// Distance, is it an item, which: nodes come before items of the same distance, items by position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry(f64, bool, u32);
+
+impl Eq for Entry {}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1)).then(self.2.cmp(&other.2))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn cloud() -> Vec<DVec3> {
+        (0..200u32).map(|i| DVec3::new((i * 37 % 101) as f64, (i * 53 % 97) as f64, (i % 7) as f64)).collect()
+    }
+
+    #[test]
+    fn queries_agree_with_all_pairs() {
+        let points = cloud();
+        let boxes: Vec<_> =
+            points.iter().map(|&p| Bounds { low: p, high: p + DVec3::new(3.0, 1.0, 2.0) }).collect();
+        let tree = Bvh::new(boxes.clone());
+        for query in &boxes {
+            let all: Vec<u32> = (0..200).filter(|&i| boxes[i as usize].meets(query)).collect();
+            assert_eq!(tree.meeting(query), all);
+        }
+        assert!(Bvh::<DVec3>::new(Vec::new()).meeting(&boxes[0]).is_empty());
+    }
+
+    #[test]
+    fn nearest_comes_in_order_and_complete() {
+        let points = cloud();
+        let tree = Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect());
+        let from = DVec3::new(40.3, 51.2, 2.9);
+        let mut seen = Vec::new();
+        tree.nearest(
+            from,
+            |i| (points[i as usize] - from).length_squared(),
+            |i, d| {
+                seen.push((d, i));
+                true
+            },
+        );
+        let mut all: Vec<(f64, u32)> =
+            (0..200).map(|i| ((points[i as usize] - from).length_squared(), i)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        assert_eq!(seen, all);
+    }
+}

@@ -1,0 +1,89 @@
+//! The checker: a domain, or everything that is wrong with it.
+//!
+//! **Statement.** The pieces are looked at one by one ([`crate::resolve`]), then against each other
+//! ([`crate::contact`]), then surfaces for being closed ([`crate::manifold`]). Only if all is well is it asked what
+//! they enclose ([`crate::sides`]) and where holes and regions lie. [`Defect`] says what is a defect of which
+//! kind of input.
+
+use septet_geometry::range::scale;
+
+use crate::contact::contacts;
+use crate::defect::{Defect, Misplaced, Piece};
+use crate::domain::{Component, Domain};
+use crate::facet::Triangulate;
+use crate::input::{Input, Kind};
+use crate::manifold::manifold;
+use crate::resolve::{Simplices, resolve};
+use crate::sides::{Location, Sides};
+
+/// Checks a domain and makes it ready for meshing.
+///
+/// # Errors
+/// All defects, in an order that depends on the input alone; at least one.
+pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
+    let (simplices, mut defects) = resolve(input);
+    let Some(simplices) = simplices else { return Err(defects) };
+    defects.extend(contacts(&simplices));
+    if input.kind == Kind::Surface {
+        defects.extend(manifold(input, &simplices));
+    }
+    if !defects.is_empty() {
+        return Err(defects);
+    }
+    let sides = Sides::new(&simplices).map_err(|undecided| {
+        let at = simplices.place(simplices.walls[undecided.0 as usize].as_ref()[0]);
+        vec![Defect::TooThin { piece: simplices.piece(undecided.0), at }]
+    })?;
+    let components = components(input, &simplices, &sides)?;
+    Ok(Domain::new(input, simplices, sides, components))
+}
+
+/// What every component is: outside, hole, or part of the domain, of which region.
+fn components<P: Triangulate>(
+    input: &Input<P>,
+    simplices: &Simplices<P>,
+    sides: &Sides<P>,
+) -> Result<Vec<Component>, Vec<Defect>> {
+    let measures = sides.measures(&simplices.points);
+    let mut components: Vec<Component> = (0..sides.count())
+        .map(|c| Component {
+            inside: c > 0 && (input.kind == Kind::Complex || sides.is_odd(c)),
+            region: None,
+            measure: measures[c as usize],
+        })
+        .collect();
+    let mut defects = Vec::new();
+    let mut component_of = |at: P, piece: Piece| {
+        let at = scale(at, simplices.exponent);
+        let place = match sides.locate(&simplices.points, at) {
+            Some(Location::Component(0)) => Misplaced::Outside,
+            Some(Location::Component(c)) => return Some(c as usize),
+            Some(Location::Wall(_)) | None => Misplaced::OnBoundary,
+        };
+        defects.push(Defect::Misplaced { piece, place, at: simplices.at(at) });
+        None
+    };
+    let holes: Vec<_> =
+        input.holes.iter().enumerate().map(|(i, &h)| component_of(h, Piece::Hole(i as u32))).collect();
+    let regions: Vec<_> =
+        input.regions.iter().enumerate().map(|(i, r)| component_of(r.at, Piece::Region(i as u32))).collect();
+    for hole in holes.into_iter().flatten() {
+        components[hole].inside = false;
+    }
+    for (i, component) in regions.into_iter().enumerate() {
+        let Some(c) = component else { continue };
+        let at = simplices.at(scale(input.regions[i].at, simplices.exponent));
+        match components[c].region {
+            _ if !components[c].inside => {
+                let piece = Piece::Region(i as u32);
+                defects.push(Defect::Misplaced { piece, place: Misplaced::InHole, at });
+            }
+            Some(first) => defects.push(Defect::SharedComponent { regions: [first, i as u32], at }),
+            None => components[c].region = Some(i as u32),
+        }
+    }
+    if !components.iter().any(|c| c.inside) {
+        defects.push(Defect::Unclosed);
+    }
+    if defects.is_empty() { Ok(components) } else { Err(defects) }
+}

@@ -1,0 +1,341 @@
+//! What can be wrong with a domain.
+//!
+//! Every defect names the pieces at fault by their positions in the input, and a place. What is a defect
+//! depends on the [`Kind`](crate::input::Kind) of the input:
+//!
+//! | | complex | surface |
+//! | --- | --- | --- |
+//! | edge of one facet, dangling facet or segment | legal | [`OpenEdge`](Defect::OpenEdge) |
+//! | edge of three facets and more, several fans at a vertex | legal | not manifold |
+//! | vertex on a segment or in a facet of others | legal, they are divided | [`Intersect`](Defect::Intersect) |
+//! | nothing is enclosed | [`Unclosed`](Defect::Unclosed) | follows from the open edges |
+//! | everything else below | defect | defect |
+
+use std::fmt;
+
+/// A piece of the input, by its position there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Piece {
+    /// A point.
+    Point(u32),
+    /// An edge between two points: a listed segment, or an edge of a facet's polygon.
+    Segment([u32; 2]),
+    /// A facet (of a surface: a face).
+    Facet(u32),
+    /// A hole point.
+    Hole(u32),
+    /// A region.
+    Region(u32),
+}
+
+impl Piece {
+    /// The piece in the numbering of a file that counts from `first_id`.
+    pub fn in_file(self, first_id: u64) -> String {
+        let id = |position: u32| u64::from(position) + first_id;
+        match self {
+            Piece::Point(i) => format!("point {}", id(i)),
+            Piece::Segment([a, b]) => format!("segment {}-{}", id(a), id(b)),
+            Piece::Facet(i) => format!("facet {}", id(i)),
+            Piece::Hole(i) => format!("hole point {}", id(i)),
+            Piece::Region(i) => format!("region {}", id(i)),
+        }
+    }
+}
+
+/// A place: 2 or 3 coordinates in the file's unit, rounded.
+#[derive(Clone, Debug, PartialEq, PartialOrd)]
+pub struct At(pub Vec<f64>);
+
+impl fmt::Display for At {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("(")?;
+        for (i, c) in self.0.iter().enumerate() {
+            write!(f, "{}{c}", if i == 0 { "" } else { ", " })?;
+        }
+        f.write_str(")")
+    }
+}
+
+/// Where a hole point or region point stands that it must not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Misplaced {
+    /// On a segment or facet.
+    OnBoundary,
+    /// Outside of everything.
+    Outside,
+    /// A region point in a hole.
+    InHole,
+}
+
+/// One thing wrong with a domain.
+#[derive(Clone, Debug, PartialEq, PartialOrd)]
+#[non_exhaustive]
+pub enum Defect {
+    /// There are no points, or no facets and segments at all.
+    Empty,
+    /// Coordinates are not finite or spread too far for exact signs; the text says which.
+    Range(String),
+    /// A piece names a point that is not there.
+    NoSuchPoint {
+        /// The piece.
+        piece: Piece,
+        /// The position it names.
+        named: u64,
+        /// How many points there are.
+        count: u64,
+    },
+    /// Points with the same coordinates.
+    Duplicate {
+        /// All of them, ascending.
+        points: Vec<u32>,
+        /// Where.
+        at: At,
+    },
+    /// A segment with both ends in one point, or a facet without area.
+    Degenerate {
+        /// The piece.
+        piece: Piece,
+        /// A corner of it.
+        at: At,
+    },
+    /// A facet with a corner off the plane of the others.
+    NotPlanar {
+        /// The facet.
+        facet: u32,
+        /// The corner.
+        point: u32,
+        /// Its distance from the plane of the first corners that span one.
+        distance: f64,
+        /// The corner's place.
+        at: At,
+    },
+    /// A point that should lie in a hole of a facet, and does not.
+    FacetHole {
+        /// The facet.
+        facet: u32,
+        /// Which of its hole points.
+        hole: u32,
+        /// Where it is.
+        at: At,
+    },
+    /// Two pieces cover the same place.
+    Doubled {
+        /// The pieces; the same facet twice if its polygons cover it twice.
+        pieces: [Piece; 2],
+        /// Where.
+        at: At,
+    },
+    /// Two pieces meet elsewhere than in common vertices and edges.
+    Intersect {
+        /// The pieces.
+        pieces: [Piece; 2],
+        /// About where.
+        at: At,
+    },
+    /// An edge of a surface with one face only.
+    OpenEdge {
+        /// Its ends.
+        ends: [u32; 2],
+        /// The face.
+        facet: u32,
+        /// Its middle.
+        at: At,
+    },
+    /// An edge of a surface with more than two faces.
+    NonManifoldEdge {
+        /// Its ends.
+        ends: [u32; 2],
+        /// The faces.
+        facets: Vec<u32>,
+        /// Its middle.
+        at: At,
+    },
+    /// A vertex of a surface where several fans of faces meet.
+    NonManifoldVertex {
+        /// The vertex.
+        point: u32,
+        /// How many fans.
+        fans: u32,
+        /// Where.
+        at: At,
+    },
+    /// A piece that a surface must not have.
+    Dangling {
+        /// The piece.
+        piece: Piece,
+        /// Where.
+        at: At,
+    },
+    /// Facets and segments that enclose nothing but holes.
+    Unclosed,
+    /// A hole point or region point where it must not be.
+    Misplaced {
+        /// The hole or region.
+        piece: Piece,
+        /// Where it is.
+        place: Misplaced,
+        /// Its coordinates.
+        at: At,
+    },
+    /// A shell so thin that its inside cannot be told from its outside.
+    TooThin {
+        /// A facet or segment of it.
+        piece: Piece,
+        /// Where.
+        at: At,
+    },
+    /// Two regions that nothing separates.
+    SharedComponent {
+        /// The regions.
+        regions: [u32; 2],
+        /// The point of the second.
+        at: At,
+    },
+}
+
+impl Defect {
+    /// The defect in the numbering of a file that counts from `first_id`.
+    pub fn in_file(&self, first_id: u64) -> InFile<'_> {
+        InFile { defect: self, first_id }
+    }
+
+    /// The kind of defect in a few words, for counts.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Defect::Empty => "empty domain",
+            Defect::Range(_) => "coordinates out of range",
+            Defect::NoSuchPoint { .. } => "index out of range",
+            Defect::Duplicate { .. } => "duplicate points",
+            Defect::Degenerate { .. } => "degenerate piece",
+            Defect::NotPlanar { .. } => "facet not planar",
+            Defect::FacetHole { .. } => "misplaced hole point of a facet",
+            Defect::Doubled { .. } => "doubled piece",
+            Defect::Intersect { .. } => "intersection",
+            Defect::OpenEdge { .. } => "open edge",
+            Defect::NonManifoldEdge { .. } => "edge not manifold",
+            Defect::NonManifoldVertex { .. } => "vertex not manifold",
+            Defect::Dangling { .. } => "dangling piece",
+            Defect::Unclosed => "nothing enclosed",
+            Defect::Misplaced { .. } => "misplaced hole or region point",
+            Defect::TooThin { .. } => "thin shell",
+            Defect::SharedComponent { .. } => "regions not separated",
+        }
+    }
+}
+
+impl fmt::Display for Defect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.in_file(0).fmt(f)
+    }
+}
+
+/// A defect that speaks in the numbering of its file.
+#[derive(Clone, Copy, Debug)]
+pub struct InFile<'a> {
+    defect: &'a Defect,
+    first_id: u64,
+}
+
+impl InFile<'_> {
+    fn id(&self, position: u32) -> u64 {
+        u64::from(position) + self.first_id
+    }
+
+    fn piece(&self, piece: Piece) -> String {
+        piece.in_file(self.first_id)
+    }
+
+    fn list(&self, ids: &[u32]) -> String {
+        ids.iter().map(|&i| self.id(i).to_string()).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl fmt::Display for InFile<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.defect {
+            Defect::Empty => write!(f, "no facets and no segments: a domain needs a boundary"),
+            Defect::Range(text) => f.write_str(text),
+            Defect::NoSuchPoint { piece, named, count } => write!(
+                f,
+                "{} names point {}, but there are {count} points",
+                self.piece(*piece),
+                named + self.first_id
+            ),
+            Defect::Duplicate { points, at } => {
+                write!(f, "points {} have the same coordinates {at}", self.list(points))
+            }
+            Defect::Degenerate { piece, at } => {
+                let lacks = if matches!(piece, Piece::Segment(_)) { "length" } else { "area" };
+                write!(f, "{} has no {lacks}, at {at}", self.piece(*piece))
+            }
+            Defect::NotPlanar { facet, point, distance, at } => write!(
+                f,
+                "facet {} is not planar: point {} at {at} is {distance:e} off its plane",
+                self.id(*facet),
+                self.id(*point)
+            ),
+            Defect::FacetHole { facet, hole, at } => write!(
+                f,
+                "hole point {} of facet {} at {at} does not lie inside a loop of the facet",
+                self.id(*hole),
+                self.id(*facet)
+            ),
+            Defect::Doubled { pieces: [a, b], at } => {
+                write!(f, "{} and {} cover the same place, at {at}", self.piece(*a), self.piece(*b))
+            }
+            Defect::Intersect { pieces: [a, b], at } => {
+                write!(f, "{} and {} intersect, near {at}", self.piece(*a), self.piece(*b))
+            }
+            _ => self.surface(f),
+        }
+    }
+}
+
+impl InFile<'_> {
+    /// Defects of surfaces and of what they enclose.
+    fn surface(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.defect {
+            Defect::OpenEdge { ends, facet, at } => write!(
+                f,
+                "the surface is open: edge {}-{} at {at} has only facet {}",
+                self.id(ends[0]),
+                self.id(ends[1]),
+                self.id(*facet)
+            ),
+            Defect::NonManifoldEdge { ends, facets, at } => write!(
+                f,
+                "edge {}-{} at {at} has {} facets: {}",
+                self.id(ends[0]),
+                self.id(ends[1]),
+                facets.len(),
+                self.list(facets)
+            ),
+            Defect::NonManifoldVertex { point, fans, at } => {
+                write!(f, "point {} at {at} joins {fans} fans of facets", self.id(*point))
+            }
+            Defect::Dangling { piece, at } => {
+                write!(f, "{} at {at} dangles from a closed surface", self.piece(*piece))
+            }
+            Defect::Unclosed => write!(f, "the facets and segments enclose nothing that is not a hole"),
+            Defect::Misplaced { piece, place, at } => {
+                let place = match place {
+                    Misplaced::OnBoundary => "lies on a segment or facet",
+                    Misplaced::Outside => "lies outside of the domain",
+                    Misplaced::InHole => "lies in a hole",
+                };
+                write!(f, "{} at {at} {place}", self.piece(*piece))
+            }
+            Defect::TooThin { piece, at } => {
+                write!(f, "{} at {at} belongs to a shell too thin to have an inside", self.piece(*piece))
+            }
+            Defect::SharedComponent { regions: [a, b], at } => write!(
+                f,
+                "regions {} and {} lie in one component, {} at {at}: no facet separates them",
+                self.id(*a),
+                self.id(*b),
+                self.id(*b)
+            ),
+            _ => Ok(()),
+        }
+    }
+}

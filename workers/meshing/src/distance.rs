@@ -1,0 +1,210 @@
+//! Distances to features, and the local feature size.
+//!
+//! **Statement.** `lfs(x)` is the radius of the smallest ball around `x` that meets two disjoint features (Ruppert
+//! 1995). Features are met in the order of their distance; the first that is disjoint from one met before it ends
+//! the search, and its distance is `lfs(x)`. (It is not the second nearest of all, nor the nearest that is disjoint
+//! from the nearest: near the middle of a short segment the two are its ends.) `lfs` is positive and 1-Lipschitz.
+//!
+//! A facet's distance is the least one of its triangles.
+//!
+//! **Work and depth.** A query meets the features inside the ball and their boxes.
+//!
+//! Distances are rounded (relative error of a few units in the last place of the coordinates' differences).
+
+use septet_geometry::point::Point;
+
+use crate::bvh::{Bounds, Bvh};
+use crate::domain::{Domain, Feature};
+use crate::space::Space;
+
+/// A simplex that belongs to a feature: one, two or three vertices.
+#[derive(Clone, Copy, Debug)]
+struct Item {
+    /// The number of the feature.
+    feature: u32,
+    vertices: [u32; 3],
+    len: usize,
+}
+
+/// A feature met at a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Met {
+    /// The feature.
+    pub feature: Feature,
+    /// The distance, in scaled coordinates.
+    pub distance: f64,
+}
+
+/// What the local feature size at a point is, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalSize {
+    /// The radius; infinite if no two features are disjoint.
+    pub radius: f64,
+    /// The two disjoint features, the nearer one first.
+    pub features: Option<[Feature; 2]>,
+}
+
+/// The features of a domain, ready for queries.
+#[derive(Clone, Debug)]
+pub struct Features<P: Space> {
+    points: Vec<P>,
+    /// All features in order: corners, segments, facets.
+    all: Vec<Feature>,
+    /// The corners of each, ascending.
+    corners: Vec<Vec<u32>>,
+    items: Vec<Item>,
+    tree: Bvh<P>,
+}
+
+impl<P: Space> Features<P> {
+    /// All features.
+    pub fn new(domain: &Domain<P>) -> Self {
+        let all: Vec<Feature> = domain.features().collect();
+        let corners = all.iter().map(|&f| domain.corners_of(f)).collect();
+        let mut items = Vec::new();
+        for (i, &feature) in all.iter().enumerate() {
+            let feature_number = i as u32;
+            match feature {
+                Feature::Corner(c) => {
+                    let vertices = [domain.corners[c as usize]; 3];
+                    items.push(Item { feature: feature_number, vertices, len: 1 });
+                }
+                Feature::Segment(s) => {
+                    let [a, b] = domain.segments[s as usize].ends();
+                    items.push(Item { feature: feature_number, vertices: [a, b, b], len: 2 });
+                }
+                Feature::Facet(f) => items.extend(domain.facets[f as usize].walls.iter().map(|&wall| {
+                    let wall = domain.walls()[wall as usize];
+                    let mut vertices = [0; 3];
+                    vertices[..P::DIM].copy_from_slice(wall.as_ref());
+                    Item { feature: feature_number, vertices, len: 3 }
+                })),
+            }
+        }
+        let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&i.vertices[..i.len])).collect());
+        Features { points: domain.points().to_vec(), all, corners, items, tree }
+    }
+
+    /// How many simplices the features are made of.
+    pub fn item_count(&self) -> u32 {
+        self.items.len() as u32
+    }
+
+    /// The number of the feature that a simplex belongs to.
+    pub fn feature_of(&self, item: u32) -> u32 {
+        self.items[item as usize].feature
+    }
+
+    /// The feature of a number.
+    pub fn feature(&self, number: u32) -> Feature {
+        self.all[number as usize]
+    }
+
+    /// Have two features, by their numbers, no point in common?
+    pub fn are_disjoint(&self, a: u32, b: u32) -> bool {
+        let (mut few, mut many) = (&self.corners[a as usize], &self.corners[b as usize]);
+        if few.len() > many.len() {
+            std::mem::swap(&mut few, &mut many);
+        }
+        few.iter().all(|v| many.binary_search(v).is_err())
+    }
+
+    /// The point of a simplex closest to `q`, rounded.
+    pub fn closest(&self, item: u32, q: P) -> P {
+        let Item { vertices, len, .. } = self.items[item as usize];
+        let [a, b, c] = vertices.map(|v| self.points[v as usize]);
+        match len {
+            1 => a,
+            2 => closest_on_segment(a, b, q),
+            _ => closest_on_triangle(a, b, c, q),
+        }
+    }
+
+    /// The squared distance to a simplex.
+    pub fn dist2(&self, item: u32, q: P) -> f64 {
+        (q - self.closest(item, q)).norm2()
+    }
+
+    /// The distance to one feature.
+    pub fn distance(&self, feature: Feature, q: P) -> f64 {
+        let own = (0..self.item_count()).filter(|&i| self.feature(self.feature_of(i)) == feature);
+        own.map(|i| self.dist2(i, q)).min_by(f64::total_cmp).map_or(f64::INFINITY, f64::sqrt)
+    }
+
+    /// Visits features from the nearest on, each once, until `visit` answers `false`.
+    pub fn nearest(&self, q: P, mut visit: impl FnMut(Met) -> bool) {
+        let mut seen = Vec::new();
+        let dist2 = |i| self.dist2(i, q);
+        self.tree.nearest(q, dist2, |i, d2| {
+            let number = self.feature_of(i);
+            if seen.contains(&number) {
+                return true;
+            }
+            seen.push(number);
+            visit(Met { feature: self.feature(number), distance: d2.sqrt() })
+        });
+    }
+
+    /// The local feature size.
+    pub fn local_size(&self, q: P) -> LocalSize {
+        let mut found = None;
+        let mut search = Search::default();
+        let dist2 = |i| self.dist2(i, q);
+        self.tree.nearest(q, dist2, |i, d2| {
+            found = search.meet(self, i).map(|pair| (pair, d2.sqrt()));
+            found.is_none()
+        });
+        found.map_or(LocalSize { radius: f64::INFINITY, features: None }, |(pair, radius)| LocalSize {
+            radius,
+            features: Some(pair.map(|i| self.feature(self.feature_of(i)))),
+        })
+    }
+
+    /// The box of all features.
+    pub fn bounds(&self) -> Bounds<P> {
+        self.tree.bounds()
+    }
+}
+
+/// The search for two disjoint features among simplices that are met in the order of their distance.
+#[derive(Clone, Debug, Default)]
+pub struct Search {
+    /// The first simplex of each feature met.
+    met: Vec<u32>,
+}
+
+impl Search {
+    /// Meets a simplex; answers with the first one met whose feature is disjoint from its, and it.
+    pub fn meet<P: Space>(&mut self, features: &Features<P>, item: u32) -> Option<[u32; 2]> {
+        let number = features.feature_of(item);
+        if self.met.iter().any(|&i| features.feature_of(i) == number) {
+            return None;
+        }
+        let first = self.met.iter().copied().find(|&i| features.are_disjoint(features.feature_of(i), number));
+        self.met.push(item);
+        first.map(|first| [first, item])
+    }
+}
+
+/// The point of a closed segment closest to `q`.
+pub fn closest_on_segment<P: Point>(a: P, b: P, q: P) -> P {
+    let (d, e) = (b - a, q - a);
+    let t = (e.dot(d) / d.norm2()).clamp(0.0, 1.0);
+    // From the nearer end, so that an end is met exactly.
+    if t <= 0.5 { a + d * t } else { b - d * (1.0 - t) }
+}
+
+/// The point of a closed triangle closest to `q`.
+pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
+    let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
+    let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
+    let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
+    let (u, v, e) = (b - a, c - a, q - a);
+    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+    let det = uu * vv - uv * uv;
+    let (eu, ev) = (e.dot(u), e.dot(v));
+    let (x, y) = ((eu * vv - ev * uv) / det, (ev * uu - eu * uv) / det);
+    // Of a thin triangle x and y can be far off; what they name is in the triangle all the same, and the edges
+    // are close.
+    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 { nearer(best, a + u * x + v * y) } else { best }
+}

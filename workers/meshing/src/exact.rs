@@ -1,0 +1,105 @@
+//! The order of crossings along a line, in integers.
+//!
+//! **Statement.** Where the segment from `p` to `q` crosses the plane of a wall, its parameter is
+//! `o(p) / (o(p) - o(q))` with `o` the wall's orientation determinant. Coordinates times one power of two are
+//! integers, so parameters are fractions and compare exactly.
+//!
+//! **Work and depth.** O(1) big-number operations a comparison.
+
+use std::cmp::Ordering;
+
+use num_bigint::BigInt;
+use septet_geometry::point::Point;
+
+/// `x = m 2^e`.
+fn split(x: f64) -> (i64, i32) {
+    let bits = x.to_bits();
+    let biased = ((bits >> 52) & 0x7ff) as i32;
+    let fraction = (bits & ((1 << 52) - 1)) as i64;
+    let (m, e) = if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
+    (if x < 0.0 { -m } else { m }, e)
+}
+
+/// Coordinates as integers, all times one power of two.
+fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
+    let parts = |p: &P| (0..P::DIM).map(|i| split(p.coord(i))).collect::<Vec<_>>();
+    let all: Vec<Vec<(i64, i32)>> = points.iter().map(parts).collect();
+    let low = all.iter().flatten().filter(|x| x.0 != 0).map(|x| x.1).min().unwrap_or(0);
+    let whole = |&(m, e): &(i64, i32)| if m == 0 { BigInt::ZERO } else { BigInt::from(m) << (e - low) };
+    all.iter().map(|p| p.iter().map(whole).collect()).collect()
+}
+
+/// The orientation determinant of differences: rows `wall[1..] - wall[0]` and `q - wall[0]`.
+fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
+    let minus = |a: &[BigInt]| a.iter().zip(&wall[0]).map(|(a, o)| a - o).collect::<Vec<_>>();
+    let a = minus(&wall[1]);
+    if wall.len() == 2 {
+        let b = minus(q);
+        return &a[0] * &b[1] - &a[1] * &b[0];
+    }
+    let (b, c) = (minus(&wall[2]), minus(q));
+    &c[0] * (&a[1] * &b[2] - &a[2] * &b[1])
+        + &c[1] * (&a[2] * &b[0] - &a[0] * &b[2])
+        + &c[2] * (&a[0] * &b[1] - &a[1] * &b[0])
+}
+
+/// A place on a line: `numerator / denominator`, the denominator positive.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fraction(BigInt, BigInt);
+
+impl Fraction {
+    /// Where the segment from `p` to `q`, whose ends lie on different sides of the plane of `wall`, crosses it.
+    pub fn crossing<P: Point>(wall: &[P], p: P, q: P) -> Self {
+        let mut all = wall.to_vec();
+        all.extend([p, q]);
+        let all = integers(&all);
+        let (wall, ends) = all.split_at(wall.len());
+        let (at_p, at_q) = (determinant(wall, &ends[0]), determinant(wall, &ends[1]));
+        let span = &at_p - at_q;
+        if span < BigInt::ZERO { Fraction(-at_p, -span) } else { Fraction(at_p, span) }
+    }
+}
+
+impl PartialOrd for Fraction {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Fraction {
+    fn cmp(&self, other: &Self) -> Ordering {
+        (&self.0 * &other.1).cmp(&(&other.0 * &self.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, DVec3};
+    use septet_geometry::predicates::{Sign, orientation};
+
+    #[test]
+    fn crossings_compare_to_the_last_bit() {
+        let wall = |z: f64| [DVec3::new(-1.0, -1.0, z), DVec3::new(3.0, -1.0, z), DVec3::new(-1.0, 3.0, z)];
+        let (p, q) = (DVec3::new(0.1, 0.1, -1.0), DVec3::new(0.1, 0.2, 2.0));
+        let at = |z| Fraction::crossing(&wall(z), p, q);
+        assert!(at(0.3) < at(0.3 + 1e-16));
+        assert_eq!(at(0.5), Fraction::crossing(&wall(0.5).map(|p| p * 1.0), p, q));
+        assert!(at(-0.5) < at(0.0) && at(0.0) < at(1.9));
+        let edge = |x: f64| [DVec2::new(x, -1.0), DVec2::new(x, 1.0)];
+        let at = |x| Fraction::crossing(&edge(x), DVec2::new(-1.0, 0.0), DVec2::new(7.0, 0.25));
+        assert!(at(0.0) < at(1e-300) && at(1e-300) < at(5.0));
+    }
+
+    #[test]
+    fn the_determinant_has_the_sign_of_the_predicate() {
+        let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.25, 0.5, -2.0)];
+        let all = integers(&cell);
+        assert!(determinant(&all[..3], &all[3]) < BigInt::ZERO);
+        assert_eq!(orientation(&cell), Sign::Negative);
+        let cell = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        let all = integers(&cell);
+        assert!(determinant(&all[..2], &all[2]) > BigInt::ZERO);
+        assert_eq!(orientation(&cell), Sign::Positive);
+    }
+}

@@ -1,0 +1,45 @@
+//! septet-meshing: domains and what mesh generation asks of them, in the order the data flows.
+//!
+//! No input or output, no threads, no clock, no unordered maps. Signs are exact; distances and angles are
+//! rounded and decide nothing that a sign could decide.
+
+pub mod input;
+
+pub mod defect;
+
+pub mod bvh;
+
+pub mod space;
+
+pub mod planar;
+
+pub mod resolve;
+
+pub mod facet;
+
+pub mod contact;
+
+pub mod exact;
+
+pub mod sides;
+
+pub mod manifold;
+
+pub mod domain;
+
+pub mod angles;
+
+pub mod distance;
+
+pub mod octree;
+
+pub mod size;
+
+pub mod points;
+
+mod check;
+
+#[cfg(test)]
+mod tests;
+
+pub use check::check;

@@ -1,0 +1,80 @@
+//! Is a surface closed and manifold?
+//!
+//! **Statement.** Every edge of a closed manifold has two faces, and the faces at every vertex form one fan.
+//! Faces that intersect elsewhere are [`crate::contact`]'s business.
+//!
+//! **Work and depth.** `O(m log m)`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::defect::{Defect, Piece};
+use crate::facet::wall_edges;
+use crate::input::Input;
+use crate::resolve::Simplices;
+use crate::sides::Sets;
+use crate::space::{Space, ascending};
+
+/// Edges of the stated faces (also of those with other defects) with another number than two, and vertices
+/// with several fans.
+pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
+    let mut faces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+    for (i, facet) in input.facets.iter().enumerate() {
+        for polygon in &facet.polygons {
+            let Some(corners) = simplices.represent(polygon) else { continue };
+            for (k, &a) in corners.iter().enumerate() {
+                let b = corners[(k + 1) % corners.len()];
+                if a != b {
+                    faces.entry(ascending([a, b])).or_default().push(i as u32);
+                }
+            }
+        }
+    }
+    let mut defects: Vec<Defect> = input
+        .segments
+        .iter()
+        .filter_map(|s| Some((s.ends, simplices.represent(&s.ends)?)))
+        .map(|(ends, at)| Defect::Dangling { piece: Piece::Segment(ends), at: simplices.place(at[0]) })
+        .collect();
+    for (&ends, facets) in faces.iter().filter(|(_, f)| f.len() != 2) {
+        let at = simplices.middle(ends);
+        defects.push(match facets[..] {
+            [facet] => Defect::OpenEdge { ends, facet, at },
+            _ => Defect::NonManifoldEdge { ends, facets: facets.clone(), at },
+        });
+    }
+    defects.extend(pinched(input, simplices));
+    defects
+}
+
+/// Vertices where the walls form several fans. Where a face has another defect and is no wall, nothing is said.
+fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
+    let whole: BTreeSet<u32> = simplices.owner.iter().copied().collect();
+    let torn = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
+    let torn = torn.flat_map(|f| input.facets[f as usize].polygons.concat());
+    let torn: BTreeSet<u32> = torn.filter_map(|v| simplices.same.get(v as usize).copied()).collect();
+    let mut at: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (i, wall) in simplices.walls.iter().enumerate() {
+        for &v in wall.as_ref() {
+            at.entry(v).or_default().push(i as u32);
+        }
+    }
+    let edges = wall_edges::<P>(&simplices.walls);
+    let mut defects = Vec::new();
+    for (&v, walls) in at.iter().filter(|(v, _)| !torn.contains(v)) {
+        let mut sets = Sets::new(walls.len());
+        for (k, &wall) in walls.iter().enumerate() {
+            for edge in P::edges(&simplices.walls[wall as usize]).iter().filter(|e| e.contains(&v)) {
+                for other in edges.get(edge).into_iter().flatten() {
+                    if let Ok(j) = walls.binary_search(other) {
+                        sets.join(k as u32, j as u32);
+                    }
+                }
+            }
+        }
+        let fans = (0..walls.len() as u32).filter(|&k| sets.find(k) == k).count() as u32;
+        if fans > 1 {
+            defects.push(Defect::NonManifoldVertex { point: v, fans, at: simplices.place(v) });
+        }
+    }
+    defects
+}

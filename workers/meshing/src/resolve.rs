@@ -1,0 +1,261 @@
+//! From polygons to simplices: a complex whose pieces meet in common vertices, or the reasons why not.
+//!
+//! **Statement.** Edges are divided at the points on them, each facet is triangulated with all points and
+//! segments that lie in it. If the input is a valid complex, the outcome is simplicial; [`crate::contact`]
+//! decides whether it is. In the plane the walls are the pieces of segments.
+//!
+//! A piece with a defect is left out of what follows, so that it does not cause others; points at the same place
+//! are one.
+//!
+//! **Work and depth.** `O(m log m)` and what the boxes visited cost, sequential; a facet of `k` points `O(k^2)`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use septet_geometry::point::lex_cmp;
+use septet_geometry::range::{scale, scale_exponent};
+
+use crate::bvh::{Bounds, Bvh};
+use crate::defect::{At, Defect, Piece};
+use crate::facet::Triangulate;
+use crate::input::{Input, Kind};
+use crate::space::{Space, ascending, on_segment};
+
+/// A piece of a segment between two vertices, with nothing on it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The ends, ascending.
+    pub ends: [u32; 2],
+    /// The edges of the input that it is part of.
+    pub of: Vec<[u32; 2]>,
+    /// The marker of the first listed segment it is part of, else 0.
+    pub marker: i64,
+}
+
+/// The simplices of a domain.
+#[derive(Clone, Debug)]
+pub struct Simplices<P: Space> {
+    /// The points times `2^exponent`.
+    pub points: Vec<P>,
+    /// The power of two that brings the coordinates into the exact range.
+    pub exponent: i32,
+    /// For each point the smallest one at the same place.
+    pub same: Vec<u32>,
+    /// The segments in pieces, ascending by their ends.
+    pub parts: Vec<Part>,
+    /// Edges of the plane, triangles of space.
+    pub walls: Vec<P::Facet>,
+    /// For each wall the facet (in space) or the part (in the plane) that it belongs to.
+    pub owner: Vec<u32>,
+}
+
+impl<P: Space> Simplices<P> {
+    /// A point as the file has it.
+    pub fn at(&self, p: P) -> At {
+        let p = scale(p, -self.exponent);
+        At((0..P::DIM).map(|i| p.coord(i)).collect())
+    }
+
+    /// The place of a vertex.
+    pub fn place(&self, v: u32) -> At {
+        self.at(self.points[v as usize])
+    }
+
+    /// The middle of an edge.
+    pub fn middle(&self, [a, b]: [u32; 2]) -> At {
+        self.at((self.points[a as usize] + self.points[b as usize]) * 0.5)
+    }
+
+    /// The representatives of a list of points, if all are there.
+    pub fn represent(&self, list: &[u32]) -> Option<Vec<u32>> {
+        list.iter().map(|&v| self.same.get(v as usize).copied()).collect()
+    }
+
+    /// What a wall belongs to, as a piece of the input.
+    pub fn piece(&self, wall: u32) -> Piece {
+        let owner = self.owner[wall as usize];
+        if P::DIM == 2 { Piece::Segment(self.parts[owner as usize].of[0]) } else { Piece::Facet(owner) }
+    }
+
+    /// The box of vertices.
+    pub fn bounds(&self, vertices: &[u32]) -> Bounds<P> {
+        Bounds::of(vertices.iter().map(|&v| self.points[v as usize]))
+    }
+}
+
+/// The work in progress.
+struct Resolver<'a, P: Space> {
+    input: &'a Input<P>,
+    out: Simplices<P>,
+    tree: Bvh<P>,
+    defects: Vec<Defect>,
+}
+
+/// The simplices of an input and what is wrong with its pieces one by one. `None` where the coordinates or the
+/// lack of any pieces make everything else pointless.
+pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<Defect>) {
+    if input.segments.is_empty() && input.facets.is_empty() {
+        return (None, vec![Defect::Empty]);
+    }
+    let all =
+        [input.points.as_slice(), &input.holes, &input.regions.iter().map(|r| r.at).collect::<Vec<_>>()];
+    let exponent = match scale_exponent(&all.concat()) {
+        Ok(exponent) => exponent,
+        Err(error) => return (None, vec![Defect::Range(error.to_string())]),
+    };
+    // Adding zero makes 0.0 of -0.0.
+    let points: Vec<P> = input.points.iter().map(|&p| scale(p, exponent) + P::splat(0.0)).collect();
+    let tree = Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect());
+    let same = (0..points.len() as u32).collect();
+    let out = Simplices { points, exponent, same, parts: vec![], walls: vec![], owner: vec![] };
+    let mut resolver = Resolver { input, out, tree, defects: Vec::new() };
+    resolver.join_duplicates();
+    resolver.indices();
+    let facets: Vec<Option<Outline>> = (0..input.facets.len() as u32)
+        .map(|f| P::outline(input, &resolver.out, f, &mut resolver.defects))
+        .collect();
+    resolver.divide(&facets);
+    let Resolver { mut out, tree, mut defects, .. } = resolver;
+    P::walls(input, &mut out, &tree, &facets, &mut defects);
+    (Some(out), defects)
+}
+
+/// A facet that has a plane: its loops by representative points, and three corners that span the plane.
+#[derive(Clone, Debug)]
+pub struct Outline {
+    /// The loops.
+    pub loops: Vec<Vec<u32>>,
+    /// `None`: segments and points alone.
+    pub plane: Option<[u32; 3]>,
+}
+
+impl Outline {
+    /// The edges of all loops.
+    pub fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.loops.iter().flat_map(|l| {
+            let n = if l.len() == 2 { 1 } else { l.len() };
+            (0..n).map(|i| [l[i], l[(i + 1) % l.len()]]).filter(|e| e[0] != e[1])
+        })
+    }
+}
+
+impl<P: Space> Resolver<'_, P> {
+    fn p(&self, v: u32) -> P {
+        self.out.points[v as usize]
+    }
+
+    fn used(&self) -> BTreeSet<u32> {
+        let facets = self.input.facets.iter().flat_map(|f| f.polygons.iter().flatten().copied());
+        facets.chain(self.input.segments.iter().flat_map(|s| s.ends)).collect()
+    }
+
+    fn join_duplicates(&mut self) {
+        let used = self.used();
+        let surface = self.input.kind == Kind::Surface;
+        let mut order: Vec<u32> = (0..self.out.points.len() as u32).collect();
+        order.retain(|v| !surface || used.contains(v));
+        order.sort_by(|&a, &b| lex_cmp(&self.p(a), &self.p(b)).then(a.cmp(&b)));
+        let groups: Vec<Vec<u32>> = order
+            .chunk_by(|&a, &b| self.p(a) == self.p(b))
+            .filter(|g| g.len() > 1)
+            .map(<[u32]>::to_vec)
+            .collect();
+        for points in groups {
+            for &v in &points {
+                self.out.same[v as usize] = points[0];
+            }
+            let at = self.out.place(points[0]);
+            self.defects.push(Defect::Duplicate { points, at });
+        }
+    }
+
+    /// Names every position that is not there.
+    fn indices(&mut self) {
+        let count = self.out.points.len() as u64;
+        let segments = self.input.segments.iter().map(|s| (Piece::Segment(s.ends), s.ends.to_vec()));
+        let facets = self.input.facets.iter().enumerate();
+        let facets = facets.map(|(i, f)| (Piece::Facet(i as u32), f.polygons.concat()));
+        for (piece, named) in segments.chain(facets) {
+            let missing = named.into_iter().map(u64::from).filter(|&n| n >= count);
+            self.defects.extend(missing.map(|named| Defect::NoSuchPoint { piece, named, count }));
+        }
+    }
+
+    /// Divides all edges at the points on them (of a surface: reports those).
+    fn divide(&mut self, facets: &[Option<Outline>]) {
+        let mut edges: BTreeMap<[u32; 2], i64> = BTreeMap::new();
+        for (segment, listed) in self.input.segments.iter().map(|s| (s, s.ends)) {
+            let Some(ends) = self.out.represent(&listed) else { continue };
+            if ends[0] == ends[1] {
+                let at = self.out.place(ends[0]);
+                self.defects.push(Defect::Degenerate { piece: Piece::Segment(listed), at });
+                continue;
+            }
+            let ends = ascending([ends[0], ends[1]]);
+            if P::DIM == 2 && edges.contains_key(&ends) {
+                let piece = Piece::Segment(ascending(listed));
+                self.defects.push(Defect::Doubled { pieces: [piece, piece], at: self.out.middle(ends) });
+            }
+            edges.entry(ends).or_insert(segment.marker);
+        }
+        for edge in facets.iter().flatten().flat_map(Outline::edges) {
+            edges.entry(ascending(edge)).or_insert(0);
+        }
+        let used = self.used();
+        let mut parts: BTreeMap<[u32; 2], Part> = BTreeMap::new();
+        for (&edge, &marker) in &edges {
+            let on = self.on_edge(edge, &used);
+            if self.input.kind == Kind::Surface {
+                for &v in &on {
+                    let pieces = [Piece::Point(v), Piece::Segment(edge)];
+                    self.defects.push(Defect::Intersect { pieces, at: self.out.place(v) });
+                }
+            }
+            let chain: Vec<u32> = [edge[0]].into_iter().chain(on).chain([edge[1]]).collect();
+            for pair in chain.windows(2) {
+                let ends = ascending([pair[0], pair[1]]);
+                let part = parts.entry(ends).or_insert(Part { ends, of: Vec::new(), marker: 0 });
+                part.of.push(edge);
+                part.marker = if part.marker == 0 { marker } else { part.marker };
+            }
+        }
+        self.out.parts = parts.into_values().collect();
+        if P::DIM == 2 {
+            self.overlaps();
+        }
+    }
+
+    /// Segments of the plane that lie on each other.
+    fn overlaps(&mut self) {
+        let pairs: BTreeSet<[[u32; 2]; 2]> =
+            self.out.parts.iter().flat_map(|p| p.of.windows(2).map(|w| [w[0], w[1]])).collect();
+        for [a, b] in pairs {
+            let at = self.out.middle(if self.covers(a, b) { b } else { a });
+            self.defects.push(Defect::Doubled { pieces: [Piece::Segment(a), Piece::Segment(b)], at });
+        }
+    }
+
+    fn covers(&self, a: [u32; 2], b: [u32; 2]) -> bool {
+        b.iter().all(|&v| on_segment(self.p(a[0]), self.p(a[1]), self.p(v)))
+    }
+
+    /// The points strictly between the ends of an edge, in order.
+    fn on_edge(&self, [a, b]: [u32; 2], used: &BTreeSet<u32>) -> Vec<u32> {
+        let surface = self.input.kind == Kind::Surface;
+        let mut on = self.tree.meeting(&self.out.bounds(&[a, b]));
+        on.retain(|&v| {
+            self.out.same[v as usize] == v
+                && v != a
+                && v != b
+                && (!surface || used.contains(&v))
+                && on_segment(self.p(a), self.p(b), self.p(v))
+        });
+        // Along the axis where the edge is longest the order is that of one coordinate.
+        let d = self.p(b) - self.p(a);
+        let axis = (1..P::DIM).fold(0, |k, i| if d.coord(i).abs() > d.coord(k).abs() { i } else { k });
+        on.sort_by(|&u, &v| self.p(u).coord(axis).total_cmp(&self.p(v).coord(axis)));
+        if d.coord(axis) < 0.0 {
+            on.reverse();
+        }
+        on
+    }
+}

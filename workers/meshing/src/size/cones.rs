@@ -1,0 +1,135 @@
+//! The least of finitely many cones: `f(x) = min_i (a_i + L |x - x_i|)`.
+//!
+//! **Statement.** f is L-Lipschitz, because each cone is. A tree over the `x_i` knows for each node the box of its
+//! points and the least of its `a_i`; a node is passed over if `least + L dist(box, x)` is not below what has been
+//! found. *Passing over loses nothing, to the last bit:* for a point p of the box each coordinate of the gap between
+//! x and the box is no larger in size than that of `x - p`, and subtraction, squares, their sums, the root, and
+//! multiplying and adding positive numbers are all monotone as rounded. So the computed bound of a node is at most
+//! the computed value of each of its cones, and the answer is the least computed value of all cones.
+//!
+//! **Source.** Smoothing and filtering after Miller and Talmor (the paper's [14]). **Work and depth.** `O(m log m)` to build; a query costs the nodes it visits.
+
+use septet_geometry::point::Point;
+
+use crate::bvh::Bounds;
+
+/// A cone: the value at its tip, and where that is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone<P> {
+    /// The tip.
+    pub at: P,
+    /// The value there; it may be negative.
+    pub size: f64,
+}
+
+/// Cones in a leaf of the tree.
+const LEAF: usize = 4;
+
+#[derive(Clone, Debug)]
+struct Node<P> {
+    bounds: Bounds<P>,
+    least: f64,
+    range: (u32, u32),
+    /// The right child; the left one is the next node. 0 at a leaf.
+    right: u32,
+}
+
+/// Cones of one slope, ready for queries.
+#[derive(Clone, Debug)]
+pub struct Cones<P> {
+    slope: f64,
+    tips: Vec<Cone<P>>,
+    nodes: Vec<Node<P>>,
+}
+
+impl<P: Point> Cones<P> {
+    /// A tree over cones of the given slope.
+    pub fn new(slope: f64, cones: Vec<Cone<P>>) -> Self {
+        let mut tree = Cones { slope, tips: cones, nodes: Vec::new() };
+        if !tree.tips.is_empty() {
+            tree.build(0, tree.tips.len());
+        }
+        tree
+    }
+
+    /// The cones, in the order of the tree.
+    pub fn all(&self) -> &[Cone<P>] {
+        &self.tips
+    }
+
+    /// The slope L.
+    pub fn slope(&self) -> f64 {
+        self.slope
+    }
+
+    fn build(&mut self, from: usize, to: usize) {
+        let cones = &self.tips[from..to];
+        let bounds = Bounds::of(cones.iter().map(|c| c.at));
+        let least = cones.iter().map(|c| c.size).fold(f64::INFINITY, f64::min);
+        let node = self.nodes.len();
+        self.nodes.push(Node { bounds, least, range: (from as u32, to as u32), right: 0 });
+        if to - from <= LEAF {
+            return;
+        }
+        let extent = bounds.extent();
+        let axis = (1..P::DIM).fold(0, |best, i| if extent.coord(i) > extent.coord(best) { i } else { best });
+        let half = usize::midpoint(from, to);
+        self.tips[from..to].select_nth_unstable_by(half - from, |a, b| order(a, b, axis));
+        self.build(from, half);
+        self.nodes[node].right = self.nodes.len() as u32;
+        self.build(half, to);
+    }
+
+    fn value(&self, cone: &Cone<P>, x: P) -> f64 {
+        cone.size + self.slope * (x - cone.at).norm2().sqrt()
+    }
+
+    fn bound(&self, node: u32, x: P) -> f64 {
+        let node = &self.nodes[node as usize];
+        node.least + self.slope * node.bounds.dist2(x).sqrt()
+    }
+
+    /// The value at a point: infinite if there are no cones.
+    pub fn at(&self, x: P) -> f64 {
+        self.below(x, f64::INFINITY)
+    }
+
+    /// The smaller of a value known and that of the cones.
+    pub fn below(&self, x: P, known: f64) -> f64 {
+        if self.nodes.is_empty() { known } else { self.search(0, x, known) }
+    }
+
+    fn search(&self, at: u32, x: P, mut known: f64) -> f64 {
+        let node = &self.nodes[at as usize];
+        if node.right == 0 {
+            let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
+            return cones.iter().map(|c| self.value(c, x)).fold(known, f64::min);
+        }
+        let mut children = [at + 1, node.right].map(|child| (self.bound(child, x), child));
+        if children[1].0 < children[0].0 {
+            children.swap(0, 1);
+        }
+        for (bound, child) in children {
+            if bound < known {
+                known = self.search(child, x, known);
+            }
+        }
+        known
+    }
+
+    /// Without the cones whose tips lie above another cone: nowhere are they the least.
+    #[must_use]
+    pub fn filtered(self) -> Self {
+        // Strictly above, so of a chain of cones above each other the last one stays.
+        let stays = |c: &&Cone<P>| self.at(c.at) >= c.size;
+        let cones = self.tips.iter().filter(stays).copied().collect();
+        Cones::new(self.slope, cones)
+    }
+}
+
+/// By a coordinate, ties by the others and by the size: a function of the set of cones.
+fn order<P: Point>(a: &Cone<P>, b: &Cone<P>, axis: usize) -> std::cmp::Ordering {
+    let coordinates = (0..P::DIM).map(|i| (axis + i) % P::DIM);
+    let by = coordinates.map(|i| a.at.coord(i).total_cmp(&b.at.coord(i)));
+    by.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then).then(a.size.total_cmp(&b.size))
+}
