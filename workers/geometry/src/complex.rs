@@ -24,8 +24,6 @@ pub const NONE: u32 = u32::MAX;
 pub struct Complex<S> {
     cells: Vec<Cell<S>>,
     free: Vec<u32>,
-    epoch: u32,
-    cavity: Vec<u32>,
     border: Vec<Border>,
     created: Vec<u32>,
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
@@ -37,8 +35,7 @@ pub struct Complex<S> {
 struct Cell<S> {
     vertices: S,
     neighbours: S,
-    /// An epoch mark of the last search, or `DEAD`.
-    mark: u32,
+    is_live: bool,
 }
 
 /// A ridge of a cavity's border: an edge from `first` to `last`, or one vertex, which is both.
@@ -52,15 +49,11 @@ struct Border {
     outer: u32,
 }
 
-const DEAD: u32 = u32::MAX;
-
 impl<S: Simplex> Default for Complex<S> {
     fn default() -> Self {
         Complex {
             cells: Vec::new(),
             free: Vec::new(),
-            epoch: 0,
-            cavity: Vec::new(),
             border: Vec::new(),
             created: Vec::new(),
             starts: Vec::new(),
@@ -74,7 +67,6 @@ impl<S: Simplex> Complex<S> {
         self.cells.clear();
         self.free.clear();
         self.created.clear();
-        self.epoch = 0;
     }
 
     /// Starts from one finite simplex: `cell` (in its given, positive orientation) and the infinite
@@ -124,7 +116,7 @@ impl<S: Simplex> Complex<S> {
     /// Is this slot in use?
     #[inline]
     pub fn is_live(&self, cell: u32) -> bool {
-        self.cells[cell as usize].mark != DEAD
+        self.cells[cell as usize].is_live
     }
 
     /// The vertices of a cell.
@@ -145,67 +137,44 @@ impl<S: Simplex> Complex<S> {
         (0..self.slots()).filter(|&c| self.is_live(c))
     }
 
-    /// The cells made by the last [`Complex::insert`], or by [`Complex::start`].
+    /// The cells made by the last [`Complex::replace`], or by [`Complex::start`].
     pub fn created(&self) -> &[u32] {
         &self.created
     }
 
-    /// The slots that the last [`Complex::insert`] left without a cell, and older ones.
+    /// The slots without a cell.
     pub fn free(&self) -> &[u32] {
         &self.free
     }
 
-    /// Adds `vertex`: digs the connected set of cells that `conflict` accepts, from `seed` (which must
-    /// conflict), removes them and joins the vertex to the boundary. `conflict(self, cell)` must not
-    /// change its mind.
-    pub fn insert<F>(&mut self, vertex: u32, seed: u32, conflict: F)
-    where
-        F: FnMut(&Self, u32) -> bool,
-    {
-        self.dig(seed, conflict);
-        self.allocate();
-        if S::LEN == 2 { self.fill_path(vertex) } else { self.fill_disc(vertex) }
-    }
-
-    fn dig(&mut self, seed: u32, mut conflict: impl FnMut(&Self, u32) -> bool) {
-        self.epoch += 2;
-        let (inside, outside) = (self.epoch, self.epoch + 1);
-        self.cavity.clear();
+    /// Adds `vertex`: removes the cells of `cavity`, a connected set, and joins the vertex to its border.
+    /// `is_inside` tells the cells of the cavity from others.
+    #[inline]
+    pub fn replace(&mut self, vertex: u32, cavity: &[u32], is_inside: impl Fn(u32) -> bool) {
         self.border.clear();
-        self.cavity.push(seed);
-        self.cells[seed as usize].mark = inside;
-        let mut head = 0;
-        while let Some(&cell) = self.cavity.get(head) {
-            head += 1;
+        for &cell in cavity {
             let Cell { vertices, neighbours, .. } = self.cells[cell as usize];
             for (slot, &outer) in neighbours.as_ref().iter().enumerate() {
-                let next = outer >> 2;
-                let mut mark = self.cells[next as usize].mark;
-                if mark != inside && mark != outside {
-                    mark = if conflict(self, next) { inside } else { outside };
-                    self.cells[next as usize].mark = mark;
-                    if mark == inside {
-                        self.cavity.push(next);
-                    }
-                }
-                if mark == outside {
+                if !is_inside(outer >> 2) {
                     let (first, last) = ridge(vertices.as_ref(), slot);
                     self.border.push(Border { first, last, slot: slot as u32, outer });
                 }
             }
         }
+        self.allocate(cavity);
+        if S::LEN == 2 { self.fill_path(vertex) } else { self.fill_disc(vertex) }
     }
 
     /// Numbers the new cells: slots of the cavity, free ones, new ones.
-    fn allocate(&mut self) {
+    fn allocate(&mut self, cavity: &[u32]) {
         self.created.clear();
-        let reused = self.cavity.len().min(self.border.len());
-        self.created.extend_from_slice(&self.cavity[..reused]);
-        for &cell in &self.cavity[reused..] {
-            self.cells[cell as usize].mark = DEAD;
+        let reused = cavity.len().min(self.border.len());
+        self.created.extend_from_slice(&cavity[..reused]);
+        for &cell in &cavity[reused..] {
+            self.cells[cell as usize].is_live = false;
             self.free.push(cell);
         }
-        while self.created.len() < self.border.len() {
+        for _ in reused..self.border.len() {
             let cell = self.free.pop().unwrap_or_else(|| self.push(S::splat(NONE)));
             self.created.push(cell);
         }
@@ -225,7 +194,7 @@ impl<S: Simplex> Complex<S> {
             let next = self.starts[last.wrapping_add(1) as usize];
             let own = &mut self.cells[new as usize];
             own.vertices.as_mut().copy_from_slice(&[vertex, first, last]);
-            own.mark = 0;
+            own.is_live = true;
             let neighbours = own.neighbours.as_mut();
             (neighbours[0], neighbours[1]) = (outer, next << 2 | 2);
             self.cells[next as usize].neighbours.as_mut()[2] = new << 2 | 1;
@@ -238,7 +207,7 @@ impl<S: Simplex> Complex<S> {
             let (border, new, other) = (self.border[k], self.created[k], self.created[1 - k]);
             let slot = border.slot as usize;
             let own = &mut self.cells[new as usize];
-            own.mark = 0;
+            own.is_live = true;
             let (cell, neighbours) = (own.vertices.as_mut(), own.neighbours.as_mut());
             (cell[slot], cell[1 - slot]) = (vertex, border.first);
             // In the other cell the new vertex has the other slot, so its end has this one.
@@ -251,7 +220,7 @@ impl<S: Simplex> Complex<S> {
     fn push(&mut self, vertices: S) -> u32 {
         let cell = self.cells.len() as u32;
         assert!(cell < (1 << 30), "more than 2^30 cells in one complex");
-        self.cells.push(Cell { vertices, neighbours: S::splat(NONE), mark: 0 });
+        self.cells.push(Cell { vertices, neighbours: S::splat(NONE), is_live: true });
         cell
     }
 

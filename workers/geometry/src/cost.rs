@@ -216,6 +216,7 @@ impl Cost {
 
     /// Charges a finished sweep: one vector step and one scan that collects its outcome. Nothing, if it
     /// had no items.
+    #[inline]
     pub fn swept(&mut self, sweep: Sweep) {
         if sweep.items > 0 {
             self.step(sweep.items as usize);
@@ -225,6 +226,7 @@ impl Cost {
 
     /// Like [`Cost::swept`], for a sweep that is an item of a larger problem: its scan is over its own
     /// items.
+    #[inline]
     pub fn swept_inside(&mut self, sweep: Sweep) {
         let mut inner = Cost::ZERO;
         let items = sweep.items;

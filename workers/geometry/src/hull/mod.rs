@@ -54,6 +54,8 @@ pub struct StarBuilder<P: Point> {
     points: Vec<Candidate<P>>,
     /// Facets that the candidate at hand may conflict with.
     uncertain: Vec<u32>,
+    /// The cavity, where some facets were undecided.
+    dug: Vec<u32>,
     /// Of every facet: what rounded arithmetic says of the candidate at hand.
     sides: Vec<Side>,
 }
@@ -82,6 +84,7 @@ impl<P: Point> Default for StarBuilder<P> {
             centre: P::default(),
             points: Vec::new(),
             uncertain: Vec::new(),
+            dug: Vec::new(),
             sides: Vec::new(),
         }
     }
@@ -223,31 +226,31 @@ impl<P: Point> StarBuilder<P> {
         let mut sweep = cost.sweep();
         sweep.visit_lanes(self.link.len());
         self.uncertain.clear();
-        let mut seed = None;
+        let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&image.at, |facet, side| {
             self.uncertain.push(facet);
             self.sides[facet as usize] = side;
-            if side == Side::Conflict {
-                seed = Some(facet);
+            match side {
+                Side::Conflict => seed = Some(facet),
+                _ => undecided = true,
             }
         });
         if !self.uncertain.is_empty() {
-            let seed = seed.or_else(|| self.conflict_among_undecided(q));
-            if let Some(seed) = seed {
-                let (sides, corners) = (&self.sides, Corners { centre: self.centre, points: &self.points });
-                self.link.insert(q, seed, |link, cell| match sides[cell as usize] {
-                    Side::Conflict => true,
-                    Side::Clear => false,
-                    Side::Undecided => corners.conflict(link, cell, q),
-                });
+            if undecided {
+                self.decide(q, seed);
+            }
+            let (sides, cavity) = (&self.sides, if undecided { &self.dug } else { &self.uncertain });
+            let conflicts = !cavity.is_empty();
+            if conflicts {
+                self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
+                for &facet in self.link.free() {
+                    self.planes.remove(facet);
+                }
             }
             for &facet in &self.uncertain {
                 self.sides[facet as usize] = Side::Clear;
             }
-            if seed.is_some() {
-                for &facet in self.link.free() {
-                    self.planes.remove(facet);
-                }
+            if conflicts {
                 self.enter_created(image.length);
                 sweep.visit_lanes(self.link.created().len());
             }
@@ -262,6 +265,34 @@ impl<P: Point> StarBuilder<P> {
             let vertices = self.link.cell(facet).as_ref();
             let image = |i: usize| &candidate(&self.points, vertices[i % P::DIM]).image;
             self.planes.set(facet, [image(0), image(1), image(2)], longest);
+        }
+    }
+
+    /// Digs the cavity where some facets are undecided, and marks those of them that are in it.
+    #[cold]
+    fn decide(&mut self, q: u32, seed: Option<u32>) {
+        self.dug.clear();
+        let Some(seed) = seed.or_else(|| self.conflict_among_undecided(q)) else { return };
+        let corners = Corners { centre: self.centre, points: &self.points };
+        self.sides[seed as usize] = Side::Dug;
+        self.dug.push(seed);
+        let mut head = 0;
+        while let Some(&facet) = self.dug.get(head) {
+            head += 1;
+            for slot in 0..P::DIM {
+                let (next, _) = self.link.neighbour(facet, slot);
+                let side = &mut self.sides[next as usize];
+                if *side == Side::Undecided {
+                    *side = if corners.conflict(&self.link, next, q) { Side::Conflict } else { Side::Clear };
+                }
+                if *side == Side::Conflict {
+                    *side = Side::Dug;
+                    self.dug.push(next);
+                }
+            }
+        }
+        for &facet in &self.dug {
+            self.sides[facet as usize] = Side::Conflict;
         }
     }
 

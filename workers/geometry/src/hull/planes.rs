@@ -3,8 +3,8 @@
 //! **Statement.** Inversion in the unit sphere around the centre takes the spheres through the centre to
 //! planes, and their insides to the far sides; infinity goes to the centre itself. So the facets that a
 //! candidate conflicts with are those that its inverse image lies beyond, and the link is the convex hull of
-//! the inverse images and the origin (Brown 1979), without the facets' supporting cone being cut anywhere. A
-//! hull facet is a plane through the origin and no special case. With the images `a, b, c` of a facet,
+//! the inverse images and the origin (Brown 1979). A hull facet is a plane through the origin and no special
+//! case. With the images `a, b, c` of a facet,
 //! `n = (b - a) x (c - a)` (in the plane `b - a` turned) and `g = n . a`, an image `k` is beyond iff
 //! `n . k > g`.
 //!
@@ -87,6 +87,8 @@ pub(super) enum Side {
     Conflict,
     Clear,
     Undecided,
+    /// In conflict, and found on the way through the cavity.
+    Dug,
 }
 
 /// The planes of all facets of a link, by the facets' numbers.
