@@ -42,7 +42,7 @@ use thiserror::Error;
 
 use crate::distance::Features;
 use crate::domain::Domain;
-use crate::octree::{Cube, Grown, Level, TooFine, grow};
+use crate::octree::{Cube, Grown, Key, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
 use local::Local;
@@ -144,10 +144,9 @@ fn tree<P: Space>(
     user: &User<P>,
     drops: bool,
 ) -> Result<Grown<Cone<P>>, TooFine> {
-    let (slope, loss) = (options.lipschitz, options.loss);
-    let rule = Local { features, slope, loss, user, drops };
-    let all = (0..features.item_count()).collect();
-    grow(&Cube::around(&features.bounds()), &rule, &all, options.cells)
+    let rule = Local::new(features, [options.lipschitz, options.loss], user, drops);
+    let cube = Cube::around(&features.bounds());
+    grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), options.cells)
 }
 
 /// The wishes in the domain's coordinates; what is out of range is refused.
