@@ -9,10 +9,10 @@
 //!
 //! The cell is
 //! - *kept*, with the cone of height `lfs(m) - (1+L) r` at m, if `(1+L) r <= loss * max(lfs(m), least)`;
-//! - *dropped*, if that cone lies nowhere below the user's function, or above another cone that the cell can see:
-//!   `lfs(y) <= u` in a point y, and the cell's cone at m is above `u + L |m y|`. Such y are the middles of the
-//!   nearest simplices, whose lfs is known before, and points on the way to the two simplices that make `lfs(m)`,
-//!   from which the farther one is u away;
+//! - *dropped*, if that cone lies nowhere below the user's function; or nowhere below a cone that stands in any case,
+//!   that of the middle y of one of the nearest simplices, of height `(1 - loss/2) lfs(y)`; or above another cone that
+//!   the cell can see: `lfs(y) <= u` in a point y, and the cell's cone at m is above `u + L |m y|`. Such y lie on the
+//!   way to the two simplices that make `lfs(m)`, and u is the distance of the farther one;
 //! - else *split*.
 //!
 //! **Work and depth.** `O(k log k)` for a cell that looks at k simplices.
@@ -29,7 +29,7 @@ pub(super) struct Local<'a, P: Space> {
     slope: f64,
     loss: f64,
     user: &'a User<P>,
-    /// For each simplex its middle, with lfs there; nothing if no cells are dropped (for a whole, balanced tree).
+    /// For each simplex the cone at its middle that stands in any case; nothing if no cells are dropped (for a whole, balanced tree).
     middles: Vec<Cone<P>>,
 }
 
@@ -54,7 +54,7 @@ impl<'a, P: Space> Local<'a, P> {
     pub fn new(features: &'a Features<P>, [slope, loss]: [f64; 2], user: &'a User<P>, drops: bool) -> Self {
         let middle = |i: u32| {
             let at = features.middle(i);
-            Cone { at, size: features.local_size(at).radius }
+            Cone { at, size: (1.0 - 0.5 * loss) * features.local_size(at).radius }
         };
         let middles = if drops { (0..features.item_count()).map(middle).collect() } else { Vec::new() };
         Local { features, slope, loss, user, middles }
@@ -82,7 +82,12 @@ impl<'a, P: Space> Local<'a, P> {
         (size, pair, near)
     }
 
-    /// A bound on `lfs(y) + L |m y|` for some points y.
+    /// The cones that stand in any case.
+    pub fn middles(&self) -> &[Cone<P>] {
+        &self.middles
+    }
+
+    /// The height above `m` of cones that stand, and of `lfs(y) + L |m y|` for some points y.
     fn seen(&self, m: P, pair: Option<[u32; 2]>, near: &[(f64, u32)]) -> f64 {
         let Some(pair) = pair else { return f64::INFINITY };
         let cone = |y: P, size: f64| size + self.slope * (y - m).norm2().sqrt();

@@ -11,11 +11,12 @@
 //!
 //! *Proof.* Let m be the centre of a cell, r its radius, y a point in it. lfs is 1-Lipschitz, so the cell's cone
 //! satisfies `a + L |x - m| = lfs(m) - (1+L) r + L |x - m| <= lfs(y) + L |x - y|`. If every cell were kept, this
-//! would say `g <= f*`. A cell is dropped ([`local`]) for the user's function, which f has anyway, or because some z
-//! has `lfs(z) + L |m - z|` strictly below a; then `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z
-//! takes over; values fall strictly, so no cell comes twice, and the last one is kept. A kept cell has
-//! `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and its cone is at least `(1 - loss) f*(x)`. Last, lfs(y)
-//! is at least `lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at most 1. QED.
+//! would say `g <= f*`. A cell is dropped (see `local`) for the user's function or the cone at the middle of a
+//! simplex, which f has anyway, or because some z has `lfs(z) + L |m - z|` strictly below a; then
+//! `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z takes over; values fall strictly, so no cell
+//! comes twice, and the last one is kept. A kept cell has `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and
+//! its cone is at least `(1 - loss) f*(x)`; so are the cones of the middles. Last, lfs(y) is at least
+//! `lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at most 1. QED.
 //!
 //! Cells that are not dropped are split iff `max(lfs(m), least) < k s`, `k = (1+L) sqrt(d) / (2 loss)`; for
 //! `loss <= (1+L) / 3` that is `k >= 1.5 sqrt(d)`, so without drops the tree is balanced ([`crate::octree`]). Every
@@ -110,8 +111,8 @@ impl<P: Space> SizeFunction<P> {
         let wishes = scaled(options, domain.simplices.exponent)?;
         let user = User::new(options.lipschitz, &wishes);
         let features = Features::new(domain);
-        let grown = tree(&features, options, &user, true)?;
-        let cones = grown.leaves.into_iter().map(|(_, cone)| cone).collect();
+        let (grown, mut cones) = tree(&features, options, &user, true)?;
+        cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
         let cones = Cones::new(options.lipschitz, cones).filtered();
         Ok(SizeFunction { user, cones, levels: grown.levels })
     }
@@ -137,16 +138,19 @@ impl<P: Space> SizeFunction<P> {
     }
 }
 
-/// The tree, with its cones.
+/// The tree with its cones, and the cones that stand in any case.
 fn tree<P: Space>(
     features: &Features<P>,
     options: &SizeOptions<P>,
     user: &User<P>,
     drops: bool,
-) -> Result<Grown<Cone<P>>, TooFine> {
+) -> Result<(Grown<Cone<P>>, Vec<Cone<P>>), TooFine> {
     let rule = Local::new(features, [options.lipschitz, options.loss], user, drops);
     let cube = Cube::around(&features.bounds());
-    grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), options.cells)
+    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), options.cells)?;
+    let standing = rule.middles().iter().filter(|c| c.size < user.at(c.at));
+    let standing = standing.copied().collect();
+    Ok((grown, standing))
 }
 
 /// The wishes in the domain's coordinates; what is out of range is refused.
