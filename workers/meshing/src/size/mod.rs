@@ -138,13 +138,16 @@ impl<P: Space> SizeFunction<P> {
     }
 }
 
+/// Cones that stand in any case.
+type Standing<P> = Vec<Cone<P>>;
+
 /// The tree with its cones, and the cones that stand in any case.
 fn tree<P: Space>(
     features: &Features<P>,
     options: &SizeOptions<P>,
     user: &User<P>,
     drops: bool,
-) -> Result<(Grown<Cone<P>>, Vec<Cone<P>>), TooFine> {
+) -> Result<(Grown<Cone<P>>, Standing<P>), TooFine> {
     let rule = Local::new(features, [options.lipschitz, options.loss], user, drops);
     let cube = Cube::around(&features.bounds());
     let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), options.cells)?;
@@ -189,4 +192,4 @@ fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Wishes<P>
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -30,7 +30,7 @@ fn busy() -> Domain<DVec3> {
 }
 
 /// A polygon of the plane with a narrow slit and a hole.
-fn slit() -> Domain<DVec2> {
+pub(crate) fn slit() -> Domain<DVec2> {
     let outer = [[0., 0.], [8., 0.], [8., 4.], [4.125, 4.], [4.0625, 1.], [4., 4.], [0., 4.]];
     let inner = [[1., 1.], [2., 1.], [1.5, 1.75]];
     let points = outer.iter().chain(&inner).map(|&p| DVec2::from(p)).collect();
