@@ -6,8 +6,8 @@
 //! ```text
 //! (1 - loss) f*(x) <= g(x) <= f*(x) <= lfs(x),    L lfs(x) <= f*(x)
 //! ```
-//! for all x in Q, and the size function is `f(x) = max(least, min(user(x), g(x)))`: L-Lipschitz, because all its
-//! parts are. (With a smallest size the first inequality holds for `max(least, .)` of both sides.)
+//! for all x in Q, and the size function is `f(x) = max(least, min(user(x), regions(x), g(x)))`: L-Lipschitz, because
+//! all its parts are. (With a smallest size the first inequality holds for `max(least, .)` of both sides.)
 //!
 //! *Proof.* Let m be the centre of a cell, r its radius, y a point in it. lfs is 1-Lipschitz, so the cell's cone
 //! satisfies `a + L |x - m| = lfs(m) - (1+L) r + L |x - m| <= lfs(y) + L |x - y|`. If every cell were kept, this
@@ -36,6 +36,7 @@
 pub mod collisions;
 pub mod cones;
 mod local;
+pub mod regions;
 pub mod user;
 
 use septet_geometry::range::scale;
@@ -47,6 +48,7 @@ use crate::octree::{Cube, Grown, Key, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
 use local::Local;
+use regions::Regions;
 use user::{Singularity, User, Wishes};
 
 /// How a size function is made.
@@ -96,8 +98,9 @@ pub enum SizeError {
 
 /// The size function of a domain, in the domain's scaled coordinates.
 #[derive(Clone, Debug)]
-pub struct SizeFunction<P> {
+pub struct SizeFunction<P: Space> {
     user: User<P>,
+    regions: Option<Regions<P>>,
     cones: Cones<P>,
     levels: Vec<Level>,
 }
@@ -114,12 +117,14 @@ impl<P: Space> SizeFunction<P> {
         let (grown, mut cones) = tree(&features, options, &user, true)?;
         cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
         let cones = Cones::new(options.lipschitz, cones).filtered();
-        Ok(SizeFunction { user, cones, levels: grown.levels })
+        let regions = Regions::new(options.lipschitz, domain);
+        Ok(SizeFunction { user, regions, cones, levels: grown.levels })
     }
 
     /// The size at a point.
     pub fn at(&self, x: P) -> f64 {
-        self.cones.below(x, self.user.at(x)).max(self.user.least)
+        let regions = self.regions.as_ref().map_or(f64::INFINITY, |r| r.at(x));
+        self.cones.below(x, self.user.at(x).min(regions)).max(self.user.least)
     }
 
     /// The Lipschitz constant.
