@@ -120,6 +120,13 @@ impl<P: Space> Features<P> {
         }
     }
 
+    /// The middle of a simplex: the mean of its vertices, rounded.
+    pub fn middle(&self, item: u32) -> P {
+        let Item { vertices, len, .. } = self.items[item as usize];
+        let sum = vertices[..len].iter().fold(P::splat(0.0), |sum, &v| sum + self.points[v as usize]);
+        sum / len as f64
+    }
+
     /// The squared distance to a simplex.
     pub fn dist2(&self, item: u32, q: P) -> f64 {
         (q - self.closest(item, q)).norm2()

@@ -8,6 +8,8 @@ use super::candidates::{Name, Sizing, candidates, cells};
 use super::conflicts::{Site, Sites};
 use super::independent::{by_rounds, greedy};
 use crate::bvh::Bounds;
+use crate::size::tests::slit;
+use crate::size::{SizeFunction, SizeOptions};
 
 /// Candidates of a box, with the earlier points that bar some of them.
 struct Stage<P> {
@@ -58,6 +60,30 @@ fn sets_are_independent_and_maximal_in_plane_and_space() {
     let at = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::splat(0.5));
     let space = stage(&Sizing { lipschitz: 0.5, at: &at }, 1.0, 8, 7, &[]);
     checked(&space, &[], 7);
+}
+
+/// From a domain to points in it: corners first, then candidates inside.
+#[test]
+fn points_of_a_domain() {
+    let domain = slit();
+    let size = SizeFunction::new(&domain, &SizeOptions::new(0.25)).unwrap();
+    let at = |p: DVec2| 0.5 * size.at(p);
+    let sizing = Sizing { lipschitz: 0.125, at: &at };
+    let corner = |&v: &u32| Site { at: domain.points()[v as usize], size: at(domain.points()[v as usize]) };
+    let corners: Vec<Site<DVec2>> = domain.corners.iter().map(corner).collect();
+    // Corners are disjoint features, so they are no closer than lfs.
+    assert!(corners.iter().enumerate().all(|(i, a)| corners[i + 1..].iter().all(|b| !a.conflicts(b))));
+    let bounds = Bounds::of(domain.points().iter().copied());
+    let (cube, grown) = cells(&bounds, &sizing, 1 << 20).unwrap();
+    let all = grown.leaves.iter().flat_map(|&(key, ())| candidates(&cube, key, 6, 3, &sizing));
+    let (names, sites): (Vec<_>, Vec<_>) = all.filter(|(_, s)| domain.is_inside(s.at)).unzip();
+    let earlier = Sites::new(&corners);
+    let barred: Vec<bool> = sites.iter().map(|s| !earlier.against(s).is_empty()).collect();
+    let graph = Sites::new(&sites).graph();
+    let stage = Stage { names, sites, barred, graph };
+    let (members, rounds) = checked(&stage, &corners, 3);
+    assert!(members.len() > 400, "{} in {rounds}", members.len());
+    assert!(rounds as f64 <= (stage.sites.len() as f64).log2() + 2.0, "{rounds}");
 }
 
 #[test]

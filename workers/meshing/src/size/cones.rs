@@ -9,6 +9,8 @@
 //!
 //! **Source.** Smoothing and filtering after Miller and Talmor (the paper's [14]). **Work and depth.** `O(m log m)` to build; a query costs the nodes it visits.
 
+use std::cmp::Ordering;
+
 use septet_geometry::point::Point;
 
 use crate::bvh::Bounds;
@@ -71,8 +73,7 @@ impl<P: Point> Cones<P> {
         if to - from <= LEAF {
             return;
         }
-        let extent = bounds.extent();
-        let axis = (1..P::DIM).fold(0, |best, i| if extent.coord(i) > extent.coord(best) { i } else { best });
+        let axis = widest(cones, &bounds, self.slope);
         let half = usize::midpoint(from, to);
         self.tips[from..to].select_nth_unstable_by(half - from, |a, b| order(a, b, axis));
         self.build(from, half);
@@ -127,9 +128,19 @@ impl<P: Point> Cones<P> {
     }
 }
 
-/// By a coordinate, ties by the others and by the size: a function of the set of cones.
-fn order<P: Point>(a: &Cone<P>, b: &Cone<P>, axis: usize) -> std::cmp::Ordering {
-    let coordinates = (0..P::DIM).map(|i| (axis + i) % P::DIM);
-    let by = coordinates.map(|i| a.at.coord(i).total_cmp(&b.at.coord(i)));
-    by.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then).then(a.size.total_cmp(&b.size))
+/// The coordinate that varies most, times the slope; `DIM` if sizes vary more.
+fn widest<P: Point>(cones: &[Cone<P>], bounds: &Bounds<P>, slope: f64) -> usize {
+    let largest = cones.iter().map(|c| c.size).fold(f64::NEG_INFINITY, f64::max);
+    let smallest = cones.iter().map(|c| c.size).fold(f64::INFINITY, f64::min);
+    let extent = bounds.extent();
+    let spread = |i: usize| if i < P::DIM { slope * extent.coord(i) } else { largest - smallest };
+    (1..=P::DIM).fold(0, |best, i| if spread(i) > spread(best) { i } else { best })
+}
+
+/// By a coordinate or (`axis` is `DIM`) by size, ties by the others: a function of the set of cones.
+fn order<P: Point>(a: &Cone<P>, b: &Cone<P>, axis: usize) -> Ordering {
+    let by = |i: usize| {
+        if i < P::DIM { a.at.coord(i).total_cmp(&b.at.coord(i)) } else { a.size.total_cmp(&b.size) }
+    };
+    (0..=P::DIM).map(|i| by((axis + i) % (P::DIM + 1))).fold(Ordering::Equal, Ordering::then)
 }

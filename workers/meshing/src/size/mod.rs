@@ -6,16 +6,17 @@
 //! ```text
 //! (1 - loss) f*(x) <= g(x) <= f*(x) <= lfs(x),    L lfs(x) <= f*(x)
 //! ```
-//! for all x in Q, and the size function is `f(x) = max(least, min(user(x), g(x)))`: L-Lipschitz, because all its
-//! parts are. (With a smallest size the first inequality holds for `max(least, .)` of both sides.)
+//! for all x in Q, and the size function is `f(x) = max(least, min(user(x), regions(x), g(x)))`: L-Lipschitz, because
+//! all its parts are. (With a smallest size the first inequality holds for `max(least, .)` of both sides.)
 //!
 //! *Proof.* Let m be the centre of a cell, r its radius, y a point in it. lfs is 1-Lipschitz, so the cell's cone
 //! satisfies `a + L |x - m| = lfs(m) - (1+L) r + L |x - m| <= lfs(y) + L |x - y|`. If every cell were kept, this
-//! would say `g <= f*`. A cell is dropped ([`local`]) for the user's function, which f has anyway, or because some z
-//! has `lfs(z) + L |m - z|` strictly below a; then `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z
-//! takes over; values fall strictly, so no cell comes twice, and the last one is kept. A kept cell has
-//! `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and its cone is at least `(1 - loss) f*(x)`. Last, lfs(y)
-//! is at least `lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at most 1. QED.
+//! would say `g <= f*`. A cell is dropped (see `local`) for the user's function or the cone at the middle of a
+//! simplex, which f has anyway, or because some z has `lfs(z) + L |m - z|` strictly below a; then
+//! `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z takes over; values fall strictly, so no cell
+//! comes twice, and the last one is kept. A kept cell has `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and
+//! its cone is at least `(1 - loss) f*(x)`; so are the cones of the middles. Last, lfs(y) is at least
+//! `lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at most 1. QED.
 //!
 //! Cells that are not dropped are split iff `max(lfs(m), least) < k s`, `k = (1+L) sqrt(d) / (2 loss)`; for
 //! `loss <= (1+L) / 3` that is `k >= 1.5 sqrt(d)`, so without drops the tree is balanced ([`crate::octree`]). Every
@@ -35,6 +36,7 @@
 pub mod collisions;
 pub mod cones;
 mod local;
+pub mod regions;
 pub mod user;
 
 use septet_geometry::range::scale;
@@ -42,10 +44,11 @@ use thiserror::Error;
 
 use crate::distance::Features;
 use crate::domain::Domain;
-use crate::octree::{Cube, Grown, Level, TooFine, grow};
+use crate::octree::{Cube, Grown, Key, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
 use local::Local;
+use regions::Regions;
 use user::{Singularity, User, Wishes};
 
 /// How a size function is made.
@@ -95,8 +98,9 @@ pub enum SizeError {
 
 /// The size function of a domain, in the domain's scaled coordinates.
 #[derive(Clone, Debug)]
-pub struct SizeFunction<P> {
+pub struct SizeFunction<P: Space> {
     user: User<P>,
+    regions: Option<Regions<P>>,
     cones: Cones<P>,
     levels: Vec<Level>,
 }
@@ -110,15 +114,17 @@ impl<P: Space> SizeFunction<P> {
         let wishes = scaled(options, domain.simplices.exponent)?;
         let user = User::new(options.lipschitz, &wishes);
         let features = Features::new(domain);
-        let grown = tree(&features, options, &user, true)?;
-        let cones = grown.leaves.into_iter().map(|(_, cone)| cone).collect();
+        let (grown, mut cones) = tree(&features, options, &user, true)?;
+        cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
         let cones = Cones::new(options.lipschitz, cones).filtered();
-        Ok(SizeFunction { user, cones, levels: grown.levels })
+        let regions = Regions::new(options.lipschitz, domain);
+        Ok(SizeFunction { user, regions, cones, levels: grown.levels })
     }
 
     /// The size at a point.
     pub fn at(&self, x: P) -> f64 {
-        self.cones.below(x, self.user.at(x)).max(self.user.least)
+        let regions = self.regions.as_ref().map_or(f64::INFINITY, |r| r.at(x));
+        self.cones.below(x, self.user.at(x).min(regions)).max(self.user.least)
     }
 
     /// The Lipschitz constant.
@@ -137,17 +143,22 @@ impl<P: Space> SizeFunction<P> {
     }
 }
 
-/// The tree, with its cones.
+/// Cones that stand in any case.
+type Standing<P> = Vec<Cone<P>>;
+
+/// The tree with its cones, and the cones that stand in any case.
 fn tree<P: Space>(
     features: &Features<P>,
     options: &SizeOptions<P>,
     user: &User<P>,
     drops: bool,
-) -> Result<Grown<Cone<P>>, TooFine> {
-    let (slope, loss) = (options.lipschitz, options.loss);
-    let rule = Local { features, slope, loss, user, drops };
-    let all = (0..features.item_count()).collect();
-    grow(&Cube::around(&features.bounds()), &rule, &all, options.cells)
+) -> Result<(Grown<Cone<P>>, Standing<P>), TooFine> {
+    let rule = Local::new(features, [options.lipschitz, options.loss], user, drops);
+    let cube = Cube::around(&features.bounds());
+    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), options.cells)?;
+    let standing = rule.middles().iter().filter(|c| c.size < user.at(c.at));
+    let standing = standing.copied().collect();
+    Ok((grown, standing))
 }
 
 /// The wishes in the domain's coordinates; what is out of range is refused.
@@ -186,4 +197,4 @@ fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Wishes<P>
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

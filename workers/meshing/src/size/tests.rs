@@ -30,7 +30,7 @@ fn busy() -> Domain<DVec3> {
 }
 
 /// A polygon of the plane with a narrow slit and a hole.
-fn slit() -> Domain<DVec2> {
+pub(crate) fn slit() -> Domain<DVec2> {
     let outer = [[0., 0.], [8., 0.], [8., 4.], [4.125, 4.], [4.0625, 1.], [4., 4.], [0., 4.]];
     let inner = [[1., 1.], [2., 1.], [1.5, 1.75]];
     let points = outer.iter().chain(&inner).map(|&p| DVec2::from(p)).collect();
@@ -120,7 +120,7 @@ fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let features = Features::new(domain);
     let user = User::new(lipschitz, &Wishes::default());
     let cube = Cube::around(&features.bounds());
-    let grown = tree(&features, &options, &user, false).unwrap();
+    let grown = tree(&features, &options, &user, false).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: Key| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -166,7 +166,7 @@ fn drops_and_filters_lose_nothing() {
     let features = Features::new(&domain);
     let user = User::new(0.25, &Wishes::default());
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = tree(&features, &options, &user, false).unwrap();
+    let whole = tree(&features, &options, &user, false).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
     // Both satisfy the statement, so neither is more than a loss away from the other.
