@@ -37,7 +37,8 @@ pub struct FitArgs {
     /// The phase it is a count of; `paper` or `repair` for all of theirs
     #[arg(long, value_name = "NAME")]
     phase: Option<String>,
-    /// With -y level-depth: the slope that counts as none, a share of the mean depth per doubling
+    /// The growth that counts as none: with -y level-depth a share of the mean depth per doubling, else a share of
+    /// the mean over the whole range of sizes
     #[arg(long, value_name = "SHARE", default_value_t = MARGIN, allow_negative_numbers = true)]
     margin: f64,
     /// Draw the seeds again so many times, and say how often the verdict is the same
@@ -94,6 +95,7 @@ impl From<FitError> for Failure {
         let code = match error {
             FitError::TooFewSizes { .. }
             | FitError::TooFewLevels { .. }
+            | FitError::TooFewSeeds { .. }
             | FitError::Nothing { .. }
             | FitError::NotTimed
             | FitError::NoSerial { .. } => Code::Input,

@@ -187,12 +187,12 @@ fn hardware(args: &PredictArgs, file: &RunFile) -> Result<Hardware, Failure> {
 
 fn table(predictions: &[Prediction], over: Option<u32>) -> String {
     let mut out = String::new();
-    let head = "workers  rounds   messages           bytes  surface  busiest work  BSP compute +  communicate   LogGP total  exact";
+    let head = "workers  rounds   messages           bytes  surface  busiest work  BSP compute +  communicate   LogGP total     Brent steps  exact";
     let _ = writeln!(out, "{head}");
     for p in predictions {
         let _ = writeln!(
             out,
-            "{:>7}  {:>6}  {:>9}  {:>14}  {:>7.2}  {:>12}  {:>9.4} s + {:>10.4} s  {:>11.4} s  {}",
+            "{:>7}  {:>6}  {:>9}  {:>14}  {:>7.2}  {:>12}  {:>9.4} s + {:>10.4} s  {:>11.4} s  {:>14}  {}",
             p.workers,
             p.rounds,
             p.messages,
@@ -202,6 +202,7 @@ fn table(predictions: &[Prediction], over: Option<u32>) -> String {
             p.bsp.compute,
             p.bsp.communicate,
             p.loggp.total(),
+            p.brent,
             if p.exact { "yes" } else { "no" },
         );
     }

@@ -149,9 +149,51 @@ fn laws_are_told_apart_where_they_can_be() {
     assert_eq!(said(&made(|_| 5.0, 10, 0.02)), Verdict::Flat);
     assert_eq!(said(&made(|n| 50.0 - log(n), 10, 0.02)), Verdict::Falls);
     assert_eq!(said(&made(|n| log(n).ln(), 10, 0.002)), Verdict::Slower);
+    for law in [|n: f64| n * n, |n: f64| n.powf(1.3), |n: f64| n.log2().powi(3)] {
+        let lines = made(law, 10, 0.02);
+        assert_eq!(said(&lines), Verdict::NoneOfThese);
+        let answer = fit(&lines, &Request::new(Key::Depth, Some("partition"))).unwrap();
+        assert!(answer.series[0].words.contains("exponent is n^"), "{}", answer.series[0].words);
+    }
+    assert_eq!(said(&made(|n| n * log(n), 10, 0.02)), is(Law::LinearLog));
     let short = said(&made(|n| 3.0 + log(n), 2, 0.05));
     let Verdict::CannotTell { laws } = &short else { panic!("{short:?}") };
     assert!(laws.contains(&Law::Log) && laws.contains(&Law::LogSquared), "{laws:?}");
+}
+
+#[test]
+fn what_does_not_grow_is_found_so_or_left_open() {
+    use septet::experiment::fit::Law;
+    assert_eq!(said(&made(|_| 5.0, 3, 0.02)), Verdict::Flat);
+    assert_eq!(said(&made(|_| 5.0, 3, 0.9)), Verdict::Unclear, "noise above the margin");
+    assert_eq!(said(&made(|n| 20.0 + 0.1 * n.log2(), 2, 0.9)), Verdict::Unclear, "a trend below the noise");
+    assert_eq!(said(&made(f64::log2, 10, 0.05)), Verdict::Law { law: Law::Log });
+    assert_eq!(said(&made(|_| 0.0, 3, 0.0)), Verdict::Flat);
+    let zero = fit(&made(|_| 0.0, 3, 0.0), &Request::new(Key::Depth, Some("partition"))).unwrap();
+    assert!(!zero.text().contains("NaN") && !zero.text().contains("inf"), "{}", zero.text());
+
+    let lines = made(f64::log2, 3, 0.02);
+    let request = Request { resamples: 10, ..Request::new(Key::Depth, Some("partition")) };
+    assert!(fit(&lines, &request).unwrap().series[0].resampled.is_some());
+    let few: Vec<Line> = lines.into_iter().filter(|line| line.seed < 3).collect();
+    let refused = fit(&few, &request).unwrap_err();
+    assert!(matches!(refused, FitError::TooFewSeeds { seeds: 2, least: 3, .. }), "{refused}");
+    assert!(refused.to_string().contains("--seeds 3"), "{refused}");
+}
+
+#[test]
+fn seconds_of_other_threads_stand_apart() {
+    let mut lines = made(f64::log2, 3, 0.0);
+    let twice: Vec<Line> = lines.clone();
+    for mut line in twice {
+        line.settings.threads += 1;
+        lines.push(line);
+    }
+    let answer = |key| fit(&lines, &Request::new(key, Some("partition"))).unwrap().series;
+    assert_eq!(answer(Key::Depth).len(), 1, "counts do not depend on threads");
+    let apart = answer(Key::Seconds);
+    assert_eq!(apart.len(), 2, "{apart:?}");
+    assert!(apart.iter().all(|s| s.name.contains("threads")), "{apart:?}");
 }
 
 #[test]

@@ -123,8 +123,9 @@ impl FromStr for Abscissa {
     }
 }
 
-/// The margin of the equivalence test unless the question states another: 5 % of the mean depth per doubling. A
-/// depth proportional to log m over m = 2^10 to 2^20 has 7 % or more.
+/// The margin of the equivalence tests unless the question states another: 5 % of the mean, for depth level by
+/// level per doubling, for growth over the range of sizes. A count proportional to log n has 7 % or more per doubling
+/// over n = 2^10 to 2^20.
 pub const MARGIN: f64 = 0.05;
 
 /// A question.
@@ -136,7 +137,8 @@ pub struct Request {
     pub x: Abscissa,
     /// The phase, or `paper` or `repair` for all of theirs.
     pub phase: Option<String>,
-    /// Margin of the equivalence test, a share of the mean depth per doubling.
+    /// Margin of the equivalence tests: of `level-depth`, a share of the mean depth per doubling; of all others, a
+    /// share of the mean over the whole range of sizes.
     pub margin: f64,
     /// How many resamplings of the seeds; 0 for none.
     pub resamples: u32,
@@ -196,7 +198,7 @@ pub enum FitError {
     #[error("`level-depth` is that of one phase; name partition, neighbours, summaries or merge")]
     OnePhase,
     /// A margin out of range.
-    #[error("the margin is {margin}; it is a share of the mean depth per doubling, between 0 and 1")]
+    #[error("the margin is {margin}; it is a share of the mean, between 0 and 1")]
     Margin {
         /// As given.
         margin: f64,
@@ -222,6 +224,21 @@ pub enum FitError {
         levels: usize,
         /// Runs there are.
         runs: usize,
+    },
+    /// Too few runs of one size to draw again.
+    #[error(
+        "{series}: {seeds} seeds at size {size:.0} are too few to draw again; run the sweep with --seeds {least} or \
+         more, or leave --resample out"
+    )]
+    TooFewSeeds {
+        /// Which runs.
+        series: String,
+        /// The size.
+        size: f64,
+        /// Seeds there are.
+        seeds: usize,
+        /// Seeds needed.
+        least: usize,
     },
     /// Lines without this count.
     #[error("no line has `{key}`; the runs stopped before it, or were not counted")]
@@ -292,7 +309,7 @@ pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<
     let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
     for line in lines.iter().filter(|line| line.program == Program::Simulate) {
-        let name = series_name(line, request.y.of_machine());
+        let name = series_name(line, request.y);
         if seen.insert((name.clone(), line.asked, line.seed)) {
             series.entry(name).or_default().push(line.clone());
         }
@@ -300,7 +317,9 @@ pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<
     series
 }
 
-fn series_name(line: &Line, machine: bool) -> String {
+/// What names the runs that a run may stand with in a curve of this count: everything but size and seed.
+pub(crate) fn series_name(line: &Line, key: Key) -> String {
+    let machine = key.of_machine();
     let s = &line.settings;
     let kind = if line.kind.is_empty() { "points" } else { &line.kind };
     let mut parts = vec![kind.to_string(), format!("{}D", line.dimension)];
@@ -310,6 +329,12 @@ fn series_name(line: &Line, machine: bool) -> String {
     } else if machine {
         let workers = if s.workers.is_empty() { line.workers.to_string() } else { s.workers.clone() };
         parts.push(format!("{workers} workers"));
+    }
+    if key == Key::Seconds {
+        parts.push(format!("{} threads", s.threads));
+        if !s.transport.is_empty() {
+            parts.push(s.transport.clone());
+        }
     }
     for (what, value) in [
         ("", &s.supergraph),

@@ -63,7 +63,11 @@ pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalenc
     let (value, mean) = (fit.coefficients[1].value, levels.iter().map(|l| l.2).sum::<f64>() / n);
     let steps = margin * mean;
     let beyond = |distance: f64| {
-        if error > 0.0 { t_above(freedom, distance / error) } else { f64::from(distance <= 0.0) }
+        match error > 0.0 {
+            true => t_above(freedom, distance / error),
+            // Without any depth there is nothing that could depend on the size.
+            false => f64::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)),
+        }
     };
     let p = beyond(steps - value).max(beyond(steps + value));
     let half = t_quantile(freedom, 1.0 - SIZE) * error;
@@ -76,7 +80,7 @@ pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalenc
         p,
         flat: p < SIZE,
         sloped: slope.low > steps || slope.high < -steps,
-        smallest_margin: slope.low.abs().max(slope.high.abs()) / mean,
+        smallest_margin: if mean > 0.0 { slope.low.abs().max(slope.high.abs()) / mean } else { 0.0 },
         rows: levels.len(),
         runs,
     })

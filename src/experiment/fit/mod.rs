@@ -7,7 +7,12 @@
 //! 3. *equivalence*: for depth level by level, `depth = a + s log2 m` over levels of mean size m; flat if the
 //!    90 % interval of s lies within plus or minus the margin (two one-sided tests of 5 %, Schuirmann 1987). The margin is
 //!    part of the question, never of the answer: 5 % of the mean depth per doubling unless asked otherwise;
-//! 4. a [`Verdict`], which can be that these sizes do not tell laws apart.
+//! 4. *lack of fit*: each law against its own change of steepness and against a cubic in log x, 1 % for both: what
+//!    does not fit is named no law, and if none is left the verdict is "none of these" with the exponent;
+//! 5. *flatness*: a count does not grow if the 90 % interval of its change over the range of sizes, by the fit of
+//!    log n, lies within the margin, here a share of the mean (two one-sided tests again); a slope that is not found
+//!    is no finding: then the verdict is that one cannot tell;
+//! 6. a [`Verdict`], which can be that these sizes do not tell laws apart.
 //!
 //! **Departures from the textbook, and why.** Seeds at one size share its place on the saw-tooth that a floor of
 //! leaves makes, so they are no independent witnesses of curvature: the fit is over the means at each size, and the
@@ -20,6 +25,7 @@
 mod data;
 mod design;
 mod equivalence;
+mod lack;
 mod nested;
 mod ols;
 mod report;

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 /// A row: its columns without the constant, the value, and its weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl Fit {
         let n = observations as f64;
         // Coefficients and the variance.
         let k = self.coefficients.len() as f64 + 1.0;
-        let rss = self.rss.max(1e-24 * (self.tss + f64::MIN_POSITIVE));
+        let rss = self.rss.max(1e-24 * self.tss).max(f64::MIN_POSITIVE);
         n * (rss / n).ln() + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0).max(0.5)
     }
 }
@@ -77,6 +77,11 @@ pub(super) fn t_quantile(freedom: f64, p: f64) -> f64 {
 /// P(T > t).
 pub(super) fn t_above(freedom: f64, t: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |d| d.sf(t))
+}
+
+/// P(F > f).
+pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
+    FisherSnedecor::new(above, below).map_or(f64::NAN, |d| d.sf(f))
 }
 
 /// Fits; none if the columns do not determine the coefficients or no observation is left for the error.

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::data::{self, FitError, Key, Request, Value};
 use super::design::Law;
 use super::equivalence::{Equivalence, LevelRow, equivalence};
+use super::lack::lack_of_fit;
 use super::nested::{Curvature, curvature};
-use super::ols::{Interval, Observation, least_squares};
+use super::ols::{Interval, Observation, least_squares, t_quantile};
 use super::resample::{Resampled, resample_growth, resample_levels};
 use super::verdict::Verdict;
 use crate::experiment::Line;
@@ -18,6 +19,9 @@ pub const SCHEMA: &str = "septet-fit/1";
 
 /// Sizes that a curve with three coefficients needs to leave an error.
 const LEAST_SIZES: usize = 5;
+
+/// Seeds at a size that can be drawn again.
+const LEAST_SEEDS: usize = 3;
 
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,6 +64,10 @@ pub struct Growth {
     pub curvature: Curvature,
     /// Slope of ln y against ln x; none if a y is not positive.
     pub exponent: Option<Interval>,
+    /// Change over the range of sizes, a share of the mean; the interval is that of two one-sided tests, 90 %.
+    pub change: Interval,
+    /// The change that counts as none: the margin of the question.
+    pub margin: f64,
 }
 
 /// The runs of one size.
@@ -88,6 +96,8 @@ pub struct LawFit {
     pub slope: Interval,
     /// Share of the (weighted) variance explained.
     pub r_squared: f64,
+    /// Probability of so large a residual if the law holds, against more flexible curves.
+    pub lack_of_fit: f64,
     /// Akaike's criterion above the best law's.
     pub behind: f64,
     /// Quadratic term in log2 x of this law's own values.
@@ -122,14 +132,16 @@ fn of_growth(name: String, lines: &[Line], request: &Request) -> Result<Option<S
     let Some(dimension) = lines.first().map(|line| line.dimension).filter(|_| !values.is_empty()) else {
         return Ok(None);
     };
-    let relative = request.y.is_relative();
-    let sizes = by_size(&values).len();
-    let Some((growth, verdict)) = growth(&values, dimension, relative) else {
-        return Err(FitError::TooFewSizes { series: name, sizes, least: LEAST_SIZES });
+    let how = How { dimension, relative: request.y.is_relative(), margin: request.margin };
+    let table = by_size(&values);
+    let Some((growth, verdict)) = growth(&values, how) else {
+        return Err(FitError::TooFewSizes { series: name, sizes: table.len(), least: LEAST_SIZES });
     };
-    let resampled = (request.resamples > 0)
-        .then(|| resample_growth(&values, dimension, relative, &verdict, request.resamples));
-    let words = verdict.words();
+    let counts = table.iter().map(|row| (row.x, row.runs));
+    enough_seeds(&name, counts, request)?;
+    let resampled =
+        (request.resamples > 0).then(|| resample_growth(&values, how, &verdict, request.resamples));
+    let words = growth.words(&verdict);
     Ok(Some(Series {
         name,
         runs: values.len(),
@@ -152,11 +164,30 @@ fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<S
     let Some(test) = equivalence(&rows, request.margin) else {
         return Err(FitError::TooFewLevels { series: name, levels: rows.len(), runs: runs.len() });
     };
+    let mut sizes: BTreeMap<u64, usize> = BTreeMap::new();
+    for line in lines.iter().filter(|line| !data::levels(line, phase).is_empty()) {
+        *sizes.entry(line.asked).or_default() += 1;
+    }
+    enough_seeds(&name, sizes.into_iter().map(|(n, runs)| (n as f64, runs)), request)?;
     let verdict = Verdict::of_levels(&test);
     let resampled =
         (request.resamples > 0).then(|| resample_levels(&runs, request.margin, &verdict, request.resamples));
     let words = verdict.words();
     Ok(Some(Series { name, runs: runs.len(), growth: None, levels: Some(test), verdict, words, resampled }))
+}
+
+/// Refuses to draw again from sizes that have hardly anything to draw.
+fn enough_seeds(
+    series: &str,
+    mut sizes: impl Iterator<Item = (f64, usize)>,
+    request: &Request,
+) -> Result<(), FitError> {
+    match sizes.find(|size| size.1 < LEAST_SEEDS).filter(|_| request.resamples > 0) {
+        Some((size, seeds)) => {
+            Err(FitError::TooFewSeeds { series: series.to_string(), size, seeds, least: LEAST_SEEDS })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Levels with the number of their run.
@@ -186,8 +217,19 @@ fn by_size(values: &[Value]) -> Vec<SizeRow> {
     sizes.values().map(row).collect()
 }
 
+/// How a count is fitted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct How {
+    pub(super) dimension: usize,
+    /// Weighted by 1 / y^2?
+    pub(super) relative: bool,
+    /// Change over the range of sizes that counts as none, a share of the mean.
+    pub(super) margin: f64,
+}
+
 /// Fits all laws and judges; none for too few sizes.
-pub(super) fn growth(values: &[Value], dimension: usize, relative: bool) -> Option<(Growth, Verdict)> {
+pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
+    let How { dimension, relative, margin } = how;
     let table = by_size(values);
     if table.len() < LEAST_SIZES {
         return None;
@@ -206,9 +248,25 @@ pub(super) fn growth(values: &[Value], dimension: usize, relative: bool) -> Opti
     for fit in &mut laws {
         fit.behind -= best;
     }
-    let verdict = Verdict::of_growth(&laws, &curvature);
     let exponent = exponent(&table);
-    Some((Growth { table, laws, curvature, exponent }, verdict))
+    let change = change(&rows)?;
+    let growth = Growth { table, laws, curvature, exponent, change, margin };
+    let verdict = Verdict::of_growth(&growth);
+    Some((growth, verdict))
+}
+
+/// Change over the range of sizes as a share of the mean, by the straight line in log2 x.
+fn change(rows: &[(f64, f64, f64)]) -> Option<Interval> {
+    let row = |&(x, y, weight): &(f64, f64, f64)| Observation { columns: vec![x.log2()], y, weight };
+    let line = least_squares(&rows.iter().map(row).collect::<Vec<_>>())?;
+    let mean = rows.iter().map(|r| r.1).sum::<f64>() / rows.len() as f64;
+    let logs = || rows.iter().map(|r| r.0.log2());
+    let range = logs().fold(f64::NEG_INFINITY, f64::max) - logs().fold(f64::INFINITY, f64::min);
+    // Counts are not negative: a mean of 0 is of zeros alone, which do not change.
+    let share = if mean > 0.0 { range / mean } else { 0.0 };
+    let (value, error) = (line.coefficients[1].value * share, line.coefficients[1].error * share);
+    let half = t_quantile(line.freedom, 0.95) * error;
+    Some(Interval { value, error, low: value - half, high: value + half })
 }
 
 fn law_fit(law: Law, rows: &[(f64, f64, f64)], dimension: usize, curvature: &Curvature) -> Option<LawFit> {
@@ -224,6 +282,7 @@ fn law_fit(law: Law, rows: &[(f64, f64, f64)], dimension: usize, curvature: &Cur
         constant: fit.coefficients[0],
         slope: fit.coefficients[1],
         r_squared: fit.r_squared(),
+        lack_of_fit: lack_of_fit(law, &fit, rows, dimension),
         behind: fit.aicc(rows.len()),
         bend,
         power,

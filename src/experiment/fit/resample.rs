@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Value;
 use super::equivalence::equivalence;
-use super::report::{growth, level_rows};
+use super::report::{How, growth, level_rows};
 use super::verdict::Verdict;
 
 /// Seed of the draws: an answer is a function of the question.
@@ -31,13 +31,7 @@ pub struct Resampled {
     pub flat: f64,
 }
 
-pub(super) fn resample_growth(
-    values: &[Value],
-    dimension: usize,
-    relative: bool,
-    verdict: &Verdict,
-    times: u32,
-) -> Resampled {
+pub(super) fn resample_growth(values: &[Value], how: How, verdict: &Verdict, times: u32) -> Resampled {
     let mut sizes: BTreeMap<u64, Vec<Value>> = BTreeMap::new();
     for value in values {
         sizes.entry(value.asked).or_default().push(*value);
@@ -51,7 +45,7 @@ pub(super) fn resample_growth(
                 (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).collect::<Vec<_>>()
             })
             .collect();
-        if let Some((again, said)) = growth(&drawn, dimension, relative) {
+        if let Some((again, said)) = growth(&drawn, how) {
             same += u32::from(said == *verdict);
             bends += u32::from(again.curvature.bends && again.curvature.quadratic.value > 0.0);
         }

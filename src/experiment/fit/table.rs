@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::data::Key;
 use super::equivalence::Equivalence;
+use super::lack::rejects;
 use super::ols::Interval;
 use super::report::{FitReport, Growth, Series};
 use super::speedup::SpeedupRow;
@@ -63,15 +64,31 @@ impl Growth {
             out,
             "  y = a + b g, with 95 % intervals; behind: Akaike's criterion above the best's (9.2 is 100 to 1)",
         );
-        line(out, &format!("  {:<12} {:<34} {:<34} {:>8} {:>8}", "g", "a", "b", "R^2", "behind"));
+        line(
+            out,
+            &format!("  {:<12} {:<34} {:<34} {:>8} {:>8} {:>9}", "g", "a", "b", "R^2", "behind", "fits, p"),
+        );
         for fit in &self.laws {
             let (a, b) = (interval(&fit.constant), interval(&fit.slope));
             let name = fit.law.name();
-            line(out, &format!("  {name:<12} {a:<34} {b:<34} {:>8.5} {:>8.1}", fit.r_squared, fit.behind));
+            let (r, behind, p) = (fit.r_squared, fit.behind, fit.lack_of_fit);
+            let out_of = if rejects(p) { "  no" } else { "" };
+            line(out, &format!("  {name:<12} {a:<34} {b:<34} {r:>8.5} {behind:>8.1} {p:>9.1e}{out_of}"));
         }
         if let Some(exponent) = &self.exponent {
             line(out, &format!("  exponent of n: {}", interval(exponent)));
         }
+        let (change, margin) = (&self.change, 100.0 * self.margin);
+        line(
+            out,
+            &format!(
+                "  change over these sizes: {:.1} % of the mean [{:.1}, {:.1}] (90 %); margin, stated before: {} %",
+                100.0 * change.value,
+                100.0 * change.low,
+                100.0 * change.high,
+                short(margin)
+            ),
+        );
         let c = &self.curvature;
         let bends = if c.bends { "it bends" } else { "no bend found" };
         line(

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::design::Law;
 use super::equivalence::Equivalence;
-use super::nested::Curvature;
-use super::report::LawFit;
+use super::lack::rejects;
+use super::report::{Growth, LawFit};
 
 /// A law is left in the running while the best one is less than a hundred times as likely: Akaike's criterion
 /// within 2 ln 100.
@@ -18,8 +18,10 @@ const ENOUGH: f64 = 0.95;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "says", rename_all = "kebab-case")]
 pub enum Verdict {
-    /// The count does not grow.
+    /// The count does not grow: two one-sided tests find its change over the range of sizes within the margin.
     Flat,
+    /// No growth is seen, and more than the margin is not excluded.
+    Unclear,
     /// It grows like this law, and no other of the list.
     Law {
         /// Which.
@@ -30,6 +32,8 @@ pub enum Verdict {
         /// Which.
         laws: Vec<Law>,
     },
+    /// It grows, and no law of the list fits.
+    NoneOfThese,
     /// It bends downwards against log n: slower than any law of the list.
     Slower,
     /// It falls.
@@ -43,13 +47,17 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict on growth: `laws` by likelihood, the best first.
-    pub(super) fn of_growth(laws: &[LawFit], curvature: &Curvature) -> Verdict {
+    /// The verdict on growth; its laws by likelihood, the best first.
+    pub(super) fn of_growth(growth: &Growth) -> Verdict {
+        let (laws, curvature) = (&growth.laws, &growth.curvature);
+        if growth.is_flat() {
+            return Verdict::Flat;
+        }
         let log = laws.iter().find(|fit| fit.law == Law::Log);
         let slope = log.map_or(0.0, |fit| fit.slope.value);
         let sure = log.is_some_and(|fit| fit.slope.low > 0.0 || fit.slope.high < 0.0);
         if !curvature.bends && !sure {
-            return Verdict::Flat;
+            return Verdict::Unclear;
         }
         if slope < 0.0 {
             return Verdict::Falls;
@@ -57,25 +65,23 @@ impl Verdict {
         if curvature.bends && curvature.quadratic.value < 0.0 {
             return Verdict::Slower;
         }
-        let mut running: Vec<Law> = laws
-            .iter()
-            .filter(|fit| fit.behind <= APART && fit.slope.value > 0.0)
-            .map(|fit| fit.law)
-            .collect();
+        let fits = |fit: &&LawFit| fit.slope.value > 0.0 && !rejects(fit.lack_of_fit);
+        let mut running: Vec<Law> =
+            laws.iter().filter(fits).filter(|fit| fit.behind <= APART).map(|fit| fit.law).collect();
         if curvature.bends {
             // What bends is not linear in log n, however likely.
             running.retain(|&law| law != Law::Log);
         } else {
             // Straight, so far as can be seen: out is what would have been seen to bend.
             running.retain(|&law| law == Law::Log || laws.iter().any(|f| f.law == law && f.power < ENOUGH));
-            if !running.contains(&Law::Log) {
+            if !running.contains(&Law::Log) && log.as_ref().is_some_and(fits) {
                 running.push(Law::Log);
             }
         }
         running.sort_unstable();
         match running.as_slice() {
             [law] => Verdict::Law { law: *law },
-            [] => Verdict::CannotTell { laws: laws.iter().take(1).map(|fit| fit.law).collect() },
+            [] => Verdict::NoneOfThese,
             _ => Verdict::CannotTell { laws: running },
         }
     }
@@ -91,11 +97,10 @@ impl Verdict {
     /// One sentence.
     pub fn words(&self) -> String {
         match self {
-            Verdict::Flat => "it does not grow at these n".to_string(),
+            Verdict::Flat => "it does not grow at these n, within the margin".to_string(),
             Verdict::Law { law } => format!("it grows like {}", law.name()),
-            Verdict::CannotTell { laws } if laws.len() == 1 => {
-                format!("it grows faster than log n; {} is nearest, and does not fit", laws[0].name())
-            }
+            Verdict::Unclear => "cannot tell whether it grows at these n".to_string(),
+            Verdict::NoneOfThese => "it grows, like none of these".to_string(),
             Verdict::CannotTell { laws } => {
                 let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
                 format!("it grows; cannot tell {} apart at these n", names.join(", "))
@@ -109,6 +114,32 @@ impl Verdict {
             Verdict::SizeUnclear => {
                 "cannot tell whether the depth of a level depends on its size".to_string()
             }
+        }
+    }
+}
+
+impl Growth {
+    /// Does an equivalence test find no growth? A bend that the straight line does not see must be within the margin
+    /// as well.
+    fn is_flat(&self) -> bool {
+        let straight = self.change.low.abs().max(self.change.high.abs()) < self.margin;
+        let means = || self.table.iter().map(|row| row.mean);
+        let spread = means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min);
+        let mean = means().sum::<f64>() / self.table.len().max(1) as f64;
+        straight && (!self.curvature.bends || spread <= self.margin * mean)
+    }
+
+    /// The verdict in words, with the exponent where no law fits.
+    pub(super) fn words(&self, verdict: &Verdict) -> String {
+        match (verdict, &self.exponent) {
+            (Verdict::NoneOfThese, Some(e)) => format!(
+                "{}; its fitted exponent is n^{:.2} [{:.2}, {:.2}]",
+                verdict.words(),
+                e.value,
+                e.low,
+                e.high
+            ),
+            _ => verdict.words(),
         }
     }
 }
