@@ -63,11 +63,11 @@ pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalenc
     let (value, mean) = (fit.coefficients[1].value, levels.iter().map(|l| l.2).sum::<f64>() / n);
     let steps = margin * mean;
     let beyond = |distance: f64| {
-        match error > 0.0 {
-            true => t_above(freedom, distance / error),
-            // Without any depth there is nothing that could depend on the size.
-            false => f64::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)),
+        if error > 0.0 {
+            return t_above(freedom, distance / error);
         }
+        // Without any depth there is nothing that could depend on the size.
+        f64::from(u8::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)))
     };
     let p = beyond(steps - value).max(beyond(steps + value));
     let half = t_quantile(freedom, 1.0 - SIZE) * error;

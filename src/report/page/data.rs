@@ -24,6 +24,16 @@ pub enum PageError {
         /// Its line, from 1.
         line: usize,
     },
+    /// A run without what every run has.
+    #[error("{name}, line {line}: a run of septet without `{field}`")]
+    Missing {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+        /// What is not there.
+        field: &'static str,
+    },
     /// Nothing given.
     #[error("no run to show")]
     Empty,
@@ -62,8 +72,16 @@ pub(super) fn read(name: &str, text: &str) -> Result<Vec<RunData>, PageError> {
 }
 
 fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, PageError> {
-    let ours = value["schema"] == super::super::SCHEMA || value["phases"].is_array();
-    if ours { Ok(RunData { name: full, value }) } else { Err(PageError::NoRun { name: name.into(), line }) }
+    let whole = value["schema"] == super::super::SCHEMA;
+    if !whole && !value["phases"].is_array() {
+        return Err(PageError::NoRun { name: name.into(), line });
+    }
+    for field in ["points", "phases", "machine", "tree", "parameters"] {
+        if whole && value.get(field).is_none() {
+            return Err(PageError::Missing { name: name.into(), line, field });
+        }
+    }
+    Ok(RunData { name: full, value })
 }
 
 /// A phase of the rows of a list, as text.
@@ -112,6 +130,41 @@ impl RunData {
         let input = self.value.pointer("/parameters/input").or(self.value.get("input")).map_or("", text);
         let sample = input.strip_prefix("sample:").and_then(|s| s.split(':').next());
         self.value["kind"].as_str().or(sample).unwrap_or(input).to_owned()
+    }
+
+    /// What tells runs of one kind apart that no law holds for together: everything asked for but size, seed and
+    /// workers.
+    pub(super) fn options(&self) -> Vec<String> {
+        let word = |key: &str| {
+            let value = self.value.pointer(&format!("/parameters/{key}"));
+            let value = value.or_else(|| self.value.pointer(&format!("/settings/{key}")))?;
+            value.as_str().map(str::to_owned).or_else(|| value.as_f64().map(|x| x.to_string()))
+        };
+        let defaults = [
+            ("supergraph", "", "density"),
+            ("alpha", "alpha ", "auto"),
+            ("k", "k ", "auto"),
+            ("separator_sets", "sets ", "ghost"),
+            ("partition", "cut by ", "sphere"),
+            ("neighbours", "balls corrected by ", "descent"),
+            ("leaf", "leaf ", "auto"),
+        ];
+        let named = |&(key, before, usual): &(&str, &str, &str)| {
+            word(key)
+                .filter(|value| value != usual && !value.is_empty())
+                .map(|value| format!("{before}{value}"))
+        };
+        defaults.iter().filter_map(named).collect()
+    }
+
+    /// The number of workers as it was asked for: `leaves`, or a number.
+    pub(super) fn asked_workers(&self) -> String {
+        let asked =
+            self.value.pointer("/parameters/workers").or_else(|| self.value.pointer("/settings/workers"));
+        match asked.and_then(Value::as_str) {
+            Some(word) => word.to_owned(),
+            None => self.workers().map_or_else(String::new, |p| p.to_string()),
+        }
     }
 
     /// A quantity of the whole machine, or the sum over the phases.

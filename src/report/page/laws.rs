@@ -56,10 +56,10 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         one(
             "law-traffic",
             "Bytes and rounds against their laws",
-            "Bytes of the load and of the results grow with n, those of the surfaces between workers with \
-             n^(1−1/d). Rounds are those of the recursion: logarithmic until every worker has its leaf.",
+            "Bytes of the separator sets are those of the surfaces between workers: n^(1−1/d). Bytes of a move of all \
+             points, of the load and of the results grow with n: they are left out. Rounds are those of the recursion: \
+             logarithmic until every worker has its leaf.",
             vec![
-                variant(runs, "bytes", "bytes [B]", &total("bytes"), &SURFACE),
                 variant(
                     runs,
                     "ghost bytes",
@@ -106,7 +106,7 @@ fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     all
 }
 
-/// One quantity against n: a series for every kind and number of workers.
+/// One quantity against n: a series for all runs that asked for the same, but for size and seed.
 fn variant(
     runs: &[RunData],
     name: &str,
@@ -115,24 +115,25 @@ fn variant(
     law: &Law,
 ) -> Option<Variant> {
     let mut table = Table::new(&["run", "kind", "workers", "d", "n", label]);
-    let mut groups: BTreeMap<(String, u64, u64), Vec<(f64, f64)>> = BTreeMap::new();
+    let mut groups: BTreeMap<(String, u64, String), Vec<(f64, f64)>> = BTreeMap::new();
     let many_workers = varied(runs);
     for run in runs {
         let (Some(n), Some(y)) = (run.n(), value(run)) else { continue };
         let (kind, space, workers) = (run.kind(), run.space(), run.workers());
         table.rows.push(vec![json!(run.name), json!(kind), json!(workers), json!(space), json!(n), json!(y)]);
-        let by = if many_workers { workers.unwrap_or(0.0) as u64 } else { 0 };
+        let mut by = run.options();
+        by.extend(many_workers.then(|| format!("p = {}", run.asked_workers())));
         if y > 0.0 {
-            groups.entry((kind, space as u64, by)).or_default().push((n, y));
+            groups.entry((kind, space as u64, by.join(", "))).or_default().push((n, y));
         }
     }
     let series: Vec<Series> = groups
         .iter()
-        .map(|((kind, space, workers), marks)| {
-            let p = if *workers > 0 { format!(", p = {workers}") } else { String::new() };
+        .map(|((kind, space, by), marks)| {
+            let by = if by.is_empty() { String::new() } else { format!(", {by}") };
             let shape = |n: f64| (law.shape)(n, *space as f64);
             let law = Shape { of: &shape, affine: law.affine, name: law.name };
-            with_law(&format!("{kind}, {space}D{p}"), marks, &law)
+            with_law(&format!("{kind}, {space}D{by}"), marks, &law)
         })
         .collect();
     if series.iter().all(|s| s.fit.is_empty()) {
@@ -142,11 +143,7 @@ fn variant(
     Some(Variant { name: name.to_owned(), body: plot.draw(), table })
 }
 
-/// Do runs of one size and kind differ in their number of workers?
+/// Do runs differ in the number of workers that was asked for?
 fn varied(runs: &[RunData]) -> bool {
-    let mut seen: BTreeMap<(String, u64), f64> = BTreeMap::new();
-    runs.iter().any(|run| {
-        let (Some(n), Some(p)) = (run.n(), run.workers()) else { return false };
-        *seen.entry((run.kind(), n as u64)).or_insert(p) != p
-    })
+    runs.windows(2).any(|pair| pair[0].asked_workers() != pair[1].asked_workers())
 }
