@@ -59,7 +59,8 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     place.file("points.jsonl", "1 2 3\n");
     place.fails(&SWEEP.replace("runs.jsonl", "points.jsonl"), 3, &["points.jsonl, line 1"]);
 
-    let fit = place.good("fit runs.jsonl -y levels -x n/leaf --resample 20 --json fit.json");
+    place.fails("fit runs.jsonl -y levels -x n/leaf --resample 20", 3, &["2 seeds", "--seeds 3"]);
+    let fit = place.good("fit runs.jsonl -y levels -x n/leaf --json fit.json");
     let text = String::from_utf8(fit.stdout).unwrap();
     assert!(text.contains("verdict:") && text.contains("uniform, 2D"), "{text}");
     let answer = place.json("fit.json");

@@ -5,8 +5,8 @@ mod rules;
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
 use septet::config::{Correction, Transport as Kind, Workers};
@@ -36,6 +36,13 @@ impl<P> Transport<P> for Counted<P> {
         self.exchanges.fetch_add(1, Ordering::Relaxed);
         self.inner.exchange(outbox, busy)
     }
+}
+
+/// One test at a time: `tracing` keeps for each event of the program whether anybody listens, and decides it by
+/// the thread that comes by first; a test without a listener would decide it for one with.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Does the work with a trace in this scope alone.
@@ -94,6 +101,7 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
 
 #[test]
 fn a_trace_of_a_large_run_is_complete_and_small() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
     let config = Config {
@@ -109,6 +117,7 @@ fn a_trace_of_a_large_run_is_complete_and_small() {
 
 #[test]
 fn every_transport_and_any_threads_are_heard() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let points = space(Points::Clusters, 3000, 8);
     let configs = [
@@ -129,6 +138,7 @@ fn every_transport_and_any_threads_are_heard() {
 
 #[test]
 fn details_add_up_and_change_nothing() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let points = space(Points::Uniform, 2000, 4);
     let config = simulated(Workers::Count(4), 1, 200);
@@ -158,6 +168,7 @@ fn details_add_up_and_change_nothing() {
 
 #[test]
 fn runs_are_told_apart() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
     let points = space(Points::Uniform, 1000, 4);
@@ -194,6 +205,7 @@ fn runs_are_told_apart() {
 
 #[test]
 fn a_trace_that_is_dropped_vanishes() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let (layer, file) =
         layer::<tracing_subscriber::Registry>(&directory.path().join("trace.json"), Detail::Round).unwrap();
@@ -205,6 +217,7 @@ fn a_trace_that_is_dropped_vanishes() {
 /// Spans left open when a trace is finished are closed there.
 #[test]
 fn a_trace_finished_early_is_whole() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
     let (layer, file) = layer(&path, Detail::default()).unwrap();
@@ -226,6 +239,7 @@ fn a_trace_finished_early_is_whole() {
 /// The foreign reader finds what is wrong, so that its silence means something.
 #[test]
 fn perfetto_refuses_torn_traces() {
+    let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
     let config = simulated(Workers::Count(3), 1, 200);
