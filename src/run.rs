@@ -244,7 +244,8 @@ pub fn run_on<P: Point>(
             Beginning::Flat(run) => return Ok(*run),
         };
     let mut tasks = None;
-    if machine.record_tasks && machine.workers != 1 {
+    if machine.record_tasks {
+        // A run of its own: recording takes time, and the seconds of this one calibrate predictions.
         tasks = record(config, &machine, &ready, start_machine)?;
         machine.record_tasks = false;
     }

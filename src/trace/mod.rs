@@ -11,7 +11,9 @@
 //! - an arrow for every message, from the sender's slice to the receiver's;
 //! - counters of the bytes and messages in flight and of the nodes of the tree being worked at, at the coordinator.
 //!
-//! There are no globals: the layer is the caller's to install, for all threads or for a scope.
+//! There are no globals: the layer is the caller's to install, for all threads or for a scope. (`tracing` itself keeps
+//! one: while the only subscriber is a scope's, an event that another thread passes first, without one, may stay
+//! unheard. Do not run untraced work beside a scope that traces.)
 //!
 //! ```
 //! use septet::{Config, config::Transport, simulate, trace};
