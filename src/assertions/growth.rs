@@ -1,7 +1,7 @@
 //! Checks of sweeps: how a count grows.
 
 use crate::experiment::fit::{FitReport, Key, Law, Request, Verdict, fit};
-use crate::experiment::{Line, RoundLine};
+use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 
 use super::Counted;
 use super::broken::{Broken, nothing, short, told};
@@ -36,6 +36,21 @@ fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
     Broken { what, table: Vec::new(), fit: Some(Box::new(report)), first }
 }
 
+/// In the largest run the first level whose mean depth is off the mean of all by more than the margin.
+fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
+    let run = lines.iter().max_by_key(|line| line.n)?;
+    let mean = |depth: &DepthLine| depth.sum as f64 / depth.nodes.max(1) as f64;
+    let levels: Vec<(&LevelLine, f64)> =
+        run.levels.iter().filter_map(|level| Some((level, mean(level.depth.get(phase)?)))).collect();
+    let all = levels.iter().map(|level| level.1).sum::<f64>() / levels.len().max(1) as f64;
+    let (level, depth) = levels.into_iter().find(|level| (level.1 - all).abs() > margin * all)?;
+    let LevelLine { level, nodes, largest, .. } = level;
+    let (depth, all) = (short(depth), short(all));
+    Some(format!(
+        "level off the mean: level {level}, {nodes} nodes of at most {largest} points, depth {depth}, mean of levels {all}"
+    ))
+}
+
 /// The depth of a level does not depend on its size: two one-sided tests find the slope of depth against log2 of
 /// the size within `margin`, a share of the mean depth per doubling, of every series of runs.
 ///
@@ -47,7 +62,10 @@ pub fn level_depth_flat(counted: &impl Counted, phase: &str, margin: f64) -> Res
     let sloped = report.series.iter().find(|series| series.verdict != Verdict::SizeFree);
     match sloped.map(|series| format!("depth of {phase} level by level: {}", series.words)) {
         None => Ok(()),
-        Some(what) => Err(broken(what, &lines, report)),
+        Some(what) => {
+            let first = first_level(&lines, phase, margin);
+            Err(Broken { first, ..broken(what, &lines, report) })
+        }
     }
 }
 

@@ -142,7 +142,10 @@ fn growth_holds_or_shows_the_fit() {
     tilt(&mut levels, 0.0);
     assert_counts!(levels, level_depth_flat("partition", 0.05));
     tilt(&mut levels, 0.3);
-    says(level_depth_flat(&levels, "partition", 0.05), &["slope per doubling", "margin, stated before"]);
+    says(
+        level_depth_flat(&levels, "partition", 0.05),
+        &["slope per doubling", "margin, stated before", "first level off the mean: level "],
+    );
     says(level_depth_flat(&levels[..1].to_vec(), "partition", 0.05), &["do not determine a slope"]);
 }
 
