@@ -124,22 +124,39 @@ impl<P: Point> Bvh<P> {
     /// The items whose boxes meet `query`, ascending.
     pub fn meeting(&self, query: &Bounds<P>) -> Vec<u32> {
         let mut found = Vec::new();
-        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0u32] };
-        while let Some(at) = stack.pop() {
+        self.visit(query, |i| {
+            found.push(i);
+            true
+        });
+        found.sort_unstable();
+        found
+    }
+
+    /// Calls `f` with each of them, in the tree's order, until it answers `false`.
+    pub fn visit(&self, query: &Bounds<P>, mut f: impl FnMut(u32) -> bool) {
+        // The tree halves its items: 32 levels hold 2^32 leaves.
+        let mut stack = [0u32; 34];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let at = stack[top];
             let node = &self.nodes[at as usize];
             if !node.bounds.meets(query) {
                 continue;
             }
             if node.right == 0 {
                 let items = &self.order[node.range.0 as usize..node.range.1 as usize];
-                found.extend(items.iter().filter(|&&i| self.boxes[i as usize].meets(query)));
+                for &i in items.iter().filter(|&&i| self.boxes[i as usize].meets(query)) {
+                    if !f(i) {
+                        return;
+                    }
+                }
             } else {
-                stack.push(node.right);
-                stack.push(at + 1);
+                stack[top] = node.right;
+                stack[top + 1] = at + 1;
+                top += 2;
             }
         }
-        found.sort_unstable();
-        found
     }
 
     /// Calls `visit` with items in ascending order of `dist2` (ties by position), until it answers `false`.

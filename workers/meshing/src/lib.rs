@@ -37,6 +37,8 @@ pub mod size;
 
 pub mod points;
 
+pub mod generate;
+
 mod check;
 
 #[cfg(test)]

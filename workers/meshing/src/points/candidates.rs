@@ -43,11 +43,16 @@ impl Name {
         (self.hash(seed, 0), self)
     }
 
+    /// A number between 0 and 1 for each purpose.
+    pub fn unit(self, seed: u64, purpose: u64) -> f64 {
+        (self.hash(seed, purpose) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
     /// Where it lies in its cell.
     pub fn place<P: Point>(self, cell: &Cell<P>, seed: u64) -> P {
         let mut place = cell.centre;
         for i in 0..P::DIM {
-            let unit = (self.hash(seed, 1 + i as u64) >> 11) as f64 / (1u64 << 53) as f64;
+            let unit = self.unit(seed, 1 + i as u64);
             place.set_coord(i, cell.centre.coord(i) + (unit - 0.5) * cell.side);
         }
         place

@@ -54,6 +54,16 @@ impl<'a, P: Point> Sites<'a, P> {
         near
     }
 
+    /// Is any of them in conflict with the site?
+    pub fn any_against(&self, site: &Site<P>) -> bool {
+        let mut found = false;
+        self.tree.visit(&site.reach(), |i| {
+            found = site.conflicts(&self.sites[i as usize]);
+            !found
+        });
+        found
+    }
+
     /// The conflict graph: the neighbours of each site, ascending.
     pub fn graph(&self) -> Vec<Vec<u32>> {
         let others = |(i, site): (usize, &Site<P>)| {

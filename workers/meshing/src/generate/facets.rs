@@ -1,0 +1,241 @@
+//! Points on facets of space.
+//!
+//! **Statement.** The generator of the plane, in the plane of each facet and on all facets at once: candidates in the
+//! cells of a quadtree of its own, outside of the balls of the segments' pieces; a maximal independent set with all
+//! earlier points fixed; then circumcentres of triangles of the facet's Delaunay triangulation that are too
+//! large, again outside of those balls, until there is none.
+
+use glam::{DVec2, DVec3};
+use septet_geometry::point::{Point, dist2};
+
+use super::balls::{Ball, Balls};
+use super::machine::Machine;
+use super::segments::Chains;
+use super::vertices::Carrier;
+use super::work::{CANDIDATES, Work};
+use crate::bvh::{Bounds, Bvh};
+use crate::octree::{Cube, DEEPEST, Key};
+use crate::points::candidates::Name;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// A facet's plane with its walls in coordinates of the plane.
+#[derive(Clone, Debug)]
+pub(super) struct Plane {
+    origin: DVec3,
+    axes: [DVec3; 2],
+    walls: Vec<[DVec2; 3]>,
+    tree: Bvh<DVec2>,
+}
+
+impl Plane {
+    fn new(walls: &[[DVec3; 3]]) -> Self {
+        let normal = |w: &[DVec3; 3]| (w[1] - w[0]).cross(w[2] - w[0]);
+        let largest =
+            walls.iter().max_by(|a, b| normal(a).length_squared().total_cmp(&normal(b).length_squared()));
+        let wall = largest.copied().unwrap_or_default();
+        let n = normal(&wall).normalize_or(DVec3::Z);
+        let small = [DVec3::X, DVec3::Y, DVec3::Z]
+            .into_iter()
+            .min_by(|a, b| n.dot(*a).abs().total_cmp(&n.dot(*b).abs()));
+        let u = n.cross(small.unwrap_or(DVec3::X)).normalize();
+        let mut plane =
+            Plane { origin: wall[0], axes: [u, n.cross(u)], walls: Vec::new(), tree: Bvh::new(Vec::new()) };
+        plane.walls = walls.iter().map(|w| w.map(|p| plane.of(p))).collect();
+        plane.tree = Bvh::new(plane.walls.iter().map(|w| Bounds::of(*w)).collect());
+        plane
+    }
+
+    pub(super) fn of(&self, p: DVec3) -> DVec2 {
+        let d = p - self.origin;
+        DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]))
+    }
+
+    fn lift(&self, q: DVec2) -> DVec3 {
+        self.origin + self.axes[0] * q.x + self.axes[1] * q.y
+    }
+
+    /// Does the facet hold the place? Rounded, so either answer is right on the border.
+    pub(super) fn holds(&self, q: DVec2) -> bool {
+        let turn = |a: DVec2, b: DVec2| (b - a).perp_dot(q - a);
+        let mut held = false;
+        self.tree.visit(&Bounds::of([q]), |i| {
+            let [a, b, c] = self.walls[i as usize];
+            let turns = [turn(a, b), turn(b, c), turn(c, a)];
+            held = turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
+            !held
+        });
+        held
+    }
+
+    fn meets(&self, bounds: &Bounds<DVec2>) -> bool {
+        let mut met = false;
+        self.tree.visit(bounds, |_| {
+            met = true;
+            false
+        });
+        met
+    }
+}
+
+/// Centre and squared radius of the smallest ball through three points.
+pub(super) fn circumcircle<P: Point>(a: P, b: P, c: P) -> Ball<P> {
+    let (u, v) = (b - a, c - a);
+    let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
+    let twice = 2.0 * (uu * vv - uv * uv);
+    let offset = u * (vv * (uu - uv) / twice) + v * (uu * (vv - uv) / twice);
+    Ball { centre: a + offset, radius2: offset.norm2() }
+}
+
+/// The triangles of all facets: facet and vertices.
+pub(super) type Triangles = Vec<(u32, [u32; 3])>;
+
+impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+    /// The planes of all facets; none in the plane.
+    pub(super) fn planes(&self) -> Vec<Plane> {
+        let at = |v: u32| as_space(self.domain.points()[v as usize]);
+        let corners = |w: &u32| {
+            let wall = self.domain.walls()[*w as usize];
+            [0, 1, 2].map(|i| at(wall.as_ref()[i]))
+        };
+        let walls = |f: &crate::domain::Facet| f.walls.iter().map(corners).collect::<Vec<_>>();
+        self.domain.facets.iter().map(|f| Plane::new(&walls(f))).collect()
+    }
+
+    /// Places the points of all facets.
+    pub(super) fn facets(&mut self, planes: &[Plane], chains: &Chains) -> Result<Triangles, M::Error> {
+        self.begin("facets");
+        let numbered: Vec<(u32, &Plane)> = (0u32..).zip(planes).collect();
+        let found = self.machine.map(&numbered, |&(f, plane)| self.candidates_in(f, plane));
+        self.sample(found.into_iter().flatten().collect())?;
+        let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
+        let mut stale: Vec<u32> = (0..planes.len() as u32).collect();
+        loop {
+            self.triangulate_facets(planes, chains, &stale, &mut triangles)?;
+            let found = self
+                .machine
+                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &triangles[f as usize]));
+            let before = self.vertices.len();
+            if self.complete(found.into_iter().flatten().collect(), false)? == 0 {
+                break;
+            }
+            let new = &self.vertices.carriers[before..];
+            stale =
+                new.iter().filter_map(|c| if let Carrier::Facet(f) = c { Some(*f) } else { None }).collect();
+            stale.sort_unstable();
+            stale.dedup();
+        }
+        let all: Triangles =
+            (0u32..).zip(triangles).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
+        self.triangles = Balls::new(self.balls_of_triangles(&all));
+        Ok(all)
+    }
+
+    pub(super) fn balls_of_triangles(&self, triangles: &Triangles) -> Vec<Ball<P>> {
+        let ball = |(_, t): &(u32, [u32; 3])| {
+            let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
+            circumcircle(a, b, c)
+        };
+        triangles.iter().map(ball).collect()
+    }
+
+    /// The Delaunay triangulations of some facets, in their planes; triangles outside of a facet are left out.
+    pub(super) fn triangulate_facets(
+        &mut self,
+        planes: &[Plane],
+        chains: &Chains,
+        which: &[u32],
+        triangles: &mut [Vec<[u32; 3]>],
+    ) -> Result<(), M::Error> {
+        if planes.is_empty() {
+            return Ok(());
+        }
+        let mut members: Vec<Vec<u32>> = vec![Vec::new(); planes.len()];
+        for (v, carrier) in (0u32..).zip(&self.vertices.carriers) {
+            if !matches!(carrier, Carrier::Segment(_)) {
+                self.holders.of(carrier).iter().for_each(|&f| members[f as usize].push(v));
+            }
+        }
+        for (s, chain) in (0u32..).zip(chains) {
+            let inner = chain.get(1..chain.len() - 1).unwrap_or_default();
+            for &f in self.holders.of(&Carrier::Segment(s)) {
+                members[f as usize].extend(inner);
+            }
+        }
+        let coordinates = |&f: &u32| {
+            let plane = &planes[f as usize];
+            members[f as usize]
+                .iter()
+                .map(|&v| plane.of(as_space(self.vertices.points[v as usize])))
+                .collect()
+        };
+        let sets: Vec<Vec<DVec2>> = which.iter().map(coordinates).collect();
+        for ((&f, set), made) in which.iter().zip(&sets).zip(self.machine.planar(&sets)?) {
+            let middle = |t: &[u32; 3]| t.iter().fold(DVec2::ZERO, |sum, &v| sum + set[v as usize]) / 3.0;
+            let inside = made.into_iter().filter(|t| planes[f as usize].holds(middle(t)));
+            let own = inside.map(|t| t.map(|v| members[f as usize][v as usize]));
+            triangles[f as usize] = own.filter(|t| !self.is_on_a_segment(t)).collect();
+        }
+        Ok(())
+    }
+
+    /// Are all corners of a triangle on one segment? It is flat but for rounding.
+    fn is_on_a_segment(&self, triangle: &[u32; 3]) -> bool {
+        let carriers = &self.vertices.carriers;
+        let on_segment = |v: &u32| matches!(carriers[*v as usize], Carrier::Corner(_) | Carrier::Segment(_));
+        triangle.iter().all(on_segment) && !self.lines.common(carriers, triangle).is_empty()
+    }
+
+    fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<(Site<P>, Carrier)> {
+        let cube = Cube::around(&plane.tree.bounds());
+        let seed = self.seed_of(f);
+        let mut found = Vec::new();
+        let mut cells = vec![Key::ROOT];
+        while let Some(key) = cells.pop() {
+            let cell = cube.cell(key);
+            let half = DVec2::splat(0.5 * cell.side);
+            if !plane.meets(&Bounds { low: cell.centre - half, high: cell.centre + half }) {
+                continue;
+            }
+            if (self.rules.size)(from_space(plane.lift(cell.centre))) < cell.side && key.level < DEEPEST {
+                cells.extend((0..4).map(|i| key.child::<DVec2>(i)));
+                continue;
+            }
+            for number in 0..CANDIDATES {
+                let q = Name { cell: key, number }.place(&cell, seed);
+                let at = from_space(plane.lift(q));
+                if plane.holds(q) && !self.pieces.hold(at) {
+                    found.push((self.rules.site(at), Carrier::Facet(f)));
+                }
+            }
+        }
+        found
+    }
+
+    fn centres_in(&self, f: u32, plane: &Plane, triangles: &[[u32; 3]]) -> Vec<(Site<P>, Carrier)> {
+        let mut found = Vec::new();
+        for t in triangles {
+            let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
+            let Ball { centre, radius2 } = circumcircle(a, b, c);
+            let largest = t.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
+            if !self.rules.is_too_large(centre, radius2.sqrt(), largest) || self.pieces.hold(centre) {
+                continue;
+            }
+            let q = plane.of(as_space(centre));
+            let at = from_space(plane.lift(q));
+            if plane.holds(q) && dist2(at, a) > 0.0 {
+                found.push((self.rules.site(at), Carrier::Facet(f)));
+            }
+        }
+        found
+    }
+}
+
+/// A point with three coordinates.
+pub(super) fn as_space<P: Point>(p: P) -> DVec3 {
+    DVec3::new(p.coord(0), p.coord(1), if P::DIM == 3 { p.coord(2) } else { 0.0 })
+}
+
+fn from_space<P: Point>(p: DVec3) -> P {
+    P::from_coords(&p.to_array())
+}

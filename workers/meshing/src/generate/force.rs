@@ -1,0 +1,225 @@
+//! Points that are forced where features meet at less than 90 degrees.
+//!
+//! **Statement.** A piece (a triangle) is *missing* if it is no edge (no face) of the Delaunay triangulation. As long as
+//! there are any, missing pieces are divided, and missing triangles get their circumcentre; where that lies in the ball
+//! of a piece, the piece is divided instead. Points are placed although they are closer to others than f. Without
+//! angles below 90 degrees nothing is missing when the stage begins.
+//!
+//! **Termination.** Pieces at a corner are divided at a distance from it that is a power of two, so that those of
+//! all segments there end on common spheres, whatever their angle (Ruppert's concentric shells): pieces between the
+//! same two spheres leave each other's ends outside. Triangles that share an edge with a segment's piece cannot be driven
+//! out by points of the other facets around it: the sphere through a piece and one apex on each of two facets meets either
+//! plane in a circumcircle, which is empty. For the others no proof is known for all angles, so rounds are limited, and what
+//! is missing at the end is an error with the features that cause it.
+//!
+//! **Source.** Ruppert (1995), section 5; Shewchuk (2002), conforming triangulations; Cohen-Steiner, Colin de Verdiere
+//! and Yvinec (2004).
+
+use septet_geometry::incremental::facet_without;
+use septet_geometry::point::{Simplex, dist2};
+
+use super::balls::{Ball, Balls};
+use super::cells::is_flat;
+use super::facets::{Plane, Triangles, circumcircle};
+use super::machine::{Machine, Triangulation};
+use super::segments::Chains;
+use super::vertices::Carrier;
+use super::work::Work;
+use super::{Failure, Missing};
+use crate::domain::Feature;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// Rounds before the generator gives up.
+const MOST_ROUNDS: u32 = 60;
+
+/// What a triangulation lacks.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Lacking {
+    /// Segments, and the ends of pieces.
+    pub(super) pieces: Vec<(u32, [u32; 2])>,
+    /// Facets, and the corners of triangles.
+    pub(super) triangles: Vec<(u32, [u32; 3])>,
+}
+
+impl Lacking {
+    pub(super) fn is_empty(&self) -> bool {
+        self.pieces.is_empty() && self.triangles.is_empty()
+    }
+
+    /// The features, each once, with the number of pieces or triangles of each.
+    pub(super) fn features(&self) -> Vec<(Feature, u32)> {
+        let segments = self.pieces.iter().map(|p| Feature::Segment(p.0));
+        let mut all: Vec<Feature> =
+            segments.chain(self.triangles.iter().map(|t| Feature::Facet(t.0))).collect();
+        all.sort_unstable();
+        all.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as u32)).collect()
+    }
+}
+
+impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+    /// Forces points until nothing is missing. The chains and triangles that are then in the triangulation.
+    pub(super) fn force(
+        &mut self,
+        planes: &[Plane],
+        mut chains: Chains,
+        mut triangles: Triangles,
+    ) -> Result<(Chains, Triangles), Failure<M::Error>> {
+        for round in 0.. {
+            let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
+            let lacking = self.lacking(&delaunay, planes, &chains, &triangles);
+            if lacking.is_empty() {
+                break;
+            }
+            if round == 0 {
+                self.begin("force");
+            }
+            if round == MOST_ROUNDS || self.vertices.len() as u64 > self.rules.most {
+                return Err(Failure::Missing(Missing { features: lacking.features() }));
+            }
+            let forced = self.divided(&lacking);
+            if self.complete_forced(forced).map_err(Failure::Machine)? == 0 {
+                return Err(Failure::Missing(Missing { features: lacking.features() }));
+            }
+            chains = self.chains();
+            self.pieces = Balls::new(self.balls_of_pieces(&chains));
+            let all: Vec<u32> = (0..planes.len() as u32).collect();
+            let mut by_facet = vec![Vec::new(); planes.len()];
+            self.triangulate_facets(planes, &chains, &all, &mut by_facet).map_err(Failure::Machine)?;
+            triangles =
+                (0u32..).zip(by_facet).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
+        }
+        self.triangles = Balls::new(self.balls_of_triangles(&triangles));
+        Ok((chains, triangles))
+    }
+
+    /// Where what is missing is divided; the size of a site is the radius of what it divides.
+    fn divided(&self, lacking: &Lacking) -> Vec<(Site<P>, Carrier)> {
+        let mut forced: Vec<(Site<P>, Carrier)> =
+            lacking.pieces.iter().map(|&(s, piece)| self.halved(s, piece)).collect();
+        let chains = self.chains();
+        let pieces: Vec<(u32, [u32; 2])> =
+            (0u32..).zip(&chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect();
+        for &(f, t) in &lacking.triangles {
+            let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
+            let Ball { centre, radius2 } = circumcircle(a, b, c);
+            match self.pieces.holding(centre).first() {
+                Some(&i) => {
+                    let (s, piece) = pieces[i as usize];
+                    forced.push(self.halved(s, piece));
+                }
+                None => forced.push((Site { at: centre, size: radius2.sqrt() }, Carrier::Facet(f))),
+            }
+        }
+        forced
+    }
+
+    /// The place that divides a piece.
+    fn halved(&self, s: u32, [a, b]: [u32; 2]) -> (Site<P>, Carrier) {
+        let (p, q) = (self.vertices.points[a as usize], self.vertices.points[b as usize]);
+        let length = dist2(p, q).sqrt();
+        let is_corner = |v: u32| matches!(self.vertices.carriers[v as usize], Carrier::Corner(_));
+        let t = match (is_corner(a), is_corner(b)) {
+            (true, false) => shell(length),
+            (false, true) => 1.0 - shell(length),
+            _ => 0.5,
+        };
+        let at = p + (q - p) * t;
+        (Site { at, size: 0.25 * length }, Carrier::Segment(s))
+    }
+
+    /// Places forced points as far as they are independent, with the sizes of the function.
+    fn complete_forced(&mut self, forced: Vec<(Site<P>, Carrier)>) -> Result<u64, M::Error> {
+        let before = self.vertices.len();
+        let placed = self.complete(forced, true)?;
+        for v in before..self.vertices.len() {
+            self.vertices.sizes[v] = (self.rules.size)(self.vertices.points[v]);
+        }
+        Ok(placed)
+    }
+
+    /// What is not in the triangulation.
+    pub(super) fn lacking(
+        &self,
+        delaunay: &Triangulation<P::Cell>,
+        planes: &[Plane],
+        chains: &Chains,
+        triangles: &Triangles,
+    ) -> Lacking {
+        let (edges, faces) = self.carried(delaunay);
+        let pieces = (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]])));
+        let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
+        let pieces = pieces.filter(absent).collect();
+        let absent = |(_, t): &&(u32, [u32; 3])| {
+            let mut t = *t;
+            t.sort_unstable();
+            faces.binary_search(&t).is_err()
+        };
+        let mut missing: Triangles = triangles.iter().filter(absent).copied().collect();
+        missing.sort_unstable();
+        let tiled = |f: u32| self.is_tiled(f, planes, triangles, &faces);
+        let whole: Vec<u32> =
+            missing.chunk_by(|a, b| a.0 == b.0).map(|c| c[0].0).filter(|&f| tiled(f)).collect();
+        missing.retain(|(f, _)| whole.binary_search(f).is_err());
+        Lacking { pieces, triangles: missing }
+    }
+
+    /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
+    /// is not flat; ascending.
+    fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
+        let carriers = &self.vertices.carriers;
+        let (mut edges, mut faces) = (Vec::new(), Vec::new());
+        let on_segment = |v: u32| matches!(carriers[v as usize], Carrier::Corner(_) | Carrier::Segment(_));
+        for (cell, across) in delaunay.cells.iter().zip(&delaunay.neighbours) {
+            let vertices = cell.as_ref();
+            for (i, &a) in vertices.iter().enumerate().filter(|(_, v)| on_segment(**v)) {
+                edges.extend(vertices[..i].iter().filter(|&&b| on_segment(b)).map(|&b| [a.min(b), a.max(b)]));
+            }
+            if P::DIM == 2
+                || vertices.iter().filter(|v| carriers[**v as usize] != Carrier::Volume).count() < 3
+            {
+                continue;
+            }
+            if is_flat(&self.flats, carriers, vertices) {
+                continue;
+            }
+            for &v in vertices {
+                let face = facet_without::<P>(cell, v);
+                if !self.holders.common(carriers, face.as_ref()).is_empty() {
+                    let mut row = [0; 3];
+                    row.copy_from_slice(face.as_ref());
+                    row.sort_unstable();
+                    faces.push(row);
+                }
+            }
+            debug_assert_eq!(across.as_ref().len(), P::Cell::LEN);
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        faces.sort_unstable();
+        faces.dedup();
+        (edges, faces)
+    }
+
+    /// Do the faces that are there tile the facet, although they are not the triangles of its own triangulation? So
+    /// it may be where four points lie on a circle as nearly as they can be rounded.
+    fn is_tiled(&self, f: u32, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> bool {
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] =
+                t.map(|v| planes[f as usize].of(super::facets::as_space(self.vertices.points[v as usize])));
+            (b - a).perp_dot(c - a).abs()
+        };
+        let own = |t: &&[u32; 3]| self.facet_of(&t[..], planes) == Some(f);
+        let there: f64 = faces.iter().filter(own).map(area).sum();
+        let whole: f64 = triangles.iter().filter(|t| t.0 == f).map(|t| area(&t.1)).sum();
+        (there - whole).abs() <= 1e-12 * whole
+    }
+}
+
+/// Where a piece that begins at a corner is divided: at the power of two nearest to half of its length, as a part of it.
+fn shell(length: f64) -> f64 {
+    let half = 0.5 * length;
+    let below = f64::from_bits(half.to_bits() >> 52 << 52);
+    let power = if half > below * std::f64::consts::SQRT_2 { 2.0 * below } else { below };
+    power / length
+}

@@ -1,0 +1,116 @@
+//! Points of a mesh, from corners to the volume, and the mesh that their Delaunay triangulation holds.
+//!
+//! **Statement.** Let f be L-Lipschitz and nowhere above the local feature size, and let no two features meet at less
+//! than 90 degrees. The generator places points that are f-spaced (two are no closer than the smaller of their sizes)
+//! such that
+//!
+//! 1. (Gabriel) no point lies in the smallest ball of a segment's piece, nor in that of a facet's triangle, so all of
+//!    them are in the Delaunay triangulation;
+//! 2. (completion) every piece, every facet's triangle and every cell with its centre outside of all those balls has
+//!    a circumradius of at most `(1 - 1e-9) f(centre)`; and all centres of cells lie in the domain.
+//!
+//! Then a cell with centre c outside the balls has `R / l <= 1 / (1 - L)`; one with c in a ball has
+//! `R / l <= g / (1 - g L)`, `g = sqrt(2) / (1 - L)`.
+//!
+//! *Proof of the bounds.* A cell's shortest edge ends at some vertex v with `l >= f(v) >= f(c) - L R`; so `R <= g f(c)`
+//! gives `R / l <= g / (1 - g L)`, and the first bound is that for `g = 1`. Let c lie in the smallest ball (m, r) of a
+//! facet's triangle, `r <= f(m)`, and let its projection q into the plane lie in the facet; of the facet's triangles take
+//! for (m, r) the one that holds q: c is in its ball too (the triangles are Delaunay, so powers of q are least there).
+//! With `q = sum a_i v_i` over its corners, `sum a_i |v_i - q|^2 = r^2 - |m - q|^2`, so some corner has
+//! `|v - c|^2 <= |q - c|^2 + r^2 - |m - q|^2 <= 2 (r^2 - |m - q|^2) <= 2 r^2`. The cell's ball is empty, hence
+//! `R <= |v - c| <= sqrt(2) r`. And `r <= f(m) <= f(c) + L r` makes `r <= f(c) / (1 - L)`. If q lies outside of the facet, c lies
+//! in the ball of a piece of its boundary, where the same holds with the nearer of the two ends. QED.
+//!
+//! That circumcentres lie in the domain, and that points on one feature stay out of the balls on another, is
+//! Ruppert's and Shewchuk's lemma for angles of at least 90 degrees: projections onto a facet or line that leave it
+//! cross the ball of a piece of its border, which is empty.
+//!
+//! **Source.** Section 5 of the paper; Ruppert (1995), Shewchuk (1998), Spielman, Teng and Ungor (2007).
+//!
+//! **Departures.** Features come in the order of their dimension, each completed before the next begins, so a
+//! centre that lies in a ball of what is complete is given up and not replaced: that is where g comes from. Where
+//! features meet at less than 90 degrees, pieces and triangles whose balls hold a point are divided although that
+//! spaces points more closely than f ([`force`]).
+//!
+//! **Rounds and work.** Of every stage: one independent set, then one a round of completion; each triangulation and
+//! each set is a run of the [`Machine`].
+
+mod balls;
+mod cells;
+mod facets;
+mod force;
+mod machine;
+mod segments;
+mod vertices;
+mod volume;
+mod work;
+
+use crate::domain::{Domain, Feature};
+use crate::space::Space;
+
+pub use cells::Labels;
+pub use machine::{Alone, Machine, Triangulation};
+pub use vertices::{Carrier, Holders, Vertices};
+pub use work::{Rules, Stage};
+
+use work::Work;
+
+/// What was generated.
+#[derive(Clone, Debug)]
+pub struct Generated<P: Space> {
+    /// The vertices.
+    pub vertices: Vertices<P>,
+    /// Their Delaunay triangulation.
+    pub delaunay: Triangulation<P::Cell>,
+    /// Which component each cell is in.
+    pub labels: Labels,
+    /// Faces of the mesh on facets (in the plane: edges on segments): the facet, the face, and the cells beside it.
+    pub faces: Vec<(u32, P::Facet, [u32; 2])>,
+    /// The pieces of segments.
+    pub pieces: Vec<(u32, [u32; 2])>,
+    /// What each stage did.
+    pub stages: Vec<Stage>,
+}
+
+/// Features of which the triangulation lacks parts, and how many.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Missing {
+    /// The features, ascending.
+    pub features: Vec<(Feature, u32)>,
+}
+
+/// Why there is no mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failure<E> {
+    /// The machine's reason.
+    Machine(E),
+    /// Features at small angles could not be kept.
+    Missing(Missing),
+    /// More vertices than allowed.
+    TooMany(u64),
+}
+
+/// Generates the points of a domain and triangulates them.
+///
+/// # Errors
+/// [`Failure`].
+pub fn generate<P: Space, M: Machine<P> + Sync>(
+    domain: &Domain<P>,
+    rules: Rules<'_, P>,
+    machine: &mut M,
+) -> Result<Generated<P>, Failure<M::Error>> {
+    let mut work = Work::new(domain, rules, machine);
+    let planes = work.planes();
+    let chains = work.segments().map_err(Failure::Machine)?;
+    let triangles =
+        if P::DIM == 3 { work.facets(&planes, &chains).map_err(Failure::Machine)? } else { Vec::new() };
+    let (chains, triangles) = work.force(&planes, chains, triangles)?;
+    let (delaunay, labels) = work.volume(&planes, &chains, &triangles)?;
+    let faces = work.faces(&delaunay, &labels, &planes);
+    let pieces =
+        (0u32..).zip(&chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect();
+    Ok(Generated { vertices: work.vertices, delaunay, labels, faces, pieces, stages: work.stages })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,99 @@
+//! Points on segments.
+//!
+//! **Statement.** The generator in one dimension: pieces of a segment that are halved until the size at the middle is
+//! no less than their length have a constant number of candidates each; a maximal independent set of them, with
+//! the corners fixed, and then middles of pieces whose half is longer than the size there, until there is none.
+
+use septet_geometry::point::dist2;
+
+use super::balls::{Ball, Balls};
+use super::machine::Machine;
+use super::vertices::Carrier;
+use super::work::{CANDIDATES, Work};
+use crate::octree::{DEEPEST, Key};
+use crate::points::candidates::Name;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// The vertices on every segment, in order.
+pub(super) type Chains = Vec<Vec<u32>>;
+
+impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+    /// Places the points of all segments.
+    pub(super) fn segments(&mut self) -> Result<Chains, M::Error> {
+        self.begin("segments");
+        let mut candidates = Vec::new();
+        for s in 0..self.domain.segments.len() as u32 {
+            self.candidates_on(s, &mut candidates);
+        }
+        self.sample(candidates)?;
+        loop {
+            let chains = self.chains();
+            let mut middles = Vec::new();
+            for (s, chain) in (0u32..).zip(&chains) {
+                for piece in chain.windows(2) {
+                    let [p, q] = [0, 1].map(|i| self.vertices.points[piece[i] as usize]);
+                    let (middle, radius) = ((p + q) * 0.5, 0.5 * dist2(p, q).sqrt());
+                    let largest = piece.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
+                    if self.rules.is_too_large(middle, radius, largest) {
+                        middles.push((self.rules.site(middle), Carrier::Segment(s)));
+                    }
+                }
+            }
+            if self.complete(middles, false)? == 0 {
+                self.pieces = Balls::new(self.balls_of_pieces(&chains));
+                return Ok(chains);
+            }
+        }
+    }
+
+    pub(super) fn balls_of_pieces(&self, chains: &Chains) -> Vec<Ball<P>> {
+        let at = |v: u32| self.vertices.points[v as usize];
+        let ball = |piece: &[u32]| {
+            let (p, q) = (at(piece[0]), at(piece[1]));
+            Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }
+        };
+        chains.iter().flat_map(|chain| chain.windows(2).map(ball)).collect()
+    }
+
+    fn candidates_on(&self, s: u32, out: &mut Vec<(Site<P>, Carrier)>) {
+        let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
+        let (along, seed) = (b - a, self.seed_of(s));
+        let length = along.norm2().sqrt();
+        let mut cells = vec![Key::ROOT];
+        while let Some(key) = cells.pop() {
+            let part = 1.0 / (1u64 << key.level) as f64;
+            let middle = (f64::from(key.at[0]) + 0.5) * part;
+            if (self.rules.size)(a + along * middle) < length * part && key.level < DEEPEST {
+                let half = |i: u32| Key { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] };
+                cells.extend([half(0), half(1)]);
+                continue;
+            }
+            for number in 0..CANDIDATES {
+                let t = (f64::from(key.at[0]) + Name { cell: key, number }.unit(seed, 1)) * part;
+                out.push((self.rules.site(a + along * t), Carrier::Segment(s)));
+            }
+        }
+    }
+
+    /// The vertices of every segment, from its first corner to its last.
+    pub(super) fn chains(&self) -> Chains {
+        let corner = |v: u32| self.domain.corners.binary_search(&v).unwrap_or(usize::MAX) as u32;
+        let mut chains: Vec<Vec<u32>> = vec![Vec::new(); self.domain.segments.len()];
+        for (v, carrier) in (0u32..).zip(&self.vertices.carriers) {
+            if let Carrier::Segment(s) = carrier {
+                chains[*s as usize].push(v);
+            }
+        }
+        for (chain, segment) in chains.iter_mut().zip(&self.domain.segments) {
+            let [first, last] = segment.ends();
+            let a = self.domain.points()[first as usize];
+            let along = self.domain.points()[last as usize] - a;
+            let place = |v: u32| (self.vertices.points[v as usize] - a).dot(along);
+            chain.sort_by(|&v, &w| place(v).total_cmp(&place(w)).then(v.cmp(&w)));
+            chain.insert(0, corner(first));
+            chain.push(corner(last));
+        }
+        chains
+    }
+}

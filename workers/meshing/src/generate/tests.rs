@@ -1,0 +1,180 @@
+//! Meshes by one processor.
+
+use glam::DVec3;
+use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
+use septet_geometry::point::Point;
+
+use super::{Alone, Generated, Labels, Rules, generate};
+use crate::domain::Domain;
+use crate::input::Input;
+use crate::size::tests::slit;
+use crate::size::{SizeFunction, SizeOptions};
+use crate::space::Space;
+use crate::tests::shapes::{add_box, cube, facet};
+
+/// The mesh of a domain with a size, and what its worst cell has: circumradius over size at the centre and
+/// over the shortest edge.
+fn meshed<P: Space + crate::facet::Triangulate>(
+    input: &Input<P>,
+    lipschitz: f64,
+    most: Option<f64>,
+) -> (Domain<P>, Generated<P>) {
+    let domain = crate::check(input).unwrap();
+    let mut options = SizeOptions::new(lipschitz);
+    options.wishes.most = most;
+    let size = SizeFunction::new(&domain, &options).unwrap();
+    let at = |x| size.at(x);
+    let rules = Rules { size: &at, lipschitz, seed: 1, most: 1 << 24 };
+    let made = generate(&domain, rules, &mut Alone { seed: 1 }).unwrap();
+    let worst =
+        made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < Labels::FLAT).map(|(c, _)| {
+            let corners: Vec<P> = c.as_ref().iter().map(|&v| made.vertices.points[v as usize]).collect();
+            let radius = circumradius2(&corners).sqrt();
+            (radius / at(circumcentre(&corners)), radius / shortest_edge2(&corners).sqrt())
+        });
+    let worst = worst.fold((0.0f64, 0.0f64), |w, x| (w.0.max(x.0), w.1.max(x.1)));
+    let inside = made.labels.of.iter().filter(|l| **l < Labels::FLAT).count();
+    eprintln!("{} vertices, {inside} cells, R/f {:.4}, R/l {:.4}", made.vertices.len(), worst.0, worst.1);
+    for stage in &made.stages {
+        eprintln!("  {stage:?}");
+    }
+    (domain, made)
+}
+
+/// Twice the area of a triangle, twice the length of an edge.
+fn twice<P: Point>(corners: &[P]) -> f64 {
+    let u = corners[1] - corners[0];
+    match corners.get(2) {
+        None => 2.0 * u.norm2().sqrt(),
+        Some(&c) => {
+            let v = c - corners[0];
+            (u.norm2() * v.norm2() - u.dot(v) * u.dot(v)).sqrt()
+        }
+    }
+}
+
+fn measure<P: Point>(cell: &[P]) -> f64 {
+    let rel: Vec<P> = cell[1..].iter().map(|&p| p - cell[0]).collect();
+    let (w, _) = P::sphere_plane(&rel);
+    w.abs() / if P::DIM == 2 { 2.0 } else { 6.0 }
+}
+
+/// Cells fill every component, faces tile every facet, and pieces are edges of cells.
+fn is_sound<P: Space>(domain: &Domain<P>, made: &Generated<P>) {
+    let at = |v: &u32| made.vertices.points[*v as usize];
+    let corners = |c: &[u32]| c.iter().map(at).collect::<Vec<P>>();
+    for (i, component) in (0u32..).zip(&domain.components).filter(|(_, c)| c.inside) {
+        let own = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l == i);
+        let sum: f64 = own.map(|(c, _)| measure(&corners(c.as_ref()))).sum();
+        assert!(
+            (sum / component.measure - 1.0).abs() < 1e-9,
+            "component {i}: {sum} of {}",
+            component.measure
+        );
+    }
+    let wall = |w: &u32| {
+        let w = domain.walls()[*w as usize];
+        twice(&w.as_ref().iter().map(|&v| domain.points()[v as usize]).collect::<Vec<P>>())
+    };
+    let whole: Vec<f64> = match P::DIM {
+        2 => domain.segments.iter().map(|s| twice(&s.ends().map(|v| domain.points()[v as usize]))).collect(),
+        _ => domain.facets.iter().map(|f| f.walls.iter().map(wall).sum()).collect(),
+    };
+    let mut tiled = vec![0.0; whole.len()];
+    for (f, face, _) in &made.faces {
+        tiled[*f as usize] += twice(&corners(face.as_ref()));
+    }
+    for (f, (tiled, whole)) in tiled.iter().zip(&whole).enumerate() {
+        assert!((tiled / whole - 1.0).abs() < 1e-9, "facet {f}: {tiled} of {whole}");
+    }
+    let mut edges = std::collections::BTreeSet::new();
+    for (cell, _) in made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < Labels::FLAT) {
+        for (i, &a) in cell.as_ref().iter().enumerate() {
+            edges.extend(cell.as_ref()[..i].iter().map(|&b| [a.min(b), a.max(b)]));
+        }
+    }
+    for (s, [a, b]) in &made.pieces {
+        assert!(edges.contains(&[*a.min(b), *a.max(b)]), "segment {s}: no edge {a} {b}");
+    }
+}
+
+#[test]
+fn a_cube() {
+    for (lipschitz, most) in [(0.25, None), (0.25, Some(0.5)), (0.5, Some(0.25)), (0.12, None)] {
+        let (domain, made) = meshed(&cube(), lipschitz, most);
+        is_sound(&domain, &made);
+    }
+}
+
+#[test]
+fn a_cube_with_a_cubic_hole() {
+    let mut input = cube();
+    add_box(&mut input, DVec3::splat(1.0), DVec3::splat(3.0));
+    input.holes.push(DVec3::splat(2.0));
+    let (domain, made) = meshed(&input, 0.25, None);
+    is_sound(&domain, &made);
+}
+
+#[test]
+fn a_slanted_box() {
+    let mut input = cube();
+    // A rotation with rounded entries: no facet lies on an axis, and most points are rounded off theirs.
+    let turn = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
+    input.points.iter_mut().for_each(|p| *p = turn * *p);
+    let walls = input.facets.clone();
+    input.facets.clear();
+    let mut surface = Input::surface(input.points, Vec::<Vec<u32>>::new());
+    surface.kind = crate::input::Kind::Complex;
+    for f in walls {
+        let [a, b, c, d] = f.polygons[0][..] else { panic!("a square") };
+        facet(&mut surface, &[&[a, b, c]]);
+        facet(&mut surface, &[&[a, c, d]]);
+    }
+    let (domain, made) = meshed(&surface, 0.25, Some(0.7));
+    is_sound(&domain, &made);
+}
+
+#[test]
+fn internal_and_dangling_pieces() {
+    let mut input = cube();
+    input.points.extend([[0., 0., 2.], [4., 0., 2.], [4., 4., 2.], [0., 4., 2.]].map(DVec3::from));
+    facet(&mut input, &[&[8, 9, 10, 11]]);
+    input.points.extend([[1., 1., 3.], [2., 1., 3.], [2., 2., 3.], [1., 2., 3.]].map(DVec3::from));
+    facet(&mut input, &[&[12, 13, 14, 15]]);
+    input.points.extend([[3., 3., 2.], [3., 3., 1.], [3.5, 3.5, 3.5]].map(DVec3::from));
+    facet(&mut input, &[&[16, 17]]);
+    let (domain, made) = meshed(&input, 0.25, None);
+    assert_eq!(domain.components.iter().filter(|c| c.inside).count(), 2);
+    is_sound(&domain, &made);
+}
+
+#[test]
+fn a_slit_square_of_the_plane() {
+    let domain = slit();
+    let size = SizeFunction::new(&domain, &SizeOptions::new(0.25)).unwrap();
+    let at = |x| size.at(x);
+    let rules = Rules { size: &at, lipschitz: 0.25, seed: 1, most: 1 << 24 };
+    let made = generate(&domain, rules, &mut Alone { seed: 1 }).unwrap();
+    is_sound(&domain, &made);
+    assert!(made.vertices.len() > 20);
+}
+
+#[test]
+fn a_wedge_of_ten_degrees() {
+    // Inside of a box, so that the wedge's facets are not on the hull.
+    let mut input = cube();
+    let (x, y) = (10f64.to_radians().cos() * 2.0, 10f64.to_radians().sin() * 2.0);
+    let base = input.points.len() as u32;
+    for z in [1.0, 3.0] {
+        input.points.extend([[1., 1., z], [3., 1., z], [1. + x, 1. + y, z]].map(DVec3::from));
+    }
+    for f in [&[0, 1, 2][..], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]] {
+        let f: Vec<u32> = f.iter().map(|v| v + base).collect();
+        facet(&mut input, &[&f]);
+    }
+    let (domain, made) = meshed(&input, 0.25, None);
+    is_sound(&domain, &made);
+    let alone = crate::input::Input { facets: input.facets.split_off(6), ..input };
+    let (domain, made) = meshed(&alone, 0.25, None);
+    is_sound(&domain, &made);
+}

@@ -1,0 +1,194 @@
+//! The vertices of a mesh while it grows.
+
+use septet_geometry::point::Point;
+
+use crate::domain::Domain;
+use crate::points::conflicts::Site;
+use crate::sides::Sets;
+use crate::space::Space;
+
+/// The feature of lowest dimension that a vertex lies on. It may be rounded off it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Carrier {
+    /// Position in [`Domain::corners`].
+    Corner(u32),
+    /// Position in [`Domain::segments`].
+    Segment(u32),
+    /// Position in [`Domain::facets`].
+    Facet(u32),
+    /// The inside.
+    Volume,
+}
+
+/// Vertices: structure of arrays, corners first.
+#[derive(Clone, Debug, Default)]
+pub struct Vertices<P> {
+    /// Places, in the domain's scaled coordinates.
+    pub points: Vec<P>,
+    /// The size function there.
+    pub sizes: Vec<f64>,
+    /// What each lies on.
+    pub carriers: Vec<Carrier>,
+}
+
+impl<P: Point> Vertices<P> {
+    /// Appends a vertex.
+    pub fn push(&mut self, site: Site<P>, carrier: Carrier) {
+        self.points.push(site.at);
+        self.sizes.push(site.size);
+        self.carriers.push(carrier);
+    }
+
+    /// Keeps those that are marked; the others' numbers are given to those that follow.
+    pub fn keep(&mut self, kept: &[bool]) {
+        let kept = |list: usize| (0..list).filter(|&v| kept[v]).collect::<Vec<usize>>();
+        let kept = kept(self.points.len());
+        self.points = kept.iter().map(|&v| self.points[v]).collect();
+        self.sizes = kept.iter().map(|&v| self.sizes[v]).collect();
+        self.carriers = kept.iter().map(|&v| self.carriers[v]).collect();
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// All as sites.
+    pub fn sites(&self) -> Vec<Site<P>> {
+        self.points.iter().zip(&self.sizes).map(|(&at, &size)| Site { at, size }).collect()
+    }
+}
+
+/// For each vertex the features of one dimension less than the space that hold it: facets, or in the plane
+/// segments.
+#[derive(Clone, Debug)]
+pub struct Holders {
+    corners: Vec<Vec<u32>>,
+    segments: Vec<Vec<u32>>,
+    /// Of a point in a facet.
+    single: Vec<u32>,
+}
+
+impl Holders {
+    /// Those of a domain.
+    pub fn new<P: Space>(domain: &Domain<P>) -> Self {
+        let corner = |v: u32| domain.corners.binary_search(&v).ok();
+        let mut corners = vec![Vec::new(); domain.corners.len()];
+        let mut segments = vec![Vec::new(); domain.segments.len()];
+        if P::DIM == 2 {
+            for (s, segment) in (0u32..).zip(&domain.segments) {
+                segments[s as usize].push(s);
+                segment.ends().into_iter().filter_map(corner).for_each(|c| corners[c].push(s));
+            }
+        } else {
+            for (f, facet) in (0u32..).zip(&domain.facets) {
+                facet.boundary.iter().chain(&facet.internal).for_each(|&s| segments[s as usize].push(f));
+                facet.corners.iter().filter_map(|&v| corner(v)).for_each(|c| corners[c].push(f));
+            }
+        }
+        let single = (0..domain.facets.len() as u32).collect();
+        Holders { corners, segments, single }
+    }
+
+    /// The same with groups of facets: `group` of each facet.
+    #[must_use]
+    pub fn grouped(&self, group: &[u32]) -> Self {
+        let one = |list: &Vec<u32>| {
+            let mut list: Vec<u32> = list.iter().map(|&f| group[f as usize]).collect();
+            list.sort_unstable();
+            list.dedup();
+            list
+        };
+        Holders {
+            corners: self.corners.iter().map(one).collect(),
+            segments: self.segments.iter().map(one).collect(),
+            single: group.to_vec(),
+        }
+    }
+
+    /// The segments that hold each vertex, instead.
+    pub fn of_segments<P: Space>(domain: &Domain<P>) -> Self {
+        let mut corners = vec![Vec::new(); domain.corners.len()];
+        for (s, segment) in (0u32..).zip(&domain.segments) {
+            let ends = segment.ends().into_iter().filter_map(|v| domain.corners.binary_search(&v).ok());
+            ends.for_each(|c| corners[c].push(s));
+        }
+        let segments = (0..domain.segments.len() as u32).map(|s| vec![s]).collect();
+        let single = (0..domain.facets.len() as u32).collect();
+        Holders { corners, segments, single }
+    }
+
+    /// Those of a carrier, ascending.
+    pub fn of(&self, carrier: &Carrier) -> &[u32] {
+        match carrier {
+            Carrier::Corner(c) => &self.corners[*c as usize],
+            Carrier::Segment(s) => &self.segments[*s as usize],
+            Carrier::Facet(f) => std::slice::from_ref(&self.single[*f as usize]),
+            Carrier::Volume => &[],
+        }
+    }
+
+    /// Those that hold all of these vertices, ascending.
+    pub fn common(&self, carriers: &[Carrier], vertices: &[u32]) -> Vec<u32> {
+        let Some((&first, others)) = vertices.split_first() else { return Vec::new() };
+        let mut common = self.of(&carriers[first as usize]).to_vec();
+        for &v in others {
+            if common.is_empty() {
+                break;
+            }
+            let list = self.of(&carriers[v as usize]);
+            common.retain(|f| list.binary_search(f).is_ok());
+        }
+        common
+    }
+}
+
+/// Groups of facets (segments in the plane) that meet and are coplanar but for rounding: for each the first of its
+/// group. Cells whose vertices are all on one group are flat but for rounding.
+pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
+    let at = |v: u32| domain.points()[v as usize];
+    let mut sets = Sets::new(if P::DIM == 2 { domain.segments.len() } else { domain.facets.len() });
+    let mut join = |all: &[u32], normal: &dyn Fn(u32) -> P| {
+        for (i, &f) in all.iter().enumerate() {
+            for &g in &all[..i] {
+                let (m, n) = (normal(f), normal(g));
+                let product = m.norm2() * n.norm2();
+                // sin^2 of the angle between them.
+                if product - m.dot(n) * m.dot(n) <= FLAT * FLAT * product {
+                    sets.join(f, g);
+                }
+            }
+        }
+    };
+    if P::DIM == 2 {
+        let along = |s: u32| {
+            let [a, b] = domain.segments[s as usize].ends();
+            at(b) - at(a)
+        };
+        domain.segments_at().values().for_each(|all| join(all, &along));
+    } else {
+        let normal = |f: u32| normal_of(domain, f);
+        domain.segments.iter().for_each(|s| join(&s.facets, &normal));
+    }
+    let n = if P::DIM == 2 { domain.segments.len() } else { domain.facets.len() };
+    (0..n as u32).map(|f| sets.find(f)).collect()
+}
+
+/// Sine of the angle up to which facets count as coplanar.
+const FLAT: f64 = 1e-7;
+
+/// The normal of a facet's largest triangle.
+fn normal_of<P: Space>(domain: &Domain<P>, f: u32) -> P {
+    let normal = |w: &u32| {
+        let v = domain.walls()[*w as usize];
+        let [a, b, c] = [0, 1, 2].map(|i| domain.points()[v.as_ref()[i] as usize]);
+        P::hull_normal(&[b - a, c - a])
+    };
+    let normals = domain.facets[f as usize].walls.iter().map(normal);
+    normals.max_by(|m, n| m.norm2().total_cmp(&n.norm2())).unwrap_or_default()
+}

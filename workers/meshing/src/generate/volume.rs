@@ -1,0 +1,158 @@
+//! Points in the volume.
+//!
+//! **Statement.** Candidates in the cells of an octree (quadtree in the plane), inside of the domain and outside of
+//! the balls of pieces and triangles; a maximal independent set with all earlier points fixed; then circumcentres
+//! of cells that are too large, again outside of those balls, until there is none.
+
+use septet_geometry::measure::circumcentre;
+use septet_geometry::point::{Point, Simplex, dist2};
+
+use super::balls::{Ball, Balls};
+use super::cells::Labels;
+use super::facets::{Plane, Triangles, circumcircle};
+use super::force::Lacking;
+use super::machine::{Machine, Triangulation};
+use super::segments::Chains;
+use super::vertices::Carrier;
+use super::work::{CANDIDATES, Work};
+use super::{Failure, Missing};
+use crate::bvh::{Bounds, Bvh};
+use crate::octree::{Cell, Cube, DEEPEST, Key};
+use crate::points::candidates::Name;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// A triangulation and the labels of its cells.
+type Filled<P> = (Triangulation<<P as Point>::Cell>, Labels);
+
+impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+    /// Places the points of the volume; the triangulation that is left, and which part of it each cell is in.
+    pub(super) fn volume(
+        &mut self,
+        planes: &[Plane],
+        chains: &Chains,
+        triangles: &Triangles,
+    ) -> Result<Filled<P>, Failure<M::Error>> {
+        self.begin("volume");
+        let first = self.vertices.len();
+        let cells = self.sampling_cells();
+        let found = self.machine.map(&cells, |(cell, whole)| self.candidates_of(cell, *whole));
+        self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        loop {
+            if self.vertices.len() as u64 > self.rules.most {
+                return Err(Failure::TooMany(self.rules.most));
+            }
+            let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
+            let lacking = self.lacking(&delaunay, planes, chains, triangles);
+            if !lacking.is_empty() {
+                self.clear(first, &lacking)?;
+                continue;
+            }
+            let labels = self.labels(&delaunay, planes);
+            let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
+            let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
+            let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels));
+            let found = found.into_iter().flatten().collect();
+            if self.complete(found, true).map_err(Failure::Machine)? == 0 {
+                return Ok((delaunay, labels));
+            }
+        }
+    }
+
+    /// Takes away the points around pieces and triangles that they have driven out of the triangulation (only those
+    /// can be whose own balls hold a vertex), and closes a ball twice as large to all others.
+    fn clear(&mut self, first: usize, lacking: &Lacking) -> Result<(), Failure<M::Error>> {
+        let at = |v: u32| self.vertices.points[v as usize];
+        let pieces = lacking.pieces.iter().map(|&(_, [a, b])| {
+            let (p, q) = (at(a), at(b));
+            Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }
+        });
+        let triangles = lacking.triangles.iter().map(|(_, t)| {
+            let [a, b, c] = t.map(at);
+            circumcircle(a, b, c)
+        });
+        let mut closed = self.closed.all().to_vec();
+        for ball in pieces.chain(triangles) {
+            let same = closed.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
+            let radius2 = same.fold(ball.radius2, f64::max) * 4.0;
+            closed.push(Ball { radius2, ..ball });
+        }
+        self.closed = Balls::new(closed);
+        let before = self.vertices.len();
+        let kept: Vec<bool> =
+            (0..before).map(|v| v < first || !self.closed.hold(self.vertices.points[v])).collect();
+        self.vertices.keep(&kept);
+        if self.vertices.len() == before {
+            return Err(Failure::Missing(Missing { features: lacking.features() }));
+        }
+        Ok(())
+    }
+
+    /// Cells of a side of at most the size at their centre, and whether all of each is known to be in the domain.
+    fn sampling_cells(&self) -> Vec<(Cell<P>, bool)> {
+        let points = self.domain.points();
+        let boxes =
+            self.domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
+        let walls = Bvh::new(boxes.collect());
+        let cube = Cube::around(&walls.bounds());
+        let (mut found, mut open) = (Vec::new(), vec![(Key::ROOT, false)]);
+        while let Some((key, mut whole)) = open.pop() {
+            let cell = cube.cell(key);
+            if !whole {
+                let half = P::splat(0.5 * cell.side);
+                let mut met = false;
+                walls.visit(&Bounds { low: cell.centre - half, high: cell.centre + half }, |_| {
+                    met = true;
+                    false
+                });
+                whole = !met && self.domain.is_inside(cell.centre);
+                if !met && !whole {
+                    continue;
+                }
+            }
+            if (self.rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
+                open.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
+            } else {
+                found.push((cell, whole));
+            }
+        }
+        found
+    }
+
+    /// Is the place outside of all balls?
+    fn is_open(&self, at: P) -> bool {
+        !self.pieces.hold(at) && !self.triangles.hold(at) && !self.closed.hold(at)
+    }
+
+    fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<(Site<P>, Carrier)> {
+        let names =
+            (0..CANDIDATES).map(|number| Name { cell: cell.key, number }.place(cell, self.rules.seed));
+        let free = names.filter(|&at| self.is_open(at) && (whole || self.domain.is_inside(at)));
+        free.map(|at| (self.rules.site(at), Carrier::Volume)).collect()
+    }
+
+    fn centres_of(
+        &self,
+        cells: &[u32],
+        delaunay: &Triangulation<P::Cell>,
+        labels: &Labels,
+    ) -> Vec<(Site<P>, Carrier)> {
+        let mut found = Vec::new();
+        for &i in cells.iter().filter(|&&i| labels.is_inside(i)) {
+            let cell = &delaunay.cells[i as usize];
+            let mut corners = [P::default(); 4];
+            let mut largest = 0.0f64;
+            for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
+                *corner = self.vertices.points[v as usize];
+                largest = largest.max(self.vertices.sizes[v as usize]);
+            }
+            let centre = circumcentre(&corners[..P::Cell::LEN]);
+            let radius = dist2(centre, corners[0]).sqrt();
+            let is_free = || self.is_open(centre) && self.domain.is_inside(centre);
+            if radius.is_finite() && self.rules.is_too_large(centre, radius, largest) && is_free() {
+                found.push((self.rules.site(centre), Carrier::Volume));
+            }
+        }
+        found
+    }
+}

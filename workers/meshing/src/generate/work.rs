@@ -1,0 +1,175 @@
+//! What all stages share.
+
+use septet_geometry::point::Point;
+
+use super::balls::Balls;
+use super::machine::{Machine, distinct};
+use super::vertices::{Carrier, Holders, Vertices, flat_groups};
+use crate::domain::Domain;
+use crate::points::candidates::Name;
+use crate::points::conflicts::{Site, Sites};
+use crate::space::Space;
+
+/// A simplex is complete if its circumradius is at most this part of the size at its centre.
+pub(super) const COMPLETE: f64 = 1.0 - 1e-9;
+
+/// Candidates in a cell of a side of at most the size at its centre.
+pub(super) const CANDIDATES: u32 = 2;
+
+/// How points are generated.
+#[derive(Clone, Copy)]
+pub struct Rules<'a, P> {
+    /// The size function, in the domain's scaled coordinates.
+    pub size: &'a (dyn Fn(P) -> f64 + Sync),
+    /// Its Lipschitz constant.
+    pub lipschitz: f64,
+    /// Decides where candidates lie.
+    pub seed: u64,
+    /// The largest number of vertices.
+    pub most: u64,
+}
+
+impl<P: Point> Rules<'_, P> {
+    pub(super) fn site(&self, at: P) -> Site<P> {
+        Site { at, size: (self.size)(at) }
+    }
+
+    /// Is a simplex too large, whose corners have these sizes? The size at its centre is asked for only if theirs do
+    /// not tell.
+    pub(super) fn is_too_large(&self, centre: P, radius: f64, largest: f64) -> bool {
+        radius * (1.0 + self.lipschitz) > largest * COMPLETE && radius > COMPLETE * (self.size)(centre)
+    }
+}
+
+/// What a stage did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stage {
+    /// `segments`, `facets`, `volume`, and `force` where points are forced.
+    pub name: &'static str,
+    /// Candidates that came into an independent set's graph.
+    pub candidates: u64,
+    /// Points placed.
+    pub points: u64,
+    /// Rounds of completion.
+    pub completion: u32,
+    /// Rounds of local priorities, of all sets together.
+    pub set_rounds: u32,
+    /// The most of one set, and that set's number of candidates.
+    pub longest: (u32, u64),
+}
+
+/// The generator at work.
+pub(super) struct Work<'a, P: Space, M> {
+    pub(super) domain: &'a Domain<P>,
+    pub(super) rules: Rules<'a, P>,
+    pub(super) machine: &'a mut M,
+    pub(super) holders: Holders,
+    /// The groups of coplanar facets of each carrier.
+    pub(super) flats: Holders,
+    /// The segments of each carrier; meaningless for facets.
+    pub(super) lines: Holders,
+    pub(super) vertices: Vertices<P>,
+    pub(super) stages: Vec<Stage>,
+    /// Balls of the segments' pieces.
+    pub(super) pieces: Balls<P>,
+    /// Those of the facets' triangles.
+    pub(super) triangles: Balls<P>,
+    /// Balls that are closed to points of the volume.
+    pub(super) closed: Balls<P>,
+}
+
+impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
+    pub(super) fn new(domain: &'a Domain<P>, rules: Rules<'a, P>, machine: &'a mut M) -> Self {
+        let mut vertices = Vertices { points: Vec::new(), sizes: Vec::new(), carriers: Vec::new() };
+        for (i, &v) in (0u32..).zip(&domain.corners) {
+            vertices.push(rules.site(domain.points()[v as usize]), Carrier::Corner(i));
+        }
+        let (holders, lines) = (Holders::new(domain), Holders::of_segments(domain));
+        let flats = holders.grouped(&flat_groups(domain));
+        let none = || Balls::new(Vec::new());
+        let (pieces, triangles, closed) = (none(), none(), none());
+        Work {
+            domain,
+            rules,
+            machine,
+            holders,
+            flats,
+            lines,
+            vertices,
+            stages: Vec::new(),
+            pieces,
+            triangles,
+            closed,
+        }
+    }
+
+    pub(super) fn begin(&mut self, name: &'static str) {
+        self.machine.stage(name);
+        self.stages.push(Stage { name, ..Stage::default() });
+    }
+
+    /// The first points of a stage: a maximal independent set of candidates, with all earlier points fixed.
+    pub(super) fn sample(&mut self, candidates: Vec<(Site<P>, Carrier)>) -> Result<(), M::Error> {
+        let mut sites = self.vertices.sites();
+        let fixed = sites.len();
+        let candidates = distinct(candidates);
+        sites.extend(candidates.iter().map(|c| c.0));
+        self.place(&sites, fixed, &candidates)
+    }
+
+    /// A round of completion: those candidates that no vertex is in conflict with, as far as they are independent.
+    /// How many were placed?
+    pub(super) fn complete(
+        &mut self,
+        candidates: Vec<(Site<P>, Carrier)>,
+        free: bool,
+    ) -> Result<u64, M::Error> {
+        let mut candidates = distinct(candidates);
+        if !free && !candidates.is_empty() {
+            let sites = self.vertices.sites();
+            let earlier = Sites::new(&sites);
+            let free = self.machine.map(&candidates, |c| !earlier.any_against(&c.0));
+            let mut free = free.into_iter();
+            candidates.retain(|_| free.next() == Some(true));
+        }
+        if candidates.is_empty() {
+            return Ok(0);
+        }
+        let sites: Vec<Site<P>> = candidates.iter().map(|c| c.0).collect();
+        let before = self.vertices.len();
+        self.place(&sites, 0, &candidates)?;
+        if let Some(stage) = self.stages.last_mut() {
+            stage.completion += 1;
+        }
+        Ok((self.vertices.len() - before) as u64)
+    }
+
+    fn place(
+        &mut self,
+        sites: &[Site<P>],
+        fixed: usize,
+        candidates: &[(Site<P>, Carrier)],
+    ) -> Result<(), M::Error> {
+        if candidates.is_empty() {
+            return Ok(());
+        }
+        let set = self.machine.independent(sites, fixed)?;
+        for &m in set.members.iter().filter(|&&m| m as usize >= fixed) {
+            let (site, carrier) = candidates[m as usize - fixed];
+            self.vertices.push(site, carrier);
+        }
+        if let Some(stage) = self.stages.last_mut() {
+            let rounds = set.rounds() as u32;
+            stage.candidates += candidates.len() as u64;
+            stage.points += (set.members.len() - fixed) as u64;
+            stage.set_rounds += rounds;
+            stage.longest = stage.longest.max((rounds, candidates.len() as u64));
+        }
+        Ok(())
+    }
+
+    /// Seeds of features of one kind differ.
+    pub(super) fn seed_of(&self, feature: u32) -> u64 {
+        Name { cell: crate::octree::Key::ROOT, number: feature }.priority(self.rules.seed).0
+    }
+}
