@@ -37,6 +37,12 @@ pub mod size;
 
 pub mod points;
 
+pub mod mesh;
+
+pub mod conformity;
+
+pub mod quality;
+
 mod check;
 
 #[cfg(test)]
