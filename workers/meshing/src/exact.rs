@@ -12,7 +12,7 @@ use num_bigint::BigInt;
 use septet_geometry::point::Point;
 
 /// `x = m 2^e`.
-fn split(x: f64) -> (i64, i32) {
+pub(crate) fn split(x: f64) -> (i64, i32) {
     let bits = x.to_bits();
     let biased = ((bits >> 52) & 0x7ff) as i32;
     let fraction = (bits & ((1 << 52) - 1)) as i64;
@@ -21,7 +21,7 @@ fn split(x: f64) -> (i64, i32) {
 }
 
 /// Coordinates as integers, all times one power of two.
-fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
+pub(crate) fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
     let parts = |p: &P| (0..P::DIM).map(|i| split(p.coord(i))).collect::<Vec<_>>();
     let all: Vec<Vec<(i64, i32)>> = points.iter().map(parts).collect();
     let low = all.iter().flatten().filter(|x| x.0 != 0).map(|x| x.1).min().unwrap_or(0);
@@ -30,7 +30,7 @@ fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
 }
 
 /// The orientation determinant of differences: rows `wall[1..] - wall[0]` and `q - wall[0]`.
-fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
+pub(crate) fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
     let minus = |a: &[BigInt]| a.iter().zip(&wall[0]).map(|(a, o)| a - o).collect::<Vec<_>>();
     let a = minus(&wall[1]);
     if wall.len() == 2 {

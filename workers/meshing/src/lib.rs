@@ -39,6 +39,12 @@ pub mod points;
 
 pub mod generate;
 
+pub mod mesh;
+
+pub mod conformity;
+
+pub mod quality;
+
 mod check;
 
 #[cfg(test)]

@@ -11,8 +11,9 @@ use septet_geometry::point::Simplex;
 
 use super::facets::{Plane, as_space};
 use super::machine::{Machine, Triangulation};
-use super::vertices::{Carrier, Holders};
+use super::vertices::Holders;
 use super::work::Work;
+use crate::mesh::Carrier;
 use crate::sides::{Location, Sets};
 use crate::space::Space;
 

@@ -23,10 +23,10 @@ use super::cells::is_flat;
 use super::facets::{Plane, Triangles, circumcircle};
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
-use super::vertices::Carrier;
 use super::work::Work;
 use super::{Failure, Missing};
 use crate::domain::Feature;
+use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
@@ -77,7 +77,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             if round == MOST_ROUNDS || self.vertices.len() as u64 > self.rules.most {
                 return Err(Failure::Missing(Missing { features: lacking.features() }));
             }
-            let forced = self.divided(&lacking);
+            let forced = self.divided(planes, &lacking);
             if self.complete_forced(forced).map_err(Failure::Machine)? == 0 {
                 return Err(Failure::Missing(Missing { features: lacking.features() }));
             }
@@ -94,7 +94,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Where what is missing is divided; the size of a site is the radius of what it divides.
-    fn divided(&self, lacking: &Lacking) -> Vec<(Site<P>, Carrier)> {
+    fn divided(&self, planes: &[Plane], lacking: &Lacking) -> Vec<(Site<P>, Carrier)> {
         let mut forced: Vec<(Site<P>, Carrier)> =
             lacking.pieces.iter().map(|&(s, piece)| self.halved(s, piece)).collect();
         let chains = self.chains();
@@ -108,7 +108,13 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                     let (s, piece) = pieces[i as usize];
                     forced.push(self.halved(s, piece));
                 }
-                None => forced.push((Site { at: centre, size: radius2.sqrt() }, Carrier::Facet(f))),
+                None => {
+                    let plane = &planes[f as usize];
+                    let held = plane.holds(plane.of(super::facets::as_space(centre)));
+                    // A centre beyond the facet's border although outside of all balls: the middle serves.
+                    let at = if held { centre } else { (a + b + c) / 3.0 };
+                    forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
+                }
             }
         }
         forced

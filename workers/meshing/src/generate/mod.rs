@@ -38,6 +38,7 @@
 mod balls;
 mod cells;
 mod facets;
+mod finish;
 mod force;
 mod machine;
 mod segments;
@@ -50,7 +51,7 @@ use crate::space::Space;
 
 pub use cells::Labels;
 pub use machine::{Alone, Machine, Triangulation};
-pub use vertices::{Carrier, Holders, Vertices};
+pub use vertices::{Holders, Vertices};
 pub use work::{Rules, Stage};
 
 use work::Work;

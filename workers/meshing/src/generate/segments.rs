@@ -8,8 +8,8 @@ use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
 use super::machine::Machine;
-use super::vertices::Carrier;
 use super::work::{CANDIDATES, Work};
+use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
 use crate::points::conflicts::Site;

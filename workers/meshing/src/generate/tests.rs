@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
-use septet_geometry::point::Point;
 
 use super::{Alone, Generated, Labels, Rules, generate};
 use crate::domain::Domain;
@@ -41,61 +40,10 @@ fn meshed<P: Space + crate::facet::Triangulate>(
     (domain, made)
 }
 
-/// Twice the area of a triangle, twice the length of an edge.
-fn twice<P: Point>(corners: &[P]) -> f64 {
-    let u = corners[1] - corners[0];
-    match corners.get(2) {
-        None => 2.0 * u.norm2().sqrt(),
-        Some(&c) => {
-            let v = c - corners[0];
-            (u.norm2() * v.norm2() - u.dot(v) * u.dot(v)).sqrt()
-        }
-    }
-}
-
-fn measure<P: Point>(cell: &[P]) -> f64 {
-    let rel: Vec<P> = cell[1..].iter().map(|&p| p - cell[0]).collect();
-    let (w, _) = P::sphere_plane(&rel);
-    w.abs() / if P::DIM == 2 { 2.0 } else { 6.0 }
-}
-
-/// Cells fill every component, faces tile every facet, and pieces are edges of cells.
+/// The independent checks pass.
 fn is_sound<P: Space>(domain: &Domain<P>, made: &Generated<P>) {
-    let at = |v: &u32| made.vertices.points[*v as usize];
-    let corners = |c: &[u32]| c.iter().map(at).collect::<Vec<P>>();
-    for (i, component) in (0u32..).zip(&domain.components).filter(|(_, c)| c.inside) {
-        let own = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l == i);
-        let sum: f64 = own.map(|(c, _)| measure(&corners(c.as_ref()))).sum();
-        assert!(
-            (sum / component.measure - 1.0).abs() < 1e-9,
-            "component {i}: {sum} of {}",
-            component.measure
-        );
-    }
-    let wall = |w: &u32| {
-        let w = domain.walls()[*w as usize];
-        twice(&w.as_ref().iter().map(|&v| domain.points()[v as usize]).collect::<Vec<P>>())
-    };
-    let whole: Vec<f64> = match P::DIM {
-        2 => domain.segments.iter().map(|s| twice(&s.ends().map(|v| domain.points()[v as usize]))).collect(),
-        _ => domain.facets.iter().map(|f| f.walls.iter().map(wall).sum()).collect(),
-    };
-    let mut tiled = vec![0.0; whole.len()];
-    for (f, face, _) in &made.faces {
-        tiled[*f as usize] += twice(&corners(face.as_ref()));
-    }
-    for (f, (tiled, whole)) in tiled.iter().zip(&whole).enumerate() {
-        assert!((tiled / whole - 1.0).abs() < 1e-9, "facet {f}: {tiled} of {whole}");
-    }
-    let mut edges = std::collections::BTreeSet::new();
-    for (cell, _) in made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < Labels::FLAT) {
-        for (i, &a) in cell.as_ref().iter().enumerate() {
-            edges.extend(cell.as_ref()[..i].iter().map(|&b| [a.min(b), a.max(b)]));
-        }
-    }
-    for (s, [a, b]) in &made.pieces {
-        assert!(edges.contains(&[*a.min(b), *a.max(b)]), "segment {s}: no edge {a} {b}");
-    }
+    let found = crate::conformity::check(domain, &made.clone().into_mesh(domain));
+    assert!(found.is_clean(), "{found:?}");
 }
 
 #[test]

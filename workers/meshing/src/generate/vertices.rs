@@ -3,22 +3,10 @@
 use septet_geometry::point::Point;
 
 use crate::domain::Domain;
+use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
-
-/// The feature of lowest dimension that a vertex lies on. It may be rounded off it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Carrier {
-    /// Position in [`Domain::corners`].
-    Corner(u32),
-    /// Position in [`Domain::segments`].
-    Segment(u32),
-    /// Position in [`Domain::facets`].
-    Facet(u32),
-    /// The inside.
-    Volume,
-}
 
 /// Vertices: structure of arrays, corners first.
 #[derive(Clone, Debug, Default)]

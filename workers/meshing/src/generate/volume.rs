@@ -13,10 +13,10 @@ use super::facets::{Plane, Triangles, circumcircle};
 use super::force::Lacking;
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
-use super::vertices::Carrier;
 use super::work::{CANDIDATES, Work};
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
+use crate::mesh::Carrier;
 use crate::octree::{Cell, Cube, DEEPEST, Key};
 use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
@@ -60,7 +60,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Takes away the points around pieces and triangles that they have driven out of the triangulation (only those
-    /// can be whose own balls hold a vertex), and closes a ball twice as large to all others.
+    /// can be whose own balls hold a vertex), and closes a ball a fifth wider to all others.
     fn clear(&mut self, first: usize, lacking: &Lacking) -> Result<(), Failure<M::Error>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let pieces = lacking.pieces.iter().map(|&(_, [a, b])| {
@@ -74,7 +74,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         let mut closed = self.closed.all().to_vec();
         for ball in pieces.chain(triangles) {
             let same = closed.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
-            let radius2 = same.fold(ball.radius2, f64::max) * 4.0;
+            let radius2 = same.fold(ball.radius2, f64::max) * 1.44;
             closed.push(Ball { radius2, ..ball });
         }
         self.closed = Balls::new(closed);

@@ -4,8 +4,9 @@ use septet_geometry::point::Point;
 
 use super::balls::Balls;
 use super::machine::{Machine, distinct};
-use super::vertices::{Carrier, Holders, Vertices, flat_groups};
+use super::vertices::{Holders, Vertices, flat_groups};
 use crate::domain::Domain;
+use crate::mesh::Carrier;
 use crate::points::candidates::Name;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;

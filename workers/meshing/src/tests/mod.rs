@@ -1,8 +1,11 @@
 //! Tests of the whole crate.
 
 mod brute;
+mod conforming;
 mod contacts;
 mod defects;
 mod good;
+mod meshes;
+mod qualities;
 pub mod shapes;
 mod symmetry;

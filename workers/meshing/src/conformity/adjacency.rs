@@ -1,0 +1,102 @@
+//! Which cells have which facet, and which of these are faces.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::point::Simplex;
+
+use super::{Checker, MeshDefect};
+use crate::mesh::OUTSIDE;
+use crate::space::Space;
+
+/// A facet of a cell.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side<F> {
+    /// Its points, ascending.
+    key: F,
+    cell: u32,
+    /// Does the ascending order see it from inside the cell?
+    inside: bool,
+}
+
+/// Sorts; was the permutation odd?
+fn sorted<S: Simplex>(mut simplex: S) -> (S, bool) {
+    let row = simplex.as_mut();
+    let mut odd = false;
+    for i in 1..row.len() {
+        let mut j = i;
+        while j > 0 && row[j - 1] > row[j] {
+            row.swap(j - 1, j);
+            odd = !odd;
+            j -= 1;
+        }
+    }
+    (simplex, odd)
+}
+
+impl<P: Space> Checker<'_, P> {
+    fn sides(&self) -> Vec<Side<P::Facet>> {
+        let mut sides = Vec::with_capacity(self.mesh.cells.len() * (P::DIM + 1));
+        for (row, cell) in self.mesh.cells.iter().enumerate() {
+            let vertices = cell.as_ref();
+            for i in 0..=P::DIM {
+                let mut facet = P::Facet::splat(0);
+                let rest = vertices.iter().enumerate().filter(|&(k, _)| k != i);
+                for (slot, (_, &v)) in facet.as_mut().iter_mut().zip(rest) {
+                    *slot = v;
+                }
+                let (key, odd) = sorted(facet);
+                sides.push(Side { key, cell: row as u32, inside: odd ^ (i % 2 == 1) });
+            }
+        }
+        sides.sort_unstable();
+        sides
+    }
+
+    /// Parts 1 and 2 of the statement.
+    pub(super) fn faces(&mut self) {
+        let mut faces: BTreeMap<P::Facet, u32> = BTreeMap::new();
+        for (row, face) in self.mesh.faces.iter().enumerate() {
+            if faces.insert(sorted(face.vertices).0, row as u32).is_some() {
+                self.report(MeshDefect::Twice { what: "face", row: row as u32 });
+            }
+        }
+        let sides = self.sides();
+        let mut seen = vec![false; self.mesh.faces.len()];
+        for group in sides.chunk_by(|a, b| a.key == b.key) {
+            let cells: Vec<u32> = group.iter().map(|s| s.cell).collect();
+            let vertices = || group[0].key.as_ref().to_vec();
+            match *group {
+                [a, b] if a.inside == b.inside => {
+                    self.report(MeshDefect::SameSide { cells: [a.cell, b.cell] });
+                }
+                [_] | [_, _] => {}
+                _ => self.report(MeshDefect::Crowded { vertices: vertices(), count: group.len() }),
+            }
+            if let Some(&face) = faces.get(&group[0].key) {
+                seen[face as usize] = true;
+                self.named(face, cells);
+                continue;
+            }
+            match *cells.as_slice() {
+                [cell] => self.report(MeshDefect::Open { cell, vertices: vertices() }),
+                [a, b] if self.mesh.regions[a as usize] != self.mesh.regions[b as usize] => {
+                    self.report(MeshDefect::Unmarked { cells: [a, b] });
+                }
+                _ => {}
+            }
+        }
+        for (row, _) in seen.iter().enumerate().filter(|(_, seen)| !**seen) {
+            self.named(row as u32, Vec::new());
+        }
+    }
+
+    /// Is a face in the cells that it names?
+    fn named(&mut self, face: u32, found: Vec<u32>) {
+        let mut named: Vec<u32> = self.mesh.faces[face as usize].cells.to_vec();
+        named.retain(|&c| c != OUTSIDE);
+        named.sort_unstable();
+        if named != found || found.is_empty() {
+            self.report(MeshDefect::FaceCells { face, named, found });
+        }
+    }
+}

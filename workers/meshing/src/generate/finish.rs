@@ -1,0 +1,72 @@
+//! The mesh in the unit of the file and in canonical order.
+
+use septet_geometry::point::{Point, Simplex};
+use septet_geometry::range::scale;
+
+use super::{Generated, Labels};
+use crate::domain::Domain;
+use crate::mesh::{Edge, Face, Mesh, OUTSIDE};
+use crate::space::Space;
+
+impl<P: Space> Generated<P> {
+    /// The mesh: cells inside of the domain, their faces on its facets and edges on its segments.
+    pub fn into_mesh(self, domain: &Domain<P>) -> Mesh<P> {
+        let back = -domain.simplices.exponent;
+        let mut rows: Vec<(P::Cell, u32)> = Vec::new();
+        for (i, cell) in (0u32..).zip(&self.delaunay.cells).filter(|(i, _)| self.labels.is_inside(*i)) {
+            rows.push((canonical::<P>(*cell), i));
+        }
+        rows.sort_unstable();
+        let mut number = vec![OUTSIDE; self.delaunay.cells.len()];
+        for (new, (_, old)) in (0u32..).zip(&rows) {
+            number[*old as usize] = new;
+        }
+        let renumbered = |c: u32| if c == u32::MAX { OUTSIDE } else { number[c as usize] };
+        let marker = |f: u32| match P::DIM {
+            2 => domain.segments[f as usize].marker,
+            _ => domain.facets[f as usize].marker,
+        };
+        let face = |&(facet, vertices, cells): &(u32, P::Facet, [u32; 2])| Face {
+            vertices,
+            facet,
+            marker: marker(facet),
+            cells: cells.map(renumbered),
+        };
+        let edge = |&(segment, vertices): &(u32, [u32; 2])| Edge {
+            vertices,
+            segment,
+            marker: domain.segments[segment as usize].marker,
+        };
+        Mesh {
+            points: self.vertices.points.iter().map(|&p| scale(p, back)).collect(),
+            sizes: self.vertices.sizes.iter().map(|&s| scale(P::splat(s), back).coord(0)).collect(),
+            regions: rows.iter().map(|(_, old)| self.labels.of[*old as usize]).collect(),
+            cells: rows.into_iter().map(|r| r.0).collect(),
+            faces: self.faces.iter().map(face).collect(),
+            edges: if P::DIM == 2 { Vec::new() } else { self.pieces.iter().map(edge).collect() },
+            dropped: self.labels.of.iter().filter(|l| **l == Labels::FLAT).count() as u64,
+            carriers: self.vertices.carriers,
+        }
+    }
+}
+
+/// The same orientation, the smallest vertex first, in space then the second smallest.
+fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
+    let row = cell.as_mut();
+    let smallest = |row: &[u32]| (0..row.len()).min_by_key(|&i| row[i]).unwrap_or(0);
+    let first = smallest(row);
+    if P::DIM == 2 {
+        row.rotate_left(first);
+        return cell;
+    }
+    if first != 0 {
+        // Two exchanges keep the orientation.
+        row.swap(0, first);
+        let [a, b] = [1, 2, 3].into_iter().filter(|&i| i != first).fold([0, 0], |[_, b], i| [b, i]);
+        row.swap(a, b);
+    }
+    let second = smallest(&row[1..]);
+    row[1..].rotate_left(second);
+    debug_assert_eq!(P::Cell::LEN, 4);
+    cell
+}

@@ -1,0 +1,53 @@
+//! Angles and measures of cells. Rounded: for reports.
+
+use septet_geometry::point::Point;
+
+use crate::space::Space;
+
+/// The angles of a cell in degrees: of a triangle at its three corners, of a tetrahedron at its six edges. A flat
+/// cell has angles of 0 and 180.
+pub fn angles<P: Space>(cell: &[P]) -> Vec<f64> {
+    if P::DIM == 2 {
+        return (0..3)
+            .map(|i| {
+                let (a, b, c) = (cell[i], cell[(i + 1) % 3], cell[(i + 2) % 3]);
+                let (u, v) = (b - a, c - a);
+                between(P::hull_normal(&[u]).dot(v).abs(), u.dot(v))
+            })
+            .collect();
+    }
+    let mut found = Vec::with_capacity(6);
+    for i in 0..4 {
+        for j in 0..i {
+            let (k, l) = others(i, j);
+            // Around the edge: the normals of its two triangles are turned by the angle between these.
+            let edge = cell[j] - cell[i];
+            let (m, n) =
+                (P::hull_normal(&[edge, cell[k] - cell[i]]), P::hull_normal(&[edge, cell[l] - cell[i]]));
+            let sine = m.dot(cell[l] - cell[i]).abs() * edge.norm2().sqrt();
+            found.push(between(sine, m.dot(n)));
+        }
+    }
+    found
+}
+
+/// The angle of this sine and cosine, both times the same.
+fn between(sine: f64, cosine: f64) -> f64 {
+    sine.atan2(cosine).to_degrees()
+}
+
+/// The other two of 0, 1, 2, 3.
+fn others(i: usize, j: usize) -> (usize, usize) {
+    let mut rest = (0..4).filter(|&k| k != i && k != j);
+    (rest.next().unwrap_or(0), rest.next().unwrap_or(0))
+}
+
+/// Area or volume of a cell, positive for a positive one.
+pub fn measure<P: Point>(cell: &[P]) -> f64 {
+    let mut rel = [P::default(); 3];
+    for i in 0..P::DIM {
+        rel[i] = cell[i + 1] - cell[0];
+    }
+    let factorial = if P::DIM == 2 { 2.0 } else { 6.0 };
+    P::hull_normal(&rel[..P::DIM - 1]).dot(rel[P::DIM - 1]) / factorial
+}

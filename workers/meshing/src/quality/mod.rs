@@ -1,0 +1,353 @@
+//! How good a mesh is.
+//!
+//! **Statement.** Of every cell: the radius-edge ratio with certain bounds ([`ratio`]), its angles, its volume; of
+//! every edge: its length over the smaller size at its ends, and how steep the size function is along it; of every
+//! point: its size over the local feature size; of all: how many points there are for each unit of the integral of
+//! `dx / f^d`. The promise `R/l <= B` differs with where a cell's circumcentre lies ([`Place`]), so maxima and violations are
+//! counted for each place; whether a ratio is above its bound is decided exactly.
+//!
+//! All but these decisions is rounded and decides nothing.
+//!
+//! **Work and depth.** O(1) a cell, an edge sort, and what the caller's functions cost; sequential.
+
+pub mod angles;
+pub mod histogram;
+pub mod ratio;
+pub mod zones;
+
+use std::collections::BTreeMap;
+
+use septet_geometry::measure::circumcentre;
+use septet_geometry::point::Point;
+use septet_geometry::range::scale;
+
+use crate::conformity::Sum;
+use crate::domain::{Domain, Feature};
+use crate::mesh::{Carrier, Mesh};
+use crate::space::Space;
+use histogram::Histogram;
+use ratio::Bounds;
+
+/// Where the circumcentre of a cell lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// In the domain, outside of every protected zone.
+    Free,
+    /// In the domain, in the protected zone of a feature.
+    Near(Feature),
+    /// Not in the domain, this feature being nearest; of a flat cell nowhere.
+    Outside(Option<Feature>),
+}
+
+impl Place {
+    /// The feature that matters there.
+    pub fn feature(self) -> Option<Feature> {
+        match self {
+            Place::Free => None,
+            Place::Near(feature) => Some(feature),
+            Place::Outside(feature) => feature,
+        }
+    }
+}
+
+/// What quality is measured against. Functions take points in the domain's scaled coordinates and answer in them.
+pub struct Measure<'a, P> {
+    /// Where a circumcentre lies, given it and the radius.
+    pub place: &'a dyn Fn(P, f64) -> Place,
+    /// The local feature size, if f is to be compared with it.
+    pub local_size: Option<&'a dyn Fn(P) -> f64>,
+    /// The radius-edge bounds of free and of near cells, if any is promised.
+    pub promised: [Option<f64>; 2],
+    /// How many of the worst cells are kept in each list.
+    pub worst: usize,
+}
+
+/// One of the worst cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorstCell<P> {
+    /// Its row.
+    pub cell: u32,
+    /// Its radius-edge ratio.
+    pub ratio: Bounds,
+    /// Its smallest and largest angle in degrees.
+    pub angles: [f64; 2],
+    /// Where its circumcentre lies.
+    pub place: Place,
+    /// The mean of its points, in the unit of the file.
+    pub at: P,
+    /// Its points and what carries them.
+    pub vertices: Vec<(u32, Carrier)>,
+}
+
+/// The radius-edge ratios of the cells of one kind of place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RadiusEdge<P> {
+    /// How many cells.
+    pub cells: u64,
+    /// The largest ratio: bounds of the maximum.
+    pub most: Bounds,
+    /// The bound promised.
+    pub promised: Option<f64>,
+    /// How many exceed it, exactly; 0 where nothing is promised.
+    pub over: u64,
+    /// The cells of largest ratio.
+    pub worst: Vec<WorstCell<P>>,
+}
+
+/// The cells near one feature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearFeature {
+    /// The feature.
+    pub feature: Feature,
+    /// How many cells have their circumcentres near it (or outside, with it nearest).
+    pub cells: u64,
+    /// How many of them exceed their bound.
+    pub over: u64,
+    /// The largest of their ratios.
+    pub most: Bounds,
+    /// The cell that has it.
+    pub worst: u32,
+    /// The smallest angle of these cells, in degrees.
+    pub least_angle: f64,
+}
+
+/// The steepest edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Steepest {
+    /// `|f(p) - f(q)| / |p - q|`.
+    pub slope: f64,
+    /// Its points.
+    pub edge: [u32; 2],
+}
+
+/// Smallest angles below which cells are counted as slivers, in degrees.
+pub const SLIVERS: [f64; 3] = [5.0, 10.0, 14.0];
+
+/// The radius-edge ratio below which a cell of small angles is a sliver, and not just a bad cell.
+pub const SLIVER_RATIO: f64 = 2.0;
+
+/// All of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quality<P> {
+    /// Radius-edge ratios of all cells.
+    pub ratios: Histogram,
+    /// Of cells with free centres, near and outside ones.
+    pub places: [RadiusEdge<P>; 3],
+    /// The cells by the feature that their centres are near to, the largest ratio first.
+    pub features: Vec<NearFeature>,
+    /// All angles in degrees: dihedral ones, in the plane those at corners.
+    pub angles: Histogram,
+    /// The smallest of each cell.
+    pub least_angles: Histogram,
+    /// The largest of each cell.
+    pub largest_angles: Histogram,
+    /// The cells of smallest angles.
+    pub thinnest: Vec<WorstCell<P>>,
+    /// Cells with an angle below each of [`SLIVERS`] and a radius-edge ratio below [`SLIVER_RATIO`].
+    pub slivers: [u64; 3],
+    /// The smallest and the largest cell, in the unit of the file.
+    pub volumes: [f64; 2],
+    /// All cells.
+    pub volume: f64,
+    /// Length over the smaller size at the ends, of every edge.
+    pub lengths: Histogram,
+    /// f over local feature size, at every point, if asked for.
+    pub grading: Option<Histogram>,
+    /// The sum over cells of volume times mean of `f^-d`.
+    pub integral: f64,
+    /// Points.
+    pub points: u64,
+    /// The steepest edge: the Lipschitz constant of f as the mesh sees it.
+    pub steepest: Steepest,
+}
+
+/// Measures a mesh. It must have passed the first checks: arrays that fit together, positive sizes.
+pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'_, P>) -> Quality<P> {
+    let exponent = domain.simplices.exponent;
+    let length = |x: f64| scale(P::splat(x), exponent).coord(0);
+    let mut work = Work {
+        mesh,
+        measure,
+        points: mesh.points.iter().map(|&p| scale(p, exponent)).collect(),
+        sizes: mesh.sizes.iter().map(|&f| length(f)).collect(),
+        features: BTreeMap::new(),
+        out: empty(mesh.points.len() as u64, measure),
+    };
+    work.cells(exponent);
+    work.edges();
+    if let Some(local_size) = measure.local_size {
+        let mut grading = Histogram::new(0.0, 1.0, 20);
+        work.points.iter().zip(&work.sizes).for_each(|(&p, f)| grading.add(f / local_size(p)));
+        work.out.grading = Some(grading);
+    }
+    let mut features: Vec<NearFeature> = work.features.into_values().collect();
+    features.sort_by(|a, b| b.most.upper.total_cmp(&a.most.upper).then(a.feature.cmp(&b.feature)));
+    Quality { features, ..work.out }
+}
+
+fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
+    let [free, near] = measure.promised;
+    let place = |promised| RadiusEdge {
+        cells: 0,
+        most: Bounds { lower: 0.0, upper: 0.0 },
+        promised,
+        over: 0,
+        worst: Vec::new(),
+    };
+    let degrees = |bins| Histogram::new(0.0, 180.0, bins);
+    Quality {
+        ratios: Histogram::new(0.5, 4.5, 80),
+        places: [place(free), place(near), place(None)],
+        features: Vec::new(),
+        angles: degrees(90),
+        least_angles: degrees(90),
+        largest_angles: degrees(90),
+        thinnest: Vec::new(),
+        slivers: [0; 3],
+        volumes: [f64::INFINITY, f64::NEG_INFINITY],
+        volume: 0.0,
+        lengths: Histogram::new(0.0, 4.0, 80),
+        grading: None,
+        integral: 0.0,
+        points,
+        steepest: Steepest::default(),
+    }
+}
+
+struct Work<'a, P: Space> {
+    mesh: &'a Mesh<P>,
+    measure: &'a Measure<'a, P>,
+    /// Scaled.
+    points: Vec<P>,
+    sizes: Vec<f64>,
+    features: BTreeMap<Feature, NearFeature>,
+    out: Quality<P>,
+}
+
+impl<P: Space> Work<'_, P> {
+    fn cells(&mut self, exponent: i32) {
+        let (mut volume, mut integral) = (Sum::default(), Sum::default());
+        let mut volumes = self.out.volumes;
+        for (row, cell) in self.mesh.cells.iter().enumerate() {
+            let mut corners = [P::default(); 4];
+            for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
+                *corner = self.points[v as usize];
+            }
+            let corners = &corners[..=P::DIM];
+            let part = angles::measure(corners);
+            volume.add(part);
+            volumes = [volumes[0].min(part), volumes[1].max(part)];
+            let density = cell.as_ref().iter().map(|&v| self.sizes[v as usize].powi(-(P::DIM as i32)));
+            integral.add(part * density.sum::<f64>() / (P::DIM + 1) as f64);
+            self.cell(row as u32, corners);
+        }
+        let unscaled = |mut x: f64| {
+            (0..P::DIM).for_each(|_| x = scale(P::splat(x), -exponent).coord(0));
+            x
+        };
+        self.out.volumes = volumes.map(unscaled);
+        self.out.volume = unscaled(volume.value());
+        self.out.integral = integral.value();
+    }
+
+    fn cell(&mut self, row: u32, corners: &[P]) {
+        let ratio = ratio::ratio(corners);
+        let found = angles::angles(corners);
+        let least = found.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = found.iter().copied().fold(0.0, f64::max);
+        for angle in found {
+            self.out.angles.add(angle);
+        }
+        self.out.least_angles.add(least);
+        self.out.largest_angles.add(largest);
+        self.out.ratios.add(ratio.upper);
+        if ratio.upper < SLIVER_RATIO {
+            for (count, limit) in self.out.slivers.iter_mut().zip(SLIVERS) {
+                *count += u64::from(least < limit);
+            }
+        }
+        let centre = circumcentre(corners);
+        let flat = !(0..P::DIM).all(|i| centre.coord(i).is_finite());
+        let radius = (centre - corners[0]).norm2().sqrt();
+        let place = if flat { Place::Outside(None) } else { (self.measure.place)(centre, radius) };
+        let class = match place {
+            Place::Free => 0,
+            Place::Near(_) => 1,
+            Place::Outside(_) => 2,
+        };
+        let over = self.out.places[class].promised.is_some_and(|bound| !ratio::at_most(corners, bound));
+        let kind = &mut self.out.places[class];
+        kind.cells += 1;
+        kind.over += u64::from(over);
+        kind.most = larger(kind.most, ratio);
+        if let Some(feature) = place.feature() {
+            self.near(feature, row, ratio, least, over);
+        }
+        let keep = self.measure.worst;
+        let by_ratio = |c: &WorstCell<P>| -c.ratio.upper;
+        let by_angle = |c: &WorstCell<P>| c.angles[0];
+        let angles = [least, largest];
+        if enters(&self.out.places[class].worst, keep, -ratio.upper, by_ratio) {
+            let worst = self.describe(row, ratio, angles, place);
+            insert(&mut self.out.places[class].worst, keep, worst, by_ratio);
+        }
+        if enters(&self.out.thinnest, keep, least, by_angle) {
+            let worst = self.describe(row, ratio, angles, place);
+            insert(&mut self.out.thinnest, keep, worst, by_angle);
+        }
+    }
+
+    fn near(&mut self, feature: Feature, cell: u32, ratio: Bounds, least_angle: f64, over: bool) {
+        let first = NearFeature { feature, cells: 0, over: 0, most: ratio, worst: cell, least_angle };
+        let line = self.features.entry(feature).or_insert(first);
+        line.cells += 1;
+        line.over += u64::from(over);
+        if ratio.upper > line.most.upper {
+            line.worst = cell;
+        }
+        line.most = larger(line.most, ratio);
+        line.least_angle = line.least_angle.min(least_angle);
+    }
+
+    fn describe(&self, cell: u32, ratio: Bounds, angles: [f64; 2], place: Place) -> WorstCell<P> {
+        let row = self.mesh.cells[cell as usize].as_ref();
+        let sum =
+            row.iter().fold(P::splat(0.0), |sum, &v| sum + self.mesh.points[v as usize] / row.len() as f64);
+        let vertices = row.iter().map(|&v| (v, self.mesh.carriers[v as usize])).collect();
+        WorstCell { cell, ratio, angles, place, at: sum, vertices }
+    }
+
+    fn edges(&mut self) {
+        for edge in self.mesh.cell_edges() {
+            let [f, g] = edge.map(|v| self.sizes[v as usize]);
+            let [p, q] = edge.map(|v| self.points[v as usize]);
+            let length = (p - q).norm2().sqrt();
+            self.out.lengths.add(length / f.min(g));
+            let slope = (f - g).abs() / length;
+            if slope > self.out.steepest.slope {
+                self.out.steepest = Steepest { slope, edge };
+            }
+        }
+    }
+}
+
+fn larger(a: Bounds, b: Bounds) -> Bounds {
+    Bounds { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) }
+}
+
+/// Would this be among the first `keep`?
+fn enters<P>(list: &[WorstCell<P>], keep: usize, key: f64, of: impl Fn(&WorstCell<P>) -> f64) -> bool {
+    list.len() < keep || list.last().is_some_and(|last| key < of(last))
+}
+
+/// Puts it behind what is as bad, and lets go of what is too much.
+fn insert<P>(
+    list: &mut Vec<WorstCell<P>>,
+    keep: usize,
+    new: WorstCell<P>,
+    of: impl Fn(&WorstCell<P>) -> f64,
+) {
+    let at = list.partition_point(|c| of(c) <= of(&new));
+    list.insert(at, new);
+    list.truncate(keep);
+}

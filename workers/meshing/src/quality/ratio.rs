@@ -1,0 +1,111 @@
+//! The radius-edge ratio with certain bounds.
+//!
+//! **Statement.** Let `e_1 .. e_d` be the edges from a cell's first vertex, `v = sum_i |e_i|^2 n_i` with `n_i` the
+//! signed cross product of the others, `w` their determinant; then `R = |v| / (2 |w|)`. Let `u = 2^-53`,
+//! `M = prod |e_i|`, `S = M sum |e_i|`. As computed here,
+//! ```text
+//! |v' - v| <= 20 u S,    |w' - w| <= 16 u M,    | |v|' / |v'| - 1 | and | l' / l - 1 | <= 6 u,
+//! ```
+//! so R/l lies between `(|v|' - 20 u S) / (2 (|w'| + 16 u M) l')` and `(|v|' + 20 u S) / (2 (|w'| - 16 u M) l')`, each
+//! moved outwards by 32 u of itself for what the bounds themselves are rounded by.
+//!
+//! *Proof.* A difference of coordinates has a relative error of at most u. A component of a cross product,
+//! `ab - cd`, is then off by at most `4.1 u (|ab| + |cd|)`, the vector by at most `4.1 sqrt(3) u |x| |y| < 7.2 u |x| |y|`.
+//! `|e_i|^2` is off by 5.1 u of itself, its product with the vector by `(7.2 + 6.2) u |e_i|^2 |e_j| |e_k|`, the sum of three by 2.1 u
+//! more: below 16 u S, and in the plane, where n is a turned edge, below that. The determinant is an inner product with one such vector:
+//! `(7.2 + 4.1) u M`; in the plane `4.1 u M`. Norms add at most 2 + 1 + 1/2 roundings to the inputs'. The
+//! constants 20, 16 and 6 have room for the terms of order `u^2` and for the rounding of S and M. Nothing under- or
+//! overflows, since the coordinates are in the range of `septet_geometry::range`. QED.
+//!
+//! Where the bounds do not decide `R/l <= B`, [`at_most`] does, in integers.
+//!
+//! **Work and depth.** O(1).
+
+use std::cmp::Ordering;
+
+use num_bigint::BigInt;
+use septet_geometry::measure::shortest_edge2;
+use septet_geometry::point::Point;
+
+use crate::exact::{determinant, integers, split};
+
+/// `2^-53`.
+const U: f64 = f64::EPSILON / 2.0;
+
+/// Bounds of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// It is not below this,
+    pub lower: f64,
+    /// and not above this; infinite where rounding leaves it open.
+    pub upper: f64,
+}
+
+/// Bounds of the radius-edge ratio of `DIM + 1` points with coordinates in the exact range.
+pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
+    let mut rel = [P::default(); 3];
+    let (mut product, mut sum) = (1.0, 0.0);
+    for i in 0..P::DIM {
+        rel[i] = cell[i + 1] - cell[0];
+        let length = rel[i].norm2().sqrt();
+        product *= length;
+        sum += length;
+    }
+    let (w, v) = P::sphere_plane(&rel[..P::DIM]);
+    let (size, w) = (v.norm2().sqrt(), w.abs());
+    let (of_v, of_w) = (20.0 * U * product * sum, 16.0 * U * product);
+    let length = shortest_edge2(cell).sqrt();
+    let out = 32.0 * U;
+    let lower = (size - of_v).max(0.0) / (2.0 * (w + of_w) * length) * (1.0 - out);
+    let upper = (size + of_v) / (2.0 * (w - of_w) * length) * (1.0 + out);
+    let open = w <= of_w || upper.is_nan();
+    Bounds {
+        lower: if lower.is_nan() { 0.0 } else { lower },
+        upper: if open { f64::INFINITY } else { upper },
+    }
+}
+
+/// Is the radius-edge ratio at most `bound`? Exact.
+pub fn at_most<P: Point>(cell: &[P], bound: f64) -> bool {
+    let Bounds { lower, upper } = ratio(cell);
+    if upper <= bound || lower > bound || bound.is_nan() || bound <= 0.0 {
+        return upper <= bound;
+    }
+    if bound == f64::INFINITY {
+        return true;
+    }
+    // (R/l)^2 = |v|^2 / (4 w^2 l^2) with everything whole; the bound is m 2^e.
+    let points = integers(&cell[..=P::DIM]);
+    let minus = |a: &[BigInt], b: &[BigInt]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();
+    let norm2 = |a: &[BigInt]| a.iter().map(|x| x * x).sum::<BigInt>();
+    let edges: Vec<Vec<BigInt>> = points[1..].iter().map(|p| minus(p, &points[0])).collect();
+    let w = determinant(&points[..P::DIM], &points[P::DIM]);
+    let v = norm2(&numerator(&edges));
+    let pairs = (0..=P::DIM).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let shortest = pairs.map(|(i, j)| norm2(&minus(&points[i], &points[j]))).min().unwrap_or_default();
+    let (m, e) = split(bound);
+    let right: BigInt = BigInt::from(4) * &w * &w * shortest * m * m;
+    let order = if e < 0 { (v << (-2 * e)).cmp(&right) } else { v.cmp(&(right << (2 * e))) };
+    w != BigInt::ZERO && order != Ordering::Greater
+}
+
+/// The vector v, up to sign.
+fn numerator(edges: &[Vec<BigInt>]) -> Vec<BigInt> {
+    let norm2 = |a: &[BigInt]| a.iter().map(|x| x * x).sum::<BigInt>();
+    if let [a, b] = edges {
+        let (aa, bb) = (norm2(a), norm2(b));
+        return vec![&b[1] * &aa - &a[1] * &bb, &a[0] * &bb - &b[0] * &aa];
+    }
+    let cross = |a: &[BigInt], b: &[BigInt]| {
+        let part = |i: usize, j: usize| &a[i] * &b[j] - &a[j] * &b[i];
+        [part(1, 2), part(2, 0), part(0, 1)]
+    };
+    let mut sum = vec![BigInt::ZERO; 3];
+    for i in 0..3 {
+        let (factor, n) = (norm2(&edges[i]), cross(&edges[(i + 1) % 3], &edges[(i + 2) % 3]));
+        for (sum, n) in sum.iter_mut().zip(n) {
+            *sum += &factor * n;
+        }
+    }
+    sum
+}
