@@ -134,7 +134,7 @@ pub struct Config {
     /// How nearest-neighbour balls are corrected: by one descent, or by the rival ([`crate::simulate`] only).
     pub correction: Correction,
     /// Record what leaves have to say to each other ([`crate::predict`]); only where work and depth are
-    /// counted. Unless there is one worker, this takes a second run, with one.
+    /// counted. This takes a run of its own, with one worker.
     pub record_tasks: bool,
     /// A fault planted in the machine, for tests of what a machine without faults never shows.
     pub fault: Option<Fault>,

@@ -1,5 +1,8 @@
 //! How much memory a run takes: a forecast before it starts, and the peak that was measured.
 
+use crate::config::Config;
+use crate::error::Error;
+
 /// Bytes a point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
 /// rounded up.
 const BYTES_PER_POINT: [u64; 2] = [1100, 600];
@@ -12,6 +15,18 @@ const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
 pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {
     let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
     points.saturating_mul(row[usize::from(dimension == 2)]).saturating_add(64 << 20)
+}
+
+/// Refuses what does not fit into the limit of the configuration, if it has one.
+///
+/// # Errors
+/// [`Error::Memory`] with the forecast.
+pub fn admit(config: &Config, points: u64, dimension: usize, counted: bool) -> Result<(), Error> {
+    let forecast = forecast(points, dimension, counted);
+    match config.max_memory {
+        Some(limit) if forecast > limit => Err(Error::Memory { forecast, limit, points }),
+        _ => Ok(()),
+    }
 }
 
 /// Peak resident memory of this process in bytes, where the system tells.

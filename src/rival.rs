@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::canonical::{Cells, canonicalise};
 use crate::config::Config;
 use crate::error::Error;
-use crate::memory::forecast;
+use crate::memory::admit;
 use crate::prepare::prepare;
 use crate::run::{Accounting, Run};
 
@@ -47,22 +47,12 @@ pub struct Rival {
 /// See [`Error`].
 pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Error> {
     let start = Instant::now();
-    if let Some(limit) = config.max_memory {
-        let forecast = forecast(points.len() as u64, P::DIM, true);
-        if forecast > limit {
-            return Err(Error::Memory { forecast, limit, points: points.len() as u64 });
-        }
-    }
+    admit(config, points.len() as u64, P::DIM, true)?;
     let ready = prepare(points, config.skip_invalid)?;
     let mut rival = Rival {
         space: P::DIM,
         dimension: ready.dimension,
-        points: Accounting {
-            input: points.len() as u64,
-            used: ready.ids.len() as u64,
-            duplicates: ready.duplicates,
-            refused: ready.refused,
-        },
+        points: Accounting::of(points.len(), &ready),
         cells: Vec::new(),
         hull_facets: 0,
         clock: Clock::default(),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use septet::geometry::range::RangeError;
 use septet::io::read::ReadOptions;
 use septet::io::write::{OutputFormat, WriteOptions, write};
-use septet::memory::{forecast, peak_rss, rss};
+use septet::memory::{admit, peak_rss, rss};
 use septet::model::{MeshView, Points};
 use septet::report::{Report, Setting};
 use septet::view::MOST_POINTS;
@@ -33,7 +33,8 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let texts: Vec<&Path> = texts.collect();
     files::check(is_file.then(|| Path::new(&args.input)), &args.output, &texts)?;
     let loaded = if let Some(request) = sample {
-        within_memory(&config, request.n, request.dimension, counted)?;
+        // Too large a sample is refused before it is made.
+        admit(&config, request.n, request.dimension, counted)?;
         input::make(&request, talk)?
     } else {
         let (dimension, skip_invalid) = (args.dimension, args.skip_invalid);
@@ -113,15 +114,6 @@ fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
         (Points::Space(points), false) => septet::triangulate(points, config),
         (Points::Plane(points), true) => septet::simulate(points, config),
         (Points::Space(points), true) => septet::simulate(points, config),
-    }
-}
-
-/// A sample too large for the limit is refused before it is made.
-fn within_memory(config: &Config, points: u64, dimension: usize, counted: bool) -> Result<(), Failure> {
-    let forecast = forecast(points, dimension, counted);
-    match config.max_memory {
-        Some(limit) if forecast > limit => Err(Error::Memory { forecast, limit, points }.into()),
-        _ => Ok(()),
     }
 }
 

@@ -1,8 +1,8 @@
 //! The file of a sweep: complete lines, and nothing else that is trusted.
 //!
 //! A run's line is appended in one piece when the run is over. What stands after the last line's end was torn
-//! by an interruption and is dropped when the sweep is taken up, if it begins as lines do; a complete line that is no run, or that belongs
-//! to another sweep, is refused and the file left as it is.
+//! by an interruption and is dropped when the sweep is taken up, if it begins as lines do. Anything else (a complete
+//! line that is no run, or belongs to another sweep) is refused and the file left as it is.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};

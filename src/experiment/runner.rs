@@ -49,11 +49,10 @@ impl Runner {
         progress: &mut dyn FnMut(&str, u64, u64),
     ) -> Result<Line, RunError> {
         let request = job.request;
-        if self.set.as_ref().is_none_or(|(made, _)| *made != request) {
-            self.set = None;
-            self.set = Some((request, generate(&request, progress)?));
-        }
-        let Some((_, set)) = &self.set else { unreachable!("it was made just now") };
+        let (_, set) = match self.set.take().filter(|(made, _)| *made == request) {
+            Some(kept) => self.set.insert(kept),
+            None => self.set.insert((request, generate(&request, progress)?)),
+        };
         let config = Config {
             workers: job.workers,
             seed: request.seed,

@@ -104,7 +104,7 @@ pub(super) fn read_faces(source: Source<'_>) -> Result<Faces, InputError> {
         };
         let mut words = line.words();
         let corners = source.count(&line, words.next(), "a face `corners id id …`")?;
-        faces.push((0..corners).map(|_| position(source, &line, words.next(), 0)).collect::<Result<_, _>>()?);
+        faces.push((0..corners).map(|_| position(source, &line, words.next())).collect::<Result<_, _>>()?);
     }
     Ok(faces)
 }

@@ -125,7 +125,7 @@ fn ascii_faces(
                 continue;
             }
             let length = source.count(&line, Some(word), "the length of a list")?;
-            let items = (0..length).map(|_| position(source, &line, words.next(), 0));
+            let items = (0..length).map(|_| position(source, &line, words.next()));
             let items = items.collect::<Result<Vec<u32>, _>>();
             if i == list {
                 faces.push(items?);

@@ -136,6 +136,10 @@ impl RunData {
     /// workers.
     pub(super) fn options(&self) -> Vec<String> {
         let word = |key: &str| {
+            // A report has the leaf that was settled on, and says if it was asked for.
+            if key == "leaf" && self.value.pointer("/parameters/leaf_auto") == Some(&Value::Bool(true)) {
+                return None;
+            }
             let value = self.value.pointer(&format!("/parameters/{key}"));
             let value = value.or_else(|| self.value.pointer(&format!("/settings/{key}")))?;
             value.as_str().map(str::to_owned).or_else(|| value.as_f64().map(|x| x.to_string()))

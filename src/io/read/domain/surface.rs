@@ -49,10 +49,9 @@ pub(in crate::io::read) fn position(
     source: Source<'_>,
     line: &Line<'_>,
     word: Option<&[u8]>,
-    first: i64,
 ) -> Result<u32, InputError> {
     let word = word.ok_or_else(|| source.bad_line(line, "the point ids of a face"))?;
-    let id = integer(word).and_then(|id| u32::try_from(id - first).ok());
+    let id = integer(word).and_then(|id| u32::try_from(id).ok());
     id.ok_or_else(|| source.bad_word(line, word, "a point id"))
 }
 
