@@ -46,6 +46,7 @@ pub mod memory;
 
 mod run;
 
+mod record;
 mod sizing;
 
 mod count;

@@ -20,10 +20,11 @@ use crate::canonical::{Cells, canonicalise};
 use crate::config::{Config, ConfigError, Workers};
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::{Error, Refutation};
-use crate::memory::forecast;
+use crate::memory::admit;
 use crate::model::MeshView;
 use crate::pieces::Pieces;
 use crate::prepare::{Prepared, prepare};
+use crate::record::take_record;
 use crate::sizing::{check_machine, plan_leaves, settle};
 use crate::view::{MOST_POINTS, View};
 
@@ -38,6 +39,17 @@ pub struct Accounting {
     pub duplicates: Vec<(u64, u64)>,
     /// Indices of points dropped because they were not finite.
     pub refused: Vec<u64>,
+}
+
+impl Accounting {
+    pub(crate) fn of<P>(input: usize, ready: &Prepared<P>) -> Self {
+        Accounting {
+            input: input as u64,
+            used: ready.ids.len() as u64,
+            duplicates: ready.duplicates.clone(),
+            refused: ready.refused.clone(),
+        }
+    }
 }
 
 /// The parameters that a run settled on.
@@ -243,20 +255,17 @@ pub fn run_on<P: Point>(
             Beginning::Machine(started) => *started,
             Beginning::Flat(run) => return Ok(*run),
         };
-    let mut tasks = None;
-    if machine.record_tasks {
-        // A run of its own: recording takes time, and the seconds of this one calibrate predictions.
-        tasks = record(config, &machine, &ready, start_machine)?;
-        machine.record_tasks = false;
-    }
+    let before = Instant::now();
+    let tasks = take_record(config, &mut machine, &ready, start_machine)?;
+    let recording = before.elapsed();
     let machine = Arc::new(machine);
     let mut transport = start_machine(&machine)?;
     let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
     drop(transport);
     let refutation = certify(&collected, ready.positions.len() as u64, P::DIM, machine.workers)?;
-    let mut run = finish::<P>(points.len(), ready, collected, &machine, why, start)?;
-    (run.plan, run.refutation) = (planning, refutation);
-    run.tasks = tasks.or(run.tasks);
+    let mut run = finish::<P>(points.len(), &ready, collected, &machine, why, start)?;
+    (run.plan, run.refutation, run.tasks) = (planning, refutation, tasks);
+    run.triangulate_seconds -= recording.as_secs_f64();
     match refutation {
         None => Ok(run),
         Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),
@@ -292,12 +301,7 @@ pub(crate) fn started_on<P: Point>(
     if config.correction == Correction::Naive && !counted {
         return Err(ConfigError::NaiveUncounted.into());
     }
-    if let Some(limit) = config.max_memory {
-        let forecast = forecast(points.len() as u64, P::DIM, counted && config.until.is_none());
-        if forecast > limit {
-            return Err(Error::Memory { forecast, limit, points: points.len() as u64 });
-        }
-    }
+    admit(config, points.len() as u64, P::DIM, counted && config.until.is_none())?;
     let ready = prepare(points, config.skip_invalid)?;
     let (wanted, why) = settle(config, ready.positions.len() as u64)?;
     let alpha = match wanted {
@@ -328,7 +332,7 @@ pub(crate) fn started_on<P: Point>(
             Workers::Count(p) => p,
             Workers::Leaves => 1,
         };
-        let run = flat_result::<P>(points.len(), ready, &machine, why, start);
+        let run = flat_result::<P>(points.len(), &ready, &machine, why, start);
         return Ok(Beginning::Flat(Box::new(run)));
     }
     let (plan, planning) = match config.workers {
@@ -346,35 +350,6 @@ pub(crate) fn started_on<P: Point>(
     Ok(Beginning::Machine(Box::new(Started { ready, machine, why, plan, planning })))
 }
 
-/// The record of a run with one worker.
-fn record<P: Point>(
-    config: &Config,
-    machine: &WorkerConfig,
-    ready: &Prepared<P>,
-    start_machine: &mut Start<'_, P>,
-) -> Result<Option<TaskLog>, Error> {
-    let machine = Arc::new(WorkerConfig { workers: 1, ..machine.clone() });
-    let mut transport = start_machine(&machine)?;
-    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), ready, &Plan::new())?;
-    Ok(tasks_of(&collected, &machine, P::DIM))
-}
-
-/// The record with what the ledger knows: the tree and the charges. None of a run that had to gather.
-fn tasks_of(collected: &Collected, machine: &WorkerConfig, dimension: usize) -> Option<TaskLog> {
-    let mut log = collected.tasks.as_deref()?.clone();
-    if collected.fallback.is_some() {
-        return None;
-    }
-    log.leaf_size = machine.leaf;
-    log.dimension = dimension as u32;
-    log.chosen = !matches!(machine.wanted, Wanted::Fixed(_));
-    let ledger = &collected.ledger;
-    log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind)).collect();
-    let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));
-    log.charges = charged.collect();
-    Some(log)
-}
-
 pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
     Settled { workers: machine.workers, leaf: machine.leaf, supergraph, why, counted: machine.counted }
 }
@@ -382,7 +357,7 @@ pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, wh
 /// The result for points that span less than the space: no cells, nothing run.
 fn flat_result<P: Point>(
     input: usize,
-    ready: Prepared<P>,
+    ready: &Prepared<P>,
     machine: &WorkerConfig,
     why: String,
     start: Instant,
@@ -392,7 +367,7 @@ fn flat_result<P: Point>(
     Run {
         space: P::DIM,
         dimension: ready.dimension,
-        points: accounting(input, ready),
+        points: Accounting::of(input, ready),
         store: Store::Rows(Cells::default()),
         canonical: OnceLock::new(),
         graph: None,
@@ -410,15 +385,6 @@ fn flat_result<P: Point>(
         phase_seconds: Vec::new(),
         triangulate_seconds: seconds,
         total_seconds: seconds,
-    }
-}
-
-fn accounting<P>(input: usize, ready: Prepared<P>) -> Accounting {
-    Accounting {
-        input: input as u64,
-        used: ready.ids.len() as u64,
-        duplicates: ready.duplicates,
-        refused: ready.refused,
     }
 }
 
@@ -454,14 +420,13 @@ fn certify(
 
 fn finish<P: Point>(
     input: usize,
-    ready: Prepared<P>,
+    ready: &Prepared<P>,
     collected: Collected,
     machine: &WorkerConfig,
     why: String,
     start: Instant,
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
-    let tasks = tasks_of(&collected, machine, P::DIM);
     let merged = collected.merged;
     let (with_owner, exponent) = (machine.with_leaves, ready.exponent);
     let (store, triangulate_seconds) = if machine.counted {
@@ -488,7 +453,7 @@ fn finish<P: Point>(
     Ok(Run {
         space: P::DIM,
         dimension: P::DIM as isize,
-        points: accounting(input, ready),
+        points: Accounting::of(input, ready),
         store,
         canonical: OnceLock::new(),
         graph: machine.collect_graph.then(|| sorted_edges(&collected.edges)),
@@ -502,7 +467,7 @@ fn finish<P: Point>(
         refutation: None,
         picture: (machine.view > 0).then(|| collected.album.view::<P>(population, machine.view, exponent)),
         settled: settled(machine, collected.supergraph.filter(|_| machine.counted), why),
-        tasks,
+        tasks: None,
         phase_seconds: collected.seconds,
         triangulate_seconds,
         total_seconds: start.elapsed().as_secs_f64(),

@@ -103,19 +103,16 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         for &(f, t) in &lacking.triangles {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
-            match self.pieces.holding(centre).first() {
-                Some(&i) => {
-                    let (s, piece) = pieces[i as usize];
-                    forced.push(self.halved(s, piece));
-                }
-                None => {
-                    let plane = &planes[f as usize];
-                    let held = plane.holds(plane.of(super::facets::as_space(centre)));
-                    // A centre beyond the facet's border although outside of all balls: the middle serves.
-                    let at = if held { centre } else { (a + b + c) / 3.0 };
-                    forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
-                }
+            if let Some(&i) = self.pieces.holding(centre).first() {
+                let (s, piece) = pieces[i as usize];
+                forced.push(self.halved(s, piece));
+                continue;
             }
+            let plane = &planes[f as usize];
+            let held = plane.holds(plane.of(super::facets::as_space(centre)));
+            // A centre beyond the facet's border although outside of all balls: the middle serves.
+            let at = if held { centre } else { (a + b + c) / 3.0 };
+            forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
         }
         forced
     }
