@@ -14,6 +14,14 @@ pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {
     points.saturating_mul(row[usize::from(dimension == 2)]).saturating_add(64 << 20)
 }
 
+/// Bytes a site of `independent`, likewise.
+const SITE_BYTES: [u64; 2] = [700, 500];
+
+/// Expected peak memory of an independent set of so many sites, in bytes.
+pub fn forecast_sites(sites: u64, dimension: usize) -> u64 {
+    sites.saturating_mul(SITE_BYTES[usize::from(dimension == 2)]).saturating_add(64 << 20)
+}
+
 /// Peak resident memory of this process in bytes, where the system tells.
 pub fn peak_rss() -> Option<u64> {
     status("VmHWM:")
