@@ -45,6 +45,10 @@ pub(crate) struct Collected {
     pub(crate) owner: Vec<Rank>,
     pub(crate) leaves: Vec<u64>,
     pub(crate) edges: Vec<u64>,
+    /// Members of an independent set, in the order of their arrival.
+    pub(crate) members: Vec<u64>,
+    /// Points undecided at the start of each of its rounds.
+    pub(crate) undecided: Vec<u64>,
     pub(crate) ledger: LedgerPart,
     /// Workers whose part of the ledger has arrived.
     pub(crate) parts: u32,
@@ -174,11 +178,12 @@ impl<'a, P: Point> Coordinator<'a, P> {
         for rank in 1..=workers {
             let share = |r: u32| (n as u128 * u128::from(r) / u128::from(workers)) as usize;
             let range = share(rank - 1)..share(rank);
+            let unknown = || vec![f64::INFINITY; range.len()];
             let block = PointBatch {
                 ids: Bulk(points.ids[range.clone()].to_vec()),
                 positions: Bulk(points.positions[range.clone()].to_vec()),
                 owners: Bulk(vec![rank; range.len()]),
-                radii2: Bulk(vec![f64::INFINITY; range.len()]),
+                radii2: Bulk(points.radii2.get(range.clone()).map_or_else(unknown, <[f64]>::to_vec)),
             };
             let start = Body::Start { population: self.population, frame: frame.clone() };
             self.out.send(rank, NodeId::ROOT, 0, start);
@@ -427,6 +432,12 @@ impl<'a, P: Point> Coordinator<'a, P> {
                 Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows) } => {
                     let (owner, seam) = (message.from, Vec::new());
                     self.result.pieces.push(Piece { owner, leaf, ids, rows, seam });
+                }
+                Body::Selected { mut members, undecided } => {
+                    self.result.members.append(&mut members);
+                    let sums = &mut self.result.undecided;
+                    sums.resize(sums.len().max(undecided.len()), 0);
+                    sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
                 }
                 Body::Edges(mut edges) => self.result.edges.append(&mut edges),
                 Body::Tasks(log) => self.result.tasks = Some(log),

@@ -7,9 +7,10 @@ use septet_geometry::range::RangeError;
 use septet_protocol::transport::TransportError;
 
 use crate::config::ConfigError;
+use crate::independent::SiteError;
 use crate::run::Run;
 
-/// The error of [`crate::triangulate`] and [`crate::simulate`].
+/// The error of [`crate::triangulate`], [`crate::simulate`] and [`crate::independent()`].
 #[derive(Debug, Error)]
 pub enum Error {
     /// Parameters that cannot be run.
@@ -18,6 +19,9 @@ pub enum Error {
     /// Points that cannot be triangulated exactly.
     #[error(transparent)]
     Points(#[from] RangeError),
+    /// Sites that have no conflict graph.
+    #[error(transparent)]
+    Sites(#[from] SiteError),
     /// More memory expected than allowed.
     #[error(
         "about {forecast} bytes would be needed for {points} points, more than the limit of {limit}: use more \

@@ -51,6 +51,8 @@ mod sizing;
 
 mod count;
 
+pub mod independent;
+
 pub mod predict;
 
 pub mod report;
@@ -72,6 +74,7 @@ pub mod io;
 pub use config::Config;
 pub use count::{Counts, Ending, count};
 pub use error::{Error, Refutation};
+pub use independent::{IndependentRun, independent};
 pub use run::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
 
 pub use septet_geometry as geometry;

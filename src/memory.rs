@@ -29,6 +29,14 @@ pub fn admit(config: &Config, points: u64, dimension: usize, counted: bool) -> R
     }
 }
 
+/// Bytes a site of `independent`, likewise.
+const SITE_BYTES: [u64; 2] = [700, 500];
+
+/// Expected peak memory of an independent set of so many sites, in bytes.
+pub fn forecast_sites(sites: u64, dimension: usize) -> u64 {
+    sites.saturating_mul(SITE_BYTES[usize::from(dimension == 2)]).saturating_add(64 << 20)
+}
+
 /// Peak resident memory of this process in bytes, where the system tells.
 pub fn peak_rss() -> Option<u64> {
     status("VmHWM:")

@@ -27,6 +27,8 @@ pub(crate) struct Prepared<P> {
     pub(crate) dimension: isize,
     /// Positions (in `positions`) of affinely independent points that span it.
     pub(crate) frame: Vec<usize>,
+    /// Squared radii of balls that are given; none where neighbours give them.
+    pub(crate) radii2: Vec<f64>,
 }
 
 /// Prepares points.
@@ -54,10 +56,10 @@ pub(crate) fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prep
         .collect();
     let ids = first.iter().map(|&i| kept[i as usize]).collect();
     let (dimension, frame) = affine_frame(&positions);
-    Ok(Prepared { positions, ids, duplicates, refused, exponent, dimension, frame })
+    Ok(Prepared { positions, ids, duplicates, refused, exponent, dimension, frame, radii2: Vec::new() })
 }
 
-fn without_negative_zero<P: Point>(mut p: P) -> P {
+pub(crate) fn without_negative_zero<P: Point>(mut p: P) -> P {
     for i in 0..P::DIM {
         p.set_coord(i, p.coord(i) + 0.0);
     }
@@ -78,7 +80,7 @@ fn renumber(error: RangeError, kept: &[u64]) -> RangeError {
 /// The first of every group of coincident points, in order, and the others with their first.
 ///
 /// Points are sorted by 32 bits of a hash of their coordinates; only points that share them are compared.
-fn coincidences<P: Point>(points: &[P]) -> (Vec<u32>, Vec<(u32, u32)>) {
+pub(crate) fn coincidences<P: Point>(points: &[P]) -> (Vec<u32>, Vec<(u32, u32)>) {
     let mut keys: Vec<u64> = points
         .par_iter()
         .zip(0..points.len() as u32)

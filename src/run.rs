@@ -13,7 +13,7 @@ use septet_protocol::ledger::Ledger;
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::Transport;
 use septet_protocol::transport::TransportError;
-use septet_workers::config::{Correction, Stop, Wanted, WorkerConfig};
+use septet_workers::config::{Correction, Stop, Task, Wanted, WorkerConfig};
 use septet_workers::transport::{TransportKind, launch};
 
 use crate::canonical::{Cells, canonicalise};
@@ -311,6 +311,7 @@ pub(crate) fn started_on<P: Point>(
     let mut machine = WorkerConfig {
         run: config.run.unwrap_or(config.seed),
         seed: config.seed,
+        task: Task::Delaunay,
         workers: 1,
         leaf: config.leaf_size(P::DIM, alpha),
         counted,

@@ -243,6 +243,7 @@ impl From<septet::Error> for Failure {
         match error {
             Error::Config(error) => error.into(),
             Error::Points(error) => Failure::new(Code::Input, error.to_string()),
+            Error::Sites(error) => Failure::new(Code::Input, error.to_string()),
             Error::Memory { forecast, limit, points } => Failure::new(
                 Code::Limit,
                 format!("about {forecast} bytes would be needed for {points} points, the limit is {limit}"),

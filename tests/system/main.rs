@@ -20,6 +20,8 @@ mod faults;
 
 mod graphs;
 
+mod independent;
+
 mod ledger;
 
 mod oracle;

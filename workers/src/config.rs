@@ -76,6 +76,20 @@ impl Correction {
     }
 }
 
+/// What a run makes of its points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Task {
+    /// Their Delaunay triangulation.
+    #[default]
+    Delaunay,
+    /// A maximal independent set of the density graph (alpha 1) of the radii that the points bring along
+    /// ([`crate::independent`]).
+    Independent {
+        /// Points of smaller ids are in the set from the start.
+        fixed: u64,
+    },
+}
+
 /// Parameters of a run that every rank shares. They hold no point.
 #[derive(Clone, Debug)]
 pub struct WorkerConfig {
@@ -83,6 +97,8 @@ pub struct WorkerConfig {
     pub run: u64,
     /// Seed of every random draw.
     pub seed: u64,
+    /// What is made of the points.
+    pub task: Task,
     /// Number of workers.
     pub workers: u32,
     /// A subproblem of at most this many points is not split.

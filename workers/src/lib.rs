@@ -43,6 +43,8 @@ mod ghosts;
 
 mod sets;
 
+mod independent;
+
 mod piece;
 mod seam;
 mod stars;

@@ -13,7 +13,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Merged, Message};
 
 use crate::check::Disagreement;
-use crate::config::map_in;
+use crate::config::{Task, map_in};
 use crate::leader::by_node;
 use crate::piece::{Piece, smallest_of};
 use crate::schedule::Outcome;
@@ -154,7 +154,9 @@ impl<P: Point> Worker<P> {
             // The answers of a descent are landed, and charged, by the phase that uses them: here this one.
             self.shrink(Phase::Neighbours);
         }
-        if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
+        if self.config.task != Task::Delaunay && self.config.until.is_none() {
+            self.send_selected();
+        } else if self.known.outcome == Outcome::Passed && self.config.until.is_none() {
             if self.config.view > 0 {
                 self.see_piece();
                 self.send_view();

@@ -21,7 +21,7 @@ use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
 
-use crate::config::{WorkerConfig, map_in};
+use crate::config::{Task, WorkerConfig, map_in};
 use crate::grow::{Builder, Grown};
 use crate::leader::{by_node, is_leaf, separator_of};
 use crate::table::Table;
@@ -289,6 +289,9 @@ impl<P: Point> Worker<P> {
             self.ledger.facts(*id).population = u64::from(end - start);
         }
         self.table = Table::of_home(ids, positions, self.rank);
+        if self.config.task != Task::Delaunay {
+            self.table.radii2 = ordered.iter().flatten().map(|&i| points.radii2[i as usize]).collect();
+        }
         self.inner_ids.clear();
         let (mut inner, mut leaf) = (Vec::new(), 0);
         let mut sketch = sketch.into_iter();

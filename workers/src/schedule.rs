@@ -4,7 +4,7 @@
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Phase};
 
-use crate::config::{Correction, Wanted, WorkerConfig};
+use crate::config::{Correction, Task, Wanted, WorkerConfig};
 
 /// What the phases' order depends on, known to every rank by the time it matters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,8 +68,11 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
         return Phase::Collect;
     }
     let knn = config.counted && matches!(known.supergraph, Some(Supergraph::Knn { .. }));
+    let independent = config.task != Task::Delaunay;
     match phase {
         Phase::Load => Phase::Partition,
+        // Points bring their radii along.
+        Phase::Partition if independent => Phase::Summaries,
         Phase::Partition if !config.counted => Phase::Pieces,
         Phase::Pieces => Phase::Seam,
         Phase::Partition => Phase::Radii,
@@ -84,6 +87,7 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
         Phase::KnnRadii => Phase::KnnProbe,
         Phase::KnnProbe => Phase::Knn,
         Phase::Sets => Phase::Graph,
+        Phase::Graph if independent => Phase::Independent,
         Phase::Seam | Phase::Graph => Phase::Hulls,
         Phase::Hulls => Phase::Check,
         Phase::Check | Phase::Fallback => Phase::Repair,
@@ -93,6 +97,7 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
             Outcome::Passed | Outcome::Failed => Phase::Collect,
             Outcome::GatherUnresolved | Outcome::GatherAll => Phase::Fallback,
         },
+        Phase::Independent => Phase::Collect,
         Phase::Collect | Phase::Done => Phase::Done,
     }
 }

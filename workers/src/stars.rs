@@ -113,12 +113,7 @@ impl<P: Point> Worker<P> {
     /// The supergraph of the home points.
     pub(crate) fn begin_graph(&mut self) {
         self.finish_sets();
-        let positions = &self.table.positions;
-        for leaf in &mut self.leaves {
-            let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
-            leaf.ghosts.sort_unstable_by(rank);
-            leaf.ghosts.dedup();
-        }
+        self.sort_ghosts();
         if self.config.sets != SetRule::Ghost {
             self.finish_set_recursion();
         } else if matches!(self.supergraph(), Supergraph::Knn { .. }) {
@@ -127,6 +122,16 @@ impl<P: Point> Worker<P> {
             self.graph_of_leaves();
         }
         self.measure_graph();
+    }
+
+    /// The ghosts of every leaf in one order, whoever brought them.
+    pub(crate) fn sort_ghosts(&mut self) {
+        let positions = &self.table.positions;
+        for leaf in &mut self.leaves {
+            let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
+            leaf.ghosts.sort_unstable_by(rank);
+            leaf.ghosts.dedup();
+        }
     }
 
     /// All pairs of every leaf's home points with its members.
@@ -283,7 +288,7 @@ fn hand_down<P: Point>(
 }
 
 /// An order-free hash of an edge.
-fn edge_hash(pair: [u64; 2]) -> u64 {
+pub(crate) fn edge_hash(pair: [u64; 2]) -> u64 {
     let (a, b) = (pair[0].min(pair[1]), pair[0].max(pair[1]));
     let mut h = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.rotate_left(32);
     h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -12,7 +12,8 @@ use septet_protocol::message::{Body, Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::check::Agreement;
-use crate::config::{Correction, Pool, SetRule, Wanted, WorkerConfig};
+use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
+use crate::independent::Selection;
 use crate::leader::Leader;
 use crate::outbox::Outbox;
 use crate::profile::received;
@@ -54,6 +55,7 @@ pub struct Worker<P: Point> {
     pub(crate) seams: Seams,
     /// Graph neighbours of home points, where they are kept as lists.
     pub(crate) adjacency: Vec<Vec<u32>>,
+    pub(crate) selection: Selection,
     pub(crate) stars: Stars<P>,
     pub(crate) agreement: Agreement,
     pub(crate) exchange: Exchange<P>,
@@ -107,6 +109,7 @@ impl<P: Point> Worker<P> {
             sets: SetEngine::default(),
             seams: Seams::default(),
             adjacency: Vec::new(),
+            selection: Selection::default(),
             stars: Stars::default(),
             agreement: Agreement::default(),
             exchange: Exchange::default(),
@@ -128,7 +131,8 @@ impl<P: Point> Worker<P> {
     pub fn busy(&self) -> bool {
         // What a gathering brings is used when the exchange begins again: no reason to wait before.
         let exchanging = self.phase == Phase::Repair && self.exchange.is_pending();
-        self.out.has_own() || exchanging || self.sets.is_pending()
+        let selecting = self.phase == Phase::Independent && self.selection.is_pending();
+        self.out.has_own() || exchanging || selecting || self.sets.is_pending()
     }
 
     /// Begins a phase (the one before moved nothing any more). Returns what it sends.
@@ -159,7 +163,9 @@ impl<P: Point> Worker<P> {
             Phase::KnnProbe => self.begin_knn_probe(),
             Phase::Knn => self.begin_knn(),
             Phase::Sets => self.begin_sets(),
+            Phase::Graph if self.config.task != Task::Delaunay => self.begin_conflicts(),
             Phase::Graph => self.begin_graph(),
+            Phase::Independent => self.begin_independent(),
             Phase::Hulls => self.begin_hulls(),
             Phase::Check => self.begin_check(),
             Phase::Certificate => self.begin_certificate(),
@@ -207,6 +213,7 @@ impl<P: Point> Worker<P> {
                 self.on_reverse(&mut inbox);
                 self.on_sets(&mut inbox);
             }
+            Phase::Independent => self.on_independent(&mut inbox),
             Phase::Check | Phase::Certificate => self.on_check(&mut inbox),
             Phase::Repair => self.on_repair(&mut inbox),
             Phase::Fallback => self.on_fallback(&mut inbox),

@@ -20,6 +20,10 @@ pub mod neighbourhood;
 
 pub mod graph;
 
+pub mod near;
+
+pub mod priority;
+
 pub mod hull;
 
 pub mod measure;

@@ -86,6 +86,8 @@ pub enum Phase {
     Sets,
     /// Section 4.2: the supergraph, leaf by leaf, and its union.
     Graph,
+    /// Section 5: a maximal independent set of the graph (`independent` only).
+    Independent,
     /// Section 4.1: local hulls.
     Hulls,
     /// Do the stars agree? Fingerprints, and lists where they differ.
@@ -106,7 +108,7 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in order.
-    pub const ALL: [Phase; 22] = [
+    pub const ALL: [Phase; 23] = [
         Phase::Load,
         Phase::Partition,
         Phase::Pieces,
@@ -121,6 +123,7 @@ impl Phase {
         Phase::Knn,
         Phase::Sets,
         Phase::Graph,
+        Phase::Independent,
         Phase::Hulls,
         Phase::Check,
         Phase::Repair,
@@ -153,6 +156,7 @@ impl Phase {
             Phase::Knn => "knn",
             Phase::Sets => "separator-sets",
             Phase::Graph => "graph",
+            Phase::Independent => "independent",
             Phase::Hulls => "hulls",
             Phase::Check => "check",
             Phase::Repair => "repair",
@@ -178,6 +182,7 @@ impl Phase {
                 | Phase::Knn
                 | Phase::Sets
                 | Phase::Graph
+                | Phase::Independent
                 | Phase::Hulls
                 | Phase::Merge
         )

@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -381,6 +381,10 @@ pub enum Body<P> {
         /// Positions in `points` of all of them.
         conflicts: Bulk<u32>,
     },
+    /// Points at home at the sender that are in the independent set now: to whoever has neighbours of theirs.
+    Joined(Bulk<u64>),
+    /// Points at home at the sender that are out of it now, likewise.
+    Left(Bulk<u64>),
     /// The merged result of a subproblem, to the parent's leader.
     Merged(Merged),
     /// Coordinator to worker, after a certificate: 0 passed, 1 exchange again, 2 gather, 3 give up.
@@ -412,6 +416,13 @@ pub enum Body<P> {
         /// `d + 1` vertices a cell, positively oriented, then across the facet opposite each a cell, or one of
         /// two marks (hull, another piece).
         rows: Bulk<u32>,
+    },
+    /// Worker to coordinator: its share of the independent set.
+    Selected {
+        /// Ids of its members that joined.
+        members: Bulk<u64>,
+        /// How many home points were undecided at the start of each round, as long as there were any.
+        undecided: Bulk<u64>,
     },
     /// Worker to coordinator: graph edges as pairs of ids (on request).
     Edges(Bulk<u64>),
@@ -454,12 +465,15 @@ impl<P> Body<P> {
             Body::FingerprintList(_) => "fingerprint list",
             Body::Propose { .. } => "propose",
             Body::Object { .. } => "object",
+            Body::Joined(_) => "joined",
+            Body::Left(_) => "left",
             Body::Merged(_) => "merged",
             Body::Outcome(_) => "outcome",
             Body::Gather(_) => "gather",
             Body::Region { .. } => "region",
             Body::Cells { .. } => "cells",
             Body::Piece { .. } => "piece",
+            Body::Selected { .. } => "selected",
             Body::Edges(_) => "edges",
             Body::Ledger(_) => "ledger",
             Body::Tasks(_) => "tasks",
@@ -474,7 +488,10 @@ impl<P> Body<P> {
 
     /// Is it reading or merging, for the coordinator's budget?
     pub fn is_bulk(&self) -> bool {
-        matches!(self, Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Edges(_))
+        matches!(
+            self,
+            Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Edges(_)
+        )
     }
 }
 

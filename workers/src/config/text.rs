@@ -7,7 +7,7 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use thiserror::Error;
 
-use super::{Correction, Partition, SetRule, Stop, Wanted, WorkerConfig};
+use super::{Correction, Partition, SetRule, Stop, Task, Wanted, WorkerConfig};
 
 /// Why a line is no configuration: the field, counted from zero.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -26,6 +26,7 @@ impl fmt::Display for WorkerConfig {
         let WorkerConfig {
             run,
             seed,
+            task,
             workers,
             leaf,
             counted,
@@ -69,7 +70,11 @@ impl fmt::Display for WorkerConfig {
             Some(fault) => write!(f, " {fault}")?,
             None => f.write_str(" -")?,
         }
-        write!(f, " {} {} {record_tasks}", partition.name(), correction.name())
+        write!(f, " {} {} {record_tasks}", partition.name(), correction.name())?;
+        match task {
+            Task::Delaunay => f.write_str(" -"),
+            Task::Independent { fixed } => write!(f, " {fixed}"),
+        }
     }
 }
 
@@ -79,7 +84,7 @@ impl FromStr for WorkerConfig {
     fn from_str(line: &str) -> Result<Self, ConfigTextError> {
         let fields: Vec<&str> = line.split(' ').collect();
         let fail = |field: usize| ConfigTextError { line: line.to_string(), field };
-        if fields.len() != 17 {
+        if fields.len() != 18 {
             return Err(fail(fields.len()));
         }
         let parameter = fields[6];
@@ -110,9 +115,14 @@ impl FromStr for WorkerConfig {
             "-" => None,
             _ => Some(parse(&fields, 13).ok_or_else(|| fail(13))?),
         };
+        let task = match fields[17] {
+            "-" => Task::Delaunay,
+            _ => Task::Independent { fixed: parse(&fields, 17).ok_or_else(|| fail(17))? },
+        };
         Ok(WorkerConfig {
             run: parse(&fields, 0).ok_or_else(|| fail(0))?,
             seed: parse(&fields, 1).ok_or_else(|| fail(1))?,
+            task,
             workers: parse(&fields, 2).ok_or_else(|| fail(2))?,
             leaf: parse(&fields, 3).ok_or_else(|| fail(3))?,
             counted: parse(&fields, 4).ok_or_else(|| fail(4))?,
@@ -163,6 +173,7 @@ mod tests {
             let config = WorkerConfig {
                 run: 3,
                 seed: u64::MAX,
+                task: if odd { Task::Delaunay } else { Task::Independent { fixed: 7 } },
                 workers: 8,
                 leaf: 1000,
                 counted: odd,
@@ -183,7 +194,7 @@ mod tests {
             let back: WorkerConfig = line.parse().unwrap();
             assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
             let cut = line.rsplit_once(' ').unwrap().0;
-            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 16);
+            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 17);
             let torn =
                 line.replacen("density", "dense", 1).replacen("knn", "k", 1).replacen("overlap", "o", 1);
             assert_eq!(torn.parse::<WorkerConfig>().unwrap_err().field, 5);

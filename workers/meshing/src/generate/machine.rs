@@ -26,7 +26,8 @@ pub trait Machine<P: Point> {
     fn stage(&mut self, _name: &'static str) {}
 
     /// The maximal independent set of the conflict graph that contains the first `fixed` sites and is otherwise
-    /// the greedy one of a random order that depends on nothing but the places. No two sites coincide.
+    /// the greedy one of a random order that depends on nothing but the places; its other members. No two sites
+    /// coincide.
     ///
     /// # Errors
     /// The machine's own.
@@ -68,8 +69,7 @@ impl<P: Point> Machine<P> for Alone {
         let priorities: Vec<u64> = new.iter().map(|s| hashed(self.seed, s.at)).collect();
         let keyed: Vec<(u64, u32)> = priorities.into_iter().zip(0..).collect();
         let mut set = by_rounds(&graph, &keyed, &barred);
-        let first = 0..fixed as u32;
-        set.members = first.chain(set.members.iter().map(|&m| m + fixed as u32)).collect();
+        set.members.iter_mut().for_each(|m| *m += fixed as u32);
         Ok(set)
     }
 

@@ -155,14 +155,14 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
             return Ok(());
         }
         let set = self.machine.independent(sites, fixed)?;
-        for &m in set.members.iter().filter(|&&m| m as usize >= fixed) {
+        for &m in &set.members {
             let (site, carrier) = candidates[m as usize - fixed];
             self.vertices.push(site, carrier);
         }
         if let Some(stage) = self.stages.last_mut() {
             let rounds = set.rounds() as u32;
             stage.candidates += candidates.len() as u64;
-            stage.points += (set.members.len() - fixed) as u64;
+            stage.points += set.members.len() as u64;
             stage.set_rounds += rounds;
             stage.longest = stage.longest.max((rounds, candidates.len() as u64));
         }

@@ -1,0 +1,300 @@
+//! A maximal independent set of the conflict graph, by rounds of local priorities.
+//!
+//! **Statement** (paper, Section 5: "obtain a maximal independent set of the graph"). The graph is the density graph with
+//! alpha 1 of the radii that the points bring along. Some points are in the set from the start ([`Task`]); their
+//! neighbours are out. In a round every undecided point whose priority is smaller than that of all its undecided
+//! neighbours joins, and its neighbours are out. Priorities are a total order ([`priority`]), so the smallest
+//! undecided point joins and the rounds end, with every point that is out beside one that is in. *The set is that of
+//! the greedy algorithm in the order of priorities*: by induction over that order, a point joins iff none of its
+//! neighbours of smaller priority does. So set and rounds are functions of (points, radii, seed).
+//!
+//! **Source.** Luby (1986); Blelloch, Fineman and Shun (2012): in a random order, fixed before the first round, the
+//! rounds are few (`O(log^2 n)` there, `O(log n)` by Fischer and Noever 2018), with high probability.
+//!
+//! **Messages.** *Ghosts are symmetric*: the graph's expression is, and a leaf holds all neighbours of its home points
+//! ([`crate::ghosts`]), so where u is a ghost beside v, v is a ghost beside u at u's owner, which the ghost's record
+//! names. A point that joins or leaves is told to the owners of its undecided ghosts.
+//!
+//! **Rounds of the machine.** One for the neighbours of points that are in from the start; then two a round of the set,
+//! for every number of workers: who joined, who left.
+//!
+//! **Work and depth.** In each round, of every point undecided at its start: its list to find whether it is first, to
+//! tell, to find whether it is out, to tell again; and a pack of a leaf's undecided points. So the work is the edges of
+//! the undecided points, and the depth a constant for each round. To read a neighbour's state exclusively every edge
+//! has a copy of it at either end: telling is the copy-scan that fills them. All leaves go in lockstep, and one that
+//! has undecided points left has been charged for every round before, so the longest leaf is the longest chain.
+//!
+//! **Departures.** Candidates closer than the *smaller* of their sizes join, not farther apart (ARCHITECTURE, The paper,
+//! as read). The graph's `<=` is made strict by whoever gives the radii: the float below a square.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::cost::Cost;
+use septet_geometry::near::{Lists, graph_near};
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::priority::{compare, priority};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::message::{Body, Message};
+
+use crate::config::{Task, map_in};
+use crate::stars::edge_hash;
+use crate::tree::Leaf;
+use crate::worker::Worker;
+
+/// The priority of a point that has none any more.
+const DECIDED: u64 = u64::MAX;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Undecided,
+    In,
+    Out,
+}
+
+/// What a worker knows of the set.
+#[derive(Debug, Default)]
+pub(crate) struct Selection {
+    /// The neighbours of each leaf's home points.
+    graphs: Vec<Lists>,
+    /// Of every point of the table.
+    states: Vec<State>,
+    /// Of every point of the table: its priority, or [`DECIDED`].
+    priorities: Vec<u64>,
+    /// Each leaf's undecided home points, as of the start of the round.
+    open: Vec<Vec<u32>>,
+    /// How many home points were undecided at the start of each round, as long as there were any.
+    undecided: Vec<u64>,
+}
+
+impl Selection {
+    /// Is any home point undecided?
+    pub(crate) fn is_pending(&self) -> bool {
+        self.open.iter().any(|open| !open.is_empty())
+    }
+
+    fn decide(&mut self, point: u32, state: State) {
+        self.states[point as usize] = state;
+        self.priorities[point as usize] = DECIDED;
+    }
+}
+
+/// What half a round does in one leaf.
+struct Half {
+    /// Points that are decided now.
+    decided: Vec<u32>,
+    /// Undecided ghosts' owners, and which of these points they are told of.
+    told: Vec<(Rank, u32)>,
+    /// The points that stay undecided, where the half looks.
+    open: Option<Vec<u32>>,
+    cost: Cost,
+}
+
+/// What a leaf's part of the graph counts.
+#[derive(Default)]
+struct Counted {
+    edges: u64,
+    max_degree: u64,
+    hash: u64,
+}
+
+impl<P: Point> Worker<P> {
+    /// The conflict graph of the home points.
+    pub(crate) fn begin_conflicts(&mut self) {
+        self.finish_sets();
+        self.sort_ghosts();
+        let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
+        let results = map_in(&self.pool, &self.leaves, |leaf| {
+            let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.home_len());
+            let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
+            let mut cost = Cost::ZERO;
+            let rows = leaf.home_len() as usize;
+            let lists = graph_near(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
+            let counted = self.count_edges(leaf, &lists);
+            (lists, cost, members.len() as u64, counted)
+        });
+        let mut graphs = Vec::with_capacity(results.len());
+        for (leaf, (lists, cost, members, counted)) in self.leaves.iter().zip(results) {
+            self.ledger.charge(Phase::Graph, leaf.id, cost, members);
+            let facts = self.ledger.facts(leaf.id);
+            facts.members += members;
+            facts.edges += counted.edges;
+            facts.max_degree = facts.max_degree.max(counted.max_degree);
+            self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(counted.hash);
+            graphs.push(lists);
+        }
+        self.selection = Selection { graphs, ..Selection::default() };
+    }
+
+    /// Counts edges once, at their smaller end.
+    fn count_edges(&self, leaf: &Leaf<P>, lists: &Lists) -> Counted {
+        let mut counted = Counted::default();
+        for (row, home) in leaf.home().enumerate() {
+            let list = lists.list(row);
+            counted.max_degree = counted.max_degree.max(list.len() as u64);
+            let (x, id) = (self.table.positions[home as usize], self.table.ids[home as usize]);
+            for &j in list {
+                if lex_cmp(&x, &self.table.positions[j as usize]).is_lt() {
+                    counted.edges += 1;
+                    let hash = edge_hash([id, self.table.ids[j as usize]]);
+                    counted.hash = counted.hash.wrapping_add(hash);
+                }
+            }
+        }
+        counted
+    }
+
+    /// Puts out the neighbours of points that are in from the start.
+    pub(crate) fn begin_independent(&mut self) {
+        let Task::Independent { fixed } = self.config.task else { return };
+        let seed = self.config.seed;
+        self.selection.priorities = self.table.positions.iter().map(|&x| priority(seed, x)).collect();
+        self.selection.states = vec![State::Undecided; self.table.ids.len()];
+        let earlier: Vec<u32> =
+            (0u32..).zip(&self.table.ids).filter(|&(_, &id)| id < fixed).map(|(at, _)| at).collect();
+        for at in earlier {
+            self.selection.decide(at, State::In);
+        }
+        let states = &self.selection.states;
+        let undecided = |&v: &u32| states[v as usize] == State::Undecided;
+        let open = self.leaves.iter().map(|leaf| leaf.home().filter(undecided).collect()).collect();
+        self.selection.open = open;
+        if fixed > 0 {
+            self.leave();
+        }
+    }
+
+    /// Half a round: what was told, then who joins or who is out.
+    pub(crate) fn on_independent(&mut self, inbox: &mut Vec<Message<P>>) {
+        inbox.retain(|m| {
+            let (ids, state) = match &m.body {
+                Body::Joined(ids) => (ids, State::In),
+                Body::Left(ids) => (ids, State::Out),
+                _ => return true,
+            };
+            for &id in &ids.0 {
+                if let Some(ghost) = self.table.find(id).filter(|&at| !self.table.is_home(at)) {
+                    self.selection.decide(ghost, state);
+                }
+            }
+            false
+        });
+        if self.step % 2 == 1 { self.join() } else { self.leave() }
+    }
+
+    /// Those that come before all their undecided neighbours join.
+    fn join(&mut self) {
+        let count: u64 = self.selection.open.iter().map(|open| open.len() as u64).sum();
+        if count > 0 {
+            self.selection.undecided.push(count);
+        }
+        let halves = self.half("join", |leaf, open, lists, cost| {
+            let (priorities, positions) = (&self.selection.priorities, &self.table.positions);
+            let first = cost.map_nested(open, |&v, own| {
+                let (mine, mut first) = ((priorities[v as usize], positions[v as usize]), true);
+                let mut sweep = own.sweep();
+                sweep.each(lists.list((v - leaf.start) as usize), |&u| {
+                    let other = priorities[u as usize];
+                    first &= mine.0 < other || compare(mine, (other, positions[u as usize])).is_lt();
+                });
+                own.swept_inside(sweep);
+                first
+            });
+            (first, false)
+        });
+        self.settle_half(halves, State::In);
+    }
+
+    /// The neighbours of those that are in are out.
+    fn leave(&mut self) {
+        let halves = self.half("leave", |leaf, open, lists, cost| {
+            let states = &self.selection.states;
+            let out = cost.map_nested(open, |&v, own| {
+                let mut out = false;
+                let mut sweep = own.sweep();
+                sweep
+                    .each(lists.list((v - leaf.start) as usize), |&u| out |= states[u as usize] == State::In);
+                own.swept_inside(sweep);
+                out
+            });
+            (out, true)
+        });
+        self.settle_half(halves, State::Out);
+    }
+
+    /// Half a round in every leaf that has undecided points: which of them are decided (and whether the round ends
+    /// with that), and whom that concerns.
+    fn half(
+        &self,
+        step: &'static str,
+        rule: impl Fn(&Leaf<P>, &[u32], &Lists, &mut Cost) -> (Vec<bool>, bool) + Sync + Send,
+    ) -> Vec<(usize, Half)> {
+        let places: Vec<usize> =
+            (0..self.leaves.len()).filter(|&at| !self.selection.open[at].is_empty()).collect();
+        let site = self.out.site();
+        map_in(&self.pool, &places, |&at| {
+            let (leaf, lists) = (&self.leaves[at], &self.selection.graphs[at]);
+            let open = &self.selection.open[at];
+            let _span = site.subproblem(Phase::Independent, leaf.id, step, open.len() as u64);
+            let mut cost = Cost::ZERO;
+            let (flags, ends) = rule(leaf, open, lists, &mut cost);
+            let flagged: Vec<(u32, bool)> = open.iter().copied().zip(flags).collect();
+            let mut told = Vec::new();
+            cost.map_nested(&flagged, |&(v, decided), own| {
+                let mut sweep = own.sweep();
+                sweep.each(lists.list((v - leaf.start) as usize), |&u| {
+                    if decided
+                        && u >= self.table.home
+                        && self.selection.states[u as usize] == State::Undecided
+                    {
+                        told.push((self.table.owners[u as usize], v));
+                    }
+                });
+                own.swept_inside(sweep);
+            });
+            let open = ends.then(|| {
+                let undecided =
+                    |&(v, out): &(u32, bool)| !out && self.selection.states[v as usize] == State::Undecided;
+                cost.pack(&flagged, undecided).into_iter().map(|(v, _)| v).collect()
+            });
+            let decided = flagged.into_iter().filter(|f| f.1).map(|f| f.0).collect();
+            (at, Half { decided, told, open, cost })
+        })
+    }
+
+    /// Takes the outcome of half a round, and tells it.
+    fn settle_half(&mut self, halves: Vec<(usize, Half)>, state: State) {
+        let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
+        for (at, half) in halves {
+            let leaf = &self.leaves[at];
+            self.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.home_len());
+            for point in half.decided {
+                self.selection.decide(point, state);
+            }
+            for (owner, point) in half.told {
+                let (batch, id) = (batches.entry(owner).or_default(), self.table.ids[point as usize]);
+                // One point's ghosts stand together: an owner of several is told once.
+                if batch.last() != Some(&id) {
+                    batch.push(id);
+                }
+            }
+            if let Some(open) = half.open {
+                self.selection.open[at] = open;
+            }
+        }
+        for (owner, ids) in batches {
+            let body = if state == State::In { Body::Joined(Bulk(ids)) } else { Body::Left(Bulk(ids)) };
+            self.out.send(owner, NodeId::ROOT, 0, body);
+        }
+    }
+
+    /// Sends the members that joined, and how many were undecided.
+    pub(crate) fn send_selected(&mut self) {
+        let Task::Independent { fixed } = self.config.task else { return };
+        let selection = std::mem::take(&mut self.selection);
+        let home = self.table.ids[..self.table.home as usize].iter().zip(&selection.states);
+        let members = home.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);
+        let body = Body::Selected { members: Bulk(members.collect()), undecided: Bulk(selection.undecided) };
+        self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
+    }
+}
