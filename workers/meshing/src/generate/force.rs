@@ -160,10 +160,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         };
         let mut missing: Triangles = triangles.iter().filter(absent).copied().collect();
         missing.sort_unstable();
-        let tiled = |f: u32| self.is_tiled(f, planes, triangles, &faces);
-        let whole: Vec<u32> =
-            missing.chunk_by(|a, b| a.0 == b.0).map(|c| c[0].0).filter(|&f| tiled(f)).collect();
-        missing.retain(|(f, _)| whole.binary_search(f).is_err());
+        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, triangles, &faces) };
+        missing.retain(|(f, _)| !whole[*f as usize]);
         Lacking { pieces, triangles: missing }
     }
 
@@ -204,18 +202,28 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         (edges, faces)
     }
 
-    /// Do the faces that are there tile the facet, although they are not the triangles of its own triangulation? So
+    /// Do the faces that are there tile each facet, although they are not the triangles of its own triangulation? So
     /// it may be where four points lie on a circle as nearly as they can be rounded.
-    fn is_tiled(&self, f: u32, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> bool {
-        let area = |t: &[u32; 3]| {
-            let [a, b, c] =
-                t.map(|v| planes[f as usize].of(super::facets::as_space(self.vertices.points[v as usize])));
+    fn tiled(&self, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> Vec<bool> {
+        let area = |f: u32, t: &[u32; 3]| {
+            let plane = &planes[f as usize];
+            let [a, b, c] = t.map(|v| plane.of(super::facets::as_space(self.vertices.points[v as usize])));
             (b - a).perp_dot(c - a).abs()
         };
-        let own = |t: &&[u32; 3]| self.facet_of(&t[..], planes) == Some(f);
-        let there: f64 = faces.iter().filter(own).map(area).sum();
-        let whole: f64 = triangles.iter().filter(|t| t.0 == f).map(|t| area(&t.1)).sum();
-        (there - whole).abs() <= 1e-12 * whole
+        let (mut there, mut whole) = (vec![0.0; planes.len()], vec![0.0; planes.len()]);
+        for face in faces {
+            if let Some(f) = self.facet_of(face, planes) {
+                there[f as usize] += area(f, face);
+            }
+        }
+        for (f, t) in triangles {
+            whole[*f as usize] += area(*f, t);
+        }
+        there
+            .iter()
+            .zip(&whole)
+            .map(|(there, whole): (&f64, &f64)| (there - whole).abs() <= 1e-12 * whole)
+            .collect()
     }
 }
 
