@@ -30,6 +30,8 @@ pub mod model;
 
 pub mod generate;
 
+pub mod mesh;
+
 mod error;
 
 mod prepare;

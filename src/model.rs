@@ -57,6 +57,52 @@ pub struct MeshView<'a> {
     pub owner: Option<&'a [u32]>,
     /// The leaf of the partition tree that was home to each cell's smallest vertex, where asked for.
     pub home_leaf: Option<&'a [u64]>,
+    /// What a mesh of a domain says about its cells, faces, edges and points, where it is one.
+    pub labels: Option<&'a Labels>,
+}
+
+/// Rows of point indices that belong to pieces of a domain.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Patches {
+    /// Points, two a row for edges, three for triangles.
+    pub vertices: Vec<u64>,
+    /// The piece of the domain that each row is part of.
+    pub of: Vec<u32>,
+    /// The marker of each row.
+    pub markers: Vec<i64>,
+}
+
+impl Patches {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.of.len()
+    }
+
+    /// Are there no rows?
+    pub fn is_empty(&self) -> bool {
+        self.of.is_empty()
+    }
+}
+
+/// What a mesh of a domain knows beyond its cells. Formats write what they can hold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Labels {
+    /// The component of the domain of each cell, from 1.
+    pub regions: Vec<u32>,
+    /// The number that names the region of each cell: its attribute in the input, if it has one.
+    pub attributes: Vec<f64>,
+    /// Triangles on facets (in the plane: edges on segments), outward from the first cell they have.
+    pub faces: Patches,
+    /// The components on the two sides of each face, that of its first cell first; 0 is the outside.
+    pub sides: Vec<[u32; 2]>,
+    /// Edges on segments; none in the plane.
+    pub edges: Patches,
+    /// The marker of what each point lies on.
+    pub point_markers: Vec<i64>,
+    /// The size function at each point.
+    pub sizes: Vec<f64>,
+    /// What each point lies on: the dimension of it, and its number (-1 for the inside of a region).
+    pub carriers: Vec<[i32; 2]>,
 }
 
 impl MeshView<'_> {

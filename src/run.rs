@@ -196,6 +196,7 @@ impl Run {
             cells: self.cells(),
             owner: self.owner(),
             home_leaf: self.home_leaf(),
+            labels: None,
         }
     }
 }

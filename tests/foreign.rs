@@ -95,6 +95,7 @@ fn write_all(directory: &Path, mesh: &Mesh) {
         cells: &mesh.cells,
         owner: Some(&owner),
         home_leaf: Some(&home_leaf),
+        labels: None,
     };
     let options = WriteOptions { with_owner: true, first_id: mesh.first_id, ..WriteOptions::default() };
     for extension in EXTENSIONS {

@@ -64,7 +64,7 @@ enum Command {
     Simulate(options::SimulateArgs),
     /// Generate a point set.
     Generate(generate::GenerateArgs),
-    /// Check a domain for meshing.
+    /// Make a mesh of a domain, or check the domain for it.
     Mesh(mesh::MeshArgs),
     /// Check any triangulation of any points in exact arithmetic.
     Verify(verify::VerifyArgs),

@@ -348,7 +348,8 @@ pub fn dimension(text: &str) -> Result<usize, String> {
     }
 }
 
-fn bytes(text: &str) -> Result<u64, String> {
+/// A number of bytes, with K, M, G or T for powers of 1024.
+pub fn bytes(text: &str) -> Result<u64, String> {
     let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
     let text = text.strip_suffix('i').unwrap_or(text);
     let (digits, shift) = match text.char_indices().next_back() {

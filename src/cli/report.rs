@@ -42,7 +42,7 @@ pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
     talk.check();
     let page = Page::of(&texts).map_err(|error| bad(&error))?;
     if let Some(directory) = &args.svg {
-        write_figures(&page, directory, talk)?;
+        write_figures(&page.figures(), directory, talk)?;
     }
     if let Some(output) = &args.output {
         let html = page
@@ -69,11 +69,11 @@ fn text_of(path: &Path) -> Result<String, Failure> {
     read.map_err(|e| Failure::new(Code::Input, format!("{}: {e}", path.display())))
 }
 
-fn write_figures(page: &Page, directory: &Path, talk: &Talk) -> Result<(), Failure> {
+/// Writes figures, each with its name, into a directory, which is made if there is none.
+pub fn write_figures(figures: &[(String, String)], directory: &Path, talk: &Talk) -> Result<(), Failure> {
     let failed = |e: std::io::Error| Failure::new(Code::Failed, format!("{}: {e}", directory.display()));
     fs::create_dir_all(directory).map_err(failed)?;
-    let figures = page.figures();
-    for (name, text) in &figures {
+    for (name, text) in figures {
         files::write_text(&directory.join(name), text)?;
     }
     talk.note(format!("  wrote {} figures to {}", figures.len(), directory.display()));

@@ -57,6 +57,7 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         cells: &cells.cells,
         owner: None,
         home_leaf: None,
+        labels: None,
     };
     let options = VerifyOptions { perturbed: args.perturbed, threads: args.threads, any_order: true };
     let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));

@@ -96,8 +96,13 @@ impl Report {
     /// # Errors
     /// A number that JSON cannot say; the report holds none.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
-        let mut bytes = Vec::new();
-        self.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, Rows::default()))?;
-        String::from_utf8(bytes).map_err(serde::ser::Error::custom)
+        rows(self)
     }
+}
+
+/// Anything as JSON of this layout.
+pub(crate) fn rows(value: &impl Serialize) -> Result<String, serde_json::Error> {
+    let mut bytes = Vec::new();
+    value.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, Rows::default()))?;
+    String::from_utf8(bytes).map_err(serde::ser::Error::custom)
 }

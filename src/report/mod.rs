@@ -5,7 +5,7 @@
 //! memory are measured and do not. Nothing here prints.
 
 mod build;
-mod json;
+pub(crate) mod json;
 pub mod page;
 mod parameters;
 mod schema;

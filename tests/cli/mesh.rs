@@ -103,6 +103,46 @@ fn defects_are_shown_to_the_quiet_and_other_files_refused() {
     place.fails("mesh a.poly", 2, &["--check"]);
 }
 
+#[test]
+fn options_that_cannot_be_are_refused() {
+    let place = Place::new();
+    let cube = root("domains/good/cube.poly");
+    place.file("cube.poly", fs::read(cube).unwrap());
+    for (options, code, words) in [
+        ("--check -o m.vtu", 2, &["--check", "--output"][..]),
+        ("-o m.vtu --lipschitz 0.5 --radius-edge 2", 2, &["--lipschitz", "--radius-edge"]),
+        ("-o m.vtu --lipschitz 1", 2, &["between 0 and 1"]),
+        ("-o m.vtu --lipschitz -0.5", 2, &["between 0 and 1"]),
+        ("-o m.vtu --radius-edge 1", 2, &["above 1"]),
+        ("-o m.vtu --radius-edge inf", 2, &["above 1"]),
+        ("-o m.vtu --size 0", 2, &["positive length"]),
+        ("-o m.vtu --size 1 --min-size 2", 2, &["--min-size is above --size"]),
+        ("-o m.vtu --min-size nan", 2, &["positive length"]),
+        ("-o m.vtu --feature-angle 181", 2, &["0 to 180"]),
+        ("-o m.vtu --boundary some", 2, &["exact", "remesh"]),
+        ("-o m.vtu --singularity point", 2, &["--min-size"]),
+        ("-o m.vtu --min-size 1 --singularity plane", 2, &["`point`, `line`"]),
+        ("-o m.vtu --min-size 1 --singularity line:1,2,3", 2, &["line:X,Y"]),
+        ("-o m.vtu --min-size 1 --singularity point:0,0", 2, &["--singularity has 2", "the domain has 3"]),
+        ("-o m.vtu --delivery-seed 3", 2, &["--transport sim"]),
+        ("-o m.vtu --workers 0", 2, &["worker"]),
+        ("-o m.xyz", 2, &["m.xyz", ".stl"]),
+        ("-o none/m.vtu", 1, &["none"]),
+        ("-o cube.node -o cube.1.ele -o cube.1.node", 2, &["same file"]),
+        ("-o m.vtu --json m.vtu", 2, &["same file"]),
+        ("-o m.vtu --json m.faces.vtu", 2, &["same file"]),
+        ("-o m.vtu --size-field none.txt", 3, &["none.txt", "no such file"]),
+    ] {
+        place.fails(&format!("mesh cube.poly {options}"), code, words);
+    }
+    place.file("cube.node", "0 3 0 0\n");
+    place.fails("mesh cube.poly -o cube.ele", 2, &["cube.ele", "overwrite", "cube.node"]);
+    place.file("f.txt", "0 0 0 1\n0 0 1 -1\n");
+    place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 3, &["f.txt", "line 2", "positive"]);
+    place.file("f.txt", "0 0 1\n");
+    place.fails("mesh cube.poly -o m.vtu --size-field f.txt", 2, &["--size-field has 2", "the domain has 3"]);
+}
+
 /// Surfaces of CGAL's demos and TetGen's example.
 #[test]
 fn real_domains() {

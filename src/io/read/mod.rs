@@ -20,6 +20,7 @@ mod obj;
 mod off;
 mod ply;
 mod scalar;
+mod sizes;
 mod stl;
 #[cfg(test)]
 mod tests;
@@ -33,6 +34,7 @@ pub use cells::{CellFile, CellOptions};
 pub use domain::{AnyInput, DOMAINS, DomainFile, read_domain};
 pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
+pub use sizes::read_sizes;
 
 use crate::model::Points;
 use text::Source;

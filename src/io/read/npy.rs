@@ -9,7 +9,8 @@ use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::scalar::{Endian, Scalar};
 use super::text::{Source, excerpt, integer};
-use super::{PointFile, ReadOptions};
+use super::{PointFile, ReadOptions, sizes};
+use crate::mesh::field::SizeField;
 
 /// A two-dimensional array in place.
 struct Array<'a> {
@@ -38,8 +39,13 @@ impl Array<'_> {
         &self.data[at..at + size]
     }
 
+    /// The element's first byte in the file.
+    fn offset(&self, row: usize, column: usize) -> usize {
+        self.start + self.position(row, column) * self.scalar.size()
+    }
+
     fn place(&self, row: usize, column: usize) -> Place {
-        Place::Byte((self.start + self.position(row, column) * self.scalar.size()) as u64)
+        Place::Byte(self.offset(row, column) as u64)
     }
 }
 
@@ -198,4 +204,28 @@ pub(super) fn read_cells(source: Source<'_>, options: &CellOptions) -> Result<Ce
         }
     }
     Ok(cells.finish(Vec::new()))
+}
+
+/// Sizes at points: shape (n, 3) in the plane, (n, 4) in space.
+pub(super) fn read_sizes(source: Source<'_>) -> Result<SizeField, InputError> {
+    let array = open(source)?;
+    if !(3..=4).contains(&array.columns) {
+        let what = format!("an array of sizes with rows of {}", array.columns);
+        let advice = "save rows of `x y size` or `x y z size`";
+        return Err(source.unsupported(Place::Byte(array.start as u64), what, advice));
+    }
+    let mut field = SizeField { dimension: array.columns - 1, rows: Vec::new() };
+    for row in 0..array.rows as usize {
+        let mut numbers = [0.0; 4];
+        for (column, slot) in numbers[..array.columns].iter_mut().enumerate() {
+            *slot = array.scalar.float(array.element(row, column), Endian::Little);
+        }
+        sizes::push(&mut field, &numbers[..array.columns], |at, expected| {
+            source.malformed(array.offset(row, at), numbers[at].to_string(), expected)
+        })?;
+    }
+    if field.rows.is_empty() {
+        return Err(source.truncated(Place::Byte(array.start as u64), "rows of sizes", 1, 0));
+    }
+    Ok(field)
 }

@@ -29,10 +29,13 @@ pub enum OutputFormat {
     Npy,
     /// `.off`, a surface.
     Off,
+    /// `.stl`, a surface, as text.
+    Stl,
 }
 
 /// The extensions of [`OutputFormat`], for messages.
-const MESH_EXTENSIONS: &str = ".vtu .node .ele .face .edge .neigh .msh .msh22 .msh2 .msh41 .mesh .npy .off";
+const MESH_EXTENSIONS: &str =
+    ".vtu .node .ele .face .edge .neigh .msh .msh22 .msh2 .msh41 .mesh .npy .off .stl";
 
 /// The extensions of [`PointFormat`], for messages.
 const POINT_EXTENSIONS: &str = ".node .xyz .txt .csv .npy .off .ply .vtu .obj";
@@ -52,6 +55,7 @@ impl OutputFormat {
             "mesh" => Ok(Self::Medit),
             "npy" => Ok(Self::Npy),
             "off" => Ok(Self::Off),
+            "stl" => Ok(Self::Stl),
             _ => Err(unknown(path, MESH_EXTENSIONS)),
         }
     }

@@ -1,10 +1,11 @@
-//! `.mesh` of Medit: numbered from one, a reference behind every entity (0 for vertices, 1 for
-//! cells and hull facets).
+//! `.mesh` of Medit: numbered from one, a reference behind every entity. Of a triangulation it is 0 for vertices, 1
+//! for cells and hull facets; of a mesh of a domain the marker of points, of triangles on facets and of edges on
+//! segments, and what names the region of cells, where that is whole, else the number of the component.
 
 use std::io::Write;
 
 use super::error::Fault;
-use super::records::{Progress, push_integer, push_point, write_records};
+use super::records::{Progress, push_integer, push_point, push_signed, write_records};
 use super::topology;
 use crate::model::MeshView;
 
@@ -15,17 +16,34 @@ pub(super) fn write(
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let (dimension, points) = (mesh.dimension, mesh.point_count());
-    let hull = topology::hull(dimension, points, mesh.cells)?;
+    let markers = mesh.labels.map(|l| l.point_markers.as_slice());
     let (facet, cell) = if dimension == 3 { ("Triangles", "Tetrahedra") } else { ("Edges", "Triangles") };
     write!(out, "MeshVersionFormatted 2\nDimension {dimension}\nVertices\n{points}\n")?;
     write_records(out, points, progress, |buffer, i| {
         push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', false);
-        buffer.extend_from_slice(b" 0\n");
+        push_signed(buffer, markers.map_or(0, |m| m[i]));
+        buffer.push(b'\n');
     })?;
     let mut silent = |_, _| {};
     let mut uncounted = Progress::new(0, &mut silent);
-    write_entities(out, facet, &hull, dimension, &mut uncounted)?;
-    write_entities(out, cell, mesh.cells, dimension + 1, progress)?;
+    if let Some(labels) = mesh.labels {
+        let (faces, edges) = (&labels.faces, &labels.edges);
+        let marker = |i: usize| faces.markers[i];
+        write_entities(out, facet, (&faces.vertices, dimension), marker, &mut uncounted)?;
+        if dimension == 3 {
+            write_entities(out, "Edges", (&edges.vertices, 2), |i| edges.markers[i], &mut uncounted)?;
+        }
+        let whole = |x: &f64| x.fract() == 0.0 && x.abs() < f64::from(i32::MAX);
+        let named = labels.attributes.iter().all(whole);
+        let region = |i: usize| {
+            if named { labels.attributes[i] as i64 } else { i64::from(labels.regions[i]) }
+        };
+        write_entities(out, cell, (mesh.cells, dimension + 1), region, progress)?;
+    } else {
+        let hull = topology::hull(dimension, points, mesh.cells)?;
+        write_entities(out, facet, (&hull, dimension), |_| 1, &mut uncounted)?;
+        write_entities(out, cell, (mesh.cells, dimension + 1), |_| 1, progress)?;
+    }
     writeln!(out, "End")?;
     Ok(())
 }
@@ -33,8 +51,8 @@ pub(super) fn write(
 fn write_entities(
     out: &mut dyn Write,
     name: &str,
-    indices: &[u64],
-    width: usize,
+    (indices, width): (&[u64], usize),
+    reference: impl Fn(usize) -> i64 + Sync,
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let count = indices.len() / width;
@@ -44,7 +62,9 @@ fn write_entities(
             push_integer(buffer, index + 1);
             buffer.push(b' ');
         }
-        buffer.extend_from_slice(b"1\n");
+        buffer.pop();
+        push_signed(buffer, reference(row));
+        buffer.push(b'\n');
     })?;
     Ok(())
 }

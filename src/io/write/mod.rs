@@ -6,19 +6,23 @@
 mod buckets;
 mod error;
 mod format;
+mod labels;
 mod medit;
 mod msh;
+mod msh_labelled;
 mod npy;
 mod off;
 mod points;
 mod quality;
 mod records;
 #[cfg(test)]
-mod samples;
+pub(crate) mod samples;
 pub(crate) mod stage;
+mod stl;
 mod tetgen;
 pub mod topology;
 mod vtu;
+mod vtu_faces;
 
 use std::path::{Path, PathBuf};
 
@@ -59,8 +63,14 @@ pub fn check_output(path: &Path) -> Result<OutputFormat, OutputError> {
     Ok(format)
 }
 
+/// The second file of a `.vtu` of a mesh of a domain, which has its faces: `mesh.faces.vtu` beside `mesh.vtu`.
+pub fn faces_path(path: &Path) -> PathBuf {
+    path.with_extension("faces.vtu")
+}
+
 /// Writes one output; returns the files written. Naming any one of `.node`, `.ele`, `.face`,
-/// `.edge` and `.neigh` writes the whole set beside it (in the plane there is no `.face`).
+/// `.edge` and `.neigh` writes the whole set beside it (in the plane there is no `.face`). A `.vtu` of a mesh with
+/// labels has its faces in a file of their own ([`faces_path`]).
 ///
 /// `progress` hears how many of how many records are done.
 ///
@@ -79,6 +89,7 @@ pub fn write(
         OutputFormat::Vtu => vtu::records(mesh),
         OutputFormat::TetGen => tetgen::records(mesh),
         OutputFormat::Npy => mesh.cell_count() as u64,
+        OutputFormat::Stl => mesh.cell_count() as u64,
         OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
             (mesh.point_count() + mesh.cell_count()) as u64
         }
@@ -94,8 +105,12 @@ pub fn write(
             }
             OutputFormat::Medit => medit::write(out, mesh, &mut progress),
             OutputFormat::Npy => npy::write_cells(out, mesh, &mut progress),
+            OutputFormat::Stl => stl::write(out, mesh, &mut progress),
             OutputFormat::Off | OutputFormat::TetGen => off::write(out, mesh, &mut progress),
         })?,
+    }
+    if let (OutputFormat::Vtu, Some(labels)) = (format, mesh.labels) {
+        stage.write(&faces_path(path), |out| vtu_faces::write(out, mesh, labels, &mut progress))?;
     }
     let files = stage.commit()?;
     progress.finish();
@@ -125,7 +140,7 @@ fn check_mesh(mesh: &MeshView<'_>) -> Result<(), OutputError> {
             return invalid(format!("{length} {what} for {cells} cells"));
         }
     }
-    Ok(())
+    mesh.labels.map_or(Ok(()), |labels| labels::check(mesh, labels).or_else(invalid))
 }
 
 fn check_first_id(first_id: u64) -> Result<(), OutputError> {

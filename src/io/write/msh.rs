@@ -1,10 +1,11 @@
-//! `.msh` of Gmsh, text, versions 4.1 and 2.2. One entity of the dimension of the mesh, tag 1,
-//! physical group 1.
+//! `.msh` of Gmsh, text, versions 4.1 and 2.2. A triangulation is one entity of the dimension of the mesh, tag 1,
+//! physical group 1; for meshes of domains see `msh_labelled`.
 
 use std::io::Write;
 
 use super::error::Fault;
 use super::format::MshVersion;
+use super::msh_labelled;
 use super::records::{Progress, push_float, push_indices, push_integer, push_point, write_records};
 use crate::model::MeshView;
 
@@ -36,7 +37,12 @@ fn write_22(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
         push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', true);
         buffer.push(b'\n');
     })?;
-    write!(out, "$EndNodes\n$Elements\n{cells}\n")?;
+    writeln!(out, "$EndNodes")?;
+    if let Some(labels) = mesh.labels {
+        let groups = msh_labelled::groups(mesh, labels);
+        return msh_labelled::write_elements(out, &groups, MshVersion::V22, progress);
+    }
+    write!(out, "$Elements\n{cells}\n")?;
     let tags = format!(" {} 2 1 1", element_type(dimension));
     write_records(out, cells, progress, |buffer, i| {
         push_integer(buffer, i as u64 + 1);
@@ -51,13 +57,20 @@ fn write_22(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
 fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_>) -> Result<(), Fault> {
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
     let (points, cells) = (mesh.point_count(), mesh.cell_count());
-    write!(out, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n")?;
-    let counts = if dimension == 3 { "0 0 0 1" } else { "0 0 1 0" };
-    writeln!(out, "{counts}\n1 {} 1 1 0", bounding_box(mesh))?;
-    write!(out, "$EndEntities\n$Nodes\n")?;
+    writeln!(out, "$MeshFormat\n4.1 0 8\n$EndMeshFormat")?;
+    let groups = mesh.labels.map(|labels| msh_labelled::groups(mesh, labels));
+    let mut entity = (dimension, 1);
+    if let Some(groups) = &groups {
+        msh_labelled::write_entities(out, mesh, groups)?;
+        entity = msh_labelled::node_entity(mesh, groups);
+    } else {
+        let counts = if dimension == 3 { "0 0 0 1" } else { "0 0 1 0" };
+        writeln!(out, "$Entities\n{counts}\n1 {} 1 1 0\n$EndEntities", bounding_box(mesh))?;
+    }
+    writeln!(out, "$Nodes")?;
     // Without points there is no block: one with the tags 1 to 0 is not accepted everywhere.
     if points > 0 {
-        write!(out, "1 {points} 1 {points}\n{dimension} 1 0 {points}\n")?;
+        write!(out, "1 {points} 1 {points}\n{} {} 0 {points}\n", entity.0, entity.1)?;
     } else {
         writeln!(out, "0 0 0 0")?;
     }
@@ -70,7 +83,11 @@ fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
         push_point(buffer, &mesh.coordinates[i * dimension..(i + 1) * dimension], b' ', true);
         buffer.push(b'\n');
     })?;
-    write!(out, "$EndNodes\n$Elements\n")?;
+    writeln!(out, "$EndNodes")?;
+    if let Some(groups) = &groups {
+        return msh_labelled::write_elements(out, groups, MshVersion::V41, progress);
+    }
+    writeln!(out, "$Elements")?;
     if cells > 0 {
         let kind = element_type(dimension);
         write!(out, "1 {cells} 1 {cells}\n{dimension} 1 {kind} {cells}\n")?;
@@ -88,16 +105,9 @@ fn write_41(out: &mut dyn Write, mesh: &MeshView<'_>, progress: &mut Progress<'_
 
 /// The smallest and then the largest coordinates, three each; zeros where there are no points.
 fn bounding_box(mesh: &MeshView<'_>) -> String {
-    let mut low = [0.0f64; 3];
-    let mut high = [0.0f64; 3];
-    for (i, point) in mesh.coordinates.chunks_exact(mesh.dimension).enumerate() {
-        for (axis, &c) in point.iter().enumerate() {
-            low[axis] = if i == 0 { c } else { low[axis].min(c) };
-            high[axis] = if i == 0 { c } else { high[axis].max(c) };
-        }
-    }
+    let all = msh_labelled::bounding_box(mesh, 0..mesh.point_count() as u64);
     let mut text = Vec::new();
-    for (i, c) in low.into_iter().chain(high).enumerate() {
+    for (i, c) in all.into_iter().enumerate() {
         if i > 0 {
             text.push(b' ');
         }

@@ -85,7 +85,9 @@ fn write_body(
 ) -> Result<(), Fault> {
     let (dimension, coordinates) = (points.dimension(), points.coordinates());
     match format {
-        PointFormat::Node => tetgen::write_nodes(out, dimension, coordinates, options.first_id, progress),
+        PointFormat::Node => {
+            tetgen::write_nodes(out, dimension, (coordinates, None), options.first_id, progress)
+        }
         PointFormat::Xyz => write_lines(out, points, b"", b' ', false, progress),
         PointFormat::Csv => write_lines(out, points, b"", b',', false, progress),
         PointFormat::Obj => write_lines(out, points, b"v ", b' ', true, progress),

@@ -1,5 +1,8 @@
 //! The shape of cells.
 
+use glam::{DVec2, DVec3};
+use septet_meshing::quality::angles::angles;
+
 /// Circumradius divided by the length of the shortest edge.
 ///
 /// The origin is moved to an end of the shortest edge and all lengths are divided by the largest
@@ -34,6 +37,17 @@ pub fn radius_edge_ratio(dimension: usize, coordinates: &[f64], cell: &[u64]) ->
     let from_origin = edges[..corners - 1].iter().map(|&edge| norm(edge));
     let ratio = radius / from_origin.fold(f64::INFINITY, f64::min);
     if ratio.is_nan() { f64::INFINITY } else { ratio }
+}
+
+/// The smallest angle of a cell in degrees: dihedral, in the plane at a corner.
+pub(super) fn least_angle(dimension: usize, coordinates: &[f64], cell: &[u64]) -> f64 {
+    let at = |&v: &u64| &coordinates[v as usize * dimension..][..dimension];
+    let found = if dimension == 2 {
+        angles(&cell.iter().map(|v| DVec2::from_slice(at(v))).collect::<Vec<_>>())
+    } else {
+        angles(&cell.iter().map(|v| DVec3::from_slice(at(v))).collect::<Vec<_>>())
+    };
+    found.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// An end of the shortest edge; nothing where two points are equal.

@@ -84,6 +84,12 @@ pub(super) fn push_integer(buffer: &mut Vec<u8>, mut value: u64) {
     buffer.extend_from_slice(&digits[start..]);
 }
 
+/// Appends a blank and a whole number of either sign.
+pub(super) fn push_signed(buffer: &mut Vec<u8>, value: i64) {
+    buffer.extend_from_slice(if value < 0 { b" -" } else { b" " });
+    push_integer(buffer, value.unsigned_abs());
+}
+
 /// Appends the fewest decimal digits that read back as the same double; very small and very large
 /// numbers with an exponent.
 pub(super) fn push_float(buffer: &mut Vec<u8>, value: f64) {

@@ -26,6 +26,7 @@ impl Sample {
             cells: &self.cells,
             owner: Some(&self.owner),
             home_leaf: Some(&self.home_leaf),
+            labels: None,
         }
     }
 }

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use super::WriteOptions;
 use super::error::{Fault, OutputError};
-use super::records::{Progress, push_indices, push_integer, push_point, write_records};
+use super::records::{
+    Progress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
+};
 use super::stage::Stage;
 use super::topology::{self, OUTSIDE};
-use crate::model::MeshView;
+use crate::model::{Labels, MeshView};
 
 /// The extensions of the set.
 const EXTENSIONS: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
@@ -42,11 +44,19 @@ pub(super) fn write(
 ) -> Result<(), OutputError> {
     let (dimension, base) = (mesh.dimension, options.first_id);
     let corners = dimension + 1;
-    stage
-        .write(&member(path, "node"), |out| write_nodes(out, dimension, mesh.coordinates, base, progress))?;
-    let head = format!("{} {corners} 0\n", mesh.cell_count());
+    let of_points = mesh.labels.map(|l| (l.sizes.as_slice(), l.point_markers.as_slice()));
+    stage.write(&member(path, "node"), |out| {
+        write_nodes(out, dimension, (mesh.coordinates, of_points), base, progress)
+    })?;
+    let attributes = mesh.labels.map(|l| l.attributes.as_slice());
+    let head = format!("{} {corners} {}\n", mesh.cell_count(), u8::from(attributes.is_some()));
     stage.write(&member(path, "ele"), |out| {
-        write_rows(out, &head, (mesh.cells, corners), base, progress, |_, _| {})
+        write_rows(out, &head, (mesh.cells, corners), base, progress, |row, buffer| {
+            if let Some(attributes) = attributes {
+                buffer.push(b' ');
+                push_float(buffer, attributes[row]);
+            }
+        })
     })?;
     let hull = {
         let target = member(path, "neigh");
@@ -57,6 +67,9 @@ pub(super) fn write(
         stage.write(&target, |out| write_neighbours(out, neighbours, corners, base, progress))?;
         found.hull
     };
+    if let Some(labels) = mesh.labels {
+        return write_labelled(path, mesh, labels, base, stage, progress);
+    }
     if dimension == 3 {
         let head = format!("{} 1\n", hull.len() / 3);
         stage.write(&member(path, "face"), |out| {
@@ -79,21 +92,64 @@ pub(super) fn write(
     })
 }
 
-/// Writes a `.node` file: no attributes, no markers.
+/// Faces and edges of a mesh of a domain, with their markers: `.face` has the triangles on facets, `.edge` in
+/// space the edges on segments, in the plane all edges, those on no segment with marker 0.
+fn write_labelled(
+    path: &Path,
+    mesh: &MeshView<'_>,
+    labels: &Labels,
+    base: u64,
+    stage: &mut Stage,
+    progress: &mut Progress<'_>,
+) -> Result<(), OutputError> {
+    if mesh.dimension == 3 {
+        for (extension, width, patches) in [("face", 3, &labels.faces), ("edge", 2, &labels.edges)] {
+            let head = format!("{} 1\n", patches.len());
+            stage.write(&member(path, extension), |out| {
+                let rows = (patches.vertices.as_slice(), width);
+                write_rows(out, &head, rows, base, progress, |row, buffer| {
+                    push_signed(buffer, patches.markers[row]);
+                })
+            })?;
+        }
+        return Ok(());
+    }
+    let target = member(path, "edge");
+    let edges = topology::edges(2, mesh.point_count(), mesh.cells);
+    let edges = edges.map_err(|error| Fault::from(error).at(&target))?;
+    let ends = labels.faces.vertices.chunks_exact(2).map(|e| [e[0].min(e[1]), e[0].max(e[1])]);
+    let mut marked: Vec<([u64; 2], i64)> = ends.zip(labels.faces.markers.iter().copied()).collect();
+    marked.sort_unstable();
+    let head = format!("{} 1\n", edges.len());
+    stage.write(&target, |out| {
+        write_rows(out, &head, (edges.as_flattened(), 2), base, progress, |row, buffer| {
+            let at = marked.binary_search_by_key(&edges[row], |m| m.0);
+            push_signed(buffer, at.map_or(0, |at| marked[at].1));
+        })
+    })
+}
+
+/// Writes a `.node` file: no attributes and no markers, or both: the size of each point, and its marker.
 pub(super) fn write_nodes(
     out: &mut dyn Write,
     dimension: usize,
-    coordinates: &[f64],
+    (coordinates, labels): (&[f64], Option<(&[f64], &[i64])>),
     base: u64,
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let count = coordinates.len() / dimension;
-    writeln!(out, "{count} {dimension} 0 0")?;
+    let columns = if labels.is_some() { "1 1" } else { "0 0" };
+    writeln!(out, "{count} {dimension} {columns}")?;
     write_records(out, count, progress, |buffer, row| {
         push_integer(buffer, row as u64 + base);
         buffer.push(b' ');
         let point = &coordinates[row * dimension..(row + 1) * dimension];
         push_point(buffer, point, b' ', false);
+        if let Some((sizes, markers)) = labels {
+            buffer.push(b' ');
+            push_float(buffer, sizes[row]);
+            push_signed(buffer, markers[row]);
+        }
         buffer.push(b'\n');
     })?;
     Ok(())

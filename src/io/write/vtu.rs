@@ -7,28 +7,30 @@ use std::io::{self, Write};
 
 use super::WriteOptions;
 use super::error::Fault;
-use super::quality::radius_edge_ratio;
+use super::quality::{least_angle, radius_edge_ratio};
 use super::records::{Progress, write_records};
-use crate::model::{MeshView, Points};
+use crate::model::{Labels, MeshView, Points};
 
 /// Cell types of VTK.
 const VERTEX: u8 = 1;
 const TRIANGLE: u8 = 5;
 const TETRAHEDRON: u8 = 10;
 
+const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
+
 /// The part of the file an array belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Section {
+pub(super) enum Section {
     PointData,
     CellData,
     Points,
     Cells,
 }
 
-type Record<'a> = Box<dyn Fn(&mut Vec<u8>, usize) + Sync + 'a>;
+pub(super) type Record<'a> = Box<dyn Fn(&mut Vec<u8>, usize) + Sync + 'a>;
 
 /// One array: how it is declared and what its records are.
-struct Array<'a> {
+pub(super) struct Array<'a> {
     section: Section,
     name: &'static str,
     /// The type as VTK calls it.
@@ -72,11 +74,15 @@ pub(super) fn write(
     if options.with_owner {
         arrays.extend(owners(mesh));
     }
+    if let Some(labels) = mesh.labels {
+        arrays.extend(labelled(mesh, labels));
+    }
     arrays.push(points(dimension, coordinates));
     let width = 8 * corners;
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
     arrays.extend(offsets_and_types(count, corners, kind));
-    Ok(write_arrays(out, mesh.point_count(), count, &arrays, progress)?)
+    let data = ["PointData GlobalIds=\"GlobalPointIds\"", CELL_DATA];
+    Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
 }
 
 /// Writes points, each also a vertex cell.
@@ -90,10 +96,11 @@ pub(super) fn write_points(
     let mut arrays = vec![point_ids(count), points(set.dimension(), set.coordinates())];
     arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, 8), index));
     arrays.extend(offsets_and_types(count, 1, VERTEX));
-    Ok(write_arrays(out, count, count, &arrays, progress)?)
+    let data = ["PointData GlobalIds=\"GlobalPointIds\"", "CellData"];
+    Ok(head_and_arrays(out, data, (count, count), &arrays, progress)?)
 }
 
-fn cell_array<'a>(
+pub(super) fn cell_array<'a>(
     section: Section,
     name: &'static str,
     kind: &'static str,
@@ -131,7 +138,34 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
     arrays
 }
 
-fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
+/// What a mesh of a domain knows of its cells and points.
+fn labelled<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Array<'a>> {
+    let (count, points) = (mesh.cell_count(), mesh.point_count());
+    let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
+    let (coordinates, cells) = (mesh.coordinates, mesh.cells);
+    let region: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.regions[i].to_le_bytes()));
+    let attribute: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.attributes[i].to_le_bytes()));
+    let angle: Record<'a> = Box::new(move |b, i| {
+        let angle = least_angle(dimension, coordinates, &cells[i * corners..(i + 1) * corners]);
+        b.extend_from_slice(&angle.to_le_bytes());
+    });
+    let size: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.sizes[i].to_le_bytes()));
+    let marker: Record<'a> = Box::new(|b, i| b.extend_from_slice(&labels.point_markers[i].to_le_bytes()));
+    let on = |k: usize| -> Record<'a> {
+        Box::new(move |b, i| b.extend_from_slice(&labels.carriers[i][k].to_le_bytes()))
+    };
+    vec![
+        cell_array(Section::CellData, "region", "UInt32", (count, 4), region),
+        cell_array(Section::CellData, "attribute", "Float64", (count, 8), attribute),
+        cell_array(Section::CellData, "least_angle", "Float64", (count, 8), angle),
+        cell_array(Section::PointData, "size", "Float64", (points, 8), size),
+        cell_array(Section::PointData, "marker", "Int64", (points, 8), marker),
+        cell_array(Section::PointData, "carrier_dimension", "Int32", (points, 4), on(0)),
+        cell_array(Section::PointData, "carrier", "Int32", (points, 4), on(1)),
+    ]
+}
+
+pub(super) fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
     let record: Record<'_> = Box::new(move |buffer, i| {
         for axis in 0..3 {
             let value = if axis < dimension { coordinates[i * dimension + axis] } else { 0.0 };
@@ -145,7 +179,7 @@ fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
 }
 
 /// The offsets are those of the ends of the cells.
-fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>; 2] {
+pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>; 2] {
     let end: Record<'_> = Box::new(move |buffer, i| {
         buffer.extend_from_slice(&((i as u64 + 1) * corners as u64).to_le_bytes());
     });
@@ -155,14 +189,15 @@ fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>;
     ]
 }
 
-fn write_arrays(
+/// Writes a file of these arrays; `data` are the tags of point data and cell data, `points` and `cells` their numbers.
+pub(super) fn head_and_arrays(
     out: &mut dyn Write,
-    points: usize,
-    cells: usize,
+    data: [&str; 2],
+    (points, cells): (usize, usize),
     arrays: &[Array<'_>],
     progress: &mut Progress<'_>,
 ) -> io::Result<()> {
-    write_head(out, points, cells, arrays)?;
+    write_head(out, data, (points, cells), arrays)?;
     for array in arrays {
         out.write_all(&((array.count * array.width) as u64).to_le_bytes())?;
         write_records(out, array.count, progress, &*array.record)?;
@@ -171,16 +206,15 @@ fn write_arrays(
 }
 
 /// Everything up to the underscore that begins the data.
-fn write_head(out: &mut dyn Write, points: usize, cells: usize, arrays: &[Array<'_>]) -> io::Result<()> {
-    let has = |name| arrays.iter().any(|array: &Array<'_>| array.name == name);
-    let cell_data = if has("GlobalCellIds") {
-        "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\""
-    } else {
-        "CellData"
-    };
+fn write_head(
+    out: &mut dyn Write,
+    data: [&str; 2],
+    (points, cells): (usize, usize),
+    arrays: &[Array<'_>],
+) -> io::Result<()> {
     let sections = [
-        (Section::PointData, "PointData GlobalIds=\"GlobalPointIds\""),
-        (Section::CellData, cell_data),
+        (Section::PointData, data[0]),
+        (Section::CellData, data[1]),
         (Section::Points, "Points"),
         (Section::Cells, "Cells"),
     ];

@@ -10,6 +10,7 @@ mod cells;
 mod data;
 mod fit;
 mod heat;
+pub(crate) mod histograms;
 mod html;
 mod laws;
 mod levels;

@@ -27,6 +27,7 @@ impl Mesh {
             cells: &self.cells,
             owner: None,
             home_leaf: None,
+            labels: None,
         }
     }
 

@@ -295,6 +295,11 @@ pub struct Conformity {
 }
 
 impl Conformity {
+    /// Do the arrays not even fit together, so that nothing else could be looked at?
+    pub fn is_shapeless(&self) -> bool {
+        self.measure == [0.0; 2] && !self.is_clean()
+    }
+
     /// Is nothing wrong?
     pub fn is_clean(&self) -> bool {
         self.defects.is_empty()

@@ -1,0 +1,241 @@
+//! `septet mesh`.
+
+mod options;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use septet::io::read::{AnyInput, DomainFile, read_domain, read_sizes};
+use septet::io::write::{OutputFormat, WriteOptions, faces_path, write};
+use septet::memory::peak_rss;
+use septet::mesh::labelled::Labelled;
+use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
+use septet::mesh::show::{figures, summary};
+use septet::mesh::{MeshError, MeshRequest, Promise, generate, measure};
+use septet::meshing::check;
+use septet::meshing::conformity::{self, Conformity};
+use septet::meshing::defect::Defect;
+use septet::meshing::domain::Domain;
+use septet::meshing::facet::Triangulate;
+use septet::meshing::input::Input;
+use septet::meshing::mesh::Mesh;
+use septet::meshing::size::SizeError;
+
+use super::errors::{Code, Failure};
+use super::files::{self, write_text};
+use super::progress::Talk;
+use super::report::write_figures;
+pub use options::MeshArgs;
+
+/// Small angles, pieces left out, and defects of a mesh that are listed.
+const SHOWN: usize = 20;
+
+/// Worst cells that the report lists of each kind.
+const WORST: usize = 10;
+
+/// Reads and checks; makes a mesh unless only a check is asked for.
+pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
+    let start = Instant::now();
+    let mut request = args.request()?;
+    outputs(args)?;
+    let file = read_domain(&args.domain, &mut |read, total| talk.stage("reading", read, total))?;
+    if let Some(path) = &args.size_field {
+        request.field = Some(read_sizes(path, &mut |read, total| talk.stage("reading sizes", read, total))?);
+    }
+    talk.check();
+    talk.clear();
+    for note in &file.notes {
+        talk.note(format!("note: {note}"));
+    }
+    let job = Job { args, request, first_id: file.first_id, start, talk };
+    match &file.input {
+        AnyInput::Plane(input) => job.checked(&file, input),
+        AnyInput::Space(input) => job.checked(&file, input),
+    }
+}
+
+/// Every file that is to be written can be.
+fn outputs(args: &MeshArgs) -> Result<(), Failure> {
+    let faces: Vec<PathBuf> = args
+        .output
+        .iter()
+        .filter(|o| matches!(OutputFormat::of(o), Ok(OutputFormat::Vtu)))
+        .map(|o| faces_path(o))
+        .collect();
+    let texts: Vec<&Path> = args.json.iter().chain(&faces).map(PathBuf::as_path).collect();
+    // The points of a .poly file may be in the .node file beside it.
+    let name = args.domain.to_string_lossy();
+    let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
+    let read = [Some(&args.domain), args.size_field.as_ref(), Some(&node).filter(|n| n.is_file())];
+    for path in read.into_iter().flatten() {
+        files::check(Some(path), &args.output, &texts)?;
+    }
+    Ok(())
+}
+
+/// One call of the command.
+struct Job<'a> {
+    args: &'a MeshArgs,
+    request: MeshRequest,
+    first_id: u64,
+    start: Instant,
+    talk: &'a Talk,
+}
+
+impl Job<'_> {
+    fn checked<P: Triangulate>(&self, file: &DomainFile, input: &Input<P>) -> Result<(), Failure> {
+        let (args, talk) = (self.args, self.talk);
+        let domain = match check(input) {
+            Ok(domain) => domain,
+            Err(defects) => {
+                for defect in &defects {
+                    talk.fault(format!("{}: {}", defect.kind(), defect.in_file(file.first_id)));
+                }
+                return Err(refusal(args, &defects));
+            }
+        };
+        if args.check {
+            describe(args, file, &domain, talk);
+            return Ok(());
+        }
+        self.meshed(&domain)
+    }
+
+    fn meshed<P: Triangulate>(&self, domain: &Domain<P>) -> Result<(), Failure> {
+        let (args, request, talk) = (self.args, &self.request, self.talk);
+        let read_seconds = self.start.elapsed().as_secs_f64();
+        talk.check();
+        let (mesh, stages) = generate(domain, request)?;
+        let mesh_seconds = self.start.elapsed().as_secs_f64() - read_seconds;
+        talk.check();
+        let conformity = conformity::check(domain, &mesh);
+        let broken = self.broken(&conformity);
+        if conformity.is_shapeless() {
+            return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
+        }
+        let quality = measure(domain, &mesh, request, WORST)?;
+        let judged = self.start.elapsed().as_secs_f64();
+        let files = if broken.is_none() { self.write(domain, &mesh)? } else { Vec::new() };
+        let total_seconds = self.start.elapsed().as_secs_f64();
+        talk.clear();
+        let judge_seconds = judged - read_seconds - mesh_seconds;
+        let write_seconds = total_seconds - judged;
+        let around = Surroundings {
+            input: &args.domain.display().to_string(),
+            outputs: &args.output,
+            first_id: self.first_id,
+            seconds: Seconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
+            peak_rss_bytes: peak_rss(),
+        };
+        let (quality, conformity) = (&quality, &conformity);
+        let judged = Judged { domain, request, mesh: &mesh, stages: &stages, quality, conformity };
+        if let Some(path) = &args.json {
+            let text = MeshReport::of(&judged, &around).to_json();
+            let text =
+                text.map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
+            write_text(path, &(text + "\n"))?;
+        }
+        if let Some(directory) = &args.svg {
+            write_figures(&figures(quality, Promise::of(request.lipschitz)), directory, talk)?;
+        }
+        summary(&judged).iter().for_each(|line| talk.note(line));
+        for file in files {
+            talk.note(format!("  wrote {}", file.display()));
+        }
+        broken.map_or(Ok(()), Err)
+    }
+
+    /// The failure that a mesh is which does not conform; its first defects are told.
+    fn broken(&self, conformity: &Conformity) -> Option<Failure> {
+        let defects = &conformity.defects;
+        if defects.is_empty() {
+            return None;
+        }
+        self.talk.clear();
+        for defect in defects.iter().take(SHOWN) {
+            self.talk.fault(format!("mesh: {defect}"));
+        }
+        let message = format!("the mesh does not conform to its domain: {} defects", defects.len());
+        Some(
+            Failure::new(Code::Rejected, message)
+                .help("nothing was written; please report it with the input"),
+        )
+    }
+
+    fn write<P: Triangulate>(&self, domain: &Domain<P>, mesh: &Mesh<P>) -> Result<Vec<PathBuf>, Failure> {
+        let (args, talk) = (self.args, self.talk);
+        let options =
+            WriteOptions { with_owner: false, first_id: self.first_id, msh: args.msh_version.into() };
+        let labelled = Labelled::of(domain, mesh);
+        let mut files = Vec::new();
+        for output in &args.output {
+            talk.check();
+            let stage = format!("writing {}", output.display());
+            let mut progress = |done: u64, total: u64| talk.stage(&stage, done, Some(total));
+            files.extend(write(output, &labelled.view(), &options, &mut progress)?);
+        }
+        Ok(files)
+    }
+}
+
+impl From<MeshError> for Failure {
+    fn from(error: MeshError) -> Self {
+        match error {
+            MeshError::Run(error) => error.into(),
+            MeshError::Dimension { .. } => Failure::new(Code::Usage, error.to_string())
+                .help("give as many coordinates as the domain has, and a size behind them"),
+            MeshError::Size(error) => {
+                let code = match error {
+                    SizeError::TooFine(_) => Code::Limit,
+                    _ => Code::Usage,
+                };
+                Failure::new(code, error.to_string()).help("see `septet mesh --help`")
+            }
+            MeshError::Memory { .. } => Failure::new(Code::Limit, error.to_string())
+                .help("raise --max-memory, or ask for larger sizes (--size, --min-size)"),
+            error => {
+                Failure::new(Code::Failed, error.to_string()).help("--check says whether it is a domain")
+            }
+        }
+    }
+}
+
+fn refusal(args: &MeshArgs, defects: &[Defect]) -> Failure {
+    let count = defects.len();
+    let what = if count == 1 { "defect" } else { "defects" };
+    Failure::new(Code::Input, format!("{} has {count} {what}", args.domain.display()))
+        .help("mend the places listed above; ids are those of the file, facets in its order")
+}
+
+/// What `--check` says of a domain.
+fn describe<P: Triangulate>(args: &MeshArgs, file: &DomainFile, domain: &Domain<P>, talk: &Talk) {
+    let inside = domain.components.iter().filter(|c| c.inside).count();
+    let regions = domain.components.iter().filter(|c| c.region.is_some()).count();
+    talk.note(format!(
+        "septet: {} is a domain: {} points, {} corners, {} segments, {} facets, {inside} components, {regions} \
+         regions, {} {}",
+        args.domain.display(),
+        domain.points().len(),
+        domain.corners.len(),
+        domain.segments.len(),
+        domain.facets.len(),
+        if P::DIM == 2 { "area" } else { "volume" },
+        unscaled_measure(domain),
+    ));
+    for piece in domain.left_out.iter().take(SHOWN) {
+        talk.note(format!("note: {} lies outside the domain and is left out", piece.in_file(file.first_id)));
+    }
+    if domain.left_out.len() > SHOWN {
+        talk.note(format!("note: and {} more pieces that are left out", domain.left_out.len() - SHOWN));
+    }
+    let small = domain.small_angles(90.0);
+    for angle in small.iter().take(SHOWN) {
+        let name = |feature| feature_name(domain, feature, file.first_id);
+        let at = domain.simplices.place(angle.at);
+        let [a, b] = angle.features.map(name);
+        talk.note(format!("{a} and {b}, {:.3} degrees, at {at}", angle.degrees()));
+    }
+    if small.len() > SHOWN {
+        talk.note(format!("and {} more angles below 90 degrees", small.len() - SHOWN));
+    }
+}

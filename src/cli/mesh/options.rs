@@ -1,0 +1,199 @@
+//! Options of `septet mesh`, and how they become a request.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use septet::config::{Config, Transport, Workers};
+use septet::mesh::{
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, Shape, SingularityRequest,
+};
+
+use crate::cli::errors::{Code, Failure};
+use crate::cli::options::{MshArg, TransportArg, bytes, workers};
+
+/// Options of `septet mesh`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A piecewise linear complex (.poly, .smesh) may have internal and dangling pieces; a surface (.stl .off .ply .obj)
+must be closed. Exit code 3 and the list of all defects if the domain has any; 4 if the mesh does not conform to it.
+
+Examples:
+  septet mesh part.poly --check
+  septet mesh part.poly -o part.vtu --radius-edge 1.5
+  septet mesh scan.stl --boundary remesh --size 0.5 -o scan.msh --json -
+  septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele -o part-surface.stl")]
+pub struct MeshArgs {
+    /// The domain: .poly .smesh .stl .off .ply .obj, each also .gz
+    pub domain: PathBuf,
+    /// Check the domain, and do no more
+    #[arg(long, conflicts_with_all = ["output", "json"])]
+    pub check: bool,
+    /// Write the mesh (.vtu .msh .msh22 .mesh .npy, or one of .node .ele .face .edge .neigh for the whole set) or its
+    /// surface (.off .stl); may be given several times
+    #[arg(short, long = "output", value_name = "OUT")]
+    pub output: Vec<PathBuf>,
+    /// Keep every segment and facet of the input, or corners and ridges alone [default: exact for .poly and .smesh,
+    /// remesh for surfaces]
+    #[arg(long, value_name = "MODE", value_enum)]
+    pub boundary: Option<BoundaryArg>,
+    /// Largest distance of neighbouring points
+    #[arg(long, value_name = "H", value_parser = length)]
+    pub size: Option<f64>,
+    /// Sizes at points, rows of `x y [z] size` (.txt .csv .npy, each also .gz, - for standard input)
+    #[arg(long, value_name = "FILE")]
+    pub size_field: Option<PathBuf>,
+    /// Let sizes fall to --min-size at a place: `point`, `line`, or with coordinates, as in `point:0,0,1`
+    /// [default places: the middle of the box, its middle third along x]
+    #[arg(long, value_name = "point|line[:X,Y,..]", value_parser = singularity, requires = "min_size")]
+    pub singularity: Option<SingularityRequest>,
+    /// How fast sizes may grow, between 0 and 1; radius-edge ratios are at most 1/(1-L) [default: 0.5]
+    #[arg(long, value_name = "L", value_parser = lipschitz, conflicts_with = "radius_edge", allow_negative_numbers = true)]
+    pub lipschitz: Option<f64>,
+    /// Largest radius-edge ratio away from the boundary, above 1: L = 1 - 1/B [default: 2]
+    #[arg(long, value_name = "B", value_parser = radius_edge, allow_negative_numbers = true)]
+    pub radius_edge: Option<f64>,
+    /// Smallest distance of neighbouring points; it wins over everything else
+    #[arg(long, value_name = "H", value_parser = length, allow_negative_numbers = true)]
+    pub min_size: Option<f64>,
+    /// Edges of a surface that turn by more degrees are ridges [default: 60]
+    #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true)]
+    pub feature_angle: Option<f64>,
+    /// Remove slivers
+    #[arg(long)]
+    pub improve: bool,
+    /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
+    #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true)]
+    pub workers: Option<Workers>,
+    /// Threads that run the workers [default: cores]
+    #[arg(long, value_name = "T")]
+    pub threads: Option<usize>,
+    /// Seed of every random draw
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// How messages travel: over channels between threads, or simulated on one thread
+    #[arg(long, value_enum, default_value_t = TransportArg::Channel)]
+    pub transport: TransportArg,
+    /// Seed of the order of delivery (with --transport sim) [default: 0]
+    #[arg(long, value_name = "S")]
+    pub delivery_seed: Option<u64>,
+    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub max_memory: Option<u64>,
+    /// Write the report as JSON, `-` for standard output
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+    /// Write histograms of the mesh's quality as SVG into this directory
+    #[arg(long, value_name = "DIR", conflicts_with = "check")]
+    pub svg: Option<PathBuf>,
+    /// Version of files named .msh
+    #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41)]
+    pub msh_version: MshArg,
+}
+
+/// `--boundary`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BoundaryArg {
+    /// Every segment and facet
+    Exact,
+    /// Corners, and ridges above the feature angle
+    Remesh,
+}
+
+impl From<BoundaryArg> for Boundary {
+    fn from(boundary: BoundaryArg) -> Self {
+        match boundary {
+            BoundaryArg::Exact => Boundary::Exact,
+            BoundaryArg::Remesh => Boundary::Remesh,
+        }
+    }
+}
+
+impl MeshArgs {
+    /// What is asked for; the size field has yet to be read.
+    pub fn request(&self) -> Result<MeshRequest, Failure> {
+        let usage = |message: &str, help: &str| Err(Failure::new(Code::Usage, message).help(help));
+        if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
+            let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
+            return usage(message, "add --transport sim, or leave the seed out");
+        }
+        if !self.check && self.output.is_empty() && self.json.is_none() && self.svg.is_none() {
+            return usage("where is the mesh to go?", "give -o OUT, or --check to check the domain alone");
+        }
+        if let (Some(size), Some(least)) = (self.size, self.min_size)
+            && least > size
+        {
+            return usage(
+                "--min-size is above --size, and would win everywhere",
+                "give a smaller --min-size, or --size alone",
+            );
+        }
+        let base = Config::default();
+        let threads = self.threads.unwrap_or(base.threads);
+        let workers = self.workers.unwrap_or(base.workers);
+        Config { workers, threads, ..base }.check()?;
+        let by_ratio = self.radius_edge.map(|b| 1.0 - 1.0 / b);
+        Ok(MeshRequest {
+            boundary: self.boundary.map(Boundary::from),
+            size: self.size,
+            field: None,
+            singularity: self.singularity.clone(),
+            min_size: self.min_size,
+            lipschitz: self.lipschitz.or(by_ratio).unwrap_or(DEFAULT_LIPSCHITZ),
+            feature_angle: self.feature_angle.unwrap_or(DEFAULT_FEATURE_ANGLE),
+            improve: self.improve,
+            workers,
+            threads,
+            transport: match self.transport {
+                TransportArg::Channel => Transport::Channel { threads },
+                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
+            },
+            seed: self.seed,
+            max_memory: self.max_memory,
+        })
+    }
+}
+
+/// A number with a property.
+fn number(text: &str, expected: &str, good: impl Fn(f64) -> bool) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|&x: &f64| x.is_finite() && good(x))
+        .ok_or_else(|| format!("expected {expected}"))
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    number(text, "a positive length", |x| x > 0.0)
+}
+
+fn lipschitz(text: &str) -> Result<f64, String> {
+    number(text, "a number between 0 and 1, both exclusive", |x| x > 0.0 && x < 1.0)
+}
+
+fn radius_edge(text: &str) -> Result<f64, String> {
+    // L = 1 - 1/B has to lie strictly between 0 and 1, as rounded.
+    number(text, "a number above 1", |b| b > 1.0 && 1.0 - 1.0 / b > 0.0 && 1.0 - 1.0 / b < 1.0)
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    number(text, "an angle from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))
+}
+
+fn singularity(text: &str) -> Result<SingularityRequest, String> {
+    let expected = || "expected `point`, `line`, `point:X,Y[,Z]` or `line:X,Y[,Z],X,Y[,Z]`".to_owned();
+    let (name, place) = text.split_once(':').map_or((text, None), |(name, place)| (name, Some(place)));
+    let (shape, points) = match name {
+        "point" => (Shape::Point, 1),
+        "line" => (Shape::Line, 2),
+        _ => return Err(expected()),
+    };
+    let at = match place {
+        None => Vec::new(),
+        Some(place) => place
+            .split(',')
+            .map(|c| c.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+            .collect::<Option<Vec<f64>>>()
+            .filter(|at| at.len() == 2 * points || at.len() == 3 * points)
+            .ok_or_else(expected)?,
+    };
+    Ok(SingularityRequest { shape, at })
+}

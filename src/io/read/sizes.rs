@@ -1,0 +1,178 @@
+//! Sizes at points: rows of `x y size` or `x y z size`, separated by blanks, commas or semicolons, a heading and
+//! comments (`#`, `%`) allowed; or an array of such rows (`.npy`).
+
+use std::path::Path;
+
+use super::error::{InputError, Place};
+use super::format::Format;
+use super::text::{Line, Lines, NUMBER, Source, number};
+use super::{Progress, load, npy};
+use crate::mesh::field::SizeField;
+
+/// What a size must be, for messages.
+const SIZE: &str = "a size: a positive number";
+
+/// Reads sizes at points from a file, or from standard input if `path` is `-`; `.gz` is unpacked.
+///
+/// # Errors
+/// [`InputError`], if the file is missing or damaged, a row has another number of columns than the first, a number is not
+/// finite, or a size is not positive.
+pub fn read_sizes(path: &Path, progress: &mut Progress<'_>) -> Result<SizeField, InputError> {
+    let (format, zipped) = Format::of_path(path);
+    let data = load::load(path, zipped, progress)?;
+    let source = Source { path, data: &data };
+    if format == Some(Format::Npy) || data.starts_with(b"\x93NUMPY") {
+        return npy::read_sizes(source);
+    }
+    match format {
+        None | Some(Format::Text) => columns(source),
+        Some(other) => {
+            let what = format!("a file of kind .{} as sizes at points", other.name());
+            Err(source.unsupported(Place::Whole, what, "give rows of `x y z size`: .txt, .csv or .npy"))
+        }
+    }
+}
+
+/// Adds a row of coordinates and a size; `blame` makes the error for a size or a coordinate that cannot be.
+pub(super) fn push(
+    field: &mut SizeField,
+    row: &[f64],
+    blame: impl Fn(usize, &'static str) -> InputError,
+) -> Result<(), InputError> {
+    let (at, size) = (&row[..field.dimension], row[field.dimension]);
+    if let Some(bad) = at.iter().position(|c| !c.is_finite()) {
+        return Err(blame(bad, "a finite coordinate"));
+    }
+    if !(size > 0.0 && size.is_finite()) {
+        return Err(blame(field.dimension, SIZE));
+    }
+    let mut point = [0.0; 3];
+    // Adding zero makes 0.0 of -0.0.
+    point.iter_mut().zip(at).for_each(|(slot, c)| *slot = c + 0.0);
+    field.rows.push((point, size));
+    Ok(())
+}
+
+fn columns(source: Source<'_>) -> Result<SizeField, InputError> {
+    let mut field = SizeField::default();
+    let mut headed = false;
+    for line in Lines::new(source.data) {
+        let end = line.text.iter().position(|b| matches!(b, b'#' | b'%')).unwrap_or(line.text.len());
+        let words = split(&line.text[..end]);
+        if words.is_empty() {
+            continue;
+        }
+        let named = |w: &&[u8]| w.first().is_some_and(|b| b.is_ascii_alphabetic() || *b == b'"');
+        if field.rows.is_empty() && !headed && words.iter().all(|w| named(w) && number(w).is_none()) {
+            headed = true;
+            continue;
+        }
+        if field.rows.is_empty() {
+            field.dimension = match words.len() {
+                3 => 2,
+                4 => 3,
+                _ => return Err(source.bad_line(&line, "three or four numbers: `x y size` or `x y z size`")),
+            };
+        }
+        row(source, &mut field, &line, &words)?;
+    }
+    if field.rows.is_empty() {
+        return Err(source.truncated(Place::Whole, "rows of sizes", 1, 0));
+    }
+    Ok(field)
+}
+
+fn row(
+    source: Source<'_>,
+    field: &mut SizeField,
+    line: &Line<'_>,
+    words: &[&[u8]],
+) -> Result<(), InputError> {
+    let width = field.dimension + 1;
+    if words.len() != width {
+        return Err(source.bad_line(line, format!("{width} numbers, as in the first row")));
+    }
+    let mut numbers = [0.0; 4];
+    for (slot, word) in numbers.iter_mut().zip(words) {
+        *slot = number(word).ok_or_else(|| source.bad_word(line, word, NUMBER))?;
+    }
+    push(field, &numbers[..width], |at, expected| source.bad_word(line, words[at], expected))
+}
+
+/// The fields of a line: between semicolons, else between commas, else between blanks.
+fn split(text: &[u8]) -> Vec<&[u8]> {
+    if text.trim_ascii().is_empty() {
+        return Vec::new();
+    }
+    let by =
+        |mark: u8| text.contains(&mark).then(|| text.split(|b| *b == mark).map(<[u8]>::trim_ascii).collect());
+    by(b';').or_else(|| by(b',')).unwrap_or_else(|| Line { number: 0, text }.words().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(name: &str, content: &[u8]) -> Result<SizeField, InputError> {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        read_sizes(&path, &mut |_, _| {})
+    }
+
+    #[test]
+    fn rows_of_all_kinds() {
+        let expected = [([1.0, 2.0, 3.0], 0.5), ([-4.0, 0.0, 1e3], 0.25)];
+        for text in [
+            "1 2 3 0.5\n-4 0 1e3 0.25\n",
+            "# sizes\nx,y,z,size\n1,2,3,0.5\n\n-4,-0.0,1e3,0.25 # here\n",
+            "1;2; 3; .5\r\n-4\t;0;1000;0.25",
+        ] {
+            for name in ["f.txt", "f.csv", "f"] {
+                let field = read(name, text.as_bytes()).unwrap();
+                assert_eq!((field.dimension, &field.rows[..]), (3, &expected[..]));
+            }
+        }
+        let plane = read("f.txt", b"1 2 3\n").unwrap();
+        assert_eq!((plane.dimension, &plane.rows[..]), (2, &[([1.0, 2.0, 0.0], 3.0)][..]));
+    }
+
+    #[test]
+    fn arrays() {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        let head = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }\n";
+        bytes.extend((head.len() as u16).to_le_bytes());
+        bytes.extend(head.as_bytes());
+        let start = bytes.len();
+        [1.0f64, 2.0, 0.5, 3.0, 4.0, 0.25].iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        let field = read("f.npy", &bytes).unwrap();
+        assert_eq!(field.rows, [([1.0, 2.0, 0.0], 0.5), ([3.0, 4.0, 0.0], 0.25)]);
+        bytes[start + 40..start + 48].copy_from_slice(&(-1.0f64).to_le_bytes());
+        let error = read("f.npy", &bytes).unwrap_err();
+        assert_eq!(error.place(), Place::Byte(start as u64 + 40));
+        assert!(error.to_string().contains("positive"), "{error}");
+        let wide = head.replace("(2, 3)", "(1, 6)");
+        bytes.splice(10..10 + head.len(), wide.bytes());
+        assert!(read("f.npy", &bytes).unwrap_err().to_string().contains("6"));
+    }
+
+    #[test]
+    fn faults_name_their_lines() {
+        for (text, line, words) in [
+            ("1 2\n", 1, "three or four numbers"),
+            ("1 2 3 4\n1 2 3\n", 2, "4 numbers"),
+            ("1 2 3 4\n\n1 2 x 4\n", 3, "a number"),
+            ("1 2 3 0\n", 1, "positive"),
+            ("1 2 3 -1\n", 1, "positive"),
+            ("1 2 3 nan\n", 1, "positive"),
+            ("1 inf 3 1\n", 1, "finite"),
+            ("x y z size\na b c d\n", 2, "a number"),
+        ] {
+            let error = read("f.txt", text.as_bytes()).unwrap_err();
+            assert_eq!(error.line(), Some(line), "{error}");
+            assert!(error.to_string().contains(words), "{error}");
+        }
+        assert!(read("f.txt", b"# nothing\n").unwrap_err().to_string().contains("rows of sizes"));
+        assert!(read("f.vtu", b"<VTKFile/>").unwrap_err().to_string().contains(".vtu"));
+    }
+}

@@ -1,0 +1,148 @@
+//! `.msh` of a mesh of a domain: entities are the domain's pieces, physical groups their markers.
+//!
+//! Segments are curves, facets surfaces, components volumes (in the plane: segments and surfaces), each with its number
+//! in the domain plus one as tag (components from 1 as they are). A piece whose marker, or a component whose name, is a positive whole
+//! number is in the physical group of that number; Gmsh reads signs of groups as directions.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use super::error::Fault;
+use super::format::MshVersion;
+use super::records::{Progress, push_float, push_indices, push_integer, write_records};
+use crate::model::{Labels, MeshView};
+
+/// The element types of Gmsh by dimension: line, triangle, tetrahedron.
+const TYPES: [u8; 4] = [15, 1, 2, 4];
+
+/// Elements of one dimension, their rows in groups of one entity each.
+pub(super) struct Group<'a> {
+    /// 1, 2 or 3.
+    dimension: usize,
+    /// `dimension + 1` points a row.
+    vertices: &'a [u64],
+    /// Tag and physical group (0 for none) and rows of each entity, tags ascending.
+    entities: BTreeMap<u32, (u64, Vec<usize>)>,
+}
+
+impl<'a> Group<'a> {
+    fn new(dimension: usize, vertices: &'a [u64], entity: impl Fn(usize) -> (u32, u64)) -> Self {
+        let mut entities: BTreeMap<u32, (u64, Vec<usize>)> = BTreeMap::new();
+        for row in 0..vertices.len() / (dimension + 1) {
+            let (tag, physical) = entity(row);
+            entities.entry(tag).or_insert((physical, Vec::new())).1.push(row);
+        }
+        Group { dimension, vertices, entities }
+    }
+
+    fn row(&self, row: usize) -> &[u64] {
+        &self.vertices[row * (self.dimension + 1)..(row + 1) * (self.dimension + 1)]
+    }
+}
+
+fn physical(marker: f64) -> u64 {
+    if marker.fract() == 0.0 && marker > 0.0 && marker <= f64::from(i32::MAX) { marker as u64 } else { 0 }
+}
+
+/// Curves, surfaces and volumes of a mesh; volumes none in the plane.
+pub(super) fn groups<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Group<'a>> {
+    let of = |patches: &'a crate::model::Patches| {
+        move |row: usize| (patches.of[row] + 1, physical(patches.markers[row] as f64))
+    };
+    let mut groups = Vec::new();
+    if mesh.dimension == 3 {
+        groups.push(Group::new(1, &labels.edges.vertices, of(&labels.edges)));
+    }
+    groups.push(Group::new(mesh.dimension - 1, &labels.faces.vertices, of(&labels.faces)));
+    let region = |row: usize| (labels.regions[row], physical(labels.attributes[row]));
+    groups.push(Group::new(mesh.dimension, mesh.cells, region));
+    groups
+}
+
+/// The section of entities of version 4.1.
+pub(super) fn write_entities(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    groups: &[Group<'_>],
+) -> Result<(), Fault> {
+    let count =
+        |d: usize| groups.iter().filter(|g| g.dimension == d).map(|g| g.entities.len()).sum::<usize>();
+    writeln!(out, "$Entities\n0 {} {} {}", count(1), count(2), count(3))?;
+    for group in groups {
+        for (tag, (physical, rows)) in &group.entities {
+            let mut line = Vec::new();
+            push_integer(&mut line, u64::from(*tag));
+            let points = rows.iter().flat_map(|&row| group.row(row));
+            for c in bounding_box(mesh, points.copied()) {
+                line.push(b' ');
+                push_float(&mut line, c);
+            }
+            if *physical > 0 {
+                push_indices(&mut line, &[1, *physical], 0);
+            } else {
+                line.extend_from_slice(b" 0");
+            }
+            line.extend_from_slice(b" 0\n");
+            out.write_all(&line)?;
+        }
+    }
+    writeln!(out, "$EndEntities")?;
+    Ok(())
+}
+
+/// The smallest and then the largest coordinates of points, three each; zeros where there are none.
+pub(super) fn bounding_box(mesh: &MeshView<'_>, points: impl Iterator<Item = u64>) -> [f64; 6] {
+    let mut found = None;
+    for v in points {
+        let point = &mesh.coordinates[v as usize * mesh.dimension..][..mesh.dimension];
+        let (low, high) = found.get_or_insert(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]));
+        for axis in 0..3 {
+            let c = point.get(axis).copied().unwrap_or(0.0);
+            low[axis] = f64::min(low[axis], c);
+            high[axis] = f64::max(high[axis], c);
+        }
+    }
+    let (low, high) = found.unwrap_or_default();
+    [low[0], low[1], low[2], high[0], high[1], high[2]]
+}
+
+/// The dimension and tag of the entity that all nodes are written with.
+pub(super) fn node_entity(mesh: &MeshView<'_>, groups: &[Group<'_>]) -> (usize, u32) {
+    let cells = groups.iter().find(|g| g.dimension == mesh.dimension);
+    (mesh.dimension, cells.and_then(|g| g.entities.keys().next().copied()).unwrap_or(1))
+}
+
+/// The section of elements.
+pub(super) fn write_elements(
+    out: &mut dyn Write,
+    groups: &[Group<'_>],
+    version: MshVersion,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let entities = groups.iter().flat_map(|g| g.entities.iter().map(move |e| (g, e)));
+    let total: usize = entities.clone().map(|(_, (_, (_, rows)))| rows.len()).sum();
+    write!(out, "$Elements\n")?;
+    match version {
+        MshVersion::V22 => writeln!(out, "{total}")?,
+        MshVersion::V41 if total == 0 => writeln!(out, "0 0 0 0")?,
+        MshVersion::V41 => writeln!(out, "{} {total} 1 {total}", entities.clone().count())?,
+    }
+    let mut first = 1;
+    for (group, (tag, (physical, rows))) in entities {
+        let kind = TYPES[group.dimension];
+        let mut between = Vec::new();
+        match version {
+            MshVersion::V22 => write!(between, " {kind} 2 {physical} {tag}")?,
+            MshVersion::V41 => writeln!(out, "{} {tag} {kind} {}", group.dimension, rows.len())?,
+        }
+        write_records(out, rows.len(), progress, |buffer, i| {
+            push_integer(buffer, first + i as u64);
+            buffer.extend_from_slice(&between);
+            push_indices(buffer, group.row(rows[i]), 1);
+            buffer.push(b'\n');
+        })?;
+        first += rows.len() as u64;
+    }
+    writeln!(out, "$EndElements")?;
+    Ok(())
+}

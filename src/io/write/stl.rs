@@ -1,0 +1,61 @@
+//! `.stl`, as text, so that coordinates read back to the last bit and corners that are one point stay one: in space the
+//! boundary, oriented outward; in the plane all triangles, z = 0.
+
+use std::io::Write;
+
+use super::error::Fault;
+use super::records::{Progress, push_float, push_point, write_records};
+use super::topology;
+use crate::model::MeshView;
+
+/// Writes a surface.
+pub(super) fn write(
+    out: &mut dyn Write,
+    mesh: &MeshView<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<(), Fault> {
+    let hull;
+    let triangles = if mesh.dimension == 3 {
+        hull = topology::hull(3, mesh.point_count(), mesh.cells)?;
+        hull.as_slice()
+    } else {
+        mesh.cells
+    };
+    writeln!(out, "solid septet")?;
+    write_records(out, triangles.len() / 3, progress, |buffer, i| {
+        let corners: Vec<&[f64]> = triangles[3 * i..3 * i + 3]
+            .iter()
+            .map(|&v| &mesh.coordinates[v as usize * mesh.dimension..][..mesh.dimension])
+            .collect();
+        buffer.extend_from_slice(b"facet normal");
+        for c in normal(&corners) {
+            buffer.push(b' ');
+            push_float(buffer, c);
+        }
+        buffer.extend_from_slice(b"\nouter loop\n");
+        for corner in corners {
+            buffer.extend_from_slice(b"vertex ");
+            push_point(buffer, corner, b' ', true);
+            buffer.push(b'\n');
+        }
+        buffer.extend_from_slice(b"endloop\nendfacet\n");
+    })?;
+    writeln!(out, "endsolid septet")?;
+    Ok(())
+}
+
+/// The unit normal, in single precision as readers keep it; zero where it cannot be told.
+fn normal(corners: &[&[f64]]) -> [f64; 3] {
+    let at = |i: usize| [0, 1, 2].map(|k| corners[i].get(k).copied().unwrap_or(0.0));
+    let minus = |i: usize| [0, 1, 2].map(|k| at(i)[k] - at(0)[k]);
+    let (u, v) = (minus(1), minus(2));
+    // Scaled, so that tiny triangles have normals, too.
+    let unit = |u: [f64; 3]| {
+        let size = u.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+        u.map(|c| c / size)
+    };
+    let (u, v) = (unit(u), unit(v));
+    let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = n.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if length > 0.0 && length.is_finite() { n.map(|c| f64::from((c / length) as f32)) } else { [0.0; 3] }
+}
