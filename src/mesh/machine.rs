@@ -79,14 +79,19 @@ impl<P: Point> Machine<P> for Counted {
         let sizes: Vec<f64> = sites.iter().map(|s| s.size).collect();
         let run = independent(&places, &sizes, fixed, &self.config)?;
         self.add(&run.ledger);
-        Ok(Independent { members: run.members.into_iter().map(|m| m as u32).collect(), undecided: run.undecided })
+        Ok(Independent {
+            members: run.members.into_iter().map(|m| m as u32).collect(),
+            undecided: run.undecided,
+        })
     }
 
     fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Error> {
         let run = triangulate(points, &self.config)?;
         self.add(&run.ledger);
-        let Some(pieces) = run.pieces() else { return Ok(Triangulation::default()) };
-        let (mut cells, mut neighbours) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
+        let (mut cells, mut neighbours) = (Vec::new(), Vec::new());
+        let Some(pieces) = run.pieces() else { return Ok(Triangulation { cells, neighbours }) };
+        cells.reserve(pieces.len());
+        neighbours.reserve(pieces.len());
         let mut first = Vec::new();
         let mut count = 0;
         for piece in pieces.pieces() {

@@ -4,13 +4,14 @@
 
 pub mod field;
 pub mod labelled;
+mod machine;
 pub mod report;
 pub mod show;
 
 use septet_meshing::distance::Features;
-use septet_meshing::domain::Domain;
+use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
-use septet_meshing::input::Kind;
+use septet_meshing::generate::{self, Failure, Rules};
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
@@ -18,8 +19,9 @@ use septet_meshing::size::user::{Singularity, Wishes};
 use septet_meshing::size::{SizeError, SizeFunction, SizeOptions};
 use thiserror::Error;
 
-use crate::config::{Transport, Workers};
+use crate::config::{Config, Transport, Workers};
 use field::SizeField;
+use machine::Counted;
 
 /// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
 /// boundary, the bound that mesh generators take by default; a smaller L costs points everywhere, a larger one saves
@@ -39,13 +41,8 @@ pub enum Boundary {
 }
 
 impl Boundary {
-    /// What is kept of a domain of this kind if nothing is asked for.
-    pub fn of(kind: Kind) -> Self {
-        match kind {
-            Kind::Complex => Boundary::Exact,
-            Kind::Surface => Boundary::Remesh,
-        }
-    }
+    /// What is kept if nothing is asked for.
+    pub const DEFAULT: Boundary = Boundary::Exact;
 }
 
 /// The shape of a singularity.
@@ -117,6 +114,18 @@ pub enum MeshError {
         /// Its own.
         found: usize,
     },
+    /// Features that meet at small angles and could not be kept.
+    #[error("{} of the domain's segments and facets cannot be kept, where features meet at small angles", features.len())]
+    Missing {
+        /// The features, and how many of their pieces or triangles are missing.
+        features: Vec<(Feature, u32)>,
+    },
+    /// More points than allowed.
+    #[error("the mesh has more than {most} points")]
+    TooMany {
+        /// The limit.
+        most: u64,
+    },
     /// More memory than allowed would be needed.
     #[error("about {forecast} bytes would be needed for {points} points, the limit is {limit}")]
     Memory {
@@ -185,42 +194,49 @@ impl SingularityRequest {
     }
 }
 
-/// The radius-edge bounds that hold where corners leave angles of at least 90 degrees.
+/// The radius-edge bounds that hold where features meet at no less than 90 degrees; the proof is in the generator's
+/// header ([`septet_meshing::generate`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promise {
     /// Of cells whose circumcentres lie in the domain, farther than `zone * f` from all segments and facets: `1/(1-L)`.
     pub free: f64,
-    /// Of those nearer: `g/(1-gL)` with `g = sqrt((1 + zone L)^2 + zone^2)`; none where `g L >= 1`.
+    /// Of those nearer: `g/(1-gL)` with `g = sqrt(2)/(1-L)`; none where `g L >= 1`.
     pub near: Option<f64>,
-    /// The width of the protected zone over f.
+    /// The width over f of the zone in which the balls of pieces and of facets' triangles lie: such a ball has a radius
+    /// of at most f at its centre, so one that holds c is no wider than `f(c) / (1-L)`.
     pub zone: f64,
 }
-
-/// The width of the protected zone over f.
-pub const ZONE: f64 = 1.0;
 
 impl Promise {
     /// The bounds at this Lipschitz constant.
     pub fn of(lipschitz: f64) -> Self {
-        let g = ((1.0 + ZONE * lipschitz).powi(2) + ZONE * ZONE).sqrt();
+        let zone = 1.0 / (1.0 - lipschitz);
+        let g = std::f64::consts::SQRT_2 * zone;
         let near = (g * lipschitz < 1.0).then(|| g / (1.0 - g * lipschitz));
-        Promise { free: 1.0 / (1.0 - lipschitz), near, zone: ZONE }
+        Promise { free: 1.0 / (1.0 - lipschitz), near, zone }
     }
 }
 
-/// How good a mesh is, against the size function asked for and the promise.
+/// The size function that is asked for.
 ///
 /// # Errors
-/// Sizes out of range.
+/// Sizes out of range, or too fine.
+pub fn sizes<P: Triangulate>(
+    domain: &Domain<P>,
+    request: &MeshRequest,
+) -> Result<SizeFunction<P>, MeshError> {
+    Ok(SizeFunction::new(domain, &request.size_options(domain)?)?)
+}
+
+/// How good a mesh is, against the size function asked for and the promise.
 pub fn measure<P: Triangulate>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
-    request: &MeshRequest,
+    size: &SizeFunction<P>,
     worst: usize,
-) -> Result<Quality<P>, MeshError> {
-    let size = SizeFunction::new(domain, &request.size_options(domain)?)?;
+) -> Quality<P> {
     let features = Features::new(domain);
-    let promise = Promise::of(request.lipschitz);
+    let promise = Promise::of(size.lipschitz());
     let zones = Zones { domain, features: &features, size: &|x| size.at(x), zone: promise.zone };
     let measure = Measure {
         place: &|centre, radius| zones.place(centre, radius),
@@ -228,20 +244,57 @@ pub fn measure<P: Triangulate>(
         promised: [Some(promise.free), promise.near],
         worst,
     };
-    Ok(quality(domain, mesh, &measure))
+    quality(domain, mesh, &measure)
 }
 
-/// Makes a mesh of a domain.
+/// Makes a mesh of a domain: the same for every number of workers, threads and every transport.
 ///
 /// # Errors
 /// [`MeshError`].
 pub fn generate<P: Triangulate>(
     domain: &Domain<P>,
+    size: &SizeFunction<P>,
     request: &MeshRequest,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
-    request.size_options(domain)?;
-    Err(MeshError::Unsupported("this septet checks domains and makes no meshes yet"))
+    if request.boundary == Some(Boundary::Remesh) {
+        return Err(MeshError::Unsupported(
+            "--boundary remesh is not built yet: --boundary exact keeps every edge",
+        ));
+    }
+    if request.improve {
+        return Err(MeshError::Unsupported("--improve is not built yet"));
+    }
+    let at = |x| size.at(x);
+    let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
+    let mut machine = Counted::new(Config {
+        workers: request.workers,
+        threads: request.threads,
+        seed: request.seed,
+        transport: request.transport,
+        ..Config::default()
+    });
+    if let Some(limit) = request.max_memory {
+        let points = generate::expected_points(domain, rules, &machine);
+        let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
+        if forecast > limit {
+            return Err(MeshError::Memory { forecast, limit, points });
+        }
+        rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
+    }
+    let made = generate::generate(domain, rules, &mut machine).map_err(|failure| match failure {
+        Failure::Machine(error) => MeshError::Run(error),
+        Failure::Missing(missing) => MeshError::Missing { features: missing.features },
+        Failure::TooMany(most) => MeshError::TooMany { most },
+    })?;
+    let lines = machine.finish(&made.stages);
+    Ok((made.into_mesh(domain), lines))
 }
+
+/// Points that cells of 32 bits can have.
+const MOST_POINTS: u64 = 1 << 26;
+
+/// Bytes a point of a mesh: measured peaks, rounded up.
+const BYTES_PER_POINT: u64 = 3000;
 
 #[cfg(test)]
 mod tests;

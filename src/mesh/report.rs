@@ -258,7 +258,7 @@ impl MeshReport {
         MeshReport {
             schema: MESH_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
-            parameters: parameters(domain, request, around),
+            parameters: parameters(request, around),
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
@@ -293,11 +293,7 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
     }
 }
 
-fn parameters<P: Triangulate>(
-    domain: &Domain<P>,
-    request: &MeshRequest,
-    around: &Surroundings<'_>,
-) -> ParameterReport {
+fn parameters(request: &MeshRequest, around: &Surroundings<'_>) -> ParameterReport {
     let (transport, delivery_seed) = match request.transport {
         Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
         _ => ("channel", None),
@@ -305,7 +301,7 @@ fn parameters<P: Triangulate>(
     ParameterReport {
         input: around.input.to_owned(),
         outputs: around.outputs.iter().map(|o| o.display().to_string()).collect(),
-        boundary: match request.boundary.unwrap_or(Boundary::of(domain.kind)) {
+        boundary: match request.boundary.unwrap_or(Boundary::DEFAULT) {
             Boundary::Exact => "exact",
             Boundary::Remesh => "remesh",
         },

@@ -11,7 +11,7 @@ use septet::memory::peak_rss;
 use septet::mesh::labelled::Labelled;
 use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
 use septet::mesh::show::{figures, summary};
-use septet::mesh::{MeshError, MeshRequest, Promise, generate, measure};
+use septet::mesh::{MeshError, MeshRequest, Promise, generate, measure, sizes};
 use septet::meshing::check;
 use septet::meshing::conformity::{self, Conformity};
 use septet::meshing::defect::Defect;
@@ -105,7 +105,8 @@ impl Job<'_> {
         let (args, request, talk) = (self.args, &self.request, self.talk);
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
-        let (mesh, stages) = generate(domain, request)?;
+        let size = sizes(domain, request)?;
+        let (mesh, stages) = generate(domain, &size, request).map_err(|error| self.named(domain, error))?;
         let mesh_seconds = self.start.elapsed().as_secs_f64() - read_seconds;
         talk.check();
         let conformity = conformity::check(domain, &mesh);
@@ -113,7 +114,7 @@ impl Job<'_> {
         if conformity.is_shapeless() {
             return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
         }
-        let quality = measure(domain, &mesh, request, WORST)?;
+        let quality = measure(domain, &mesh, &size, WORST);
         let judged = self.start.elapsed().as_secs_f64();
         let files = if broken.is_none() { self.write(domain, &mesh)? } else { Vec::new() };
         let total_seconds = self.start.elapsed().as_secs_f64();
@@ -143,6 +144,18 @@ impl Job<'_> {
             talk.note(format!("  wrote {}", file.display()));
         }
         broken.map_or(Ok(()), Err)
+    }
+
+    /// The failure, with the features that it is about told by the ids of the file.
+    fn named<P: Triangulate>(&self, domain: &Domain<P>, error: MeshError) -> Failure {
+        if let MeshError::Missing { features } = &error {
+            self.talk.clear();
+            for &(feature, parts) in features.iter().take(SHOWN) {
+                let name = feature_name(domain, feature, self.first_id);
+                self.talk.fault(format!("{name}: {parts} parts cannot be kept"));
+            }
+        }
+        error.into()
     }
 
     /// The failure that a mesh is which does not conform; its first defects are told.
@@ -191,8 +204,12 @@ impl From<MeshError> for Failure {
                 };
                 Failure::new(code, error.to_string()).help("see `septet mesh --help`")
             }
-            MeshError::Memory { .. } => Failure::new(Code::Limit, error.to_string())
-                .help("raise --max-memory, or ask for larger sizes (--size, --min-size)"),
+            MeshError::Missing { .. } => Failure::new(Code::Rejected, error.to_string())
+                .help("`--check` lists the small angles of the domain; a smaller --size may help"),
+            MeshError::TooMany { .. } | MeshError::Memory { .. } => {
+                Failure::new(Code::Limit, error.to_string())
+                    .help("raise --max-memory, or ask for larger sizes (--size, --min-size)")
+            }
             error => {
                 Failure::new(Code::Failed, error.to_string()).help("--check says whether it is a domain")
             }

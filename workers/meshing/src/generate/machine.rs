@@ -9,7 +9,7 @@ use crate::points::conflicts::{Site, Sites};
 use crate::points::independent::{Independent, by_rounds};
 
 /// A Delaunay triangulation with its adjacency.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Triangulation<C> {
     /// `d + 1` vertices a cell, positively oriented.
     pub cells: Vec<C>,

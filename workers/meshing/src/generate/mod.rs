@@ -91,6 +91,20 @@ pub enum Failure<E> {
     TooMany(u64),
 }
 
+/// How many points a mesh will have, about: from the cells that candidates are made in.
+pub fn expected_points<P: Space, M: Machine<P> + Sync>(
+    domain: &Domain<P>,
+    rules: Rules<'_, P>,
+    machine: &M,
+) -> u64 {
+    let cells = volume::sampling_cells(domain, &rules);
+    let share = |(cell, _): &(crate::octree::Cell<P>, bool)| {
+        let cubes = cell.side / (rules.size)(cell.centre);
+        (0..P::DIM).fold(1.0, |product, _| product * cubes)
+    };
+    machine.map(&cells, share).iter().sum::<f64>().ceil() as u64 + domain.corners.len() as u64
+}
+
 /// Generates the points of a domain and triangulates them.
 ///
 /// # Errors

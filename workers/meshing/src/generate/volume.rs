@@ -13,9 +13,10 @@ use super::facets::{Plane, Triangles, circumcircle};
 use super::force::Lacking;
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
-use super::work::{CANDIDATES, Work};
+use super::work::{CANDIDATES, Rules, Work};
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
+use crate::domain::Domain;
 use crate::mesh::Carrier;
 use crate::octree::{Cell, Cube, DEEPEST, Key};
 use crate::points::candidates::Name;
@@ -35,7 +36,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     ) -> Result<Filled<P>, Failure<M::Error>> {
         self.begin("volume");
         let first = self.vertices.len();
-        let cells = self.sampling_cells();
+        let cells = sampling_cells(self.domain, &self.rules);
         let found = self.machine.map(&cells, |(cell, whole)| self.candidates_of(cell, *whole));
         self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         loop {
@@ -88,37 +89,6 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         Ok(())
     }
 
-    /// Cells of a side of at most the size at their centre, and whether all of each is known to be in the domain.
-    fn sampling_cells(&self) -> Vec<(Cell<P>, bool)> {
-        let points = self.domain.points();
-        let boxes =
-            self.domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
-        let walls = Bvh::new(boxes.collect());
-        let cube = Cube::around(&walls.bounds());
-        let (mut found, mut open) = (Vec::new(), vec![(Key::ROOT, false)]);
-        while let Some((key, mut whole)) = open.pop() {
-            let cell = cube.cell(key);
-            if !whole {
-                let half = P::splat(0.5 * cell.side);
-                let mut met = false;
-                walls.visit(&Bounds { low: cell.centre - half, high: cell.centre + half }, |_| {
-                    met = true;
-                    false
-                });
-                whole = !met && self.domain.is_inside(cell.centre);
-                if !met && !whole {
-                    continue;
-                }
-            }
-            if (self.rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
-                open.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
-            } else {
-                found.push((cell, whole));
-            }
-        }
-        found
-    }
-
     /// Is the place outside of all balls?
     fn is_open(&self, at: P) -> bool {
         !self.pieces.hold(at) && !self.triangles.hold(at) && !self.closed.hold(at)
@@ -155,4 +125,34 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
         found
     }
+}
+
+/// Cells of a side of at most the size at their centre, and whether all of each is known to be in the domain.
+pub(super) fn sampling_cells<P: Space>(domain: &Domain<P>, rules: &Rules<'_, P>) -> Vec<(Cell<P>, bool)> {
+    let points = domain.points();
+    let boxes = domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
+    let walls = Bvh::new(boxes.collect());
+    let cube = Cube::around(&walls.bounds());
+    let (mut found, mut open) = (Vec::new(), vec![(Key::ROOT, false)]);
+    while let Some((key, mut whole)) = open.pop() {
+        let cell = cube.cell(key);
+        if !whole {
+            let half = P::splat(0.5 * cell.side);
+            let mut met = false;
+            walls.visit(&Bounds { low: cell.centre - half, high: cell.centre + half }, |_| {
+                met = true;
+                false
+            });
+            whole = !met && domain.is_inside(cell.centre);
+            if !met && !whole {
+                continue;
+            }
+        }
+        if (rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
+            open.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
+        } else {
+            found.push((cell, whole));
+        }
+    }
+    found
 }
