@@ -8,10 +8,13 @@ mod machine;
 pub mod report;
 pub mod show;
 
+use std::time::Instant;
+
 use septet_meshing::distance::Features;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::{self, Failure, Rules};
+use septet_meshing::improve::{Target, improve};
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
@@ -247,7 +250,8 @@ pub fn measure<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
-/// Makes a mesh of a domain: the same for every number of workers, threads and every transport.
+/// Makes a mesh of a domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
+/// completion. The result is the same for every number of workers, threads and every transport.
 ///
 /// # Errors
 /// [`MeshError`].
@@ -260,9 +264,6 @@ pub fn generate<P: Triangulate>(
         return Err(MeshError::Unsupported(
             "--boundary remesh is not built yet: --boundary exact keeps every edge",
         ));
-    }
-    if request.improve {
-        return Err(MeshError::Unsupported("--improve is not built yet"));
     }
     let at = |x| size.at(x);
     let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
@@ -286,8 +287,22 @@ pub fn generate<P: Triangulate>(
         Failure::Missing(missing) => MeshError::Missing { features: missing.features },
         Failure::TooMany(most) => MeshError::TooMany { most },
     })?;
-    let lines = machine.finish(&made.stages);
-    Ok((made.into_mesh(domain), lines))
+    let mut lines = machine.finish(&made.stages);
+    let mut mesh = made.into_mesh(domain);
+    if request.improve {
+        let start = Instant::now();
+        let target = Target { ratio: request.radius_edge(), ..Target::default() };
+        let done = improve(domain, &mut mesh, &target);
+        lines.push(StageLine {
+            name: "improve".to_string(),
+            candidates: done.bad[0],
+            points: done.moved,
+            completion_rounds: u64::from(done.sweeps),
+            seconds: start.elapsed().as_secs_f64(),
+            ..StageLine::default()
+        });
+    }
+    Ok((mesh, lines))
 }
 
 /// Points that cells of 32 bits can have.

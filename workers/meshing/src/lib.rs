@@ -43,6 +43,8 @@ pub mod mesh;
 
 pub mod conformity;
 
+pub mod improve;
+
 pub mod quality;
 
 mod check;

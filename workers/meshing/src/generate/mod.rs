@@ -54,6 +54,7 @@ pub use machine::{Alone, Machine, Triangulation};
 pub use vertices::{Holders, Vertices};
 pub use work::{Rules, Stage};
 
+pub(crate) use vertices::normal_of;
 use work::Work;
 
 /// What was generated.

@@ -5,7 +5,9 @@ use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
 
 use super::{Alone, Generated, Labels, Rules, generate};
 use crate::domain::Domain;
+use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
+use crate::mesh::Mesh;
 use crate::size::tests::slit;
 use crate::size::{SizeFunction, SizeOptions};
 use crate::space::Space;
@@ -125,4 +127,21 @@ fn a_wedge_of_ten_degrees() {
     let alone = crate::input::Input { facets: input.facets.split_off(6), ..input };
     let (domain, made) = meshed(&alone, 0.25, None);
     is_sound(&domain, &made);
+}
+
+#[test]
+fn slivers_are_taken_out() {
+    for (input, size) in [(cube(), 0.35), (cube(), 0.2)] {
+        let (domain, made) = meshed(&input, 0.5, Some(size));
+        let mut mesh = made.into_mesh(&domain);
+        let least = |mesh: &Mesh<DVec3>| {
+            let sines = (0..mesh.cells.len() as u32).map(|c| least_sine(&mesh.corners(c)));
+            sines.fold(1.0f64, f64::min).asin().to_degrees()
+        };
+        let before = least(&mesh);
+        let done = improve(&domain, &mut mesh, &Target::default());
+        eprintln!("{} cells, {before} to {} degrees, {done:?}", mesh.cells.len(), least(&mesh));
+        assert!(crate::conformity::check(&domain, &mesh).is_clean());
+        assert!(least(&mesh) >= 14.0, "{} degrees", least(&mesh));
+    }
 }

@@ -171,7 +171,7 @@ pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
 const FLAT: f64 = 1e-7;
 
 /// The normal of a facet's largest triangle.
-fn normal_of<P: Space>(domain: &Domain<P>, f: u32) -> P {
+pub(crate) fn normal_of<P: Space>(domain: &Domain<P>, f: u32) -> P {
     let normal = |w: &u32| {
         let v = domain.walls()[*w as usize];
         let [a, b, c] = [0, 1, 2].map(|i| domain.points()[v.as_ref()[i] as usize]);

@@ -1,0 +1,230 @@
+//! Slivers taken out of a mesh by moving vertices.
+//!
+//! **Statement.** The quality of a cell is the least sine of its angles (dihedral ones in space), negative if it is
+//! inverted. While there are cells below a target, each of their vertices in turn climbs: of a fixed set of
+//! directions and halving steps it takes the place where the worst cell around it is best, if that is better than
+//! before. Cells and faces keep their vertices, so the mesh stays conforming; points on facets move in their plane,
+//! corners and points on segments not at all. A place is taken only if every cell around stays positive by
+//! exact sign and no radius-edge ratio around rises above the bound, or above the worst that was there. The mesh is no longer
+//! Delaunay where points have moved.
+//!
+//! **Source.** Freitag and Ollivier-Gooch (1997), optimisation-based smoothing; the sine after Klingner and Shewchuk
+//! (2007). **Departures.** A pattern search takes the place of the linear programs: it needs no gradients of a
+//! function that has none at its best places.
+//!
+//! **Work and depth.** O(1) for each vertex of a bad cell and sweep; one after the other, in the order of the cells.
+
+use septet_geometry::measure::radius_edge_ratio;
+use septet_geometry::point::{Point, Simplex, dist2};
+use septet_geometry::predicates::{Sign, orientation};
+use septet_geometry::range::scale;
+
+use crate::domain::Domain;
+use crate::mesh::{Carrier, Mesh};
+use crate::space::Space;
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Cells with an angle below this, or above its supplement, in degrees, are improved.
+    pub angle: f64,
+    /// The radius-edge ratio up to which cells may become.
+    pub ratio: f64,
+    /// The largest number of sweeps over the bad cells.
+    pub sweeps: u32,
+}
+
+impl Default for Target {
+    fn default() -> Self {
+        Target { angle: 16.0, ratio: 2.0, sweeps: 12 }
+    }
+}
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Improved {
+    /// Bad cells before and after.
+    pub bad: [u64; 2],
+    /// Vertices that moved, as often as they did.
+    pub moved: u64,
+    /// Sweeps over the bad cells.
+    pub sweeps: u32,
+}
+
+/// Improves a mesh of this domain in place.
+pub fn improve<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> Improved {
+    // Signs are exact in the domain's scaled coordinates.
+    let scaled = |mesh: &mut Mesh<P>, exponent: i32| {
+        mesh.points.iter_mut().for_each(|p| *p = scale(*p, exponent));
+        mesh.sizes.iter_mut().for_each(|s| *s = scale(P::splat(*s), exponent).coord(0));
+    };
+    let exponent = domain.simplices.exponent;
+    scaled(mesh, exponent);
+    let done = sweep(domain, mesh, target);
+    scaled(mesh, -exponent);
+    done
+}
+
+fn sweep<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> Improved {
+    let planes = normals(domain);
+    let stars = Stars::new(mesh);
+    let wanted = target.angle.to_radians().sin();
+    // A better star may have cells below the target that were above, so all are looked at after each sweep.
+    let below = |mesh: &Mesh<P>| -> Vec<u32> {
+        (0..mesh.cells.len() as u32).filter(|&c| quality(mesh, c) < wanted).collect()
+    };
+    let mut bad = below(mesh);
+    let mut done = Improved { bad: [bad.len() as u64; 2], ..Improved::default() };
+    while !bad.is_empty() && done.sweeps < target.sweeps {
+        let before = done.moved;
+        for &cell in &bad {
+            for v in mesh.cells[cell as usize].as_ref().to_vec() {
+                if quality(mesh, cell) < wanted {
+                    done.moved += u64::from(climb(mesh, &stars, &planes, v, wanted, target.ratio));
+                }
+            }
+        }
+        bad = below(mesh);
+        done.sweeps += 1;
+        if done.moved == before {
+            break;
+        }
+    }
+    done.bad[1] = bad.len() as u64;
+    done
+}
+
+/// The cells around each vertex.
+struct Stars {
+    first: Vec<u32>,
+    cells: Vec<u32>,
+}
+
+impl Stars {
+    fn new<P: Point>(mesh: &Mesh<P>) -> Self {
+        let mut first = vec![0u32; mesh.points.len() + 1];
+        for &v in mesh.cells.iter().flat_map(|c| c.as_ref()) {
+            first[v as usize + 1] += 1;
+        }
+        for v in 0..mesh.points.len() {
+            first[v + 1] += first[v];
+        }
+        let (mut at, mut cells) = (first.clone(), vec![0; mesh.cells.len() * P::Cell::LEN]);
+        for (c, cell) in (0u32..).zip(&mesh.cells) {
+            for &v in cell.as_ref() {
+                cells[at[v as usize] as usize] = c;
+                at[v as usize] += 1;
+            }
+        }
+        Stars { first, cells }
+    }
+
+    fn of(&self, v: u32) -> &[u32] {
+        &self.cells[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
+    }
+}
+
+/// The unit normal of each facet; none in the plane.
+fn normals<P: Space>(domain: &Domain<P>) -> Vec<P> {
+    let unit = |f: u32| {
+        let n = crate::generate::normal_of(domain, f);
+        n / n.norm2().sqrt()
+    };
+    (0..domain.facets.len() as u32).map(unit).collect()
+}
+
+/// The least sine of a cell's angles.
+fn quality<P: Point>(mesh: &Mesh<P>, cell: u32) -> f64 {
+    least_sine(&mesh.corners(cell)[..P::Cell::LEN])
+}
+
+/// The least sine of the angles of a cell, negative if it is inverted.
+pub fn least_sine<P: Point>(p: &[P]) -> f64 {
+    let rel = [p[1] - p[0], p[2] - p[0], if P::DIM == 3 { p[3] - p[0] } else { P::splat(0.0) }];
+    let (w, _) = P::sphere_plane(&rel[..P::DIM]);
+    if P::DIM == 2 {
+        // sin = 2 area / (the two sides).
+        let [a, b, c] = [dist2(p[1], p[2]), dist2(p[0], p[2]), dist2(p[0], p[1])];
+        return w / (a * b).max(b * c).max(c * a).sqrt();
+    }
+    // sin of the angle at an edge e = 3 volume |e| / (2 area area'), six volumes and twice the areas at hand.
+    let twice = |a: usize, b: usize, c: usize| {
+        let (u, v) = (p[b] - p[a], p[c] - p[a]);
+        u.norm2() * v.norm2() - u.dot(v) * u.dot(v)
+    };
+    let areas = [twice(1, 2, 3), twice(0, 2, 3), twice(0, 1, 3), twice(0, 1, 2)];
+    let mut least = f64::INFINITY;
+    for (i, j, k, l) in [(0, 1, 2, 3), (0, 2, 1, 3), (0, 3, 1, 2), (1, 2, 0, 3), (1, 3, 0, 2), (2, 3, 0, 1)] {
+        // The faces at edge ij are those opposite k and l.
+        least = least.min(dist2(p[i], p[j]) / (areas[k] * areas[l]));
+    }
+    w * least.sqrt()
+}
+
+/// Directions of a search: the axes and the diagonals.
+fn directions<P: Point>() -> Vec<P> {
+    let mut found = Vec::new();
+    for code in 1..3usize.pow(P::DIM as u32) {
+        let mut d = P::splat(0.0);
+        let mut rest = code;
+        for i in 0..P::DIM {
+            d.set_coord(i, [0.0, 1.0, -1.0][rest % 3]);
+            rest /= 3;
+        }
+        found.push(d / d.norm2().sqrt());
+    }
+    found
+}
+
+/// Moves a vertex to a better place, if one is found.
+fn climb<P: Space>(
+    mesh: &mut Mesh<P>,
+    stars: &Stars,
+    normals: &[P],
+    v: u32,
+    wanted: f64,
+    bound: f64,
+) -> bool {
+    let normal = match mesh.carriers[v as usize] {
+        Carrier::Volume => None,
+        Carrier::Facet(f) if P::DIM == 3 => Some(normals[f as usize]),
+        _ => return false,
+    };
+    let star = stars.of(v);
+    let worst = |mesh: &Mesh<P>| star.iter().map(|&c| quality(mesh, c)).fold(f64::INFINITY, f64::min);
+    let ratio = |mesh: &Mesh<P>| {
+        let of = |&c: &u32| radius_edge_ratio(&mesh.corners(c)[..P::Cell::LEN]);
+        star.iter().map(of).fold(0.0, f64::max)
+    };
+    let start = mesh.points[v as usize];
+    let allowed = bound.max(ratio(mesh));
+    let mut best = (worst(mesh), start);
+    let mut step = 0.25 * mesh.sizes[v as usize];
+    let directions = directions::<P>();
+    for _ in 0..SEARCHES {
+        let centre = best.1;
+        for &d in &directions {
+            let d = normal.map_or(d, |n| d - n * n.dot(d));
+            mesh.points[v as usize] = centre + d * step;
+            let found = worst(mesh);
+            if found > best.0 && ratio(mesh) <= allowed && is_positive(mesh, star) {
+                best = (found, mesh.points[v as usize]);
+            }
+        }
+        if best.1 == centre {
+            step *= 0.5;
+        }
+        if best.0 > 1.2 * wanted {
+            break;
+        }
+    }
+    mesh.points[v as usize] = best.1;
+    best.1 != start
+}
+
+/// Rounds of a search.
+const SEARCHES: u32 = 10;
+
+fn is_positive<P: Point>(mesh: &Mesh<P>, cells: &[u32]) -> bool {
+    cells.iter().all(|&c| orientation(&mesh.corners(c)[..P::Cell::LEN]) == Sign::Positive)
+}
