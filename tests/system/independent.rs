@@ -1,5 +1,7 @@
 //! Maximal independent sets on the machine: those of the sequential algorithm, for every number of workers.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 use septet::config::{Fault, Partition, Workers};
 use septet::generate::Kind;
@@ -67,8 +69,8 @@ fn checked<P: Point>(places: &[P], sizes: &[f64], fixed: usize, what: &str) -> I
 /// Sizes that hold about `degree` neighbours where `n` points are spread evenly over the unit cube or square.
 fn even(n: usize, dimension: usize, degree: f64) -> f64 {
     match dimension {
-        2 => (degree / n as f64 / 3.14).sqrt(),
-        _ => (degree / n as f64 / 4.19).cbrt(),
+        2 => (degree / n as f64 / PI).sqrt(),
+        _ => (degree / n as f64 * 0.75 / PI).cbrt(),
     }
 }
 

@@ -298,3 +298,6 @@ impl<P: Point> Worker<P> {
         self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
     }
 }
+
+#[cfg(test)]
+mod tests;
