@@ -11,6 +11,7 @@
 //!
 //! **Repetition.** Everything is a function of (claims, [`Extent`], seed): no clock decides anything.
 
+mod generation;
 mod hulls;
 mod lab;
 mod machine;
@@ -86,6 +87,12 @@ pub enum ClaimError {
     /// A question that the runs do not answer.
     #[error(transparent)]
     Fit(#[from] FitError),
+    /// A domain of the experiment's own could not be meshed.
+    #[error("a mesh of the experiment failed: {reason}")]
+    Mesh {
+        /// Why.
+        reason: String,
+    },
     /// No claim of this name.
     #[error("there is no claim `{name}`; `septet reproduce --list` names them")]
     Unknown {
@@ -175,7 +182,7 @@ impl Figure {
 
 /// All claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
-    let groups: [&'static [Claim]; 7] = [
+    let groups: [&'static [Claim]; 8] = [
         separators::CLAIMS,
         ratio::CLAIMS,
         hulls::CLAIMS,
@@ -183,6 +190,7 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
         tree::CLAIMS,
         random::CLAIMS,
         machine::CLAIMS,
+        generation::CLAIMS,
     ];
     groups.into_iter().flatten()
 }

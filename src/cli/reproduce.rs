@@ -142,6 +142,7 @@ impl From<ClaimError> for Failure {
         match error {
             ClaimError::Run(error) => error.into(),
             ClaimError::Fit(error) => error.into(),
+            ClaimError::Mesh { .. } => Failure::new(Code::Failed, error.to_string()),
             ClaimError::Unknown { .. } => Failure::new(Code::Usage, error.to_string()),
         }
     }

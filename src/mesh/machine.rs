@@ -25,14 +25,14 @@ const LEAF: usize = 4096;
 
 /// The machine with what each stage took.
 #[derive(Debug)]
-pub(super) struct Counted {
+pub(crate) struct Counted {
     config: Config,
     lines: Vec<StageLine>,
     since: Instant,
 }
 
 impl Counted {
-    pub(super) fn new(config: Config) -> Self {
+    pub(crate) fn new(config: Config) -> Self {
         Counted { config, lines: Vec::new(), since: Instant::now() }
     }
 

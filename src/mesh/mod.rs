@@ -4,7 +4,7 @@
 
 pub mod field;
 pub mod labelled;
-mod machine;
+pub(crate) mod machine;
 pub mod report;
 pub mod show;
 

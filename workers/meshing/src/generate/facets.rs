@@ -173,8 +173,15 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         for ((&f, set), made) in which.iter().zip(&sets).zip(self.machine.planar(&sets)?) {
             let middle = |t: &[u32; 3]| t.iter().fold(DVec2::ZERO, |sum, &v| sum + set[v as usize]) / 3.0;
             let inside = made.into_iter().filter(|t| planes[f as usize].holds(middle(t)));
-            let own = inside.map(|t| t.map(|v| members[f as usize][v as usize]));
-            triangles[f as usize] = own.filter(|t| !self.is_on_a_segment(t)).collect();
+            let own = inside.map(|t| {
+                let mut t = t.map(|v| members[f as usize][v as usize]);
+                t.sort_unstable();
+                t
+            });
+            let mut own: Vec<[u32; 3]> = own.filter(|t| !self.is_on_a_segment(t)).collect();
+            // Whatever order a machine gives them.
+            own.sort_unstable();
+            triangles[f as usize] = own;
         }
         Ok(())
     }

@@ -109,7 +109,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     ) -> Vec<(Site<P>, Carrier)> {
         let mut found = Vec::new();
         for &i in cells.iter().filter(|&&i| labels.is_inside(i)) {
-            let cell = &delaunay.cells[i as usize];
+            // Whatever order a machine gives the vertices, the centre is rounded alike.
+            let mut cell = delaunay.cells[i as usize];
+            cell.as_mut().sort_unstable();
             let mut corners = [P::default(); 4];
             let mut largest = 0.0f64;
             for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
