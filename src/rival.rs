@@ -53,15 +53,15 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Err
             return Err(Error::Memory { forecast, limit, points: points.len() as u64 });
         }
     }
-    let ready = prepare(points, config.skip_invalid)?;
+    let mut ready = prepare(points, config.skip_invalid)?;
     let mut rival = Rival {
         space: P::DIM,
         dimension: ready.dimension,
         points: Accounting {
             input: points.len() as u64,
-            used: ready.ids.len() as u64,
-            duplicates: ready.duplicates,
-            refused: ready.refused,
+            used: ready.positions.len() as u64,
+            duplicates: std::mem::take(&mut ready.duplicates),
+            refused: std::mem::take(&mut ready.refused),
         },
         cells: Vec::new(),
         hull_facets: 0,
@@ -73,7 +73,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Err
     if ready.dimension == P::DIM as isize {
         let made = Dependence::new(&ready.positions, config.seed).map_err(Error::Rival)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
-        let rows = vertices.map(|&v| ready.ids[v as usize]).collect();
+        let rows = vertices.map(|&v| ready.id(v as usize)).collect();
         rival.cells = canonicalise::<P>(Cells { rows, owner: None, leaf: None }).rows;
         rival.hull_facets = made.hull_facets;
         rival.clock = made.clock;
