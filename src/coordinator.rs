@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use rayon::prelude::*;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::incremental::{Incremental, insertion_order};
@@ -110,7 +111,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
     pub(crate) fn run(
         mut self,
         transport: &mut dyn Transport<P>,
-        points: &Prepared<P>,
+        points: &Prepared<'_, P>,
         plan: &Plan,
     ) -> Result<Collected, Error> {
         let _run = run_span(&self.machine, points.positions.len() as u64);
@@ -166,25 +167,24 @@ impl<'a, P: Point> Coordinator<'a, P> {
     }
 
     /// Blocks of the input in its order, one a worker; and to the root's leader the root.
-    fn load(&mut self, points: &Prepared<P>, plan: &Plan) -> Vec<Message<P>> {
+    fn load(&mut self, points: &Prepared<'_, P>, plan: &Plan) -> Vec<Message<P>> {
         let _span = self.out.site().round(self.phase, None);
         let workers = self.machine.workers;
         self.population = points.positions.len() as u64;
         let mut frame = PointBatch::default();
         for &i in &points.frame {
-            frame.push(points.ids[i], points.positions[i], COORDINATOR, f64::INFINITY);
+            frame.push(points.id(i), points.positions[i], COORDINATOR, f64::INFINITY);
         }
         let n = points.positions.len();
-        for rank in 1..=workers {
-            let share = |r: u32| (n as u128 * u128::from(r) / u128::from(workers)) as usize;
+        let share = |r: u32| (n as u128 * u128::from(r) / u128::from(workers)) as usize;
+        let block = |rank: u32| {
             let range = share(rank - 1)..share(rank);
-            let unknown = || vec![f64::INFINITY; range.len()];
-            let block = PointBatch {
-                ids: Bulk(points.ids[range.clone()].to_vec()),
-                positions: Bulk(points.positions[range.clone()].to_vec()),
-                owners: Bulk(vec![rank; range.len()]),
-                radii2: Bulk(points.radii2.get(range.clone()).map_or_else(unknown, <[f64]>::to_vec)),
-            };
+            let positions = points.positions[range.clone()].to_vec();
+            let radii2 = points.radii2.get(range.clone()).map_or_else(Vec::new, <[f64]>::to_vec);
+            PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(points.ids(range), positions) }
+        };
+        let blocks: Vec<PointBatch<P>> = (1..workers + 1).into_par_iter().map(block).collect();
+        for (rank, block) in (1..).zip(blocks) {
             let start = Body::Start { population: self.population, frame: frame.clone() };
             self.out.send(rank, NodeId::ROOT, 0, start);
             self.out.send(rank, NodeId::ROOT, 0, Body::Block(block));

@@ -149,7 +149,11 @@ pub fn independent<P: Point>(
 }
 
 /// Checks sites and brings them into the exact range, sizes with them.
-fn prepare_sites<P: Point>(places: &[P], sizes: &[f64], fixed: usize) -> Result<Prepared<P>, RunError> {
+fn prepare_sites<'a, P: Point>(
+    places: &'a [P],
+    sizes: &[f64],
+    fixed: usize,
+) -> Result<Prepared<'a, P>, RunError> {
     if places.len() != sizes.len() {
         return Err(SiteError::Lengths { places: places.len(), sizes: sizes.len() }.into());
     }
@@ -161,15 +165,14 @@ fn prepare_sites<P: Point>(places: &[P], sizes: &[f64], fixed: usize) -> Result<
     }
     let exponent = scale_exponent(places)?;
     let positions: Vec<P> = places.iter().map(|&p| scaled(without_negative_zero(p), exponent)).collect();
-    let (_, duplicates) = coincidences(&positions);
-    if let Some(&(second, first)) = duplicates.first() {
+    if let Some(&(second, first)) = coincidences(&positions).first() {
         return Err(SiteError::Coincident { first: first as usize, second: second as usize }.into());
     }
     let radius2 = |&size: &f64| squared_radius(scaled(P::splat(size), exponent).coord(0));
     Ok(Prepared {
         radii2: sizes.iter().map(radius2).collect(),
-        ids: (0..positions.len() as u64).collect(),
-        positions,
+        ids: None,
+        positions: positions.into(),
         duplicates: Vec::new(),
         refused: Vec::new(),
         exponent,

@@ -1,22 +1,32 @@
 //! From input points to the machine's: coincident points found, -0.0 read as 0.0, coordinates brought into
 //! the exact range by a power of two, a frame that spans the space.
+//!
+//! **Work and depth.** Vector steps over blocks of points, on all cores; only points whose hashes meet in a table of
+//! bits are sorted. Points that need no change are not copied.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::predicates::affine_frame;
-use septet_geometry::range::{RangeError, scale, scale_exponent};
+use septet_geometry::predicates::smallest_outside;
+use septet_geometry::range::{Digits, RangeError, all_finite, scale};
 use septet_workers::view::shown_hash;
 
 use crate::error::Error;
 
+/// Points that one core looks at in turn.
+const BLOCK: usize = 1 << 14;
+
 /// A point set ready for the machine.
 #[derive(Debug)]
-pub(crate) struct Prepared<P> {
-    /// Distinct points, scaled, in input order.
-    pub(crate) positions: Vec<P>,
-    /// Their input indices: of coincident points the smallest.
-    pub(crate) ids: Vec<u64>,
+pub(crate) struct Prepared<'a, P: Point> {
+    /// Distinct points, scaled, in input order: the input itself if that is what they are.
+    pub(crate) positions: Cow<'a, [P]>,
+    /// Their input indices: of coincident points the smallest. None where they count up from 0.
+    pub(crate) ids: Option<Vec<u64>>,
     /// Coincident points: index, and the smallest index with the same coordinates.
     pub(crate) duplicates: Vec<(u64, u64)>,
     /// Points dropped because they were not finite.
@@ -31,32 +41,83 @@ pub(crate) struct Prepared<P> {
     pub(crate) radii2: Vec<f64>,
 }
 
+impl<P: Point> Prepared<'_, P> {
+    /// The input index of a point.
+    pub(crate) fn id(&self, at: usize) -> u64 {
+        self.ids.as_ref().map_or(at as u64, |ids| ids[at])
+    }
+
+    /// Those of a range of points.
+    pub(crate) fn ids(&self, range: Range<usize>) -> Vec<u64> {
+        match &self.ids {
+            Some(ids) => ids[range].to_vec(),
+            None => (range.start as u64..range.end as u64).collect(),
+        }
+    }
+}
+
 /// Prepares points.
 ///
 /// # Errors
 /// A point that is not finite (unless skipped), or coordinates that spread too far for exact signs; the
 /// indices are the input's.
-pub(crate) fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<P>, Error> {
-    let (mut kept, mut refused) = (Vec::with_capacity(points.len()), Vec::new());
-    for (index, p) in points.iter().enumerate() {
-        let bad = (0..P::DIM).map(|i| p.coord(i)).find(|c| !c.is_finite());
-        match bad {
-            None => kept.push(index as u64),
-            Some(_) if skip_invalid => refused.push(index as u64),
-            Some(value) => return Err(RangeError::NotFinite { index, value }.into()),
+pub(crate) fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_, P>, Error> {
+    let (mut digits, negative_zero) = survey(points);
+    let (mut clean, mut ids) = (Cow::Borrowed(points), None);
+    let mut refused = Vec::new();
+    if digits.is_none() {
+        if !skip_invalid {
+            all_finite(points)?;
         }
+        let bad = |&i: &u64| (0..P::DIM).any(|k| !points[i as usize].coord(k).is_finite());
+        let kept: Vec<u64>;
+        (refused, kept) = (0..points.len() as u64).partition(bad);
+        clean = Cow::Owned(kept.iter().map(|&i| points[i as usize]).collect());
+        digits = Digits::of(&clean);
+        ids = Some(kept);
     }
-    let clean: Vec<P> = kept.iter().map(|&i| without_negative_zero(points[i as usize])).collect();
-    let exponent = scale_exponent(&clean).map_err(|e| renumber(e, &kept))?;
-    let (first, duplicates) = coincidences(&clean);
-    let duplicates = duplicates.into_iter().map(|(i, of)| (kept[i as usize], kept[of as usize])).collect();
-    let positions: Vec<P> = first
-        .iter()
-        .map(|&i| if exponent == 0 { clean[i as usize] } else { scale(clean[i as usize], exponent) })
-        .collect();
-    let ids = first.iter().map(|&i| kept[i as usize]).collect();
-    let (dimension, frame) = affine_frame(&positions);
-    Ok(Prepared { positions, ids, duplicates, refused, exponent, dimension, frame, radii2: Vec::new() })
+    if negative_zero {
+        clean.to_mut().par_iter_mut().for_each(|p| *p = without_negative_zero(*p));
+    }
+    let digits = digits.unwrap_or(Digits::NONE);
+    let exponent = digits.exponent(&clean).map_err(|e| renumber(e, ids.as_deref()))?;
+    let name = |i: u32| ids.as_ref().map_or(u64::from(i), |ids| ids[i as usize]);
+    let again = coincidences(&clean);
+    let duplicates = again.iter().map(|&(i, of)| (name(i), name(of))).collect();
+    if !again.is_empty() {
+        let mut repeats = again.iter().map(|d| d.0).peekable();
+        let first: Vec<u32> = (0..clean.len() as u32).filter(|&i| repeats.next_if_eq(&i).is_none()).collect();
+        ids = Some(first.iter().map(|&i| name(i)).collect());
+        clean = Cow::Owned(first.iter().map(|&i| clean[i as usize]).collect());
+    }
+    if exponent != 0 {
+        clean.to_mut().par_iter_mut().for_each(|p| *p = scale(*p, exponent));
+    }
+    let frame = affine_frame(&clean);
+    let dimension = frame.len() as isize - 1;
+    Ok(Prepared {
+        positions: clean,
+        ids,
+        duplicates,
+        refused,
+        exponent,
+        dimension,
+        frame,
+        radii2: Vec::new(),
+    })
+}
+
+/// The digits of all coordinates, if all are finite; and is one of them -0.0?
+fn survey<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
+    let block = |points: &[P]| {
+        let is_negative_zero = |x: f64| x.to_bits() == (-0.0f64).to_bits();
+        let found = points.iter().any(|p| (0..P::DIM).any(|i| is_negative_zero(p.coord(i))));
+        (Digits::of(points), found)
+    };
+    let join = |a: (Option<Digits>, bool), b: (Option<Digits>, bool)| {
+        (a.0.zip(b.0).map(|(a, b)| a.join(b)), a.1 || b.1)
+    };
+    points.par_chunks(BLOCK).map(block).reduce(|| (Some(Digits::NONE), false), join)
 }
 
 pub(crate) fn without_negative_zero<P: Point>(mut p: P) -> P {
@@ -66,30 +127,69 @@ pub(crate) fn without_negative_zero<P: Point>(mut p: P) -> P {
     p
 }
 
-fn renumber(error: RangeError, kept: &[u64]) -> RangeError {
-    match error {
-        RangeError::Spread { bits, low, high } => {
+fn renumber(error: RangeError, kept: Option<&[u64]>) -> RangeError {
+    match (error, kept) {
+        (RangeError::Spread { bits, low, high }, Some(kept)) => {
             RangeError::Spread { bits, low: kept[low] as usize, high: kept[high] as usize }
         }
-        RangeError::NotFinite { index, value } => {
-            RangeError::NotFinite { index: kept[index] as usize, value }
-        }
+        (error, _) => error,
     }
 }
 
-/// The first of every group of coincident points, in order, and the others with their first.
+/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block.
+fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
+    let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
+    while frame.len() <= P::DIM {
+        let basis: Vec<P> = frame.iter().map(|&i| points[i]).collect();
+        let of_block =
+            |(block, points): (usize, &[P])| smallest_outside(&basis, points).map(|i| block * BLOCK + i);
+        let smaller = |a: usize, b: usize| if lex_cmp(&points[b], &points[a]).is_lt() { b } else { a };
+        let next = points.par_chunks(BLOCK).enumerate().filter_map(of_block).reduce_with(smaller);
+        match next {
+            Some(i) => frame.push(i),
+            None => break,
+        }
+    }
+    frame
+}
+
+/// Bits of the tables for each point.
+const BITS: usize = 16;
+
+/// Coincident points in order, each with the first that has its coordinates.
 ///
-/// Points are sorted by 32 bits of a hash of their coordinates; only points that share them are compared.
-pub(crate) fn coincidences<P: Point>(points: &[P]) -> (Vec<u32>, Vec<(u32, u32)>) {
-    let mut keys: Vec<u64> = points
-        .par_iter()
-        .zip(0..points.len() as u32)
-        .map(|(p, i)| shown_hash(*p) & !u64::from(u32::MAX) | u64::from(i))
-        .collect();
+/// Every point sets a bit by the hash of its coordinates; only points whose bit was set more than once are sorted and
+/// compared.
+pub(crate) fn coincidences<P: Point>(points: &[P]) -> Vec<(u32, u32)> {
+    let bits = (points.len() * BITS).next_power_of_two().max(64);
+    let table = || -> Vec<AtomicU64> { (0..bits / 64).map(|_| AtomicU64::new(0)).collect() };
+    let (met, again) = (table(), table());
+    let place = |hash: u64| {
+        let place = hash as usize & (bits - 1);
+        (place / 64, 1u64 << (place % 64))
+    };
+    points.par_chunks(BLOCK).for_each(|block| {
+        for p in block {
+            let (word, bit) = place(shown_hash(*p));
+            if met[word].fetch_or(bit, Relaxed) & bit != 0 {
+                again[word].fetch_or(bit, Relaxed);
+            }
+        }
+    });
+    let of_block = |(block, points): (usize, &[P])| -> Vec<(u64, u32)> {
+        let hashed = points.iter().map(|p| shown_hash(*p)).zip((block * BLOCK) as u32..);
+        hashed
+            .filter(|&(hash, _)| {
+                let (word, bit) = place(hash);
+                again[word].load(Relaxed) & bit != 0
+            })
+            .collect()
+    };
+    let mut keys: Vec<(u64, u32)> = points.par_chunks(BLOCK).enumerate().map(of_block).flatten().collect();
     keys.par_sort_unstable();
     let mut duplicates = Vec::new();
-    for alike in keys.chunk_by(|a, b| a >> 32 == b >> 32).filter(|alike| alike.len() > 1) {
-        let mut alike: Vec<u32> = alike.iter().map(|&key| key as u32).collect();
+    for alike in keys.chunk_by(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
+        let mut alike: Vec<u32> = alike.iter().map(|key| key.1).collect();
         alike.sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
         let same = |a: &u32, b: &u32| lex_cmp(&points[*a as usize], &points[*b as usize]).is_eq();
         for group in alike.chunk_by(same) {
@@ -97,22 +197,21 @@ pub(crate) fn coincidences<P: Point>(points: &[P]) -> (Vec<u32>, Vec<(u32, u32)>
         }
     }
     duplicates.sort_unstable();
-    let mut repeats = duplicates.iter().map(|d| d.0).peekable();
-    let firsts = (0..points.len() as u32).filter(|&i| repeats.next_if_eq(&i).is_none()).collect();
-    (firsts, duplicates)
+    duplicates
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec2;
+    use septet_geometry::predicates::affine_frame;
 
     #[test]
     fn coincident_points_have_one_representative() {
         let p = |x: f64| DVec2::new(x, 0.5);
         let points = [p(1.0), p(0.0), p(1.0), p(-0.0), p(2.0), DVec2::new(0.0, 1.0), p(1.0)];
         let ready = prepare(&points, false).unwrap();
-        assert_eq!(ready.ids, [0, 1, 4, 5]);
+        assert_eq!(ready.ids(0..4), [0, 1, 4, 5]);
         assert_eq!(ready.duplicates, [(2, 0), (3, 1), (6, 0)]);
         assert_eq!(ready.dimension, 2);
         assert_eq!(prepare::<DVec2>(&[], false).unwrap().dimension, -1);
@@ -124,6 +223,29 @@ mod tests {
         let error = prepare(&points, false).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 1, .. })));
         let ready = prepare(&points, true).unwrap();
-        assert_eq!((ready.ids, ready.refused), (vec![0, 2], vec![1]));
+        assert_eq!((ready.ids(0..2), &ready.refused), (vec![0, 2], &vec![1]));
+    }
+
+    #[test]
+    fn clean_points_are_not_copied() {
+        let points: Vec<DVec2> = (0..3000u32).map(|i| DVec2::new(i.into(), (i * i % 1009).into())).collect();
+        let ready = prepare(&points, false).unwrap();
+        assert!(matches!(ready.positions, Cow::Borrowed(_)));
+        assert_eq!(ready.ids(7..9), [7, 8]);
+        assert_eq!((ready.dimension, ready.frame.clone()), affine_frame(&points));
+        // With a copy of every tenth at the end.
+        let copies = points.iter().copied().step_by(10);
+        let more: Vec<DVec2> = points.iter().copied().chain(copies).collect();
+        let ready = prepare(&more, false).unwrap();
+        assert_eq!(ready.positions[..], points[..]);
+        let expected: Vec<(u64, u64)> = (0..300).map(|i| (3000 + i, 10 * i)).collect();
+        assert_eq!(ready.duplicates, expected);
+    }
+
+    #[test]
+    fn spreads_are_named_by_the_inputs_numbers() {
+        let points = [DVec2::NAN, DVec2::ONE, DVec2::new(1e-150, 1.0), DVec2::new(1e150, 3.0)];
+        let error = prepare(&points, true).unwrap_err();
+        assert!(matches!(error, Error::Points(RangeError::Spread { low: 2, high: 3, .. })), "{error}");
     }
 }

@@ -23,7 +23,7 @@ const RECORDING: u64 = 1 << 62;
 pub(crate) fn take_record<P: Point>(
     config: &Config,
     machine: &mut WorkerConfig,
-    ready: &Prepared<P>,
+    ready: &Prepared<'_, P>,
     start_machine: &mut Start<'_, P>,
 ) -> Result<Option<TaskLog>, Error> {
     if !machine.record_tasks {

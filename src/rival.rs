@@ -63,7 +63,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Err
     if ready.dimension == P::DIM as isize {
         let made = Dependence::new(&ready.positions, config.seed).map_err(Error::Rival)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
-        let rows = vertices.map(|&v| ready.ids[v as usize]).collect();
+        let rows = vertices.map(|&v| ready.id(v as usize)).collect();
         rival.cells = canonicalise::<P>(Cells { rows, owner: None, leaf: None }).rows;
         rival.hull_facets = made.hull_facets;
         rival.clock = made.clock;

@@ -42,10 +42,10 @@ pub struct Accounting {
 }
 
 impl Accounting {
-    pub(crate) fn of<P>(input: usize, ready: &Prepared<P>) -> Self {
+    pub(crate) fn of<P: Point>(input: usize, ready: &Prepared<'_, P>) -> Self {
         Accounting {
             input: input as u64,
-            used: ready.ids.len() as u64,
+            used: ready.positions.len() as u64,
             duplicates: ready.duplicates.clone(),
             refused: ready.refused.clone(),
         }
@@ -274,8 +274,8 @@ pub fn run_on<P: Point>(
 }
 
 /// What stands before a run: points, a machine for them, why this supergraph, and the plan of the leaves.
-pub(crate) struct Started<P> {
-    pub(crate) ready: Prepared<P>,
+pub(crate) struct Started<'a, P: Point> {
+    pub(crate) ready: Prepared<'a, P>,
     pub(crate) machine: WorkerConfig,
     pub(crate) why: String,
     pub(crate) plan: Plan,
@@ -283,21 +283,21 @@ pub(crate) struct Started<P> {
 }
 
 /// How a run begins.
-pub(crate) enum Beginning<P> {
+pub(crate) enum Beginning<'a, P: Point> {
     /// With points that span the space.
-    Machine(Box<Started<P>>),
+    Machine(Box<Started<'a, P>>),
     /// With points that do not: their result.
     Flat(Box<Run>),
 }
 
 /// Checks the parameters, prepares the points, and sizes the machine.
-pub(crate) fn started_on<P: Point>(
-    points: &[P],
+pub(crate) fn started_on<'a, P: Point>(
+    points: &'a [P],
     config: &Config,
     counted: bool,
     start: Instant,
     start_machine: &mut Start<'_, P>,
-) -> Result<Beginning<P>, Error> {
+) -> Result<Beginning<'a, P>, Error> {
     config.check()?;
     if config.correction == Correction::Naive && !counted {
         return Err(ConfigError::NaiveUncounted.into());
@@ -359,7 +359,7 @@ pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, wh
 /// The result for points that span less than the space: no cells, nothing run.
 fn flat_result<P: Point>(
     input: usize,
-    ready: &Prepared<P>,
+    ready: &Prepared<'_, P>,
     machine: &WorkerConfig,
     why: String,
     start: Instant,
@@ -422,7 +422,7 @@ fn certify(
 
 fn finish<P: Point>(
     input: usize,
-    ready: &Prepared<P>,
+    ready: &Prepared<'_, P>,
     collected: Collected,
     machine: &WorkerConfig,
     why: String,

@@ -76,7 +76,7 @@ const PLANNING: u64 = 1 << 63;
 pub(crate) fn plan_leaves<P: Point>(
     config: &Config,
     machine: &WorkerConfig,
-    ready: &Prepared<P>,
+    ready: &Prepared<'_, P>,
     start_machine: &mut Start<'_, P>,
 ) -> Result<(Plan, Traffic), Error> {
     let (run, until) = (machine.run ^ PLANNING, Some(Phase::Partition));

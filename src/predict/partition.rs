@@ -126,7 +126,7 @@ fn moves(
         *batches.entry(between).or_default() += u64::from(count);
     }
     for (between, points) in batches {
-        let bytes = replay.sizes.moved + points * replay.sizes.point;
+        let bytes = replay.sizes.moved + points * replay.sizes.home;
         replay.send(Phase::Partition, round, between, bytes);
     }
 }

@@ -66,7 +66,7 @@ impl Replay<'_> {
         let share = |r: u32| (n * u128::from(r) / p) as u64;
         for rank in 1..=self.place.workers {
             let points = share(rank) - share(rank - 1);
-            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.point);
+            let (start, block) = (self.sizes.start, self.sizes.block + points * self.sizes.home);
             self.send(Phase::Load, 0, (COORDINATOR, rank), start);
             self.send(Phase::Load, 0, (COORDINATOR, rank), block);
         }

@@ -14,7 +14,9 @@ use septet_workers::choice::ALPHAS;
 pub(super) struct Sizes {
     pub(super) start: u64,
     pub(super) block: u64,
-    /// One point of a batch.
+    /// One point on its way home.
+    pub(super) home: u64,
+    /// One point of another batch.
     pub(super) point: u64,
     pub(super) samples: u64,
     /// The coordinates of a point.
@@ -80,13 +82,15 @@ impl Sizes {
         };
         let lists =
             |n: usize| ListBatch { slots: Bulk(vec![0; n]), counts: Bulk(vec![0; n]), points: none() };
-        let block = length(Body::Block(none()));
+        let (block, ghosts) = (length(Body::Block(none())), length(Body::Ghosts(none())));
+        let homeless = PointBatch::homeless(vec![0], vec![P::splat(0.0)]);
         let query = length(Body::Query(queries(0)));
         let answer = length(Body::Answer(lists(0)));
         Sizes {
             start: length(Body::Start { population: 0, frame: points::<P>(P::DIM + 1) }),
             block,
-            point: length(Body::Block(points::<P>(1))) - block,
+            home: length(Body::Block(homeless)) - block,
+            point: length(Body::Ghosts(points::<P>(1))) - ghosts,
             samples: length::<P>(Body::Samples(Bulk(Vec::new()))),
             position: size_of::<P>() as u64,
             sphere: length::<P>(Body::Sphere(Bulk(vec![0.0; SEPARATOR_WORDS]))),
@@ -103,7 +107,7 @@ impl Sizes {
             frame: length(Body::Frame(none())),
             sample_stars: length::<P>(Body::SampleStars(Bulk(vec![0; 1 + ALPHAS.len()]))),
             choice: length::<P>(Body::Choice { kind: 0, parameter: 0.0 }),
-            ghosts: length(Body::Ghosts(none())),
+            ghosts,
             reverse: length(Body::Reverse { points: none(), targets: Bulk(Vec::new()) }),
             fingerprint: length::<P>(Body::Fingerprint(Bulk(vec![0; 3]))),
             list: length::<P>(Body::FingerprintList(Bulk(Vec::new()))),

@@ -114,8 +114,9 @@ impl<P: Point> Worker<P> {
 
     /// Sums all stars, then compares.
     pub(crate) fn begin_check(&mut self) {
-        if let Some(piece) = self.stars.piece() {
-            self.agreement.sums = self.sum_piece(piece);
+        if let Some(mut piece) = self.stars.take_piece() {
+            self.agreement.sums = self.sum_piece(&mut piece);
+            self.stars.set_piece(Some(piece));
             self.begin_certificate();
             return;
         }
@@ -193,15 +194,12 @@ impl<P: Point> Worker<P> {
         self.stars.replace(home, &spoilt);
     }
 
-    /// The sums of a piece: pairs both at home are in one triangulation and agree.
-    fn sum_piece(&self, piece: &Piece<P>) -> Sums {
+    /// The sums of a piece, which is surveyed: pairs both at home are in one triangulation and agree.
+    fn sum_piece(&self, piece: &mut Piece<P>) -> Sums {
         let table = &self.table;
         let mut sums = Sums::default();
-        piece.each_mixed_cell(|_, cell| {
+        piece.survey(&table.positions, |cell| {
             let vertices = cell.as_ref();
-            if vertices.contains(&INFINITE) {
-                return;
-            }
             let mut hashes = [0u128; 4];
             for (hash, &v) in hashes.iter_mut().zip(vertices) {
                 *hash = point_hash(table.ids[v as usize], table.positions[v as usize]);
@@ -225,6 +223,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn write_out(&mut self) {
         if self.stars.piece().is_some() {
             self.stars.write_out();
+            self.table.with_radii();
             self.extend_hashes();
         }
     }

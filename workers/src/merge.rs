@@ -34,9 +34,7 @@ impl<P: Point> Worker<P> {
         let phase = self.exchange.merge_phase();
         self.exchange.merges += 1;
         let disagreements = self.finish_check();
-        if let Some(mut piece) = self.stars.take_piece() {
-            let own = piece.merge(&self.table.positions);
-            self.stars.set_piece(Some(piece));
+        if let Some(own) = self.stars.piece().map(Piece::merged) {
             self.merge_up(phase, &[own], &disagreements);
             return;
         }
@@ -171,6 +169,7 @@ impl<P: Point> Worker<P> {
     fn see_piece(&mut self) {
         if let Some(piece) = self.stars.piece() {
             let radii2 = piece.nearest_edges();
+            self.table.with_radii();
             self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
             self.stars.show();
         }

@@ -15,7 +15,7 @@ use std::ops::Range;
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::separator::{DrawKey, Separator, Side, is_sample};
+use septet_geometry::separator::{DrawKey, Sampler, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
@@ -57,8 +57,8 @@ impl<P: Point> Worker<P> {
         let holding = &self.holdings[&node];
         let mut cost = Cost::ZERO;
         let key = DrawKey { seed: self.config.seed, node: node.0, attempt };
-        let population = holding.population;
-        let samples = cost.pack(&holding.points.positions, |&x| is_sample(key, population, x));
+        let sampler = Sampler::of(key, holding.population);
+        let samples = cost.pack(&holding.points.positions, |&x| sampler.takes(x));
         // Members before and after a move both charge this step: only the count step states the items.
         self.ledger.charge(Phase::Partition, node, cost, 0);
         self.out.send(leader, node, attempt, Body::Samples(Bulk(samples)));
@@ -99,15 +99,11 @@ impl<P: Point> Worker<P> {
             let shared = self.holdings.get(&node).is_some_and(|h| h.child.ranks > 1 && !h.child.leaf);
             if shared {
                 let Some(holding) = self.holdings.get_mut(&node) else { continue };
-                for batch in batches {
-                    append(&mut holding.points, batch);
-                }
+                let own = std::mem::take(&mut holding.points);
+                holding.points = united(own, batches);
             } else {
-                let mut points = self.holdings.remove(&node).map_or_else(PointBatch::default, |h| h.points);
-                for batch in batches {
-                    append(&mut points, batch);
-                }
-                self.own(node, &points);
+                let own = self.holdings.remove(&node).map_or_else(PointBatch::default, |h| h.points);
+                self.own(node, united(own, batches));
             }
         }
     }
@@ -189,8 +185,9 @@ impl<P: Point> Worker<P> {
             summaries: None,
         };
         let mut cost = Cost::ZERO;
-        let parts = split_batch(&holding.points, &holding.sides, &mut cost);
-        self.ledger.charge(Phase::Partition, node, cost, holding.points.len() as u64);
+        let items = holding.points.len() as u64;
+        let parts = split_batch(holding.points, &holding.sides, &mut cost);
+        self.ledger.charge(Phase::Partition, node, cost, items);
         for (side, points) in parts.into_iter().enumerate() {
             let (id, child) = (node.child(side), children[side]);
             let whole = child.ranks == 1 || child.leaf;
@@ -216,18 +213,22 @@ impl<P: Point> Worker<P> {
     }
 
     /// Takes a node whole: splits it down to the floor (or not at all, if only the answer is wanted).
-    fn own(&mut self, node: NodeId, points: &PointBatch<P>) {
+    fn own(&mut self, node: NodeId, points: PointBatch<P>) {
+        if !self.config.counted {
+            self.settle_whole(node, points);
+            return;
+        }
         let site = self.out.site();
         let builder = Builder { config: &self.config, site, positions: &points.positions };
         let everyone: Vec<u32> = (0..points.len() as u32).collect();
         let mut grown = Grown::default();
         // A node that its group could not split has had all its attempts.
         let refused = self.relay.is_some_and(|(at, _)| at == node);
-        if self.config.counted && !refused {
-            grown = builder.grow(node, everyone, &self.pool);
-        } else {
+        if refused {
             grown.leaves.push((node, everyone));
             grown.tree.push(Sketch::Leaf);
+        } else {
+            grown = builder.grow(node, everyone, &self.pool);
         }
         let round = self.out.round();
         let tally = self.ledger.tally(round, Phase::Partition);
@@ -245,11 +246,26 @@ impl<P: Point> Worker<P> {
         if let Some(recorder) = &mut self.recorder {
             recorder.grown(&mut grown, points.len() as u64);
         }
-        self.settle(node, points, &grown.leaves, grown.tree);
+        self.settle(node, &points, &grown.leaves, grown.tree);
     }
 
-    /// Numbers the home points leaf by leaf: each leaf in lexicographic order, or where only the answer is
-    /// wanted in the order of insertion.
+    /// Numbers the home points of a worker that triangulates them at once, in the order of insertion: neighbours lie
+    /// near each other in memory.
+    fn settle_whole(&mut self, node: NodeId, points: PointBatch<P>) {
+        let order = insertion_order(&points.positions);
+        let ids = order.iter().map(|&i| points.ids[i as usize]).collect();
+        let positions: Vec<P> = order.iter().map(|&i| points.positions[i as usize]).collect();
+        drop((order, points));
+        let bounds = bounds(positions.iter().copied());
+        let end = positions.len() as u32;
+        self.leaves.push(Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0, ghosts: Vec::new() });
+        self.ledger.facts(node).population = u64::from(end);
+        self.table = Table::of_whole(ids, positions, self.rank);
+        self.inner_ids.clear();
+        self.tree = Some((node, Tree::Leaf(0)));
+    }
+
+    /// Numbers the home points leaf by leaf, each leaf in lexicographic order.
     fn settle(
         &mut self,
         node: NodeId,
@@ -259,18 +275,12 @@ impl<P: Point> Worker<P> {
     ) {
         let mut ids = Vec::with_capacity(points.len());
         let mut positions = Vec::with_capacity(points.len());
-        let counted = self.config.counted;
         let ordered = map_in(&self.pool, leaves, |(_, members)| {
             let mut members = members.clone();
-            if counted {
-                members.sort_unstable_by(|&a, &b| {
-                    lex_cmp(&points.positions[a as usize], &points.positions[b as usize])
-                });
-                return members;
-            }
-            // The order in which the piece will be triangulated: neighbours lie near each other in memory.
-            let own: Vec<P> = members.iter().map(|&i| points.positions[i as usize]).collect();
-            insertion_order(&own).into_iter().map(|i| members[i as usize]).collect()
+            members.sort_unstable_by(|&a, &b| {
+                lex_cmp(&points.positions[a as usize], &points.positions[b as usize])
+            });
+            members
         });
         for ((id, _), members) in leaves.iter().zip(&ordered) {
             let start = ids.len() as u32;
@@ -337,15 +347,20 @@ pub fn lead_partition<P: Point>(
     }
 }
 
-fn append<P: Copy>(to: &mut PointBatch<P>, mut from: PointBatch<P>) {
-    if to.is_empty() {
-        *to = from;
-        return;
+/// Points on their way home, in one batch.
+fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> PointBatch<P> {
+    if own.is_empty() && !batches.is_empty() {
+        own = batches.remove(0);
     }
-    to.ids.append(&mut from.ids);
-    to.positions.append(&mut from.positions);
-    to.owners.append(&mut from.owners);
-    to.radii2.append(&mut from.radii2);
+    let more = batches.iter().map(PointBatch::len).sum();
+    own.ids.reserve_exact(more);
+    own.positions.reserve_exact(more);
+    for mut batch in batches {
+        own.ids.append(&mut batch.ids);
+        own.positions.append(&mut batch.positions);
+        own.radii2.append(&mut batch.radii2);
+    }
+    own
 }
 
 /// Sides of points, how many lie inside, and the boxes of either side.
@@ -358,38 +373,50 @@ pub(crate) struct Sides<P> {
 /// The member's steps of an attempt: the separator to every point (a copy-scan), the side of every point
 /// (a vector step), counts and boxes (a scan).
 pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
-    let mut copies: Vec<Option<&Separator<P>>> = vec![None; points.len()];
-    cost.broadcast(&mut copies, |copy| *copy = Some(separator));
-    let mut positions = points.iter();
-    let sides = cost.map(&copies, |copy| {
-        let exterior = copy.zip(positions.next()).is_some_and(|(s, &x)| s.side(x) == Side::Exterior);
-        u8::from(exterior)
-    });
+    let sides = cost.map_with(separator, points, |s, &x| u8::from(s.side(x) == Side::Exterior));
     let mut inside = 0;
     let empty = bounds(std::iter::empty::<P>());
-    let mut at = 0;
+    let mut side_of = sides.iter();
     let boxes = cost.reduce(points, [empty, empty], |mut boxes, &x| {
-        let side = usize::from(sides[at]);
-        at += 1;
-        inside += u64::from(side == 0);
+        let interior = side_of.next() == Some(&0);
+        inside += u64::from(interior);
         for i in 0..P::DIM {
-            let (low, high) = &mut boxes[side];
-            low.set_coord(i, low.coord(i).min(x.coord(i)));
-            high.set_coord(i, high.coord(i).max(x.coord(i)));
+            // Both boxes at once, one of them with what changes nothing: the sides of points are not foreseeable.
+            let at = x.coord(i);
+            let [(low, high), (far_low, far_high)] = &mut boxes;
+            low.set_coord(i, less(low.coord(i), if interior { at } else { f64::INFINITY }));
+            high.set_coord(i, more(high.coord(i), if interior { at } else { f64::NEG_INFINITY }));
+            far_low.set_coord(i, less(far_low.coord(i), if interior { f64::INFINITY } else { at }));
+            far_high.set_coord(i, more(far_high.coord(i), if interior { f64::NEG_INFINITY } else { at }));
         }
         boxes
     });
     Sides { of: sides, inside, boxes }
 }
 
-fn split_batch<P: Point>(points: &PointBatch<P>, sides: &[u8], cost: &mut Cost) -> [PointBatch<P>; 2] {
-    let everyone: Vec<usize> = (0..points.len()).collect();
-    let (inside, outside) = cost.split(&everyone, |&i| sides[i] == 0);
-    [inside, outside].map(|part| PointBatch {
-        ids: Bulk(part.iter().map(|&i| points.ids[i]).collect()),
-        positions: Bulk(part.iter().map(|&i| points.positions[i]).collect()),
-        owners: Bulk(part.iter().map(|&i| points.owners[i]).collect()),
-        radii2: Bulk(part.iter().map(|&i| points.radii2[i]).collect()),
+/// The lesser of two numbers: one instruction.
+#[inline]
+fn less(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers.
+#[inline]
+fn more(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+fn split_batch<P: Point>(points: PointBatch<P>, sides: &[u8], cost: &mut Cost) -> [PointBatch<P>; 2] {
+    // Radii, where they are given, are part of the records that are moved.
+    let mut radii2 = [Vec::new(), Vec::new()];
+    for (&radius2, &side) in points.radii2.iter().zip(sides) {
+        radii2[usize::from(side != 0)].push(radius2);
+    }
+    let parts = cost.split_columns(sides, &points.ids, &points.positions);
+    let mut radii2 = radii2.into_iter().map(Bulk);
+    parts.map(|(ids, positions)| PointBatch {
+        radii2: radii2.next().unwrap_or_default(),
+        ..PointBatch::homeless(ids, positions)
     })
 }
 

@@ -6,7 +6,7 @@
 
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
-use septet_geometry::incremental::{Incremental, facet_without};
+use septet_geometry::incremental::{ASKED_EVERY, Incremental, Kept, facet_without, insertion_order};
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::message::Merged;
 
@@ -18,11 +18,27 @@ use crate::merge::{HULL, SEAM};
 #[derive(Debug)]
 pub(crate) struct Piece<P: Point> {
     delaunay: Incremental<P>,
-    /// Local number of each vertex.
+    /// Local number of each foreign vertex.
     numbers: Vec<u32>,
     home: u32,
-    /// For every slot the number of its cell among those that belong here, or [`HULL`] or [`SEAM`].
-    rows: Vec<u32>,
+    /// The cells made since foreign points came, some of them gone again.
+    fresh: Vec<u32>,
+    /// Cells that belong here, and what they contribute: once surveyed.
+    kept: Kept,
+    merged: Merged,
+}
+
+/// What a vertex is known to have: a finite cell, and a smaller neighbour.
+const CELL: u8 = 1;
+const SMALLER: u8 = 2;
+
+/// Notes what a cell says of its vertices at home.
+fn note_star<S: Simplex>(cell: &S, smallest: u32, finite: u8, seen: &mut [u8]) {
+    for &v in cell.as_ref() {
+        if let Some(seen) = seen.get_mut(v as usize) {
+            *seen |= finite | if v == smallest { 0 } else { SMALLER };
+        }
+    }
 }
 
 /// Links as arrays: the facets of all, and where each begins and how many it has.
@@ -32,33 +48,40 @@ impl<P: Point> Piece<P> {
     /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
     /// numbers) that are not among them. Nothing if all lie in a plane, or if told to stop.
     pub(crate) fn new(positions: &[P], home: u32, others: &[u32], stop: &Stop) -> Option<Self> {
-        let mut numbers: Vec<u32> = (0..home).collect();
-        numbers.extend(others.iter().copied().filter(|&v| v >= home));
-        let mut points = positions[..home as usize].to_vec();
-        points.extend(numbers[home as usize..].iter().map(|&v| positions[v as usize]));
+        let numbers: Vec<u32> = others.iter().copied().filter(|&v| v >= home).collect();
+        let mut points = Vec::with_capacity(home as usize + numbers.len());
+        points.extend_from_slice(&positions[..home as usize]);
+        points.extend(numbers.iter().map(|&v| positions[v as usize]));
         let delaunay = Incremental::build_while(points, None, &mut || !stop.is_raised()).ok()?;
-        Some(Piece { delaunay, numbers, home, rows: Vec::new() })
+        let fresh = if numbers.is_empty() { Vec::new() } else { (0..delaunay.complex().slots()).collect() };
+        Some(Piece { delaunay, numbers, home, fresh, kept: Kept::default(), merged: Merged::default() })
     }
 
-    /// Adds foreign points, by their local numbers; those that are vertices already change nothing. False if told
-    /// to stop.
-    pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) -> bool {
+    /// Adds foreign points, by their local numbers; those that are vertices already change nothing. It ends where it is
+    /// told to stop.
+    pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = foreign.iter().map(|&g| positions[g as usize]).collect();
-        let before = self.numbers.len();
-        let Ok(vertices) = self.delaunay.insert_all(&points, &mut || !stop.is_raised()) else { return false };
-        self.numbers.resize(self.delaunay.vertices().len(), 0);
-        for (&vertex, &number) in vertices.iter().zip(foreign) {
-            if vertex as usize >= before {
-                self.numbers[vertex as usize] = number;
+        for (count, i) in insertion_order(&points).into_iter().enumerate() {
+            if count.is_multiple_of(ASKED_EVERY) && stop.is_raised() {
+                return;
+            }
+            if self.delaunay.insert(points[i as usize], None).is_ok() {
+                self.numbers.push(foreign[i as usize]);
+                self.fresh.extend_from_slice(self.delaunay.complex().created());
             }
         }
-        true
     }
 
     /// The kernel's rounded sphere of a cell, which is somewhat larger than [`reach_of`] and costs nothing.
     pub(crate) fn ball(&self, slot: u32) -> Option<Reach<P>> {
         let (centre, radius2) = self.delaunay.ball(slot)?;
         Some(Reach::Ball { centre, radius: radius2.sqrt() * (1.0 + f64::EPSILON) })
+    }
+
+    /// A number that the radius of a finite cell's ball does not exceed, or not a number.
+    #[inline]
+    pub(crate) fn radius_bound(&self, slot: u32) -> f64 {
+        self.delaunay.radius_bound(slot)
     }
 
     /// Number of slots for cells.
@@ -96,18 +119,24 @@ impl<P: Point> Piece<P> {
     pub(crate) fn each_mixed_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
         let complex = self.delaunay.complex();
         let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
-        let mut star = Vec::new();
-        for foreign in self.home..self.numbers.len() as u32 {
-            self.delaunay.star(foreign, &mut star);
-            for &slot in &star {
-                let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
-                let cell = complex.cell(slot);
-                if *word & bit == 0 && cell.as_ref().iter().any(|&v| v < self.home) {
-                    *word |= bit;
-                    f(slot, &self.local(cell));
-                }
+        // A cell with a foreign vertex was made when there were foreign points.
+        for &slot in &self.fresh {
+            let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
+            if *word & bit != 0 || !complex.is_live(slot) {
+                continue;
+            }
+            *word |= bit;
+            let cell = complex.cell(slot);
+            let is_foreign = |&v: &u32| v >= self.home && v != INFINITE;
+            if cell.as_ref().iter().any(is_foreign) && cell.as_ref().iter().any(|&v| v < self.home) {
+                f(slot, &self.local(cell));
             }
         }
+    }
+
+    /// Forgets which cells are new.
+    pub(crate) fn forget_fresh(&mut self) {
+        self.fresh = Vec::new();
     }
 
     /// A cell by local numbers.
@@ -123,54 +152,65 @@ impl<P: Point> Piece<P> {
     fn local(&self, cell: &P::Cell) -> P::Cell {
         let mut own = *cell;
         for v in own.as_mut().iter_mut().filter(|v| **v >= self.home && **v != INFINITE) {
-            *v = self.numbers[*v as usize];
+            *v = self.numbers[(*v - self.home) as usize];
         }
         own
     }
 
-    /// What the stars of all home points contribute to the merged result. Numbers the cells whose smallest vertex
-    /// is at home, for [`Piece::into_rows`].
-    pub(crate) fn merge(&mut self, positions: &[P]) -> Merged {
-        const CELL: u8 = 1;
-        const SMALLER: u8 = 2;
+    /// Looks at all cells once: what the stars of all home points contribute to the merged result, and which cells
+    /// belong here, those whose smallest vertex is at home. Calls `mixed` with every finite cell, by local numbers,
+    /// that has vertices at home and foreign ones.
+    pub(crate) fn survey(&mut self, positions: &[P], mut mixed: impl FnMut(&P::Cell)) {
         let mut seen = vec![0u8; self.home as usize];
         let mut sum = Merged::default();
-        let mut rows = vec![SEAM; self.slots() as usize];
-        self.each_cell(|slot, cell| {
+        let mut kept = Kept::of(self.slots());
+        for (slot, cell, _) in self.delaunay.complex().entries() {
             // Nearly every cell is at home and tells nothing new.
             let known = |&v: &u32| seen.get(v as usize).is_some_and(|&s| s == CELL | SMALLER);
             if cell.as_ref().iter().all(known) {
-                rows[slot as usize] = sum.cells as u32;
-                sum.cells += 1;
-                return;
+                kept.keep(slot);
+                continue;
             }
+            let foreign = cell.as_ref().iter().filter(|&&v| v >= self.home).count();
+            if foreign == 0 {
+                note_star(cell, smallest_at_home(positions, cell), CELL, &mut seen);
+                kept.keep(slot);
+                continue;
+            }
+            if foreign > P::DIM {
+                // Of no star at home: whether it is there is not known here.
+                continue;
+            }
+            let infinite = cell.as_ref().contains(&INFINITE);
+            let cell = &self.local(cell);
             let smallest = smallest_of(positions, cell);
-            let finite = !cell.as_ref().contains(&INFINITE);
-            for &v in cell.as_ref() {
-                if let Some(seen) = seen.get_mut(v as usize) {
-                    *seen |= if finite { CELL } else { 0 } | if v == smallest { 0 } else { SMALLER };
-                }
-            }
-            if !finite {
-                rows[slot as usize] = HULL;
+            note_star(cell, smallest, if infinite { 0 } else { CELL }, &mut seen);
+            if infinite {
+                kept.mark_outer(slot);
                 sum.hull_facets += u64::from(smallest < self.home);
-            } else if smallest < self.home {
-                rows[slot as usize] = sum.cells as u32;
-                sum.cells += 1;
+                continue;
             }
-        });
-        self.rows = rows;
+            mixed(cell);
+            if smallest < self.home {
+                kept.keep(slot);
+            }
+        }
+        sum.cells = u64::from(kept.len());
         sum.stars = seen.iter().filter(|&&s| s & CELL != 0).count() as u64;
         sum.minima = seen.iter().filter(|&&s| s & SMALLER == 0).count() as u64;
-        sum
+        (self.kept, self.merged) = (kept, sum);
     }
 
-    /// The cells whose smallest vertex is at home, once [`Piece::merge`] has numbered them: rows of their vertices'
-    /// local numbers and of their neighbours, which are cells by their new numbers, [`HULL`], or [`SEAM`] for a
-    /// cell of another piece.
+    /// What [`Piece::survey`] found for the merged result.
+    pub(crate) fn merged(&self) -> Merged {
+        self.merged
+    }
+
+    /// The cells that belong here, once surveyed: rows of their vertices' local numbers and of their neighbours, which
+    /// are cells by their new numbers, [`HULL`], or [`SEAM`] for a cell of another piece.
     pub(crate) fn into_rows(self) -> Vec<u32> {
-        let Piece { delaunay, numbers, home, rows } = self;
-        delaunay.into_rows(&rows, SEAM, |v| if v < home { v } else { numbers[v as usize] })
+        let Piece { delaunay, numbers, home, kept, .. } = self;
+        delaunay.into_rows(&kept, [SEAM, HULL], |v| if v < home { v } else { numbers[(v - home) as usize] })
     }
 
     /// The squared distance of every home point to its nearest vertex, which is a neighbour.
@@ -234,6 +274,21 @@ pub(crate) fn smallest_of<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
         }
     }
     best
+}
+
+/// The same of a cell at home, nearly always by first coordinates alone.
+fn smallest_at_home<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
+    let first = |v: u32| positions[v as usize].coord(0);
+    let (mut best, mut tie) = (cell.as_ref()[0], false);
+    let mut least = first(best);
+    for &v in &cell.as_ref()[1..] {
+        let x = first(v);
+        tie = x == least || (tie && x > least);
+        if x < least {
+            (best, least) = (v, x);
+        }
+    }
+    if tie { smallest_of(positions, cell) } else { best }
 }
 
 /// What holds every point that conflicts with a cell; `corner` gives the position of a finite vertex.

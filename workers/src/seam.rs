@@ -18,8 +18,10 @@
 //! piece reach very far: first the vertices of ordinary cells are sent (they are enough to undo most of the
 //! others), then those that the statement asks for and that are not there yet.
 //!
-//! **Rounds.** At most one a shared level, twice. **Work.** One test a cell and level, and the insertion of what
-//! comes: `O(n^(1-1/d))` points for well-spaced sets.
+//! **Rounds.** At most one a shared level, twice. **Work.** One comparison a cell, one clearance a home point and level
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), one test a level for each cell whose
+//! ball is not clear of the border by that of a vertex, and the insertion of what comes: `O(n^(1-1/d))` points for
+//! well-spaced sets.
 //!
 //! **Departure** from the walk along the hull: every cell is tested, for the cells that reach out of a piece
 //! need not hang together where the piece surrounds another. The certificate does not rely on any of this.
@@ -118,7 +120,13 @@ impl<P: Point> Worker<P> {
     fn send_ordinary(&mut self) {
         let (mut ordinary, mut unusual) = (Vec::new(), Vec::new());
         if let Some(piece) = self.stars.piece().filter(|_| !self.path.is_empty()) {
+            let clear = self.clearances();
             piece.each_cell(|slot, cell| {
+                // Nearly every cell is far from the border: all of its ball is within twice the radius of a vertex.
+                let clear = clear.get(cell.as_ref()[0] as usize).copied().unwrap_or(0.0);
+                if 2.0 * piece.radius_bound(slot) < clear {
+                    return;
+                }
                 if piece.ball(slot).is_some_and(|ball| !self.leaves_home(&ball)) {
                     return;
                 }
@@ -133,6 +141,16 @@ impl<P: Point> Worker<P> {
         }
         self.seams.unusual = unusual;
         self.send_cells_out(&ordinary);
+    }
+
+    /// For each home point a distance within which all places are on its sides of all separators.
+    fn clearances(&self) -> Vec<f64> {
+        let home = &self.table.positions[..self.table.home as usize];
+        let least = |x: &P| {
+            let clear = self.path.iter().map(|shared| shared.split.separator.clearance(*x));
+            clear.fold(f64::INFINITY, f64::min)
+        };
+        home.iter().map(least).collect()
     }
 
     /// Inserts what came; sends the vertices of all cells that still reach out.
@@ -156,6 +174,10 @@ impl<P: Point> Worker<P> {
             }
         }
         self.seams.unusual = Vec::new();
+        if let Some(mut piece) = self.stars.take_piece() {
+            piece.forget_fresh();
+            self.stars.set_piece(Some(piece));
+        }
         self.send_cells_out(&open);
     }
 
@@ -163,6 +185,10 @@ impl<P: Point> Worker<P> {
     pub(crate) fn finish_seams(&mut self) {
         self.insert_arrived();
         self.seams.sent = HashSet::default();
+        if let Some(mut piece) = self.stars.take_piece() {
+            piece.forget_fresh();
+            self.stars.set_piece(Some(piece));
+        }
     }
 
     fn insert_arrived(&mut self) {
@@ -170,7 +196,7 @@ impl<P: Point> Worker<P> {
         let Some(mut piece) = self.stars.take_piece() else { return };
         let id = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
         let _span = self.out.site().subproblem(self.phase, id, "insert ghosts", arrived.len() as u64);
-        // If it was told to stop, the step that this is part of fails.
+
         piece.add(&arrived, &self.table.positions, &self.config.stop);
         self.stars.set_piece(Some(piece));
         if let Some(leaf) = self.leaves.first_mut() {

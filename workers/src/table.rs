@@ -38,7 +38,7 @@ pub struct Table<P> {
     pub ids: Vec<u64>,
     /// The rank where each is at home.
     pub owners: Vec<Rank>,
-    /// Squared radius of each ball; infinite while unknown.
+    /// Squared radius of each ball; infinite while unknown. Empty while nobody needs it ([`Table::with_radii`]).
     pub radii2: Vec<f64>,
     /// Number of home points.
     pub home: u32,
@@ -71,13 +71,26 @@ impl<P: Point> Table<P> {
         Table { positions, ids, owners, radii2, home: n as u32, foreign, homes }
     }
 
+    /// A table of home points without radii.
+    pub fn of_whole(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
+        let owners = vec![rank; ids.len()];
+        Table { home: ids.len() as u32, positions, ids, owners, ..Table::default() }
+    }
+
+    /// Makes room for the radii of all points.
+    pub fn with_radii(&mut self) {
+        self.radii2.resize(self.ids.len(), f64::INFINITY);
+    }
+
     /// The local number of a point, which is added as a foreign one if it is not here yet.
     pub fn intern(&mut self, id: u64, position: P, owner: Rank, radius2: f64) -> u32 {
         if let Some(at) = self.find_home(id) {
             return at;
         }
         let (at, _) = self.receive(id, position, owner);
-        self.radii2[at as usize] = radius2;
+        if let Some(own) = self.radii2.get_mut(at as usize) {
+            *own = radius2;
+        }
         at
     }
 
@@ -86,10 +99,12 @@ impl<P: Point> Table<P> {
         let next = self.ids.len() as u32;
         let at = *self.foreign.entry(id).or_insert(next);
         if at == next {
+            if self.radii2.len() == self.ids.len() {
+                self.radii2.push(f64::INFINITY);
+            }
             self.ids.push(id);
             self.positions.push(position);
             self.owners.push(owner);
-            self.radii2.push(f64::INFINITY);
         }
         (at, at == next)
     }
@@ -136,6 +151,7 @@ impl<P: Point> Table<P> {
     /// Appends a point of the table to a batch.
     pub fn export(&self, at: u32, batch: &mut PointBatch<P>) {
         let i = at as usize;
-        batch.push(self.ids[i], self.positions[i], self.owners[i], self.radii2[i]);
+        let radius2 = self.radii2.get(i).copied().unwrap_or(f64::INFINITY);
+        batch.push(self.ids[i], self.positions[i], self.owners[i], radius2);
     }
 }

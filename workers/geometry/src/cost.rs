@@ -167,6 +167,41 @@ impl Cost {
         items.iter_mut().for_each(&mut set);
     }
 
+    /// One value to every item (a copy-scan), then a vector step: `f` of the value and the item.
+    pub fn map_with<V: Copy, T, U>(
+        &mut self,
+        value: V,
+        items: &[T],
+        mut f: impl FnMut(V, &T) -> U,
+    ) -> Vec<U> {
+        self.scan_step(items.len());
+        self.step(items.len());
+        items.iter().map(|item| f(value, item)).collect()
+    }
+
+    /// Both sides of a split of records that stand in two columns, in order, by flags that a vector step left: 0
+    /// for the first side. Two scans, one permute, and the flags' step.
+    pub fn split_columns<A: Copy, B: Copy>(
+        &mut self,
+        flags: &[u8],
+        a: &[A],
+        b: &[B],
+    ) -> [(Vec<A>, Vec<B>); 2] {
+        self.step(flags.len());
+        self.scan_step(flags.len());
+        self.scan_step(flags.len());
+        self.step(flags.len());
+        let right = flags.iter().filter(|&&flag| flag != 0).count();
+        let room = |n: usize| (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut sides = [room(flags.len() - right), room(right)];
+        for ((&flag, &a), &b) in flags.iter().zip(a).zip(b) {
+            let side = &mut sides[usize::from(flag != 0)];
+            side.0.push(a);
+            side.1.push(b);
+        }
+        sides
+    }
+
     /// `out[i] = items[index[i]]`: exclusive reads, so the indices must be distinct.
     ///
     /// # Errors

@@ -28,6 +28,7 @@ use cavity::Scratch;
 pub use cells::Cells;
 pub use order::insertion_order;
 pub use read::facet_without;
+pub use rows::Kept;
 use sphere::Frame;
 use thiserror::Error;
 
@@ -220,6 +221,7 @@ impl<P: Point> Incremental<P> {
             return Err(IncrementalError::TooMany);
         }
         let p = cleaned(p).ok_or(IncrementalError::NotFinite { point: vertex })?;
+        self.frame.extend(p);
         self.points.push(p);
         self.incident.push(NONE);
         let done = self.insert_vertex(vertex, self.start_of(hint));

@@ -57,34 +57,85 @@ fn bit_range(x: f64) -> (i32, i32) {
     (low, high)
 }
 
+/// The binary digits that coordinates use: from the lowest set bit of any to above the highest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digits {
+    low: i32,
+    high: i32,
+}
+
+impl Digits {
+    /// None.
+    pub const NONE: Digits = Digits { low: i32::MAX, high: i32::MIN };
+
+    /// Those of the coordinates of `points`. Nothing if one of them is not finite.
+    pub fn of<P: Point>(points: &[P]) -> Option<Self> {
+        let (mut digits, mut finite) = (Digits::NONE, true);
+        for p in points {
+            for i in 0..P::DIM {
+                let x = p.coord(i);
+                finite &= x.is_finite();
+                if x != 0.0 {
+                    let (low, high) = bit_range(x);
+                    digits.low = digits.low.min(low);
+                    digits.high = digits.high.max(high);
+                }
+            }
+        }
+        finite.then_some(digits)
+    }
+
+    /// Those of both.
+    #[must_use]
+    pub fn join(self, other: Digits) -> Self {
+        Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The power of two that brings the coordinates of `points`, whose digits these are, into the exact range.
+    ///
+    /// # Errors
+    /// A spread that no scaling brings into the range; it names the first point that has the lowest bit and the
+    /// last that has the highest.
+    pub fn exponent<P: Point>(self, points: &[P]) -> Result<i32, RangeError> {
+        if self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST) {
+            return Ok(0);
+        }
+        let bits = self.high - self.low;
+        if bits > HIGHEST - LOWEST {
+            let has = |p: &P, end: &dyn Fn((i32, i32)) -> bool| {
+                (0..P::DIM).map(|i| p.coord(i)).any(|x| x != 0.0 && end(bit_range(x)))
+            };
+            let low = points.iter().position(|p| has(p, &|r| r.0 == self.low)).unwrap_or(0);
+            let high = points.iter().rposition(|p| has(p, &|r| r.1 == self.high)).unwrap_or(0);
+            return Err(RangeError::Spread { bits, low, high });
+        }
+        // Centre the set's bits in the range.
+        Ok(i32::midpoint(LOWEST, HIGHEST) - self.low.midpoint(self.high))
+    }
+}
+
+/// The first coordinate that is not finite, by its point.
+///
+/// # Errors
+/// That coordinate.
+pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
+    for (index, p) in points.iter().enumerate() {
+        if let Some(value) = (0..P::DIM).map(|i| p.coord(i)).find(|x| !x.is_finite()) {
+            return Err(RangeError::NotFinite { index, value });
+        }
+    }
+    Ok(())
+}
+
 /// The power of two that brings every coordinate into the exact range: 0 where they lie in it already.
 ///
 /// # Errors
 /// A coordinate that is not finite, or a spread of bits that no scaling brings into the range.
 pub fn scale_exponent<P: Point>(points: &[P]) -> Result<i32, RangeError> {
-    let (mut low, mut high) = ((i32::MAX, 0), (i32::MIN, 0));
-    for (index, p) in points.iter().enumerate() {
-        for i in 0..P::DIM {
-            let value = p.coord(i);
-            if !value.is_finite() {
-                return Err(RangeError::NotFinite { index, value });
-            }
-            if value != 0.0 {
-                let (g, m) = bit_range(value);
-                low = low.min((g, index));
-                high = high.max((m, index));
-            }
-        }
+    match Digits::of(points) {
+        Some(digits) => digits.exponent(points),
+        None => all_finite(points).map(|()| 0),
     }
-    if low.0 == i32::MAX || (low.0 >= LOWEST && high.0 <= HIGHEST) {
-        return Ok(0);
-    }
-    let bits = high.0 - low.0;
-    if bits > HIGHEST - LOWEST {
-        return Err(RangeError::Spread { bits, low: low.1, high: high.1 });
-    }
-    // Centre the set's bits in the range.
-    Ok(i32::midpoint(LOWEST, HIGHEST) - low.0.midpoint(high.0))
 }
 
 /// Multiplies by `2^exponent`, exactly for what [`scale_exponent`] admitted.

@@ -57,7 +57,8 @@ impl<P: Pod> Message<P> {
     }
 }
 
-/// Points in bulk: structure of arrays, one entry a point.
+/// Points in bulk: structure of arrays, one entry a point. Points on their way home ([`PointBatch::homeless`]) have
+/// no owner and no ball yet: those two columns are empty.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct PointBatch<P> {
@@ -83,6 +84,11 @@ impl<P> Default for PointBatch<P> {
 }
 
 impl<P: Copy> PointBatch<P> {
+    /// Points on their way home.
+    pub fn homeless(ids: Vec<u64>, positions: Vec<P>) -> Self {
+        PointBatch { ids: Bulk(ids), positions: Bulk(positions), ..PointBatch::default() }
+    }
+
     /// Appends a point.
     pub fn push(&mut self, id: u64, position: P, owner: Rank, radius2: f64) {
         self.ids.push(id);
@@ -274,7 +280,7 @@ pub enum Body<P> {
         /// `d + 1` affinely independent points.
         frame: PointBatch<P>,
     },
-    /// Coordinator to worker: its block of the input.
+    /// Coordinator to worker: its block of the input, homeless.
     Block(PointBatch<P>),
     /// Leaves below every node of a subtree, where the placement is planned: node, leaves.
     Plan {

@@ -9,7 +9,7 @@
 //! octant `l` (a bit for each axis) comes at place `w`, the inverse Gray code of `l ^ e` with its bits
 //! turned by `d + 1`; there the curve enters at `e ^ entry(w)` turned back, along the axis `d + turn(w) + 1`.
 //!
-//! **Work.** O(n log n), by one sort of 64-bit keys.
+//! **Work.** O(n log n): 64-bit keys are put into buckets by their first bits, and each bucket is sorted.
 //!
 //! **Departures.** The coin of a point is a hash of its coordinates, so the order depends on nothing
 //! but the coordinates. Points in one cell of the curve's grid follow each other lexicographically.
@@ -30,14 +30,45 @@ const fn bits(dimension: usize) -> u32 {
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let curve = Curve::over(points);
     let key = |p: &P| round(p) << CURVE_BITS | curve.key(p);
-    let mut keyed: Vec<(u64, u32)> = points.iter().zip(0u32..).map(|(p, i)| (key(p), i)).collect();
-    keyed.sort_unstable_by_key(|&(key, _)| key);
+    let mut keyed = by_key(&points.iter().map(key).collect::<Vec<u64>>());
     for run in keyed.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
         run.sort_unstable_by(|&(_, a), &(_, b)| {
             lex_cmp(&points[a as usize], &points[b as usize]).then_with(|| a.cmp(&b))
         });
     }
     keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Points in a bucket, if they are evenly spread along the curve, and most bits that number buckets.
+const BUCKET: usize = 64;
+const MOST_BUCKET_BITS: u32 = 16;
+
+/// The keys in order, each with its position.
+fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
+    let bits = (keys.len() / BUCKET + 1).ilog2() + ROUND_BITS;
+    let shift = 64 - bits.min(MOST_BUCKET_BITS);
+    let mut ends = vec![0u32; (1 << (64 - shift)) + 1];
+    for key in keys {
+        ends[(key >> shift) as usize + 1] += 1;
+    }
+    for i in 1..ends.len() {
+        ends[i] += ends[i - 1];
+    }
+    // Where the next of each bucket goes: at last where the bucket ends.
+    let mut keyed = vec![(0, 0); keys.len()];
+    for (&key, i) in keys.iter().zip(0u32..) {
+        let next = &mut ends[(key >> shift) as usize];
+        keyed[*next as usize] = (key, i);
+        *next += 1;
+    }
+    let mut rest = &mut keyed[..];
+    let mut start = 0;
+    for &end in &ends[..ends.len() - 1] {
+        let (bucket, behind) = std::mem::take(&mut rest).split_at_mut((end - start) as usize);
+        bucket.sort_unstable_by_key(|&(key, _)| key);
+        (rest, start) = (behind, end);
+    }
+    keyed
 }
 
 /// The round of a point, 0 the first: `7/8` of all points are in the last.

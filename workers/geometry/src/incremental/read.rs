@@ -48,6 +48,13 @@ impl<P: Point> Incremental<P> {
         self.frame.ball(self.cells.slots[cell as usize].sphere())
     }
 
+    /// A number that no circumradius of a finite cell exceeds, known without a square root: all of its circumball is
+    /// within twice that of each of its vertices. Not a number where [`Incremental::ball`] knows none.
+    #[inline]
+    pub fn radius_bound(&self, cell: u32) -> f64 {
+        self.frame.radius_bound(self.cells.slots[cell as usize].sphere())
+    }
+
     /// Replaces `out` by the cells around `vertex`, infinite ones included.
     pub fn star(&self, vertex: u32, out: &mut Vec<u32>) {
         out.clear();

@@ -4,33 +4,101 @@ use super::Incremental;
 use super::cells::Cell;
 use crate::point::Point;
 
+/// What is kept of the cells, by slot: a bit a cell, so that the number of a kept cell, counted in the order of slots,
+/// is found in the cache.
+#[derive(Clone, Debug, Default)]
+pub struct Kept {
+    /// For 64 slots each: the cells that are kept, those that stand for outer space, and the number of cells kept
+    /// before.
+    blocks: Vec<Block>,
+    count: u32,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    kept: u64,
+    outer: u64,
+    before: u32,
+}
+
+impl Kept {
+    /// Nothing yet, of so many slots.
+    pub fn of(slots: u32) -> Self {
+        Kept { blocks: vec![Block::default(); slots.div_ceil(64) as usize], count: 0 }
+    }
+
+    /// Keeps the cell in a slot. Slots must come in their order.
+    #[inline]
+    pub fn keep(&mut self, slot: u32) {
+        let block = &mut self.blocks[slot as usize / 64];
+        if block.kept == 0 {
+            block.before = self.count;
+        }
+        block.kept |= 1 << (slot % 64);
+        self.count += 1;
+    }
+
+    /// Marks the cell in a slot as outer space.
+    #[inline]
+    pub fn mark_outer(&mut self, slot: u32) {
+        self.blocks[slot as usize / 64].outer |= 1 << (slot % 64);
+    }
+
+    /// Number of cells kept.
+    pub fn len(&self) -> u32 {
+        self.count
+    }
+
+    /// Is none kept?
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The number of the cell in a slot; `marks[0]` if it is not kept, `marks[1]` if it is outer space.
+    #[inline]
+    fn number(&self, slot: u32, marks: [u32; 2]) -> u32 {
+        let block = &self.blocks[slot as usize / 64];
+        let bit = 1u64 << (slot % 64);
+        if block.kept & bit != 0 {
+            block.before + (block.kept & (bit - 1)).count_ones()
+        } else {
+            marks[usize::from(block.outer & bit != 0)]
+        }
+    }
+}
+
 impl<P: Point> Incremental<P> {
     /// The cells alone.
     fn into_slots(self) -> Vec<Cell<P::Cell>> {
         self.cells.slots
     }
 
-    /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each cell whose entry in `numbers` (by slot)
-    /// is less than `bound`; these must be counted up from 0 in the order of slots. A row holds what `vertex`
-    /// makes of the cell's vertices, then for each of them the entry of the cell across the opposite facet.
+    /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each kept cell in the order of slots. A row
+    /// holds what `vertex` makes of the cell's vertices, then for each of them the number of the cell across the
+    /// opposite facet, or one of two marks: for a cell that is not kept, and for outer space.
     ///
     /// **Work.** O(cells), in place: rows are shorter than cells, so none is written over before it is read.
-    pub fn into_rows(self, numbers: &[u32], bound: u32, vertex: impl Fn(u32) -> u32) -> Vec<u32> {
+    pub fn into_rows(self, kept: &Kept, marks: [u32; 2], vertex: impl Fn(u32) -> u32) -> Vec<u32> {
         let n = P::DIM + 1;
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
-        for (slot, _) in numbers.iter().enumerate().filter(|(_, number)| **number < bound) {
-            let cell: &Cell<P::Cell> =
-                bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
-            let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
-            let (first, second) = words[end..end + 2 * n].split_at_mut(n);
-            for (to, &v) in first.iter_mut().zip(vertices.as_ref()) {
-                *to = vertex(v);
+        for (first, block) in (0..).step_by(64).zip(&kept.blocks) {
+            let mut open = block.kept;
+            while open != 0 {
+                let slot = first + open.trailing_zeros() as usize;
+                open &= open - 1;
+                let cell: &Cell<P::Cell> =
+                    bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
+                let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
+                let (first, second) = words[end..end + 2 * n].split_at_mut(n);
+                for (to, &v) in first.iter_mut().zip(vertices.as_ref()) {
+                    *to = vertex(v);
+                }
+                for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
+                    *to = kept.number(code >> 2, marks);
+                }
+                end += 2 * n;
             }
-            for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
-                *to = numbers[(code >> 2) as usize];
-            }
-            end += 2 * n;
         }
         words.truncate(end);
         words.shrink_to_fit();
@@ -41,6 +109,7 @@ impl<P: Point> Incremental<P> {
 #[cfg(test)]
 mod tests {
     use super::super::Incremental;
+    use super::Kept;
     use glam::DVec2;
 
     #[test]
@@ -49,23 +118,31 @@ mod tests {
             (0..40u32).map(|i| DVec2::new(f64::from(i * 37 % 41), f64::from(i * i % 43))).collect();
         let delaunay = Incremental::new(points).unwrap();
         let complex = delaunay.complex();
-        let mut count = 0;
-        let mut numbers = vec![u32::MAX; complex.slots() as usize];
+        let mut kept = Kept::of(complex.slots());
         let mut expected = Vec::new();
+        // One finite cell is left out: a hole between outer space and the rest.
+        let without = complex.live_cells().filter(|&slot| !complex.is_infinite(slot)).nth(20).unwrap();
         for (slot, vertices, _) in complex.entries() {
-            if !complex.is_infinite(slot) {
-                numbers[slot as usize] = count;
-                count += 1;
+            if complex.is_infinite(slot) {
+                kept.mark_outer(slot);
+            } else if slot != without {
+                kept.keep(slot);
                 expected.push(vertices.map(|v| v + 100));
             }
         }
-        let rows = delaunay.clone().into_rows(&numbers, u32::MAX, |v| v + 100);
+        assert_eq!(kept.len() as usize, expected.len());
+        let marks = [u32::MAX - 1, u32::MAX];
+        let rows = delaunay.clone().into_rows(&kept, marks, |v| v + 100);
         assert_eq!(rows.len(), 6 * expected.len());
         for (row, vertices) in rows.chunks_exact(6).zip(&expected) {
             assert_eq!(row[..3], vertices[..]);
         }
+        let across = |mark: u32| rows.chunks_exact(6).flat_map(|r| &r[3..]).filter(|&&n| n == mark).count();
+        let hull = complex.live_cells().filter(|&slot| complex.is_infinite(slot)).count();
+        let open = (0..3).filter(|&i| complex.is_infinite(complex.neighbour(without, i).0)).count();
+        assert_eq!((across(marks[0]), across(marks[1])), (3 - open, hull - open));
         for (at, row) in (0u32..).zip(rows.chunks_exact(6)) {
-            for &next in row[3..].iter().filter(|&&n| n != u32::MAX) {
+            for &next in row[3..].iter().filter(|&&n| n < marks[0]) {
                 let back = &rows[next as usize * 6..][..6];
                 assert!(back[3..].contains(&at));
                 assert_eq!(row[..3].iter().filter(|v| back[..3].contains(v)).count(), 2);

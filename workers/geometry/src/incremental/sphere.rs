@@ -77,6 +77,8 @@ const SAMPLE: usize = 255;
 pub(super) struct Frame<P> {
     origin: P,
     scale: f64,
+    /// No point is farther from the origin.
+    farthest: f64,
 }
 
 /// A point as it is compared with spheres.
@@ -138,7 +140,24 @@ impl<P: Point> Frame<P> {
             }
         }
         let exponent = (extent.to_bits() >> 52).clamp(1, 2045);
-        Frame { origin, scale: f64::from_bits((2046 - exponent) << 52) }
+        let scale = f64::from_bits((2046 - exponent) << 52);
+        // The diagonal of the cube that holds all points, and rounding.
+        Frame { origin, scale, farthest: extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9) }
+    }
+
+    /// Makes room for one more point.
+    pub(super) fn extend(&mut self, q: P) {
+        let distance = ((q - self.origin) * self.scale).norm2().sqrt() * (1.0 + 1e-9);
+        self.farthest = larger(distance, self.farthest);
+    }
+
+    /// A number above the radius of a finite cell's ball, not a number without a sphere. The ball's centre is at
+    /// most a radius farther from the origin than a vertex, so with [`Frame::ball`]'s bound a little more of the
+    /// radius covers all of its rounding.
+    #[inline]
+    pub(super) fn radius_bound(&self, sphere: &P::Cell) -> f64 {
+        let radius = f64::from(f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT)));
+        (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale
     }
 
     /// A point as it is compared with spheres.

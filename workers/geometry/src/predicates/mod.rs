@@ -185,20 +185,25 @@ pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
     while frame.len() <= P::DIM {
         let basis: Vec<P> = frame.iter().map(|&i| points[i]).collect();
-        // The smallest so far is tested seldom: a look at the order comes first.
-        let mut next: Option<usize> = None;
-        for (i, x) in points.iter().enumerate() {
-            let smaller = next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
-            if smaller && raises_dimension(&basis, *x) {
-                next = Some(i);
-            }
-        }
-        match next {
+        match smallest_outside(&basis, points) {
             Some(i) => frame.push(i),
             None => break,
         }
     }
     (frame.len() as isize - 1, frame)
+}
+
+/// The lexicographically smallest of `points` outside the affine hull of `basis`; of coincident ones the first.
+pub fn smallest_outside<P: Point>(basis: &[P], points: &[P]) -> Option<usize> {
+    // The smallest so far is tested seldom: a look at the order comes first.
+    let mut next: Option<usize> = None;
+    for (i, x) in points.iter().enumerate() {
+        let smaller = next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
+        if smaller && raises_dimension(basis, *x) {
+            next = Some(i);
+        }
+    }
+    next
 }
 
 /// Is `q` outside the affine hull of the affinely independent `basis` (at most `DIM` points)? Exact.

@@ -61,15 +61,35 @@ fn mix(h: u64, value: u64) -> u64 {
 /// [`SAMPLE_TARGET`]` / population` of its range; everything is a sample of a small population.
 /// Independent of workers, blocks and order.
 pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
-    if population <= SAMPLE_TARGET {
-        return true;
+    Sampler::of(key, population).takes(x)
+}
+
+/// [`is_sample`] for all points of a set.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    start: u64,
+    /// Hashes below are taken; nothing where all are.
+    threshold: Option<u64>,
+}
+
+impl Sampler {
+    /// For one draw from a set of this size.
+    pub fn of(key: DrawKey, population: u64) -> Self {
+        let start = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
+        let share = |n: u64| ((u128::from(SAMPLE_TARGET) << 64) / u128::from(n)) as u64;
+        Sampler { start, threshold: (population > SAMPLE_TARGET).then(|| share(population)) }
     }
-    let mut h = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
-    for i in 0..P::DIM {
-        h = mix(h, x.coord(i).to_bits());
+
+    /// Is this point a sample?
+    #[inline]
+    pub fn takes<P: Point>(&self, x: P) -> bool {
+        let Some(threshold) = self.threshold else { return true };
+        let mut h = self.start;
+        for i in 0..P::DIM {
+            h = mix(h, x.coord(i).to_bits());
+        }
+        h < threshold
     }
-    let threshold = (u128::from(SAMPLE_TARGET) << 64) / u128::from(population);
-    u128::from(h) < threshold
 }
 
 /// Largest acceptable larger side: `(d+1)/(d+2) + 0.05`.

@@ -31,7 +31,7 @@ mod draw;
 mod tests;
 
 pub use draw::{
-    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, TRIES, cut, draw,
+    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, Sampler, TRIES, cut, draw,
     is_sample, split_bound,
 };
 
@@ -181,6 +181,18 @@ impl<P: Point> Separator<P> {
         let least = value.abs() - rho * gradient + towards * rho * rho;
         let clear = least > SLACK * size + TINY;
         !clear
+    }
+
+    /// The radius of a ball around `x` that does not cross: nine tenths of its distance from `S` in rounded
+    /// arithmetic, or 0 where [`Separator::crosses`] does not confirm that.
+    pub fn clearance(&self, x: P) -> f64 {
+        let y = self.local(x);
+        let (size, curve) = (self.value(y).abs(), self.a.abs());
+        // |f| falls by at most g t + |a| t^2 over a distance t.
+        let gradient = (y * (2.0 * self.a) + self.b).norm2().sqrt();
+        let least = 2.0 * size / (gradient + (gradient * gradient + 4.0 * curve * size).sqrt());
+        let radius = 0.9 * least / self.unit;
+        if self.crosses(x, radius) { 0.0 } else { radius }
     }
 
     /// Must `side` know of this ball: `x` lies there, or the ball crosses?
