@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::OnceLock;
 
+use septet_geometry::columns::Columns;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::PointBatch;
@@ -46,6 +47,8 @@ pub struct Table<P> {
     foreign: IdMap,
     /// Home points: made when first asked for.
     homes: OnceLock<IdMap>,
+    /// Their positions in columns: made when first asked for.
+    columns: OnceLock<Columns<P>>,
 }
 
 impl<P> Default for Table<P> {
@@ -58,6 +61,7 @@ impl<P> Default for Table<P> {
             home: 0,
             foreign: IdMap::default(),
             homes: OnceLock::new(),
+            columns: OnceLock::new(),
         }
     }
 }
@@ -67,8 +71,8 @@ impl<P: Point> Table<P> {
     pub fn of_home(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
         let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
-        let (foreign, homes) = (IdMap::default(), OnceLock::new());
-        Table { positions, ids, owners, radii2, home: n as u32, foreign, homes }
+        let (foreign, homes, columns) = (IdMap::default(), OnceLock::new(), OnceLock::new());
+        Table { positions, ids, owners, radii2, home: n as u32, foreign, homes, columns }
     }
 
     /// A table of home points without radii.
@@ -109,7 +113,13 @@ impl<P: Point> Table<P> {
         (at, at == next)
     }
 
-    fn find_home(&self, id: u64) -> Option<u32> {
+    /// The home points in columns.
+    pub fn columns(&self) -> &Columns<P> {
+        self.columns.get_or_init(|| Columns::of(self.positions[..self.home as usize].iter().copied()))
+    }
+
+    /// The local number of a home point.
+    pub fn find_home(&self, id: u64) -> Option<u32> {
         let homes = self.homes.get_or_init(|| {
             let own = &self.ids[..self.home as usize];
             own.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect()
@@ -128,6 +138,17 @@ impl<P: Point> Table<P> {
     pub fn intern_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
         (0..batch.len())
             .map(|i| self.intern(batch.ids[i], batch.positions[i], batch.owners[i], batch.radii2[i]))
+            .collect()
+    }
+
+    /// Interns all points of a batch none of which is at home here, in order.
+    pub fn receive_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
+        (0..batch.len())
+            .map(|i| {
+                let (at, _) = self.receive(batch.ids[i], batch.positions[i], batch.owners[i]);
+                self.radii2[at as usize] = batch.radii2[i];
+                at
+            })
             .collect()
     }
 

@@ -16,6 +16,9 @@
 
 use std::cmp::Ordering;
 
+use crate::columns::{Columns, Rows};
+use crate::point::Point;
+
 /// Work and depth so far. See the module's text for the rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
@@ -77,6 +80,7 @@ impl Cost {
 
     /// Turns the scans over this problem's `items` items into a fixed charge of the log column, so
     /// that the problem can become an item of a larger vector step.
+    #[inline]
     pub fn close(&mut self, items: u64) {
         self.inner_log += self.scans * (ceil_log2(items).max(1) - 1);
         self.scans = 0;
@@ -243,6 +247,19 @@ impl Cost {
             .collect()
     }
 
+    /// All pairs like [`Cost::pairs`], of points and their distances: `keep` sees those columns that matter to a row.
+    pub fn near_pairs<P: Point>(&mut self, rows: &[P], cols: &Columns<P>, keep: &mut impl Rows) {
+        let pairs = rows.len() * cols.len();
+        self.scan_step(pairs);
+        self.step(pairs);
+        self.scan_step(pairs);
+        for (row, &at) in rows.iter().enumerate() {
+            let limit2 = keep.begin(row);
+            cols.each_within(0..cols.len(), at, limit2, |column, distance2| keep.near(column, distance2));
+            keep.end(row);
+        }
+    }
+
     /// A step over items that a caller walks itself, one call of [`Sweep::visit`] an item; charged
     /// when the sweep is dropped into the cost by [`Cost::swept`].
     pub fn sweep(&self) -> Sweep {
@@ -279,16 +296,38 @@ impl Cost {
         items.sort_by(compare);
     }
 
-    /// The items in rising order, handed out in runs as they are asked for; equal ones in no order. Charged as
-    /// [`Cost::sort`] of all of them, which is what the machine does at once.
-    pub fn sorted<'a, T, F>(&mut self, items: &'a mut [T], compare: F) -> Sorted<'a, T, F>
-    where
-        F: FnMut(&T, &T) -> Ordering,
-    {
-        for _ in 0..ceil_log2(items.len() as u64).max(1) {
-            self.step(items.len());
+    /// Sorts numbers by `key`, and by `compare`, which must agree with it, where keys are equal or nearly so; equal
+    /// ones in no order. Charged as [`Cost::sort`]. Done on keys of which the last digits are places.
+    pub fn sort_keyed(
+        &mut self,
+        numbers: &mut Vec<u32>,
+        scratch: &mut Vec<u64>,
+        key: impl Fn(u32) -> u64,
+        compare: impl Fn(&u32, &u32) -> Ordering,
+    ) {
+        let len = numbers.len();
+        for _ in 0..ceil_log2(len as u64).max(1) {
+            self.step(len);
         }
-        Sorted { rest: items, compare }
+        let places = (1u64 << ceil_log2(len as u64)) - 1;
+        scratch.clear();
+        scratch.extend((0u64..).zip(numbers.iter()).map(|(place, &number)| key(number) & !places | place));
+        scratch.sort_unstable();
+        numbers.extend_from_within(..);
+        let (sorted, given) = numbers.split_at_mut(len);
+        let (mut last, mut are_clear) = (u64::MAX, true);
+        for (number, &key) in sorted.iter_mut().zip(scratch.iter()) {
+            *number = given[(key & places) as usize];
+            are_clear &= (key ^ last) > places;
+            last = key;
+        }
+        let mut rest = sorted;
+        for run in scratch.chunk_by(|a, b| (a ^ b) <= places).filter(|_| !are_clear) {
+            let (own, others) = rest.split_at_mut(run.len());
+            own.sort_unstable_by(&compare);
+            rest = others;
+        }
+        numbers.truncate(len);
     }
 
     /// Sorts the items and leaves one of each run of equal ones: the sort, then flag, scan and permute.
@@ -298,6 +337,48 @@ impl Cost {
         self.scan_step(items.len());
         self.step(items.len());
         items.dedup_by(|a, b| compare(a, b).is_eq());
+    }
+
+    /// [`Cost::distinct_inside`] of numbers below that of `seen`'s places: charged as that, and done by a mark on
+    /// each. They stay in their order.
+    pub fn distinct_numbers(&mut self, numbers: &mut Vec<u32>, seen: &mut Marks) {
+        let mut inner = Cost::ZERO;
+        let m = numbers.len();
+        for _ in 0..ceil_log2(m as u64).max(1) + 1 {
+            inner.step(m);
+        }
+        inner.scan_step(m);
+        inner.step(m);
+        inner.close(m as u64);
+        self.then(inner);
+        seen.begin();
+        numbers.retain(|&number| seen.is_new(number));
+    }
+
+    /// Charges the sort of so many items that stand in order already, or are put there by their places.
+    pub fn sorted_by_place<T: Copy>(
+        &mut self,
+        items: &[T],
+        place: impl Fn(&T) -> usize,
+        places: usize,
+    ) -> Vec<T> {
+        for _ in 0..ceil_log2(items.len() as u64).max(1) {
+            self.step(items.len());
+        }
+        let mut starts = vec![0usize; places + 1];
+        for item in items {
+            starts[place(item) + 1] += 1;
+        }
+        for at in 1..=places {
+            starts[at] += starts[at - 1];
+        }
+        let mut sorted = items.to_vec();
+        for &item in items {
+            let at = &mut starts[place(&item)];
+            sorted[*at] = item;
+            *at += 1;
+        }
+        sorted
     }
 
     /// [`Cost::distinct`] of a list that is an item of a larger problem: its scan is over itself.
@@ -338,27 +419,39 @@ impl Cost {
     }
 }
 
-/// Items that are sorted as they are asked for (see [`Cost::sorted`]).
-#[derive(Debug)]
-pub struct Sorted<'a, T, F> {
-    rest: &'a mut [T],
-    compare: F,
+/// Which numbers have been seen, in storage that need not be cleared.
+#[derive(Clone, Debug, Default)]
+pub struct Marks {
+    round: u32,
+    marks: Vec<u32>,
 }
 
-impl<'a, T, F: FnMut(&T, &T) -> Ordering> Sorted<'a, T, F> {
-    /// Items sorted at once.
-    const RUN: usize = 32;
+impl Marks {
+    /// Marks for the numbers below `places`, and for [`u32::MAX`].
+    pub fn new(places: usize) -> Self {
+        Marks { round: 0, marks: vec![0; places + 1] }
+    }
 
-    /// The next items in order, at least one, if any are left.
-    pub fn next_run(&mut self) -> Option<&'a [T]> {
-        let mut rest = std::mem::take(&mut self.rest);
-        if rest.len() > 2 * Self::RUN {
-            rest.select_nth_unstable_by(Self::RUN, &mut self.compare);
-            let (run, others) = rest.split_at_mut(Self::RUN);
-            (rest, self.rest) = (run, others);
+    /// Marks for the numbers below `places`, if there were fewer.
+    pub fn make_room(&mut self, places: usize) {
+        if places >= self.marks.len() {
+            self.marks.resize(places + 1, 0);
         }
-        rest.sort_unstable_by(&mut self.compare);
-        if rest.is_empty() { None } else { Some(rest) }
+    }
+
+    /// Nothing has been seen.
+    pub fn begin(&mut self) {
+        if self.round == u32::MAX {
+            self.marks.fill(0);
+            self.round = 0;
+        }
+        self.round += 1;
+    }
+
+    /// Sees a number; is it new?
+    #[inline]
+    pub fn is_new(&mut self, number: u32) -> bool {
+        std::mem::replace(&mut self.marks[number.wrapping_add(1) as usize], self.round) != self.round
     }
 }
 
@@ -388,6 +481,20 @@ impl Sweep {
         items.iter().for_each(f);
     }
 
+    /// Processes the distances of a point to all others of a range: see [`Columns::each_within`].
+    #[inline]
+    pub fn each_distance<P: Point>(
+        &mut self,
+        points: &Columns<P>,
+        range: std::ops::Range<usize>,
+        centre: P,
+        limit2: f64,
+        near: impl FnMut(usize, f64) -> f64,
+    ) {
+        self.items += range.len() as u64;
+        points.each_within(range, centre, limit2, near);
+    }
+
     /// Number of items so far.
     pub fn items(&self) -> u64 {
         self.items
@@ -400,6 +507,7 @@ impl Sweep {
 }
 
 /// `ceil(log2 m)`, 0 for `m <= 1`.
+#[inline]
 pub fn ceil_log2(m: u64) -> u64 {
     if m <= 1 { 0 } else { u64::from((m - 1).ilog2()) + 1 }
 }
@@ -441,17 +549,37 @@ mod tests {
     }
 
     #[test]
-    fn runs_come_in_order_and_are_charged_at_once() {
-        for n in [0u64, 1, 31, 64, 65, 97, 1000] {
-            let mut items: Vec<u64> = (0..n).map(|i| i * 7919 % 503).collect();
+    fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
+        for (n, digits) in [(0u64, 64), (1, 64), (31, 64), (97, 2), (1000, 4), (1000, 64)] {
+            // With few digits most keys differ in their last ones alone.
+            let key = |i: u32| 1 << 62 | u64::from(i).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
+            let order = |&a: &u32, &b: &u32| (key(a), a).cmp(&(key(b), b));
+            let mut items: Vec<u32> = (0..n as u32).map(|i| i * 7919 % 503).collect();
             let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
-            all.sort(&mut expected, Ord::cmp);
-            let mut sorted = cost.sorted(&mut items, Ord::cmp);
-            let mut found = Vec::new();
-            while let Some(run) = sorted.next_run() {
-                found.extend_from_slice(run);
-            }
-            assert_eq!((found, cost), (expected, all));
+            all.sort(&mut expected, order);
+            cost.sort_keyed(&mut items, &mut Vec::new(), key, order);
+            assert_eq!((items, cost), (expected, all));
+        }
+    }
+
+    #[test]
+    fn what_is_put_in_place_is_charged_as_sorted() {
+        let items: Vec<(usize, u32)> = (0..50).map(|i| (i * 7 % 11, i as u32)).collect();
+        let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
+        all.sort(&mut expected, |a, b| a.0.cmp(&b.0));
+        assert_eq!((cost.sorted_by_place(&items, |item| item.0, 11), cost), (expected, all));
+    }
+
+    #[test]
+    fn distinct_numbers_are_charged_as_distinct() {
+        let mut seen = Marks::new(10);
+        for numbers in [vec![3, 1, 3, 2, 1, 1, 9, 2, u32::MAX, u32::MAX], vec![3, 3], vec![]] {
+            let (mut own, mut cost, mut all) = (numbers.clone(), Cost::ZERO, Cost::ZERO);
+            let mut expected = numbers;
+            all.distinct_inside(&mut expected, Ord::cmp);
+            cost.distinct_numbers(&mut own, &mut seen);
+            own.sort_unstable();
+            assert_eq!((own, cost), (expected, all));
         }
     }
 
