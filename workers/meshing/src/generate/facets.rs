@@ -11,7 +11,7 @@ use septet_geometry::point::{Point, dist2};
 use super::balls::{Ball, Balls};
 use super::machine::Machine;
 use super::segments::Chains;
-use super::work::{CANDIDATES, Work};
+use super::work::{CANDIDATES, SIDE, Work};
 use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
 use crate::octree::{Cube, DEEPEST, Key};
@@ -204,7 +204,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             if !plane.meets(&Bounds { low: cell.centre - half, high: cell.centre + half }) {
                 continue;
             }
-            if (self.rules.size)(from_space(plane.lift(cell.centre))) < cell.side && key.level < DEEPEST {
+            if SIDE * (self.rules.size)(from_space(plane.lift(cell.centre))) < cell.side
+                && key.level < DEEPEST
+            {
                 cells.extend((0..4).map(|i| key.child::<DVec2>(i)));
                 continue;
             }

@@ -1,14 +1,14 @@
 //! Points on segments.
 //!
-//! **Statement.** The generator in one dimension: pieces of a segment that are halved until the size at the middle is
-//! no less than their length have a constant number of candidates each; a maximal independent set of them, with
+//! **Statement.** The generator in one dimension: pieces of a segment that are halved until they are no longer than
+//! 1.4 times the size at the middle have a constant number of candidates each; a maximal independent set of them, with
 //! the corners fixed, and then middles of pieces whose half is longer than the size there, until there is none.
 
 use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
 use super::machine::Machine;
-use super::work::{CANDIDATES, Work};
+use super::work::{CANDIDATES, SIDE, Work};
 use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
@@ -64,7 +64,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         while let Some(key) = cells.pop() {
             let part = 1.0 / (1u64 << key.level) as f64;
             let middle = (f64::from(key.at[0]) + 0.5) * part;
-            if (self.rules.size)(a + along * middle) < length * part && key.level < DEEPEST {
+            if SIDE * (self.rules.size)(a + along * middle) < length * part && key.level < DEEPEST {
                 let half = |i: u32| Key { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] };
                 cells.extend([half(0), half(1)]);
                 continue;

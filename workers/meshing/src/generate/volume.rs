@@ -13,7 +13,7 @@ use super::facets::{Plane, Triangles, circumcircle};
 use super::force::Lacking;
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
-use super::work::{CANDIDATES, Rules, Work};
+use super::work::{CANDIDATES, Rules, SIDE, Work};
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
 use crate::domain::Domain;
@@ -22,6 +22,9 @@ use crate::octree::{Cell, Cube, DEEPEST, Key};
 use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
+
+/// How often a ball is widened by a fifth until it holds a point.
+const MOST_WIDENINGS: u32 = 40;
 
 /// A triangulation and the labels of its cells.
 type Filled<P> = (Triangulation<<P as Point>::Cell>, Labels);
@@ -72,21 +75,25 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let [a, b, c] = t.map(at);
             circumcircle(a, b, c)
         });
-        let mut closed = self.closed.all().to_vec();
-        for ball in pieces.chain(triangles) {
-            let same = closed.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
-            let radius2 = same.fold(ball.radius2, f64::max) * 1.44;
-            closed.push(Ball { radius2, ..ball });
+        let mut missing: Vec<Ball<P>> = pieces.chain(triangles).collect();
+        let before = self.closed.all().to_vec();
+        for ball in &mut missing {
+            let same = before.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
+            ball.radius2 = same.fold(ball.radius2, f64::max);
         }
-        self.closed = Balls::new(closed);
-        let before = self.vertices.len();
-        let kept: Vec<bool> =
-            (0..before).map(|v| v < first || !self.closed.hold(self.vertices.points[v])).collect();
-        self.vertices.keep(&kept);
-        if self.vertices.len() == before {
-            return Err(Failure::Missing(Missing { features: lacking.features() }));
+        // Some point of the volume has driven them out, since without them nothing was missing.
+        for _ in 0..MOST_WIDENINGS {
+            missing.iter_mut().for_each(|ball| ball.radius2 *= 1.44);
+            self.closed = Balls::new(before.iter().chain(&missing).copied().collect());
+            let count = self.vertices.len();
+            let kept: Vec<bool> =
+                (0..count).map(|v| v < first || !self.closed.hold(self.vertices.points[v])).collect();
+            self.vertices.keep(&kept);
+            if self.vertices.len() < count {
+                return Ok(());
+            }
         }
-        Ok(())
+        Err(Failure::Missing(Missing { features: lacking.features() }))
     }
 
     /// Is the place outside of all balls?
@@ -129,7 +136,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// Cells of a side of at most the size at their centre, and whether all of each is known to be in the domain.
+/// Cells no longer than [`SIDE`] says, and whether all of each is known to be in the domain.
 pub(super) fn sampling_cells<P: Space>(domain: &Domain<P>, rules: &Rules<'_, P>) -> Vec<(Cell<P>, bool)> {
     let points = domain.points();
     let boxes = domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
@@ -150,7 +157,7 @@ pub(super) fn sampling_cells<P: Space>(domain: &Domain<P>, rules: &Rules<'_, P>)
                 continue;
             }
         }
-        if (rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
+        if SIDE * (rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
             open.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
         } else {
             found.push((cell, whole));

@@ -14,8 +14,13 @@ use crate::space::Space;
 /// A simplex is complete if its circumradius is at most this part of the size at its centre.
 pub(super) const COMPLETE: f64 = 1.0 - 1e-9;
 
-/// Candidates in a cell of a side of at most the size at its centre.
-pub(super) const CANDIDATES: u32 = 2;
+/// A cell is divided while its side is longer than this many times the size at its centre. Completion finds what is left
+/// out: with sides of up to one size and two candidates a cell there are as many rounds of it, points and cells, and
+/// several times the candidates.
+pub(super) const SIDE: f64 = 1.4;
+
+/// Candidates in a cell.
+pub(super) const CANDIDATES: u32 = 1;
 
 /// How points are generated.
 #[derive(Clone, Copy)]
