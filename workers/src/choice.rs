@@ -19,7 +19,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::Wanted;
-use crate::query::{Ask, Ball};
+use crate::query::{Ask, Ball, Done};
 use crate::table::Table;
 use crate::worker::{Worker, finite_cell};
 
@@ -64,18 +64,18 @@ impl<P: Point> Worker<P> {
             for home in leaf.home() {
                 if is_sample(key, population, self.table.positions[home as usize]) {
                     let radius2 = self.table.radii2[home as usize] * ALPHAS[3] * ALPHAS[3];
-                    balls.push(Ball { home, leaf: at, radius2, list: Vec::new() });
+                    balls.push(Ball { home, leaf: at, radius2 });
                 }
             }
         }
         self.exchange.samples = balls.len();
-        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, balls);
+        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, &balls, None);
         self.report_samples();
     }
 
     /// Sends the sample's outcome once all its balls are back.
     fn report_samples(&mut self) {
-        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples {
+        if self.exchange.sample_sent || self.engine.done.homes.len() < self.exchange.samples {
             return;
         }
         self.exchange.sample_sent = true;
@@ -128,17 +128,17 @@ pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
 }
 
 /// For each sampled star the least alpha whose ball certifies it, infinite if six does not.
-fn needed_alphas<P: Point>(table: &Table<P>, sampled: &[(u32, Vec<Found>)]) -> Vec<f64> {
+fn needed_alphas<P: Point>(table: &Table<P>, sampled: &Done) -> Vec<f64> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
-    let star = |(home, list): &(u32, Vec<Found>)| {
-        let nearest2 = table.radii2[*home as usize];
+    let star = |(home, list): (u32, &[Found])| {
+        let nearest2 = table.radii2[home as usize];
         // A list cut short knows its surroundings only that far.
         let full = list.len() < MOST_CANDIDATES as usize;
         let farthest2 = list.iter().map(|f| f.0).fold(0.0, f64::max);
         let known2 = if full { nearest2 * ALPHAS[3] * ALPHAS[3] } else { farthest2 };
         let candidates: Vec<u32> = list.iter().map(|f| f.1).collect();
-        if !builder.build(&table.positions, *home, &candidates, &mut Cost::default()) {
+        if !builder.build(&table.positions, home, &candidates, &mut Cost::default()) {
             return f64::INFINITY;
         }
         facets.clear();
@@ -148,7 +148,7 @@ fn needed_alphas<P: Point>(table: &Table<P>, sampled: &[(u32, Vec<Found>)]) -> V
             if facet.as_ref().contains(&INFINITE) {
                 return f64::INFINITY;
             }
-            let Some(cell) = finite_cell::<P>(*home, facet) else { return f64::INFINITY };
+            let Some(cell) = finite_cell::<P>(home, facet) else { return f64::INFINITY };
             let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }

@@ -59,9 +59,9 @@ impl<P: Point> Worker<P> {
         for (node, cost, items) in charges {
             self.ledger.charge_correction(level, node, cost, items);
         }
-        for (home, list) in done {
+        for (home, list) in done.iter() {
             let radius2 = &mut self.table.radii2[home as usize];
-            *radius2 = list.into_iter().fold(*radius2, |least, found| least.min(found.0));
+            *radius2 = list.iter().fold(*radius2, |least, found| least.min(found.0));
         }
     }
 

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::graph::Supergraph;
+use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::{Found, keep_nearest, nearest_direct};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
@@ -22,13 +23,13 @@ impl<P: Point> Worker<P> {
     /// Radii inside every leaf.
     pub(crate) fn begin_radii(&mut self) {
         let lists = self.leaf_lists(1, Phase::Radii);
-        for (home, list) in lists.into_iter().enumerate() {
-            self.table.radii2[home] = list.first().map_or(f64::INFINITY, |f| f.0);
+        for (radius2, list) in self.table.radii2.iter_mut().zip(lists.iter()) {
+            *radius2 = list.first().map_or(f64::INFINITY, |f| f.0);
         }
     }
 
     /// For every home point, its `k` nearest in its leaf.
-    fn leaf_lists(&mut self, k: usize, phase: Phase) -> Vec<Vec<Found>> {
+    fn leaf_lists(&mut self, k: usize, phase: Phase) -> Lists<Found> {
         let (table, site, fault) = (&self.table, self.out.site(), self.config.fault);
         let results = map_in(&self.pool, &self.leaves, |leaf| {
             let _span = site.subproblem(phase, leaf.id, "leaf lists", leaf.home_len());
@@ -39,36 +40,29 @@ impl<P: Point> Worker<P> {
             let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
             (lists, cost, (members.len() * members.len()) as u64)
         });
-        let mut lists = Vec::with_capacity(self.table.home as usize);
+        let mut lists = Lists::default();
         for (leaf, (found, cost, items)) in self.leaves.iter().zip(results) {
             self.ledger.charge(phase, leaf.id, cost, items);
-            lists.extend(found);
+            lists.append(found);
         }
         lists
     }
 
     /// The punt: balls far larger than their leaf's median.
     pub(crate) fn begin_probe(&mut self) {
-        let lists = vec![Vec::new(); self.table.home as usize];
-        let balls = self.balls(lists, |worker, home| worker.table.radii2[home as usize], true);
-        self.launch(Ask { wanted: 1, probe: true, own_leaf: false }, balls);
+        let balls = self.balls(|worker, home| worker.table.radii2[home as usize], true);
+        self.launch(Ask { wanted: 1, probe: true, own_leaf: false }, &balls, None);
     }
 
     /// Balls of home points; of all, or of those that probe.
-    fn balls(
-        &self,
-        mut lists: Vec<Vec<Found>>,
-        radius2: impl Fn(&Self, u32) -> f64,
-        large_only: bool,
-    ) -> Vec<Ball> {
+    fn balls(&self, radius2: impl Fn(&Self, u32) -> f64, large_only: bool) -> Vec<Ball> {
         let mut balls = Vec::new();
         for (at, leaf) in self.leaves.iter().enumerate() {
             let radii: Vec<f64> = leaf.home().map(|h| radius2(self, h)).collect();
             let limit = if large_only { punt_limit(&radii) } else { f64::NEG_INFINITY };
             for (home, &r2) in leaf.home().zip(&radii) {
                 if r2 > limit || (large_only && r2 == f64::INFINITY) {
-                    let list = std::mem::take(&mut lists[home as usize]);
-                    balls.push(Ball { home, leaf: at, radius2: r2, list });
+                    balls.push(Ball { home, leaf: at, radius2: r2 });
                 }
             }
         }
@@ -78,9 +72,8 @@ impl<P: Point> Worker<P> {
     /// The probes' results, then all balls.
     pub(crate) fn begin_neighbours(&mut self) {
         self.shrink(Phase::Probe);
-        let lists = vec![Vec::new(); self.table.home as usize];
-        let balls = self.balls(lists, |worker, home| worker.table.radii2[home as usize], false);
-        self.launch(Ask { wanted: 1, probe: false, own_leaf: false }, balls);
+        let balls = self.balls(|worker, home| worker.table.radii2[home as usize], false);
+        self.launch(Ask { wanted: 1, probe: false, own_leaf: false }, &balls, None);
     }
 
     /// Takes nearer neighbours found elsewhere.
@@ -88,9 +81,9 @@ impl<P: Point> Worker<P> {
         if phase == Phase::Neighbours && self.config.correction == Correction::Naive {
             return self.finish_correction();
         }
-        for (home, list) in self.land(phase) {
+        for (home, list) in self.land(phase).iter() {
             let radius2 = &mut self.table.radii2[home as usize];
-            for (d2, _) in list {
+            for &(d2, _) in list {
                 *radius2 = radius2.min(d2);
             }
         }
@@ -107,7 +100,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_knn_radii(&mut self) {
         self.finish_choice();
         let k = self.k();
-        self.adjacency = Vec::new();
+        self.adjacency = Lists::default();
         let lists = self.leaf_lists(k, Phase::KnnRadii);
         self.exchange.knn = lists;
     }
@@ -122,10 +115,9 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_knn_probe(&mut self) {
         let radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
         // The lists stay for the balls that follow: a probe's own list is looked up when it lands.
-        let lists = vec![Vec::new(); self.table.home as usize];
-        let balls = self.balls(lists, |_, home| radii[home as usize], true);
+        let balls = self.balls(|_, home| radii[home as usize], true);
         let wanted = self.k() as u32;
-        self.launch(Ask { wanted, probe: true, own_leaf: false }, balls);
+        self.launch(Ask { wanted, probe: true, own_leaf: false }, &balls, None);
     }
 
     /// All k-nearest balls. A ball starts from its own leaf's list alone: what a probe found is found
@@ -133,15 +125,15 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_knn(&mut self) {
         let mut radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
         let k = self.k();
-        for (home, mut list) in self.land(Phase::KnnProbe) {
-            let at = home as usize;
+        for (home, list) in self.land(Phase::KnnProbe).iter() {
+            let (at, mut list) = (home as usize, list.to_vec());
             list.extend_from_slice(&self.exchange.knn[at]);
             radii[at] = radii[at].min(keep_nearest(&mut list, k, f64::INFINITY));
         }
         let lists = std::mem::take(&mut self.exchange.knn);
-        let balls = self.balls(lists, |_, home| radii[home as usize], false);
+        let balls = self.balls(|_, home| radii[home as usize], false);
         let wanted = self.k() as u32;
-        self.launch(Ask { wanted, probe: false, own_leaf: false }, balls);
+        self.launch(Ask { wanted, probe: false, own_leaf: false }, &balls, Some(&lists));
     }
 
     /// Keeps the k-nearest lists as graph neighbours, and their radii.
@@ -149,10 +141,11 @@ impl<P: Point> Worker<P> {
         if !matches!(self.supergraph(), Supergraph::Knn { .. }) {
             return;
         }
-        let mut adjacency = vec![Vec::new(); self.table.home as usize];
-        for (home, list) in self.land(Phase::Knn) {
-            self.table.radii2[home as usize] = self.kth(&list);
-            adjacency[home as usize] = list.into_iter().map(|f| f.1).collect();
+        let done = self.land(Phase::Knn);
+        let mut adjacency = Lists::default();
+        for (home, list) in done.by_home(self.table.home).enumerate() {
+            self.table.radii2[home] = self.kth(list);
+            adjacency.push(list.iter().map(|f| f.1));
         }
         self.adjacency = adjacency;
         if self.config.sets == SetRule::Ghost {
@@ -180,11 +173,11 @@ impl<P: Point> Worker<P> {
             cost.swept(edges);
             self.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
         }
-        for &(j, i) in &self.sets.reverse {
-            let leaves = (self.leaf_number(i), self.leaf_number(j));
-            if let Some(recorder) = &mut self.recorder {
-                recorder.reverse(leaves.0, leaves.1);
+        if let Some(mut recorder) = self.recorder.take() {
+            for &(j, i) in &self.sets.reverse {
+                recorder.reverse(self.leaf_number(i), self.leaf_number(j));
             }
+            self.recorder = Some(recorder);
         }
         for (to, (points, targets)) in batches {
             let body = Body::Reverse { points, targets: Bulk(targets) };
@@ -216,27 +209,37 @@ impl<P: Point> Worker<P> {
     /// The edges of every leaf's points from both ends, multiple edges deleted: those that were told are sorted
     /// by the point they are told to.
     pub(crate) fn unite_reverse(&mut self) {
-        let mut told = std::mem::take(&mut self.sets.reverse);
+        let told = std::mem::take(&mut self.sets.reverse);
         // Delivery to the leaves; within each the order is charged.
-        told.sort_by_key(|&(home, _)| self.leaves.partition_point(|leaf| leaf.end <= home));
-        let mut rest = told.as_mut_slice();
-        for leaf in &self.leaves {
-            let (own, others) = rest.split_at_mut(rest.partition_point(|&(home, _)| home < leaf.end));
-            rest = others;
+        let mut told_to = vec![Vec::new(); self.leaves.len()];
+        let mut leaf_of = Vec::with_capacity(self.table.home as usize);
+        for (at, leaf) in (0u32..).zip(&self.leaves) {
+            leaf_of.extend(leaf.home().map(|_| at));
+        }
+        for edge in told {
+            told_to[leaf_of[edge.0 as usize] as usize].push(edge);
+        }
+        let mut united = Lists::default();
+        let (mut list, mut seen) = (Vec::new(), Marks::new(self.table.positions.len()));
+        for (leaf, told) in self.leaves.iter().zip(told_to) {
             let mut cost = Cost::ZERO;
-            cost.sort(own, Ord::cmp);
+            let own =
+                cost.sorted_by_place(&told, |edge| (edge.0 - leaf.start) as usize, leaf.home_len() as usize);
             let homes: Vec<u32> = leaf.home().collect();
-            let mut segments = own.chunk_by(|a, b| a.0 == b.0).peekable();
+            let mut rest = own.as_slice();
             cost.map_nested(&homes, |&home, inner| {
-                let list = &mut self.adjacency[home as usize];
-                if let Some(segment) = segments.next_if(|s| s[0].0 == home) {
-                    list.extend(segment.iter().map(|edge| edge.1));
-                }
-                inner.distinct_inside(list, Ord::cmp);
+                let (segment, others) = rest.split_at(rest.iter().take_while(|edge| edge.0 == home).count());
+                rest = others;
+                list.clear();
+                list.extend_from_slice(&self.adjacency[home as usize]);
+                list.extend(segment.iter().map(|edge| edge.1));
+                inner.distinct_numbers(&mut list, &mut seen);
+                united.push(list.iter().copied());
             });
             self.ledger.charge(Phase::Graph, leaf.id, cost, 0);
-            self.ledger.facts(leaf.id).members += u64::from(leaf.end - leaf.start);
+            self.ledger.facts(leaf.id).members += leaf.home_len();
         }
+        self.adjacency = united;
     }
 }
 

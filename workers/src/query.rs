@@ -20,6 +20,7 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::{Found, keep_nearest};
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
@@ -55,8 +56,6 @@ pub(crate) struct Ball {
     pub(crate) home: u32,
     pub(crate) leaf: usize,
     pub(crate) radius2: f64,
-    /// What is known already.
-    pub(crate) list: Vec<Found>,
 }
 
 #[derive(Clone, Debug)]
@@ -77,6 +76,39 @@ struct Asked<P> {
     answer: ListBatch<P>,
 }
 
+/// Home points and what they found.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Done {
+    pub(crate) homes: Vec<u32>,
+    lists: Lists<Found>,
+}
+
+impl Done {
+    fn push(&mut self, home: u32, list: &[Found]) {
+        self.homes.push(home);
+        self.lists.push(list.iter().copied());
+    }
+
+    fn append(&mut self, other: Done) {
+        self.homes.extend(other.homes);
+        self.lists.append(other.lists);
+    }
+
+    /// In the order in which they were complete.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &[Found])> {
+        self.homes.iter().copied().zip(self.lists.iter())
+    }
+
+    /// The lists of the home points `0..homes`, in that order.
+    pub(crate) fn by_home(&self, homes: u32) -> impl Iterator<Item = &[Found]> {
+        let mut places = vec![None; homes as usize];
+        for (place, &home) in self.homes.iter().enumerate() {
+            places[home as usize] = Some(place);
+        }
+        places.into_iter().map(|place| place.map_or(&[][..], |at| &self.lists[at]))
+    }
+}
+
 /// Queries under way.
 #[derive(Clone, Debug)]
 pub(crate) struct Engine<P> {
@@ -84,7 +116,7 @@ pub(crate) struct Engine<P> {
     pending: Vec<Pending>,
     asked: Vec<Asked<P>>,
     /// Home points whose lists are complete.
-    pub(crate) done: Vec<(u32, Vec<Found>)>,
+    pub(crate) done: Done,
     down: BTreeMap<NodeId, Sweep>,
     up: BTreeMap<NodeId, Sweep>,
     pairs: BTreeMap<NodeId, Sweep>,
@@ -121,7 +153,7 @@ impl<P> Default for Engine<P> {
             ask: Ask::default(),
             pending: Vec::new(),
             asked: Vec::new(),
-            done: Vec::new(),
+            done: Done::default(),
             down: BTreeMap::new(),
             up: BTreeMap::new(),
             pairs: BTreeMap::new(),
@@ -129,58 +161,59 @@ impl<P> Default for Engine<P> {
     }
 }
 
-/// For each ball of a group its list and its ways out, and what was counted.
-type Walked = (Vec<(Vec<Found>, Vec<Way>)>, Counts);
+/// Of a group of balls: those that stay with what they found, those that leave with what they found and their ways
+/// out, and what was counted.
+type Walked<'a> = (Done, Vec<(&'a Ball, Vec<Found>, Vec<Way>)>, Counts);
 
 impl<P: Point> Worker<P> {
-    /// Sends the balls of home points on their way.
-    pub(crate) fn launch(&mut self, ask: Ask, balls: Vec<Ball>) {
+    /// Sends the balls of home points on their way; `known` has what their own leaf holds, if it was asked.
+    pub(crate) fn launch(&mut self, ask: Ask, balls: &[Ball], known: Option<&Lists<Found>>) {
         self.ask_afresh(ask);
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let walked = map_in(&self.pool, &groups, |group| {
             let mut walk = self.walk();
-            let balls = group.iter().map(|ball| {
+            let (mut done, mut leaving) = (Done::default(), Vec::new());
+            let (mut found, mut ways) = (Vec::new(), Vec::new());
+            for ball in *group {
                 walk.start(ball.leaf);
                 let start = Probe {
                     centre: self.table.positions[ball.home as usize],
                     radius2: ball.radius2,
                     home: Some(self.leaves[ball.leaf].id),
                 };
-                let (mut found, mut ways) = (ball.list.clone(), Vec::new());
+                found.clear();
+                found.extend_from_slice(known.map_or(&[][..], |lists| &lists[ball.home as usize]));
                 if walk.along_path(0, &start, &mut ways)
                     && let Some((_, tree)) = &self.tree
                 {
                     walk.down(tree, &start, &mut found);
                 }
                 keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
-                found.shrink_to_fit();
-                (found, ways)
-            });
-            let balls: Vec<_> = balls.collect();
-            (balls, walk.into_counts()) as Walked
+                if ways.is_empty() {
+                    done.push(ball.home, &found);
+                } else {
+                    leaving.push((ball, found.clone(), std::mem::take(&mut ways)));
+                }
+            }
+            (done, leaving, walk.into_counts()) as Walked
         });
         let mut forwards = Forwards::new(ask);
-        let mut balls = balls.into_iter();
-        for (walked_balls, counts) in walked {
+        for (done, leaving, counts) in walked {
+            self.engine.done.append(done);
             self.count_walk(&counts);
             if let (Some(recorder), Some(reached)) = (&mut self.recorder, counts.reach.reached) {
                 recorder.reached(self.phase, reached);
             }
-            for ((found, ways), ball) in walked_balls.into_iter().zip(&mut balls) {
-                if ways.is_empty() {
-                    self.engine.done.push((ball.home, found));
-                } else {
-                    let centre = self.table.positions[ball.home as usize];
-                    let pending = Pending {
-                        origin: None,
-                        home: ball.home,
-                        outstanding: ways.len() as u32,
-                        radius2: ball.radius2,
-                        list: found,
-                    };
-                    forwards.add(self, &ways, centre, ball.radius2);
-                    self.engine.pending.push(pending);
-                }
+            for (ball, list, ways) in leaving {
+                let centre = self.table.positions[ball.home as usize];
+                forwards.add(self, &ways, centre, ball.radius2);
+                self.engine.pending.push(Pending {
+                    origin: None,
+                    home: ball.home,
+                    outstanding: ways.len() as u32,
+                    radius2: ball.radius2,
+                    list,
+                });
             }
         }
         forwards.send(self);
@@ -331,7 +364,7 @@ impl<P: Point> Worker<P> {
                 let mut list = std::mem::take(&mut pending.list);
                 keep_nearest(&mut list, self.engine.ask.wanted as usize, pending.radius2);
                 match pending.origin {
-                    None => self.engine.done.push((pending.home, list)),
+                    None => self.engine.done.push(pending.home, &list),
                     Some((asked, slot)) => {
                         let asked = &mut self.engine.asked[asked as usize];
                         asked.outstanding -= 1;
@@ -343,7 +376,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// Charges the phase that is over and takes the finished lists.
-    pub(crate) fn land(&mut self, phase: Phase) -> Vec<(u32, Vec<Found>)> {
+    pub(crate) fn land(&mut self, phase: Phase) -> Done {
         let (charges, done) = self.take_landed();
         for (node, cost, items) in charges {
             self.ledger.charge(phase, node, cost, items);
@@ -352,7 +385,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// What the queries cost at each node, and the finished lists.
-    pub(crate) fn take_landed(&mut self) -> (Vec<Charged>, Vec<(u32, Vec<Found>)>) {
+    pub(crate) fn take_landed(&mut self) -> (Vec<Charged>, Done) {
         let engine = std::mem::take(&mut self.engine);
         let mut charges = Vec::new();
         for (node, down) in engine.down {

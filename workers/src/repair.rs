@@ -17,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::hull::StarBuilder;
+use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::Found;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
@@ -34,7 +35,7 @@ use crate::worker::{Worker, finite_cell};
 #[derive(Debug)]
 pub(crate) struct Exchange<P> {
     /// The k-nearest lists between their phases.
-    pub(crate) knn: Vec<Vec<Found>>,
+    pub(crate) knn: Lists<Found>,
     /// Number of sampled stars, and whether their outcome is sent.
     pub(crate) samples: usize,
     pub(crate) sample_sent: bool,
@@ -57,7 +58,7 @@ pub(crate) struct Exchange<P> {
 impl<P> Default for Exchange<P> {
     fn default() -> Self {
         Exchange {
-            knn: Vec::new(),
+            knn: Lists::default(),
             samples: 0,
             sample_sent: false,
             additions: Vec::new(),

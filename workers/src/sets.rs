@@ -77,7 +77,6 @@ impl SetEngine {
 impl<P: Point> Worker<P> {
     /// Every home point is a member of the root's set.
     pub(crate) fn begin_set_recursion(&mut self) {
-        self.adjacency = vec![Vec::new(); self.table.home as usize];
         self.sets.items = (0..self.table.home).map(|point| Item::new(point, None)).collect();
         let members: Vec<u32> = (0..self.table.home).collect();
         let root = self.path.first().map(|s| s.id).or(self.tree.as_ref().map(|t| t.0));
@@ -333,8 +332,8 @@ impl<P: Point> Worker<P> {
         self.ledger.charge(Phase::Graph, node, cost, pairs);
         self.ledger.facts(node).members += points.len() as u64;
         let mut lists = vec![Vec::new(); members.len()];
-        for (i, list) in order.into_iter().zip(found) {
-            lists[i] = list;
+        for (i, list) in order.into_iter().zip(found.iter()) {
+            lists[i] = list.to_vec();
         }
         lists
     }
@@ -396,9 +395,8 @@ impl<P: Point> Worker<P> {
         }
         let mut unions = std::mem::take(&mut self.sets.unions);
         let items = std::mem::take(&mut self.sets.items);
-        for (list, mut item) in self.adjacency.iter_mut().zip(items) {
-            *list = item.united(&mut unions);
-        }
+        let homes = items.into_iter().take(self.table.home as usize);
+        self.adjacency = homes.map(|mut item| item.united(&mut unions)).collect();
         for (node, cost) in unions {
             self.ledger.charge(Phase::Sets, node, cost, 0);
         }

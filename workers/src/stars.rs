@@ -14,7 +14,8 @@
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::hull::StarBuilder;
-use septet_geometry::neighbourhood::{Found, nearest_direct};
+use septet_geometry::lists::Lists;
+use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
@@ -145,12 +146,12 @@ impl<P: Point> Worker<P> {
             let lists = graph_direct(rule, &table.positions, &table.radii2, &home, &members, &mut cost);
             (lists, cost, members.len() as u64)
         });
-        let mut adjacency = Vec::with_capacity(self.table.home as usize);
+        let mut adjacency = Lists::default();
         for (leaf, (lists, cost, members)) in self.leaves.iter().zip(results) {
             let pairs = members * u64::from(leaf.end - leaf.start);
             self.ledger.charge(Phase::Graph, leaf.id, cost, pairs);
             self.ledger.facts(leaf.id).members += members;
-            adjacency.extend(lists);
+            adjacency.append(lists);
         }
         self.adjacency = adjacency;
     }
@@ -223,7 +224,7 @@ impl<P: Point> Worker<P> {
                 at = end;
             }
         }
-        self.adjacency = Vec::new();
+        self.adjacency = Lists::default();
     }
 
     /// One vector step over the stars of a leaf.
@@ -264,8 +265,10 @@ impl<P: Point> Worker<P> {
         let all = |_| f64::INFINITY;
         let positions = &self.table.positions;
         let lists = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
-        let numbers = |list: Vec<Found>| list.into_iter().map(|f| f.1).collect();
-        rows.into_iter().zip(lists.into_iter().map(numbers)).collect()
+        rows.into_iter()
+            .zip(lists.iter())
+            .map(|(row, list)| (row, list.iter().map(|f| f.1).collect()))
+            .collect()
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::OnceLock;
 
+use septet_geometry::columns::Columns;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::PointBatch;
@@ -46,6 +47,8 @@ pub struct Table<P> {
     foreign: IdMap,
     /// Home points: made when first asked for.
     homes: OnceLock<IdMap>,
+    /// Their positions in columns: made when first asked for.
+    columns: OnceLock<Columns<P>>,
 }
 
 impl<P> Default for Table<P> {
@@ -58,6 +61,7 @@ impl<P> Default for Table<P> {
             home: 0,
             foreign: IdMap::default(),
             homes: OnceLock::new(),
+            columns: OnceLock::new(),
         }
     }
 }
@@ -67,8 +71,8 @@ impl<P: Point> Table<P> {
     pub fn of_home(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
         let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
-        let (foreign, homes) = (IdMap::default(), OnceLock::new());
-        Table { positions, ids, owners, radii2, home: n as u32, foreign, homes }
+        let (foreign, homes, columns) = (IdMap::default(), OnceLock::new(), OnceLock::new());
+        Table { positions, ids, owners, radii2, home: n as u32, foreign, homes, columns }
     }
 
     /// A table of home points without radii.
@@ -107,6 +111,11 @@ impl<P: Point> Table<P> {
             self.owners.push(owner);
         }
         (at, at == next)
+    }
+
+    /// The home points in columns.
+    pub fn columns(&self) -> &Columns<P> {
+        self.columns.get_or_init(|| Columns::of(self.positions[..self.home as usize].iter().copied()))
     }
 
     fn find_home(&self, id: u64) -> Option<u32> {

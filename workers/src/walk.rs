@@ -1,12 +1,12 @@
 //! Balls on their way through what one worker knows of the tree: its path of shared nodes, and its own piece.
 
+use septet_geometry::columns::Columns;
 use septet_geometry::cost::Sweep;
 use septet_geometry::neighbourhood::Found;
-use septet_geometry::point::{Point, dist2};
+use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 
 use crate::query::Ask;
-use crate::table::Table;
 use crate::tasks::Reach;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
@@ -15,7 +15,7 @@ use crate::worker::Worker;
 pub(crate) struct Walk<'a, P: Point> {
     path: &'a [Shared<P>],
     leaves: &'a [Leaf<P>],
-    table: &'a Table<P>,
+    homes: &'a Columns<P>,
     ask: Ask,
     counts: Counts,
 }
@@ -142,20 +142,18 @@ impl<P: Point> Walk<'_, P> {
         }
         let (pairs, visits) = &mut self.counts.at_leaf[at];
         *visits += 1;
-        let positions = &self.table.positions[leaf.start as usize..leaf.end as usize];
-        let mut number = leaf.start;
         let mut limit2 = ball.radius2;
         let single = self.ask.wanted == 1;
-        pairs.each(positions, |&x| {
-            let d2 = dist2(x, ball.centre);
+        let homes = leaf.start as usize..leaf.end as usize;
+        pairs.each_distance(self.homes, homes, ball.centre, limit2, |at, d2| {
             // No two points coincide: distance zero is the centre itself.
-            if d2 <= limit2 && d2 > 0.0 {
+            if d2 > 0.0 {
                 if single {
                     limit2 = d2;
                 }
-                found.push((d2, number));
+                found.push((d2, leaf.start + at as u32));
             }
-            number += 1;
+            limit2
         });
     }
 }
@@ -166,7 +164,7 @@ impl<P: Point> Worker<P> {
         Walk {
             path: &self.path,
             leaves: &self.leaves,
-            table: &self.table,
+            homes: self.table.columns(),
             ask: self.engine.ask(),
             counts: Counts {
                 shared: vec![Default::default(); self.path.len()],

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
+use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
@@ -54,7 +55,7 @@ pub struct Worker<P: Point> {
     pub(crate) sets: SetEngine,
     pub(crate) seams: Seams,
     /// Graph neighbours of home points, where they are kept as lists.
-    pub(crate) adjacency: Vec<Vec<u32>>,
+    pub(crate) adjacency: Lists<u32>,
     pub(crate) selection: Selection,
     pub(crate) stars: Stars<P>,
     pub(crate) agreement: Agreement,
@@ -108,7 +109,7 @@ impl<P: Point> Worker<P> {
             engine: Engine::default(),
             sets: SetEngine::default(),
             seams: Seams::default(),
-            adjacency: Vec::new(),
+            adjacency: Lists::default(),
             selection: Selection::default(),
             stars: Stars::default(),
             agreement: Agreement::default(),

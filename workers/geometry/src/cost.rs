@@ -16,6 +16,9 @@
 
 use std::cmp::Ordering;
 
+use crate::columns::{Columns, Rows};
+use crate::point::Point;
+
 /// Work and depth so far. See the module's text for the rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
@@ -243,6 +246,19 @@ impl Cost {
             .collect()
     }
 
+    /// All pairs like [`Cost::pairs`], of points and their distances: `keep` sees those columns that matter to a row.
+    pub fn near_pairs<P: Point>(&mut self, rows: &[P], cols: &Columns<P>, keep: &mut impl Rows) {
+        let pairs = rows.len() * cols.len();
+        self.scan_step(pairs);
+        self.step(pairs);
+        self.scan_step(pairs);
+        for (row, &at) in rows.iter().enumerate() {
+            let limit2 = keep.begin(row);
+            cols.each_within(0..cols.len(), at, limit2, |column, distance2| keep.near(column, distance2));
+            keep.end(row);
+        }
+    }
+
     /// A step over items that a caller walks itself, one call of [`Sweep::visit`] an item; charged
     /// when the sweep is dropped into the cost by [`Cost::swept`].
     pub fn sweep(&self) -> Sweep {
@@ -298,6 +314,48 @@ impl Cost {
         self.scan_step(items.len());
         self.step(items.len());
         items.dedup_by(|a, b| compare(a, b).is_eq());
+    }
+
+    /// [`Cost::distinct_inside`] of numbers below that of `seen`'s places: charged as that, and done by a mark on
+    /// each. They stay in their order.
+    pub fn distinct_numbers(&mut self, numbers: &mut Vec<u32>, seen: &mut Marks) {
+        let mut inner = Cost::ZERO;
+        let m = numbers.len();
+        for _ in 0..ceil_log2(m as u64).max(1) + 1 {
+            inner.step(m);
+        }
+        inner.scan_step(m);
+        inner.step(m);
+        inner.close(m as u64);
+        self.then(inner);
+        seen.begin();
+        numbers.retain(|&number| seen.is_new(number));
+    }
+
+    /// Charges the sort of so many items that stand in order already, or are put there by their places.
+    pub fn sorted_by_place<T: Copy>(
+        &mut self,
+        items: &[T],
+        place: impl Fn(&T) -> usize,
+        places: usize,
+    ) -> Vec<T> {
+        for _ in 0..ceil_log2(items.len() as u64).max(1) {
+            self.step(items.len());
+        }
+        let mut starts = vec![0usize; places + 1];
+        for item in items {
+            starts[place(item) + 1] += 1;
+        }
+        for at in 1..=places {
+            starts[at] += starts[at - 1];
+        }
+        let mut sorted = items.to_vec();
+        for &item in items {
+            let at = &mut starts[place(&item)];
+            sorted[*at] = item;
+            *at += 1;
+        }
+        sorted
     }
 
     /// [`Cost::distinct`] of a list that is an item of a larger problem: its scan is over itself.
@@ -362,6 +420,35 @@ impl<'a, T, F: FnMut(&T, &T) -> Ordering> Sorted<'a, T, F> {
     }
 }
 
+/// Which numbers have been seen, in storage that need not be cleared.
+#[derive(Clone, Debug, Default)]
+pub struct Marks {
+    round: u32,
+    marks: Vec<u32>,
+}
+
+impl Marks {
+    /// Marks for the numbers below `places`.
+    pub fn new(places: usize) -> Self {
+        Marks { round: 0, marks: vec![0; places] }
+    }
+
+    /// Nothing has been seen.
+    pub fn begin(&mut self) {
+        if self.round == u32::MAX {
+            self.marks.fill(0);
+            self.round = 0;
+        }
+        self.round += 1;
+    }
+
+    /// Sees a number; is it new?
+    #[inline]
+    pub fn is_new(&mut self, number: u32) -> bool {
+        std::mem::replace(&mut self.marks[number as usize], self.round) != self.round
+    }
+}
+
 /// Counts the items of a vector step one by one, where they are found by walking.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sweep {
@@ -386,6 +473,20 @@ impl Sweep {
     pub fn each<T>(&mut self, items: &[T], f: impl FnMut(&T)) {
         self.items += items.len() as u64;
         items.iter().for_each(f);
+    }
+
+    /// Processes the distances of a point to all others of a range: see [`Columns::each_within`].
+    #[inline]
+    pub fn each_distance<P: Point>(
+        &mut self,
+        points: &Columns<P>,
+        range: std::ops::Range<usize>,
+        centre: P,
+        limit2: f64,
+        near: impl FnMut(usize, f64) -> f64,
+    ) {
+        self.items += range.len() as u64;
+        points.each_within(range, centre, limit2, near);
     }
 
     /// Number of items so far.

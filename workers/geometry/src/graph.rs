@@ -14,7 +14,9 @@
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) steps.
 
+use crate::columns::{Columns, Rows};
 use crate::cost::Cost;
+use crate::lists::Lists;
 use crate::point::{Point, dist2};
 
 /// Which supergraph of the Delaunay triangulation, with its parameter.
@@ -99,37 +101,60 @@ pub fn graph_direct<P: Point>(
     rows: &[u32],
     cols: &[u32],
     cost: &mut Cost,
-) -> Vec<Vec<u32>> {
-    let end = |&i: &u32| End { x: table[i as usize], r2: radii2[i as usize], number: i };
-    let rows: Vec<End<P>> = rows.iter().map(end).collect();
-    let cols: Vec<End<P>> = cols.iter().map(end).collect();
-    // No edge of a row is longer than its reach into the largest ball: one comparison drops most pairs.
-    let largest2 = cols.iter().map(|c| c.r2).fold(0.0, f64::max);
-    cost.pairs(
-        &rows,
-        &cols,
-        |row| {
-            let reach = rule.reach(row.r2, largest2);
-            (reach * reach * (1.0 + 1e-12), Vec::new())
-        },
-        |(limit2, list): &mut (f64, Vec<u32>), i, _, j| {
-            let d2 = dist2(i.x, j.x);
-            if d2 <= *limit2 && rule.joins(d2, i.r2, j.r2) && i.number != j.number {
-                list.push(j.number);
-            }
-        },
-    )
-    .into_iter()
-    .map(|(_, list)| list)
-    .collect()
+) -> Lists<u32> {
+    let at = |&i: &u32| table[i as usize];
+    let ends = |numbers: &[u32]| numbers.iter().map(|&i| (radii2[i as usize], i)).collect::<Vec<_>>();
+    let points: Vec<P> = rows.iter().map(at).collect();
+    let columns = Columns::of(cols.iter().map(at));
+    let (rows, cols) = (ends(rows), ends(cols));
+    let largest2 = cols.iter().map(|c| c.0).fold(0.0, f64::max);
+    let mut edges = Edges {
+        rule,
+        rows,
+        cols,
+        largest2,
+        row: (0.0, 0),
+        limit2: 0.0,
+        list: Vec::new(),
+        lists: Lists::default(),
+    };
+    cost.near_pairs(&points, &columns, &mut edges);
+    edges.lists
 }
 
-/// An end of a possible edge, laid out for the sweep over all pairs.
-#[derive(Clone, Copy)]
-struct End<P> {
-    x: P,
-    r2: f64,
-    number: u32,
+/// The graph neighbours of row after row; of rows and columns squared radius and number.
+struct Edges {
+    rule: Supergraph,
+    rows: Vec<(f64, u32)>,
+    cols: Vec<(f64, u32)>,
+    /// No edge of a row is longer than its reach into the largest ball: one comparison drops most pairs.
+    largest2: f64,
+    row: (f64, u32),
+    limit2: f64,
+    list: Vec<u32>,
+    lists: Lists<u32>,
+}
+
+impl Rows for Edges {
+    fn begin(&mut self, row: usize) -> f64 {
+        self.row = self.rows[row];
+        let reach = self.rule.reach(self.row.0, self.largest2);
+        self.limit2 = reach * reach * (1.0 + 1e-12);
+        self.limit2
+    }
+
+    #[inline]
+    fn near(&mut self, column: usize, d2: f64) -> f64 {
+        let (r2, number) = self.cols[column];
+        if self.rule.joins(d2, self.row.0, r2) && self.row.1 != number {
+            self.list.push(number);
+        }
+        self.limit2
+    }
+
+    fn end(&mut self, _: usize) {
+        self.lists.push(self.list.drain(..));
+    }
 }
 
 /// Density of an embedding (Section 2): the largest ratio, over vertices, of the longest edge to the

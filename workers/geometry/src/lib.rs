@@ -6,6 +6,10 @@
 
 pub mod cost;
 
+pub mod columns;
+
+pub mod lists;
+
 pub mod point;
 
 pub mod range;

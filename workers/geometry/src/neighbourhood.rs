@@ -12,7 +12,9 @@
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
+use crate::columns::{Columns, Rows};
 use crate::cost::Cost;
+use crate::lists::Lists;
 use crate::point::{Point, dist2};
 
 /// A neighbour found: squared distance and position in the caller's table.
@@ -25,13 +27,17 @@ pub fn keep_nearest(list: &mut Vec<Found>, k: usize, limit2: f64) -> f64 {
     if k == 0 || list.len() < k {
         return f64::INFINITY;
     }
+    if list.len() == k {
+        return list.iter().fold(0.0, |most, found| if found.0 > most { found.0 } else { most });
+    }
     let kth = list.select_nth_unstable_by(k - 1, |a, b| a.0.total_cmp(&b.0)).1.0;
     list.retain(|e| e.0 <= kth);
     kth
 }
 
 /// For every row point, the columns within the `k`-th nearest other column (ties included), at most
-/// `limit2(row)` away, by all pairs. A column equal to its row's own position `own` is left out.
+/// `limit2(row)` away, by all pairs: in the order of the columns. A column equal to its row's own position is left
+/// out.
 pub fn nearest_direct<P: Point>(
     table: &[P],
     rows: &[u32],
@@ -39,65 +45,107 @@ pub fn nearest_direct<P: Point>(
     k: usize,
     limit2: impl Fn(usize) -> f64,
     cost: &mut Cost,
-) -> Vec<Vec<Found>> {
-    let mut row_number = 0;
-    let limits: Vec<f64> = (0..rows.len()).map(limit2).collect();
-    cost.pairs(
-        rows,
-        cols,
-        |_| {
-            row_number += 1;
-            Candidates::new(k, limits[row_number - 1])
-        },
-        |state, &row, _, &col| {
-            if row != col {
-                state.offer(dist2(table[row as usize], table[col as usize]), col);
-            }
-        },
-    )
-    .into_iter()
-    .map(Candidates::finish)
-    .collect()
+) -> Lists<Found> {
+    let at = |&i: &u32| table[i as usize];
+    let points: Vec<P> = rows.iter().map(at).collect();
+    let columns = Columns::of(cols.iter().map(at));
+    let bounds = (0..rows.len()).map(limit2).collect();
+    let mut nearest = Nearest::new(rows, cols, k, bounds);
+    cost.near_pairs(&points, &columns, &mut nearest);
+    nearest.lists
 }
 
-/// A running list of the `k` nearest with ties: pruned when it grows, so that it stays short.
-struct Candidates {
+/// The `k` nearest columns of row after row.
+///
+/// Where the rows are the columns, a row's list bounds its neighbours': within `r + d` of a point at distance `d`
+/// lie as many others as within `r` of this one.
+struct Nearest<'a> {
     k: usize,
+    rows: &'a [u32],
+    cols: &'a [u32],
+    /// Squared distances beyond which a row asks for nothing.
+    bounds: Vec<f64>,
+    are_same: bool,
+    /// Of every row the nearest other one whose list has been seen and holds it: squared distance, and squared
+    /// radius of that list.
+    hints: Vec<(f64, f64)>,
     limit2: f64,
+    /// Columns found for the row at hand, by their positions.
     list: Vec<Found>,
+    scratch: Vec<f64>,
+    lists: Lists<Found>,
 }
 
-impl Candidates {
-    fn new(k: usize, limit2: f64) -> Self {
-        Candidates { k, limit2, list: Vec::new() }
+impl<'a> Nearest<'a> {
+    fn new(rows: &'a [u32], cols: &'a [u32], k: usize, bounds: Vec<f64>) -> Self {
+        let are_same = rows == cols;
+        let unknown = (f64::INFINITY, f64::INFINITY);
+        Nearest {
+            k,
+            rows,
+            cols,
+            bounds,
+            are_same,
+            hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
+            limit2: 0.0,
+            list: Vec::new(),
+            scratch: Vec::new(),
+            lists: Lists::default(),
+        }
+    }
+
+    /// Keeps the `k` nearest of the row at hand, ties included; returns the `k`-th's squared distance, or infinity.
+    fn prune(&mut self) -> f64 {
+        let k = self.k;
+        if k == 0 || self.list.len() < k {
+            return f64::INFINITY;
+        }
+        self.scratch.clear();
+        self.scratch.extend(self.list.iter().map(|found| found.0));
+        let kth = *self.scratch.select_nth_unstable_by(k - 1, f64::total_cmp).1;
+        self.list.retain(|found| found.0 <= kth);
+        kth
+    }
+}
+
+impl Rows for Nearest<'_> {
+    fn begin(&mut self, row: usize) -> f64 {
+        self.list.clear();
+        self.limit2 = self.bounds[row];
+        if let Some(&(d2, radius2)) = self.hints.get(row) {
+            let reach = d2.sqrt() + radius2.sqrt();
+            self.limit2 = self.limit2.min(reach * reach * (1.0 + 1e-12));
+        }
+        self.limit2
     }
 
     #[inline]
-    fn offer(&mut self, d2: f64, col: u32) {
-        if d2 > self.limit2 {
-            return;
+    fn near(&mut self, column: usize, d2: f64) -> f64 {
+        if self.cols[column] == self.rows[self.lists.len()] {
+            return self.limit2;
         }
         if self.k == 1 && d2 < self.limit2 {
             self.list.clear();
             self.limit2 = d2;
         }
-        self.list.push((d2, col));
+        self.list.push((d2, column as u32));
         if self.k > 1 && self.list.len() >= 4 * self.k + 16 {
-            self.prune();
+            self.limit2 = self.limit2.min(self.prune());
         }
+        self.limit2
     }
 
-    fn prune(&mut self) {
-        let kth = keep_nearest(&mut self.list, self.k, self.limit2);
-        self.limit2 = self.limit2.min(kth);
-    }
-
-    fn finish(mut self) -> Vec<Found> {
-        self.prune();
-        // Arrival order is the canonical one; pruning permutes, so restore it.
-        self.list.sort_unstable_by_key(|e| e.1);
-        // A copy of its own size: a large block that shrinks in place leaves a hole that nothing fills.
-        self.list.as_slice().into()
+    fn end(&mut self, row: usize) {
+        let kth = self.prune();
+        if self.are_same {
+            for &(d2, column) in self.list.iter().filter(|found| found.1 as usize > row) {
+                let hint = &mut self.hints[column as usize];
+                if d2 < hint.0 {
+                    *hint = (d2, kth);
+                }
+            }
+        }
+        self.lists.push(self.list.iter().map(|&(d2, column)| (d2, self.cols[column as usize])));
     }
 }
 

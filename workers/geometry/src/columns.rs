@@ -1,0 +1,143 @@
+//! Points in columns: the distances of one point to many, some at a time.
+//!
+//! **Statement.** Every distance is that of [`dist2`](crate::point::dist2), bit for bit: the same differences,
+//! squares and sums in the same order, in the lanes of vector registers.
+//!
+//! **Work and depth.** A vector step over the pairs; charged by [`Cost::near_pairs`](crate::cost::Cost::near_pairs)
+//! and by the sweeps of balls.
+
+use std::marker::PhantomData;
+use std::ops::Range;
+
+use crate::point::Point;
+
+/// Points whose distances are computed together.
+const LANES: usize = 8;
+
+/// Points as one column of numbers for each axis.
+#[derive(Clone, Debug)]
+pub struct Columns<P> {
+    axes: [Vec<f64>; 3],
+    marker: PhantomData<P>,
+}
+
+/// What the rows of [`Cost::near_pairs`](crate::cost::Cost::near_pairs) keep.
+pub trait Rows {
+    /// A row begins: the squared distance beyond which no column matters to it.
+    fn begin(&mut self, row: usize) -> f64;
+    /// A column of the row at hand is no farther than that; returns the limit from now on.
+    fn near(&mut self, column: usize, distance2: f64) -> f64;
+    /// The row is over.
+    fn end(&mut self, row: usize);
+}
+
+impl<P: Point> Columns<P> {
+    /// Columns of these points, in their order.
+    pub fn of(points: impl Iterator<Item = P> + Clone) -> Self {
+        let axes = std::array::from_fn(|axis| {
+            if axis < P::DIM { points.clone().map(|x| x.coord(axis)).collect() } else { Vec::new() }
+        });
+        Columns { axes, marker: PhantomData }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.axes[0].len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Calls `near` with the position, counted from the beginning of `range`, and the squared distance of every
+    /// point of the range no farther than the limit, in order; `near` returns the limit for those that follow.
+    #[inline]
+    pub fn each_within(
+        &self,
+        range: Range<usize>,
+        centre: P,
+        mut limit2: f64,
+        mut near: impl FnMut(usize, f64) -> f64,
+    ) {
+        let [x, y, z] = &self.axes;
+        let z = if P::DIM == 2 { y } else { z };
+        let (x, x_rest) = x[range.clone()].as_chunks::<LANES>();
+        let (y, y_rest) = y[range.clone()].as_chunks::<LANES>();
+        let (z, z_rest) = z[range].as_chunks::<LANES>();
+        let last = P::DIM - 1;
+        let at = [centre.coord(0), centre.coord(1), centre.coord(last)];
+        let distance2 = |x: f64, y: f64, z: f64| {
+            let (x, y, z) = (x - at[0], y - at[1], z - at[2]);
+            if P::DIM == 2 { x * x + y * y } else { x * x + y * y + z * z }
+        };
+        let mut first = 0;
+        for ((x, y), z) in x.iter().zip(y).zip(z) {
+            let found: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
+            if found.iter().fold(0, |any, &d2| any | u64::from(d2 <= limit2)) != 0 {
+                for (lane, d2) in found.into_iter().enumerate() {
+                    if d2 <= limit2 {
+                        limit2 = near(first + lane, d2);
+                    }
+                }
+            }
+            first += LANES;
+        }
+        for (lane, ((&x, &y), &z)) in x_rest.iter().zip(y_rest).zip(z_rest).enumerate() {
+            let d2 = distance2(x, y, z);
+            if d2 <= limit2 {
+                limit2 = near(first + lane, d2);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+    use crate::incremental::tests::nasty::{KINDS, set};
+    use crate::point::dist2;
+
+    fn distances_are_those_of_pairs<P: Point>() {
+        for kind in KINDS {
+            let points = set::<P>(kind, 90, 3);
+            let columns = Columns::of(points.iter().copied());
+            for (range, &centre) in (0..points.len()).map(|i| i / 2..points.len() - i / 3).zip(&points) {
+                let all: Vec<f64> = points[range.clone()].iter().map(|&x| dist2(x, centre)).collect();
+                let limit2 = all[all.len() / 2];
+                let (mut found, mut expected) = (Vec::new(), Vec::new());
+                columns.each_within(range, centre, limit2, |i, d2| {
+                    found.push((i, d2));
+                    limit2
+                });
+                expected.extend(all.into_iter().enumerate().filter(|&(_, d2)| d2 <= limit2));
+                assert_eq!(found, expected, "{kind}");
+            }
+        }
+    }
+
+    #[test]
+    fn distances_of_space_are_those_of_pairs() {
+        distances_are_those_of_pairs::<DVec3>();
+    }
+
+    #[test]
+    fn distances_of_the_plane_are_those_of_pairs() {
+        distances_are_those_of_pairs::<DVec2>();
+    }
+
+    #[test]
+    fn a_limit_may_fall_on_the_way() {
+        let points: Vec<DVec2> = (0..40).map(|i| DVec2::new(f64::from(i * 17 % 40), 0.0)).collect();
+        let columns = Columns::of(points.iter().copied());
+        let mut least = Vec::new();
+        columns.each_within(0..40, DVec2::new(7.2, 0.0), f64::INFINITY, |i, d2| {
+            least.push(i);
+            d2
+        });
+        assert_eq!(points[*least.last().unwrap()].x, 7.0);
+        assert!(least.len() < 10);
+    }
+}
