@@ -19,7 +19,7 @@
 //! facets.
 
 use std::collections::{BTreeMap, HashSet};
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
@@ -228,17 +228,51 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Finds what home stars hold and other home stars lack.
+    /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
+    /// sums differ.
     fn look_up(&self) -> Vec<Disagreement> {
+        let differ = self.differences();
         let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
         let groups = self.home_groups();
         let mut found = map_in(&self.pool, &groups, |(_, homes)| {
-            homes.clone().flat_map(|home| self.unknown_to_smallest(home, &seen)).collect::<Vec<_>>()
+            homes.clone().flat_map(|home| self.unknown_to_smallest(home, &differ, &seen)).collect::<Vec<_>>()
         });
         found.extend(map_in(&self.pool, &groups, |(_, homes)| {
-            homes.clone().flat_map(|home| self.lacking(home, &seen)).collect::<Vec<_>>()
+            let open = homes.clone().filter(|&home| differ[home as usize]);
+            open.flat_map(|home| self.lacking(home, &seen)).collect::<Vec<_>>()
         }));
         found.into_iter().flatten().collect()
+    }
+
+    /// For each home vertex: do the home stars of its neighbours hold other cells, of those it is the smallest vertex
+    /// of, than its own star? By sums as above, of 64 bits: they tell where to look, and certify nothing.
+    fn differences(&self) -> Vec<bool> {
+        let sums: Vec<AtomicU64> = (0..self.table.home).map(|_| AtomicU64::new(0)).collect();
+        map_in(&self.pool, &self.home_groups(), |(_, homes)| {
+            for home in homes.clone() {
+                let mut own = 0u64;
+                for facet in self.stars.link(home) {
+                    let Some(cell) = finite_cell::<P>(home, facet) else { continue };
+                    let smallest = self.smallest(&cell);
+                    if smallest == home {
+                        let others = facet.as_ref().iter().filter(|&&v| self.table.is_home(v)).count();
+                        own = own.wrapping_add(self.short_hash(&cell).wrapping_mul(others as u64));
+                    } else if self.table.is_home(smallest) {
+                        sums[smallest as usize].fetch_sub(self.short_hash(&cell), Ordering::Relaxed);
+                    }
+                }
+                sums[home as usize].fetch_add(own, Ordering::Relaxed);
+            }
+        });
+        sums.into_iter().map(|sum| sum.into_inner() != 0).collect()
+    }
+
+    /// A hash of a cell in 64 bits.
+    fn short_hash(&self, cell: &P::Cell) -> u64 {
+        let hashes = &self.agreement.hashes;
+        let sum = cell.as_ref().iter().fold(0u64, |sum, &v| sum.wrapping_add(hashes[v as usize] as u64));
+        let mixed = (sum ^ sum >> 29).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        mixed ^ mixed >> 32
     }
 
     /// Hashes of points that came since the last check.
@@ -294,12 +328,12 @@ impl<P: Point> Worker<P> {
     }
 
     /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.
-    fn unknown_to_smallest(&self, home: u32, seen: &[AtomicU8]) -> Vec<Disagreement> {
+    fn unknown_to_smallest(&self, home: u32, differ: &[bool], seen: &[AtomicU8]) -> Vec<Disagreement> {
         let mut found = Vec::new();
         for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
             let Some(cell) = finite_cell::<P>(home, link) else { continue };
             let smallest = self.smallest(&cell);
-            if smallest == home || !self.table.is_home(smallest) {
+            if smallest == home || !differ.get(smallest as usize).is_some_and(|&differs| differs) {
                 continue;
             }
             match self.position_in(smallest, &cell) {

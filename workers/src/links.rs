@@ -1,7 +1,7 @@
 //! Links of stars, compared and tested: what the exchange does with them, charged.
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
@@ -17,26 +17,28 @@ pub(crate) fn difference<P: Point>(
         old.iter().map(|&f| (f, false)).chain(new.iter().map(|&f| (f, true))).collect();
     let mut both = own.map(&both, |&(mut facet, is_new)| {
         facet.as_mut().sort_unstable();
-        (facet, is_new)
+        // The vertices as one number.
+        let key = facet.as_ref().iter().fold(0u128, |key, &v| key << 32 | u128::from(v));
+        (key, facet, is_new)
     });
-    own.sort(&mut both, Ord::cmp);
+    own.sort(&mut both, |a, b| a.0.cmp(&b.0));
     let at = |i: Option<usize>| i.and_then(|i| both.get(i)).map(|f| f.0);
     let places: Vec<usize> = (0..both.len()).collect();
     let alone = own.pack(&places, |&i| {
         let this = at(Some(i));
         this != at(i.checked_sub(1)) && this != at(Some(i + 1))
     });
-    let (fresh, gone): (Vec<usize>, Vec<usize>) = own.split(&alone, |&i| both[i].1);
+    let (fresh, gone): (Vec<usize>, Vec<usize>) = own.split(&alone, |&i| both[i].2);
     own.close(both.len() as u64);
     cost.then(own);
-    let facets = |places: Vec<usize>| places.into_iter().map(|i| both[i].0).collect();
+    let facets = |places: Vec<usize>| places.into_iter().map(|i| both[i].1).collect();
     (facets(fresh), facets(gone))
 }
 
 /// The finite points of a link.
-pub(crate) fn link_points<P: Point>(link: &[P::Facet], cost: &mut Cost) -> Vec<u32> {
+pub(crate) fn link_points<P: Point>(link: &[P::Facet], seen: &mut Marks, cost: &mut Cost) -> Vec<u32> {
     let mut points: Vec<u32> = link.iter().flat_map(std::convert::AsRef::as_ref).copied().collect();
-    cost.distinct_inside(&mut points, Ord::cmp);
+    cost.distinct_numbers(&mut points, seen);
     points.retain(|&v| v != INFINITE);
     points
 }

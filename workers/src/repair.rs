@@ -15,11 +15,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::Found;
-use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
@@ -39,6 +39,8 @@ pub(crate) struct Exchange<P> {
     /// Number of sampled stars, and whether their outcome is sent.
     pub(crate) samples: usize,
     pub(crate) sample_sent: bool,
+    /// Points of the table that a step has seen.
+    seen: Marks,
     /// Points to add to home stars: star, point.
     additions: Vec<(u32, u32)>,
     /// Link facets looked at since the last rebuilding, and what became of those that lack a cell: one vector
@@ -61,6 +63,7 @@ impl<P> Default for Exchange<P> {
             knn: Lists::default(),
             samples: 0,
             sample_sent: false,
+            seen: Marks::default(),
             additions: Vec::new(),
             considered: BTreeMap::new(),
             repaired: BTreeSet::new(),
@@ -230,7 +233,9 @@ impl<P: Point> Worker<P> {
         let others = cell.as_ref().iter().copied().filter(|&v| v != to);
         self.exchange.additions.extend(others.map(|v| (to, v)));
         let mut cost = Cost::ZERO;
-        let points = link_points::<P>(self.stars.link(to), &mut cost);
+        let seen = &mut self.exchange.seen;
+        seen.make_room(self.table.positions.len());
+        let points = link_points::<P>(self.stars.link(to), seen, &mut cost);
         let mut tests = Sweep::default();
         let conflicts = conflicts(&self.table.positions, &points, cell, &mut tests);
         cost.swept_inside(tests);
@@ -325,8 +330,8 @@ impl<P: Point> Worker<P> {
         self.extend_hashes();
         let groups: Vec<&[&[(u32, u32)]]> = additions.chunks(256).collect();
         let rebuilt = map_in(&self.pool, &groups, |group| {
-            let mut builder = StarBuilder::default();
-            group.iter().map(|added| self.rebuild_star(added, &mut builder)).collect::<Vec<_>>()
+            let (mut builder, mut seen) = (StarBuilder::default(), Marks::new(self.table.positions.len()));
+            group.iter().map(|added| self.rebuild_star(added, &mut builder, &mut seen)).collect::<Vec<_>>()
         });
         let (mut proposals, mut objections) = (Vec::new(), Vec::new());
         let mut costs: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
@@ -359,29 +364,31 @@ impl<P: Point> Worker<P> {
         self.send_objections(objections);
     }
 
-    fn rebuild_star(&self, added: &[(u32, u32)], builder: &mut StarBuilder<P>) -> Rebuilt<P> {
+    fn rebuild_star(
+        &self,
+        added: &[(u32, u32)],
+        builder: &mut StarBuilder<P>,
+        seen: &mut Marks,
+    ) -> Rebuilt<P> {
         let home = added[0].0;
         let old = self.stars.link(home);
         let mut candidates: Vec<u32> =
             old.iter().flat_map(std::convert::AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(added.iter().map(|a| a.1));
-        // One canonical order, whatever the numbering here.
-        let positions = &self.table.positions;
         let mut cost = Cost::ZERO;
-        let order = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
-        cost.distinct_inside(&mut candidates, order);
-        let built = builder.build(positions, home, &candidates, &mut cost);
+        cost.distinct_numbers(&mut candidates, seen);
+        let built = builder.build(&self.table.positions, home, &candidates, &mut cost);
         let mut link = Vec::new();
         builder.facets(&mut link);
         let mut star = Rebuilt { home, link: None, proposals: Vec::new(), objections: Vec::new(), cost };
-        if built && self.compare(old, &link, &mut star) {
+        if built && self.compare(old, &link, &mut star, seen) {
             star.link = Some(link);
         }
         star
     }
 
     /// New cells to propose, and objections to those that are gone. Has the link changed at all?
-    fn compare(&self, old: &[P::Facet], new: &[P::Facet], star: &mut Rebuilt<P>) -> bool {
+    fn compare(&self, old: &[P::Facet], new: &[P::Facet], star: &mut Rebuilt<P>, seen: &mut Marks) -> bool {
         let (fresh, gone) = difference::<P>(old, new, &mut star.cost);
         let home = star.home;
         let cells = |facets: &[P::Facet]| -> Vec<P::Cell> {
@@ -394,7 +401,7 @@ impl<P: Point> Worker<P> {
         }
         let gone_cells = cells(&gone);
         if !gone_cells.is_empty() {
-            let points = link_points::<P>(new, &mut star.cost);
+            let points = link_points::<P>(new, seen, &mut star.cost);
             let mut tests = Sweep::default();
             for cell in gone_cells {
                 let against = conflicts(&self.table.positions, &points, &cell, &mut tests);

@@ -74,7 +74,7 @@ impl<P: Point> Columns<P> {
         let mut first = 0;
         for ((x, y), z) in x.iter().zip(y).zip(z) {
             let found: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
-            if found.iter().fold(0, |any, &d2| any | u64::from(d2 <= limit2)) != 0 {
+            if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
                 for (lane, d2) in found.into_iter().enumerate() {
                     if d2 <= limit2 {
                         limit2 = near(first + lane, d2);

@@ -295,16 +295,34 @@ impl Cost {
         items.sort_by(compare);
     }
 
-    /// The items in rising order, handed out in runs as they are asked for; equal ones in no order. Charged as
-    /// [`Cost::sort`] of all of them, which is what the machine does at once.
-    pub fn sorted<'a, T, F>(&mut self, items: &'a mut [T], compare: F) -> Sorted<'a, T, F>
-    where
-        F: FnMut(&T, &T) -> Ordering,
-    {
-        for _ in 0..ceil_log2(items.len() as u64).max(1) {
-            self.step(items.len());
+    /// Sorts items by their keys, and by `compare`, which must agree with the keys, where keys are equal or nearly so;
+    /// equal items in no order. Charged as [`Cost::sort`]. Done on keys of which the last digits are places.
+    pub fn sort_keyed(
+        &mut self,
+        items: &mut Vec<(u64, u32)>,
+        keys: &mut Vec<u64>,
+        mut compare: impl FnMut(&(u64, u32), &(u64, u32)) -> Ordering,
+    ) {
+        let len = items.len();
+        for _ in 0..ceil_log2(len as u64).max(1) {
+            self.step(len);
         }
-        Sorted { rest: items, compare }
+        let places = (1u64 << ceil_log2(len as u64)) - 1;
+        keys.clear();
+        keys.extend((0u64..).zip(items.iter()).map(|(place, item)| item.0 & !places | place));
+        keys.sort_unstable();
+        items.extend_from_within(..);
+        for (at, &key) in keys.iter().enumerate() {
+            items[at] = items[len + (key & places) as usize];
+        }
+        items.truncate(len);
+        let mut from = 0;
+        for run in keys.chunk_by(|a, b| (a ^ b) <= places) {
+            if run.len() > 1 {
+                items[from..from + run.len()].sort_unstable_by(&mut compare);
+            }
+            from += run.len();
+        }
     }
 
     /// Sorts the items and leaves one of each run of equal ones: the sort, then flag, scan and permute.
@@ -396,30 +414,6 @@ impl Cost {
     }
 }
 
-/// Items that are sorted as they are asked for (see [`Cost::sorted`]).
-#[derive(Debug)]
-pub struct Sorted<'a, T, F> {
-    rest: &'a mut [T],
-    compare: F,
-}
-
-impl<'a, T, F: FnMut(&T, &T) -> Ordering> Sorted<'a, T, F> {
-    /// Items sorted at once.
-    const RUN: usize = 32;
-
-    /// The next items in order, at least one, if any are left.
-    pub fn next_run(&mut self) -> Option<&'a [T]> {
-        let mut rest = std::mem::take(&mut self.rest);
-        if rest.len() > 2 * Self::RUN {
-            rest.select_nth_unstable_by(Self::RUN, &mut self.compare);
-            let (run, others) = rest.split_at_mut(Self::RUN);
-            (rest, self.rest) = (run, others);
-        }
-        rest.sort_unstable_by(&mut self.compare);
-        if rest.is_empty() { None } else { Some(rest) }
-    }
-}
-
 /// Which numbers have been seen, in storage that need not be cleared.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
@@ -428,9 +422,16 @@ pub struct Marks {
 }
 
 impl Marks {
-    /// Marks for the numbers below `places`.
+    /// Marks for the numbers below `places`, and for [`u32::MAX`].
     pub fn new(places: usize) -> Self {
-        Marks { round: 0, marks: vec![0; places] }
+        Marks { round: 0, marks: vec![0; places + 1] }
+    }
+
+    /// Marks for the numbers below `places`, if there were fewer.
+    pub fn make_room(&mut self, places: usize) {
+        if places >= self.marks.len() {
+            self.marks.resize(places + 1, 0);
+        }
     }
 
     /// Nothing has been seen.
@@ -445,7 +446,7 @@ impl Marks {
     /// Sees a number; is it new?
     #[inline]
     pub fn is_new(&mut self, number: u32) -> bool {
-        std::mem::replace(&mut self.marks[number as usize], self.round) != self.round
+        std::mem::replace(&mut self.marks[number.wrapping_add(1) as usize], self.round) != self.round
     }
 }
 
@@ -542,17 +543,36 @@ mod tests {
     }
 
     #[test]
-    fn runs_come_in_order_and_are_charged_at_once() {
-        for n in [0u64, 1, 31, 64, 65, 97, 1000] {
-            let mut items: Vec<u64> = (0..n).map(|i| i * 7919 % 503).collect();
+    fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
+        for (n, digits) in [(0u64, 64), (1, 64), (31, 64), (97, 2), (1000, 4), (1000, 64)] {
+            // With few digits most keys differ in their last ones alone.
+            let key = |i: u64| 1 << 62 | i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
+            let mut items: Vec<(u64, u32)> = (0..n).map(|i| (key(i), (i * 7919 % 503) as u32)).collect();
             let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
             all.sort(&mut expected, Ord::cmp);
-            let mut sorted = cost.sorted(&mut items, Ord::cmp);
-            let mut found = Vec::new();
-            while let Some(run) = sorted.next_run() {
-                found.extend_from_slice(run);
-            }
-            assert_eq!((found, cost), (expected, all));
+            cost.sort_keyed(&mut items, &mut Vec::new(), Ord::cmp);
+            assert_eq!((items, cost), (expected, all));
+        }
+    }
+
+    #[test]
+    fn what_is_put_in_place_is_charged_as_sorted() {
+        let items: Vec<(usize, u32)> = (0..50).map(|i| (i * 7 % 11, i as u32)).collect();
+        let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
+        all.sort(&mut expected, |a, b| a.0.cmp(&b.0));
+        assert_eq!((cost.sorted_by_place(&items, |item| item.0, 11), cost), (expected, all));
+    }
+
+    #[test]
+    fn distinct_numbers_are_charged_as_distinct() {
+        let mut seen = Marks::new(10);
+        for numbers in [vec![3, 1, 3, 2, 1, 1, 9, 2, u32::MAX, u32::MAX], vec![3, 3], vec![]] {
+            let (mut own, mut cost, mut all) = (numbers.clone(), Cost::ZERO, Cost::ZERO);
+            let mut expected = numbers;
+            all.distinct_inside(&mut expected, Ord::cmp);
+            cost.distinct_numbers(&mut own, &mut seen);
+            own.sort_unstable();
+            assert_eq!((own, cost), (expected, all));
         }
     }
 

@@ -193,6 +193,14 @@ impl Point for DVec3 {
 /// finite and `-0.0` already read as `0.0`.
 #[inline]
 pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
+    // Nearly always the first coordinates differ, and they are no special numbers.
+    let (x, y) = (a.coord(0), b.coord(0));
+    if x < y {
+        return Ordering::Less;
+    }
+    if x > y {
+        return Ordering::Greater;
+    }
     for i in 0..P::DIM {
         match a.coord(i).total_cmp(&b.coord(i)) {
             Ordering::Equal => {}

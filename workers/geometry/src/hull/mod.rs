@@ -15,7 +15,7 @@
 //!
 //! **Departures.** (1) Candidates come in order of distance, so that most conflict with nothing, and the
 //! sweeps end where no facet reaches: a facet conflicts with no candidate farther than its sphere's
-//! diameter. The order is found as far as it is asked for, and charged in full. (2) The tests are done in
+//! diameter. (2) The tests are done in
 //! rounded arithmetic on inverse images ([`planes`]), with one error bound per facet; what the bound does not
 //! decide goes to the exact predicates. (3) Of those undecided, few need be asked: see below.
 //!
@@ -32,13 +32,11 @@
 mod corners;
 mod planes;
 
-use std::cmp::Ordering;
-
 use corners::{Cone, Corners};
 use planes::{Image, Planes, Side};
 
 use crate::complex::{Complex, INFINITE};
-use crate::cost::{Cost, Sorted};
+use crate::cost::Cost;
 use crate::point::{Point, Simplex, dist2, lex_cmp};
 use crate::predicates::{Sign, orientation, raises_dimension};
 
@@ -47,8 +45,10 @@ use crate::predicates::{Sign, orientation, raises_dimension};
 pub struct StarBuilder<P: Point> {
     link: Complex<P::Facet>,
     planes: Planes,
-    /// Candidates by squared distance, of which the bits are in the same order, as far as they are sorted.
+    /// Candidates by squared distance, of which the bits are in the same order; how many have been looked at.
     order: Vec<(u64, u32)>,
+    seen: usize,
+    keys: Vec<u64>,
     centre: P,
     /// Infinity, then the candidates looked at, in order; the link's vertices are positions in here less 1.
     points: Vec<Candidate<P>>,
@@ -81,6 +81,8 @@ impl<P: Point> Default for StarBuilder<P> {
             link: Complex::default(),
             planes: Planes::default(),
             order: Vec::new(),
+            seen: 0,
+            keys: Vec::new(),
             centre: P::default(),
             points: Vec::new(),
             uncertain: Vec::new(),
@@ -89,6 +91,9 @@ impl<P: Point> Default for StarBuilder<P> {
         }
     }
 }
+
+/// Candidates whose images are computed together.
+const AT_ONCE: usize = 16;
 
 /// Candidates between two questions whether the rest is out of reach.
 const ASKED_EVERY: u32 = 4;
@@ -102,15 +107,15 @@ impl<P: Point> StarBuilder<P> {
         self.centre = c;
         self.points.clear();
         self.points.push(Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE });
-        let mut order = std::mem::take(&mut self.order);
-        order.clear();
+        self.order.clear();
+        self.seen = 0;
         let others = candidates.iter().filter(|&&i| i != centre);
-        order.extend(others.map(|&i| (dist2(table[i as usize], c).to_bits(), i)));
+        self.order.extend(others.map(|&i| (dist2(table[i as usize], c).to_bits(), i)));
         let by_distance = |a: &(u64, u32), b: &(u64, u32)| {
             a.0.cmp(&b.0).then_with(|| lex_cmp(&table[a.1 as usize], &table[b.1 as usize]))
         };
-        let mut sorted = cost.sorted(&mut order, by_distance);
-        let mut more = |this: &mut Self| this.look_at_more(table, &mut sorted);
+        cost.sort_keyed(&mut self.order, &mut self.keys, by_distance);
+        let mut more = |this: &mut Self| this.look_at_more(table);
         let first = self.first_simplex(&mut more, cost);
         if let Some(first) = first {
             self.start(first);
@@ -118,7 +123,6 @@ impl<P: Point> StarBuilder<P> {
         } else {
             self.link.clear();
         }
-        self.order = order;
         first.is_some()
     }
 
@@ -140,11 +144,10 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Takes the next candidates in order; are there any?
-    fn look_at_more<F>(&mut self, table: &[P], sorted: &mut Sorted<'_, (u64, u32), F>) -> bool
-    where
-        F: FnMut(&(u64, u32), &(u64, u32)) -> Ordering,
-    {
-        let Some(next) = sorted.next_run() else { return false };
+    fn look_at_more(&mut self, table: &[P]) -> bool {
+        let next = &self.order[self.seen..];
+        let next = &next[..next.len().min(AT_ONCE)];
+        self.seen += next.len();
         for &(length2, id) in next {
             if self.points.last().is_some_and(|last| last.id != id) {
                 let at = table[id as usize];
@@ -152,7 +155,7 @@ impl<P: Point> StarBuilder<P> {
                 self.points.push(Candidate { image, at, id });
             }
         }
-        true
+        !next.is_empty()
     }
 
     /// The first candidates, in order, that span a cell with the centre, positively oriented.
@@ -191,9 +194,9 @@ impl<P: Point> StarBuilder<P> {
 
     fn start(&mut self, first: P::Facet) {
         self.link.start(first);
-        self.planes.clear();
         self.sides.clear();
         let longest = self.points[1].image.length;
+        self.planes.clear(longest);
         self.enter_created(longest);
     }
 
@@ -260,7 +263,9 @@ impl<P: Point> StarBuilder<P> {
 
     /// Computes the planes of new facets; no image to come is longer than `longest`.
     fn enter_created(&mut self, longest: f64) {
-        self.sides.resize(self.link.slots() as usize, Side::Clear);
+        let slots = self.link.slots() as usize;
+        self.sides.resize(slots, Side::Clear);
+        self.planes.make_room(slots);
         for &facet in self.link.created() {
             let vertices = self.link.cell(facet).as_ref();
             let image = |i: usize| &candidate(&self.points, vertices[i % P::DIM]).image;

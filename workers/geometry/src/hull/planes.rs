@@ -24,12 +24,26 @@
 //! rest of the candidates need not be looked at. The square of the reach is computed in products that cannot
 //! overflow in the range that [`crate::range`] admits, and made smaller by more than its rounding.
 //!
-//! **Departures.** Four facets at a time, in columns: the loop has no branches and uses vector registers.
+//! **In single precision first.** With `v = 2^-24`, a product of a normal and an image, both rounded to single
+//! precision and multiplied there, passes five roundings a term: it is wrong by at most `5 v |n| |k|`, and the
+//! threshold, when it is rounded, by `v` of itself. As `|n| <= 4 B C`, a rounded product below
+//! `g - (136 u + 24 v) B C (|a| + |k|)` belongs to an exact one below `g - 136 u B C (|a| + |k|)`: the facet is clear.
+//! Only the others are looked at in double precision. All is multiplied by the power of two that makes the longest
+//! image about 1 long, so that nothing overflows; what falls among single precision's subnormals loses less than
+//! `2^-144` altogether, and the threshold is lowered by `2^-140`. A product that is no number is looked at, too.
+//!
+//! **Departures.** Eight facets at a time, in columns: the loop has no branches and uses vector registers.
 
 use crate::point::Point;
 
 /// `136 u`.
 const UNIT: f64 = 136.0 * (f64::EPSILON / 2.0);
+
+/// `24 v`.
+const SINGLE: f64 = 24.0 * (f32::EPSILON as f64 / 2.0);
+
+/// `2^-140`.
+const SUBNORMAL: f64 = f64::from_bits((1023 - 140) << 52);
 
 /// What the squared reach loses to be certain: more than 16 roundings.
 const SURE: f64 = 1.0 - 32.0 * f64::EPSILON;
@@ -58,11 +72,11 @@ impl<P: Point> Image<P> {
 }
 
 /// Facets in one block.
-const LANES: usize = 4;
+const LANES: usize = 8;
 
-type Lanes = [f64; LANES];
+type Lanes = [f32; LANES];
 
-/// Four facets.
+/// Eight facets in single precision.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     normal: [Lanes; 3],
@@ -70,15 +84,16 @@ struct Block {
     low: Lanes,
 }
 
-const EMPTY: Block = Block { normal: [[0.0; LANES]; 3], low: [f64::INFINITY; LANES] };
+const EMPTY: Block = Block { normal: [[0.0; LANES]; 3], low: [f32::INFINITY; LANES] };
 
-/// What is asked only of facets that are not certain.
-#[derive(Clone, Copy, Debug)]
-struct Rest {
+/// A facet in double precision: asked only if single precision is not certain.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    normal: [f64; 3],
+    /// Below this a product with the normal is certain not to be beyond the plane.
+    low: f64,
     /// Above this a product is certain to be beyond.
     high: f64,
-    /// The squared length of the longest image from which on all are certain not to be beyond.
-    reach2: f64,
 }
 
 /// What rounded arithmetic says of a candidate and a facet.
@@ -95,19 +110,40 @@ pub(super) enum Side {
 #[derive(Debug, Default)]
 pub(super) struct Planes {
     blocks: Vec<Block>,
-    rest: Vec<Rest>,
+    planes: Vec<Plane>,
+    /// The squared length of the longest image from which on all are certain not to be beyond.
+    reach2: Vec<f64>,
+    /// The power of two, its square and its cube that images, normals and thresholds are multiplied by in single
+    /// precision.
+    scale: [f64; 3],
 }
 
 impl Planes {
-    pub(super) fn clear(&mut self) {
+    /// No facets. The longest image of all is this long.
+    pub(super) fn clear(&mut self, longest: f64) {
         self.blocks.clear();
-        self.rest.clear();
+        self.planes.clear();
+        self.reach2.clear();
+        // The exponent turned round.
+        let exponent = (longest.to_bits() >> 52) & 0x7ff;
+        let scale = f64::from_bits((2046 - exponent.clamp(1, 2045)) << 52);
+        self.scale = [scale, scale * scale, scale * scale * scale];
+    }
+
+    /// Makes room for facets of so many numbers.
+    pub(super) fn make_room(&mut self, facets: usize) {
+        let blocks = facets.div_ceil(LANES);
+        if blocks > self.blocks.len() {
+            self.blocks.resize(blocks, EMPTY);
+            self.planes.resize(blocks * LANES, Plane::default());
+            self.reach2.resize(blocks * LANES, f64::INFINITY);
+        }
     }
 
     /// No facet has this number, for the time being.
     pub(super) fn remove(&mut self, facet: u32) {
-        self.blocks[facet as usize / LANES].low[facet as usize % LANES] = f64::INFINITY;
-        self.rest[facet as usize].reach2 = f64::INFINITY;
+        self.blocks[facet as usize / LANES].low[facet as usize % LANES] = f32::INFINITY;
+        self.reach2[facet as usize] = f64::INFINITY;
     }
 
     /// Enters a facet with these images, in positive order; `longest` bounds the lengths of those still to
@@ -115,11 +151,6 @@ impl Planes {
     #[inline]
     pub(super) fn set<P: Point>(&mut self, facet: u32, [a, b, c]: [&Image<P>; 3], longest: f64) {
         let facet = facet as usize;
-        if facet >= self.rest.len() {
-            let blocks = facet / LANES + 1;
-            self.blocks.resize(blocks, EMPTY);
-            self.rest.resize(blocks * LANES, Rest { high: f64::INFINITY, reach2: f64::INFINITY });
-        }
         let normal = P::hull_normal(&[b.at - a.at, c.at - a.at][..P::DIM - 1]);
         let mut sizes = larger(a.length, b.length);
         if P::DIM == 3 {
@@ -127,26 +158,26 @@ impl Planes {
         }
         // In the plane the turned vector points to the other side.
         let normal = if P::DIM == 3 { normal } else { normal * -1.0 };
-        let bound = UNIT * sizes * (a.length + longest);
+        let unit = sizes * (a.length + longest);
+        let bound = UNIT * unit;
         let height = normal.dot(a.at);
         let low = height - bound;
+        let plane = &mut self.planes[facet];
         let block = &mut self.blocks[facet / LANES];
+        let lane = facet % LANES;
         for axis in 0..P::DIM {
-            block.normal[axis][facet % LANES] = normal.coord(axis);
+            plane.normal[axis] = normal.coord(axis);
+            block.normal[axis][lane] = (normal.coord(axis) * self.scale[1]) as f32;
         }
-        block.low[facet % LANES] = low;
-        let reach2 = if low > 0.0 { low / normal.norm2() * low * SURE } else { 0.0 };
-        self.rest[facet] = Rest { high: height + bound, reach2 };
+        (plane.low, plane.high) = (low, height + bound);
+        block.low[lane] = ((low - SINGLE * unit) * self.scale[2] - SUBNORMAL) as f32;
+        self.reach2[facet] = if low > 0.0 { low / normal.norm2() * low * SURE } else { 0.0 };
     }
 
     /// Are all facets out of reach of images no longer than that with the squared length `length2`?
     #[inline]
     pub(super) fn are_out_of_reach(&self, length2: f64) -> bool {
-        let mut within = 0u64;
-        for rest in &self.rest {
-            within |= u64::from(rest.reach2 <= length2);
-        }
-        within == 0
+        !self.reach2.iter().fold(false, |within, &reach2| within | (reach2 <= length2))
     }
 
     /// Calls `f` for every facet that a candidate is not certain to be clear of, with what is certain.
@@ -154,7 +185,7 @@ impl Planes {
     pub(super) fn each_uncertain<P: Point>(&self, image: &P, mut f: impl FnMut(u32, Side)) {
         let mut at = [0.0; 3];
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
-            *x = image.coord(i);
+            *x = (image.coord(i) * self.scale[0]) as f32;
         }
         for (k, block) in self.blocks.iter().enumerate() {
             let [x, y, z] = &block.normal;
@@ -162,17 +193,35 @@ impl Planes {
                 let planar = x[i] * at[0] + y[i] * at[1];
                 if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
             });
-            let uncertain = product.iter().zip(&block.low).fold(0, |any, (p, low)| any | u64::from(p >= low));
-            if uncertain == 0 {
+            let clear = product.iter().zip(&block.low).fold(true, |all, (p, low)| all & (p < low));
+            if clear {
                 continue;
             }
             for (lane, (product, &low)) in product.into_iter().zip(&block.low).enumerate() {
-                if product >= low {
-                    let facet = k * LANES + lane;
-                    let beyond = product > self.rest[facet].high;
-                    f(facet as u32, if beyond { Side::Conflict } else { Side::Undecided });
+                if product < low {
+                    continue;
+                }
+                let facet = k * LANES + lane;
+                match self.side(facet, image) {
+                    Side::Clear => {}
+                    side => f(facet as u32, side),
                 }
             }
+        }
+    }
+
+    /// What double precision says of a candidate and a facet.
+    #[inline]
+    fn side<P: Point>(&self, facet: usize, image: &P) -> Side {
+        let Plane { normal, low, high } = &self.planes[facet];
+        let planar = normal[0] * image.coord(0) + normal[1] * image.coord(1);
+        let product = if P::DIM == 2 { planar } else { planar + normal[2] * image.coord(2) };
+        if product < *low {
+            Side::Clear
+        } else if product > *high {
+            Side::Conflict
+        } else {
+            Side::Undecided
         }
     }
 }
