@@ -195,9 +195,10 @@ impl<P: Point> Worker<P> {
             _ => true,
         });
         for (points, targets) in received {
-            let numbers = self.table.intern_all(&points);
+            // The sender's own points.
+            let numbers = self.table.receive_all(&points);
             for (number, target) in numbers.into_iter().zip(targets) {
-                if let Some(home) = self.table.find(target).filter(|&h| self.table.is_home(h)) {
+                if let Some(home) = self.table.find_home(target) {
                     self.sets.reverse.push((home, number));
                 }
             }

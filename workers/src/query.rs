@@ -353,7 +353,8 @@ impl<P: Point> Worker<P> {
             };
             for i in at..end.min(batch.points.len()) {
                 let b = &batch.points;
-                let number = self.table.intern(b.ids[i], b.positions[i], b.owners[i], f64::INFINITY);
+                // Its own leaves were not asked: no home point is among them.
+                let (number, _) = self.table.receive(b.ids[i], b.positions[i], b.owners[i]);
                 // Answers carry the squared distance in the place of a radius.
                 let d2 = centre.map_or(b.radii2[i], |c| dist2(b.positions[i], c));
                 pending.list.push((d2, number));

@@ -118,7 +118,8 @@ impl<P: Point> Table<P> {
         self.columns.get_or_init(|| Columns::of(self.positions[..self.home as usize].iter().copied()))
     }
 
-    fn find_home(&self, id: u64) -> Option<u32> {
+    /// The local number of a home point.
+    pub fn find_home(&self, id: u64) -> Option<u32> {
         let homes = self.homes.get_or_init(|| {
             let own = &self.ids[..self.home as usize];
             own.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect()
@@ -137,6 +138,17 @@ impl<P: Point> Table<P> {
     pub fn intern_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
         (0..batch.len())
             .map(|i| self.intern(batch.ids[i], batch.positions[i], batch.owners[i], batch.radii2[i]))
+            .collect()
+    }
+
+    /// Interns all points of a batch none of which is at home here, in order.
+    pub fn receive_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
+        (0..batch.len())
+            .map(|i| {
+                let (at, _) = self.receive(batch.ids[i], batch.positions[i], batch.owners[i]);
+                self.radii2[at as usize] = batch.radii2[i];
+                at
+            })
             .collect()
     }
 

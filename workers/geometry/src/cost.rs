@@ -80,6 +80,7 @@ impl Cost {
 
     /// Turns the scans over this problem's `items` items into a fixed charge of the log column, so
     /// that the problem can become an item of a larger vector step.
+    #[inline]
     pub fn close(&mut self, items: u64) {
         self.inner_log += self.scans * (ceil_log2(items).max(1) - 1);
         self.scans = 0;
@@ -295,34 +296,38 @@ impl Cost {
         items.sort_by(compare);
     }
 
-    /// Sorts items by their keys, and by `compare`, which must agree with the keys, where keys are equal or nearly so;
-    /// equal items in no order. Charged as [`Cost::sort`]. Done on keys of which the last digits are places.
+    /// Sorts numbers by `key`, and by `compare`, which must agree with it, where keys are equal or nearly so; equal
+    /// ones in no order. Charged as [`Cost::sort`]. Done on keys of which the last digits are places.
     pub fn sort_keyed(
         &mut self,
-        items: &mut Vec<(u64, u32)>,
-        keys: &mut Vec<u64>,
-        mut compare: impl FnMut(&(u64, u32), &(u64, u32)) -> Ordering,
+        numbers: &mut Vec<u32>,
+        scratch: &mut Vec<u64>,
+        key: impl Fn(u32) -> u64,
+        compare: impl Fn(&u32, &u32) -> Ordering,
     ) {
-        let len = items.len();
+        let len = numbers.len();
         for _ in 0..ceil_log2(len as u64).max(1) {
             self.step(len);
         }
         let places = (1u64 << ceil_log2(len as u64)) - 1;
-        keys.clear();
-        keys.extend((0u64..).zip(items.iter()).map(|(place, item)| item.0 & !places | place));
-        keys.sort_unstable();
-        items.extend_from_within(..);
-        for (at, &key) in keys.iter().enumerate() {
-            items[at] = items[len + (key & places) as usize];
+        scratch.clear();
+        scratch.extend((0u64..).zip(numbers.iter()).map(|(place, &number)| key(number) & !places | place));
+        scratch.sort_unstable();
+        numbers.extend_from_within(..);
+        let (sorted, given) = numbers.split_at_mut(len);
+        let (mut last, mut are_clear) = (u64::MAX, true);
+        for (number, &key) in sorted.iter_mut().zip(scratch.iter()) {
+            *number = given[(key & places) as usize];
+            are_clear &= (key ^ last) > places;
+            last = key;
         }
-        items.truncate(len);
-        let mut from = 0;
-        for run in keys.chunk_by(|a, b| (a ^ b) <= places) {
-            if run.len() > 1 {
-                items[from..from + run.len()].sort_unstable_by(&mut compare);
-            }
-            from += run.len();
+        let mut rest = sorted;
+        for run in scratch.chunk_by(|a, b| (a ^ b) <= places).filter(|_| !are_clear) {
+            let (own, others) = rest.split_at_mut(run.len());
+            own.sort_unstable_by(&compare);
+            rest = others;
         }
+        numbers.truncate(len);
     }
 
     /// Sorts the items and leaves one of each run of equal ones: the sort, then flag, scan and permute.
@@ -502,6 +507,7 @@ impl Sweep {
 }
 
 /// `ceil(log2 m)`, 0 for `m <= 1`.
+#[inline]
 pub fn ceil_log2(m: u64) -> u64 {
     if m <= 1 { 0 } else { u64::from((m - 1).ilog2()) + 1 }
 }
@@ -546,11 +552,12 @@ mod tests {
     fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
         for (n, digits) in [(0u64, 64), (1, 64), (31, 64), (97, 2), (1000, 4), (1000, 64)] {
             // With few digits most keys differ in their last ones alone.
-            let key = |i: u64| 1 << 62 | i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
-            let mut items: Vec<(u64, u32)> = (0..n).map(|i| (key(i), (i * 7919 % 503) as u32)).collect();
+            let key = |i: u32| 1 << 62 | u64::from(i).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
+            let order = |&a: &u32, &b: &u32| (key(a), a).cmp(&(key(b), b));
+            let mut items: Vec<u32> = (0..n as u32).map(|i| i * 7919 % 503).collect();
             let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
-            all.sort(&mut expected, Ord::cmp);
-            cost.sort_keyed(&mut items, &mut Vec::new(), Ord::cmp);
+            all.sort(&mut expected, order);
+            cost.sort_keyed(&mut items, &mut Vec::new(), key, order);
             assert_eq!((items, cost), (expected, all));
         }
     }

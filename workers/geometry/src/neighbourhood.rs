@@ -30,7 +30,7 @@ pub fn keep_nearest(list: &mut Vec<Found>, k: usize, limit2: f64) -> f64 {
     if list.len() == k {
         return list.iter().fold(0.0, |most, found| if found.0 > most { found.0 } else { most });
     }
-    let kth = list.select_nth_unstable_by(k - 1, |a, b| a.0.total_cmp(&b.0)).1.0;
+    let kth = list.select_nth_unstable_by_key(k - 1, |e| e.0.to_bits()).1.0;
     list.retain(|e| e.0 <= kth);
     kth
 }
@@ -70,9 +70,11 @@ struct Nearest<'a> {
     /// radius of that list.
     hints: Vec<(f64, f64)>,
     limit2: f64,
+    /// The column that the row at hand is itself.
+    own: u32,
     /// Columns found for the row at hand, by their positions.
     list: Vec<Found>,
-    scratch: Vec<f64>,
+    scratch: Vec<u64>,
     lists: Lists<Found>,
 }
 
@@ -88,6 +90,7 @@ impl<'a> Nearest<'a> {
             are_same,
             hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
             limit2: 0.0,
+            own: 0,
             list: Vec::new(),
             scratch: Vec::new(),
             lists: Lists::default(),
@@ -101,8 +104,9 @@ impl<'a> Nearest<'a> {
             return f64::INFINITY;
         }
         self.scratch.clear();
-        self.scratch.extend(self.list.iter().map(|found| found.0));
-        let kth = *self.scratch.select_nth_unstable_by(k - 1, f64::total_cmp).1;
+        // The bits of squared distances are in the order of the distances.
+        self.scratch.extend(self.list.iter().map(|found| found.0.to_bits()));
+        let kth = f64::from_bits(*self.scratch.select_nth_unstable(k - 1).1);
         self.list.retain(|found| found.0 <= kth);
         kth
     }
@@ -111,6 +115,9 @@ impl<'a> Nearest<'a> {
 impl Rows for Nearest<'_> {
     fn begin(&mut self, row: usize) -> f64 {
         self.list.clear();
+        let number = self.rows[row];
+        let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
+        self.own = own.map_or(u32::MAX, |at| at as u32);
         self.limit2 = self.bounds[row];
         if let Some(&(d2, radius2)) = self.hints.get(row) {
             let reach = d2.sqrt() + radius2.sqrt();
@@ -121,7 +128,7 @@ impl Rows for Nearest<'_> {
 
     #[inline]
     fn near(&mut self, column: usize, d2: f64) -> f64 {
-        if self.cols[column] == self.rows[self.lists.len()] {
+        if column as u32 == self.own {
             return self.limit2;
         }
         if self.k == 1 && d2 < self.limit2 {

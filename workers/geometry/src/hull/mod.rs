@@ -45,8 +45,8 @@ use crate::predicates::{Sign, orientation, raises_dimension};
 pub struct StarBuilder<P: Point> {
     link: Complex<P::Facet>,
     planes: Planes,
-    /// Candidates by squared distance, of which the bits are in the same order; how many have been looked at.
-    order: Vec<(u64, u32)>,
+    /// Candidates by distance, and how many have been looked at.
+    order: Vec<u32>,
     seen: usize,
     keys: Vec<u64>,
     centre: P,
@@ -109,12 +109,13 @@ impl<P: Point> StarBuilder<P> {
         self.points.push(Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE });
         self.order.clear();
         self.seen = 0;
-        let others = candidates.iter().filter(|&&i| i != centre);
-        self.order.extend(others.map(|&i| (dist2(table[i as usize], c).to_bits(), i)));
-        let by_distance = |a: &(u64, u32), b: &(u64, u32)| {
-            a.0.cmp(&b.0).then_with(|| lex_cmp(&table[a.1 as usize], &table[b.1 as usize]))
-        };
-        cost.sort_keyed(&mut self.order, &mut self.keys, by_distance);
+        self.order.extend(candidates.iter().filter(|&&i| i != centre));
+        // The bits of squared distances are in the order of the distances.
+        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
+        cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
+            let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
+            distance2(a).cmp(&distance2(b)).then_with(by_rank)
+        });
         let mut more = |this: &mut Self| this.look_at_more(table);
         let first = self.first_simplex(&mut more, cost);
         if let Some(first) = first {
@@ -148,10 +149,11 @@ impl<P: Point> StarBuilder<P> {
         let next = &self.order[self.seen..];
         let next = &next[..next.len().min(AT_ONCE)];
         self.seen += next.len();
-        for &(length2, id) in next {
+        for &id in next {
             if self.points.last().is_some_and(|last| last.id != id) {
                 let at = table[id as usize];
-                let image = Image::of(at - self.centre, f64::from_bits(length2));
+                let rel = at - self.centre;
+                let image = Image::of(rel, rel.norm2());
                 self.points.push(Candidate { image, at, id });
             }
         }
@@ -202,13 +204,14 @@ impl<P: Point> StarBuilder<P> {
 
     /// Adds the candidates beside the `first` one by one, as far as any facet reaches.
     fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
+        let last = first.as_ref().iter().fold(0, |last, &q| q.max(last));
         for q in 0.. {
             while q as usize + 1 == self.points.len() {
                 if self.planes.are_out_of_reach(self.reach_of(q - 1)) || !more(self) {
                     return;
                 }
             }
-            if !first.as_ref().contains(&q) {
+            if q > last || !first.as_ref().contains(&q) {
                 self.insert(q, cost);
                 if q % ASKED_EVERY == 0 && self.planes.are_out_of_reach(self.reach_of(q)) {
                     return;
@@ -264,8 +267,10 @@ impl<P: Point> StarBuilder<P> {
     /// Computes the planes of new facets; no image to come is longer than `longest`.
     fn enter_created(&mut self, longest: f64) {
         let slots = self.link.slots() as usize;
-        self.sides.resize(slots, Side::Clear);
-        self.planes.make_room(slots);
+        if slots > self.sides.len() {
+            self.sides.resize(slots, Side::Clear);
+            self.planes.make_room(slots);
+        }
         for &facet in self.link.created() {
             let vertices = self.link.cell(facet).as_ref();
             let image = |i: usize| &candidate(&self.points, vertices[i % P::DIM]).image;

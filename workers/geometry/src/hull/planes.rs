@@ -74,6 +74,9 @@ impl<P: Point> Image<P> {
 /// Facets in one block.
 const LANES: usize = 8;
 
+/// Blocks whose outcomes fit a word.
+const GROUP: usize = 64;
+
 type Lanes = [f32; LANES];
 
 /// Eight facets in single precision.
@@ -87,14 +90,16 @@ struct Block {
 const EMPTY: Block = Block { normal: [[0.0; LANES]; 3], low: [f32::INFINITY; LANES] };
 
 /// A facet in double precision: asked only if single precision is not certain.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: [f64; 3],
-    /// Below this a product with the normal is certain not to be beyond the plane.
+    /// Below this a product with the normal is certain not to be beyond the plane; infinite without a facet.
     low: f64,
     /// Above this a product is certain to be beyond.
     high: f64,
 }
+
+const NO_PLANE: Plane = Plane { normal: [0.0; 3], low: f64::INFINITY, high: f64::INFINITY };
 
 /// What rounded arithmetic says of a candidate and a facet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,7 +140,7 @@ impl Planes {
         let blocks = facets.div_ceil(LANES);
         if blocks > self.blocks.len() {
             self.blocks.resize(blocks, EMPTY);
-            self.planes.resize(blocks * LANES, Plane::default());
+            self.planes.resize(blocks * LANES, NO_PLANE);
             self.reach2.resize(blocks * LANES, f64::INFINITY);
         }
     }
@@ -143,6 +148,7 @@ impl Planes {
     /// No facet has this number, for the time being.
     pub(super) fn remove(&mut self, facet: u32) {
         self.blocks[facet as usize / LANES].low[facet as usize % LANES] = f32::INFINITY;
+        self.planes[facet as usize].low = f64::INFINITY;
         self.reach2[facet as usize] = f64::INFINITY;
     }
 
@@ -187,24 +193,26 @@ impl Planes {
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
             *x = (image.coord(i) * self.scale[0]) as f32;
         }
-        for (k, block) in self.blocks.iter().enumerate() {
-            let [x, y, z] = &block.normal;
-            let product: Lanes = std::array::from_fn(|i| {
-                let planar = x[i] * at[0] + y[i] * at[1];
-                if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
-            });
-            let clear = product.iter().zip(&block.low).fold(true, |all, (p, low)| all & (p < low));
-            if clear {
-                continue;
+        for (first, blocks) in (0..).step_by(GROUP).zip(self.blocks.chunks(GROUP)) {
+            // A bit for each block in which some facet is not clear.
+            let mut unclear = 0u64;
+            for (k, block) in blocks.iter().enumerate() {
+                let [x, y, z] = &block.normal;
+                let product: Lanes = std::array::from_fn(|i| {
+                    let planar = x[i] * at[0] + y[i] * at[1];
+                    if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
+                });
+                let clear = product.iter().zip(&block.low).fold(true, |all, (p, low)| all & (p < low));
+                unclear |= u64::from(!clear) << k;
             }
-            for (lane, (product, &low)) in product.into_iter().zip(&block.low).enumerate() {
-                if product < low {
-                    continue;
-                }
-                let facet = k * LANES + lane;
-                match self.side(facet, image) {
-                    Side::Clear => {}
-                    side => f(facet as u32, side),
+            while unclear != 0 {
+                let block = first + unclear.trailing_zeros() as usize;
+                unclear &= unclear - 1;
+                for facet in block * LANES..(block + 1) * LANES {
+                    match self.side(facet, image) {
+                        Side::Clear => {}
+                        side => f(facet as u32, side),
+                    }
                 }
             }
         }
