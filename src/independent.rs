@@ -217,7 +217,7 @@ fn machine_of<P: Point>(fixed: u64, config: &Config) -> WorkerConfig {
 
 /// Largest leaf in the plane and in space. A leaf's search is linear ([`septet_geometry::near`]), so it may be larger
 /// than where all pairs are taken, and the tree lower; beyond this its members leave the fast memory.
-const LEAF: [u64; 2] = [1000, 1000];
+const LEAF: [u64; 2] = [2000, 4000];
 
 /// Have all workers reported?
 fn check_parts(collected: &Collected, machine: &WorkerConfig) -> Result<(), RunError> {

@@ -209,7 +209,7 @@ fn rounds_are_logarithmic_and_messages_are_counted() {
     for (n, workers) in [(1000, 4), (10_000, 8), (100_000, 16)] {
         let points = space(Kind::Uniform, n as u64, 12);
         let sizes = vec![even(n, 3, 12.0); n];
-        let config = Config { leaf: None, ..simulated(Workers::Count(workers), 1, LEAF) };
+        let config = simulated(Workers::Count(workers), 1, 5 * LEAF);
         let run = independent(&points, &sizes, 10, &config).unwrap();
         let bound = (n as f64).log2() + 2.0;
         println!("{n}: {} rounds, {} members, {:?}", run.rounds(), run.members.len(), run.undecided);

@@ -102,7 +102,11 @@ impl<P: Point> Worker<P> {
     /// The conflict graph of the home points.
     pub(crate) fn begin_conflicts(&mut self) {
         self.finish_sets();
-        self.sort_ghosts();
+        for leaf in &mut self.leaves {
+            // Their order is of no account: lists are only gone through whole.
+            leaf.ghosts.sort_unstable();
+            leaf.ghosts.dedup();
+        }
         let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
         let results = map_in(&self.pool, &self.leaves, |leaf| {
             let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.home_len());

@@ -114,7 +114,12 @@ impl<P: Point> Worker<P> {
     /// The supergraph of the home points.
     pub(crate) fn begin_graph(&mut self) {
         self.finish_sets();
-        self.sort_ghosts();
+        let positions = &self.table.positions;
+        for leaf in &mut self.leaves {
+            let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
+            leaf.ghosts.sort_unstable_by(rank);
+            leaf.ghosts.dedup();
+        }
         if self.config.sets != SetRule::Ghost {
             self.finish_set_recursion();
         } else if matches!(self.supergraph(), Supergraph::Knn { .. }) {
@@ -123,16 +128,6 @@ impl<P: Point> Worker<P> {
             self.graph_of_leaves();
         }
         self.measure_graph();
-    }
-
-    /// The ghosts of every leaf in one order, whoever brought them.
-    pub(crate) fn sort_ghosts(&mut self) {
-        let positions = &self.table.positions;
-        for leaf in &mut self.leaves {
-            let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
-            leaf.ghosts.sort_unstable_by(rank);
-            leaf.ghosts.dedup();
-        }
     }
 
     /// All pairs of every leaf's home points with its members.

@@ -1,8 +1,8 @@
 //! The graph neighbours of a leaf's points through a grid, where balls are small beside the leaf.
 //!
 //! **Statement.** An edge of `i` is no longer than its reach `R_i` ([`Supergraph::reach`]) into the largest ball. The
-//! box of the members is divided into `m/4` to `m/2` equal cells, its longest side always halved first, so that a flat
-//! or thin set has a flat or thin grid. All neighbours of `i` lie in the cells that the box of half side `R_i` around
+//! box of the members is divided into `m` to `2m` equal cells, its longest side always halved first, so that a flat or
+//! thin set has a flat or thin grid. All neighbours of `i` lie in the cells that the box of half side `R_i` around
 //! it meets, and each of their members is compared by the one symmetric expression of the graph: the lists are those
 //! of [`graph_direct`](crate::graph::graph_direct), edge by edge.
 //!
@@ -64,7 +64,7 @@ struct Grid<P> {
 }
 
 impl<P: Point> Grid<P> {
-    /// One cell for two to four members.
+    /// One to two cells for each member.
     fn of(members: &[Member<P>], cost: &mut Cost) -> Self {
         let start = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
         let (low, high) = cost.reduce(members, start, |(mut low, mut high), m| {
@@ -79,7 +79,7 @@ impl<P: Point> Grid<P> {
             *side = (high.coord(i) - low.coord(i)).max(0.0);
         }
         let (extent, mut cells, mut all) = (side, [1; 3], 1);
-        while 4 * all <= members.len() {
+        while all < members.len() {
             let longest = (1..3).fold(0, |best, i| if side[i] > side[best] { i } else { best });
             cells[longest] *= 2;
             side[longest] *= 0.5;
@@ -154,19 +154,20 @@ pub fn graph_near<P: Point>(
 
     let mut lists = Lists { starts: Vec::with_capacity(rows + 1), items: Vec::with_capacity(16 * rows) };
     lists.starts.push(0);
+    // Which members join is not foreseen by anything: each is written, and the next over it if it does not.
+    let mut found = vec![0; members.len() + 1];
     cost.map_nested(&members[..rows], |row, own| {
-        let reach = rule.reach(row.r2, largest2);
-        let limit2 = reach * reach * (1.0 + 1e-12);
         let mut sweep = own.sweep();
-        grid.runs(row.x, reach, |first, last| {
+        let mut count = 0;
+        grid.runs(row.x, rule.reach(row.r2, largest2), |first, last| {
             sweep.each(&sorted[starts[first]..starts[last + 1]], |c| {
-                let d2 = dist2(row.x, c.x);
-                if d2 <= limit2 && rule.joins(d2, row.r2, c.r2) && row.number != c.number {
-                    lists.items.push(c.number);
-                }
+                found[count] = c.number;
+                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) & (row.number != c.number);
+                count += usize::from(joins);
             });
         });
         own.swept_inside(sweep);
+        lists.items.extend_from_slice(&found[..count]);
         lists.starts.push(lists.items.len());
     });
     lists

@@ -6,14 +6,19 @@ use septet_geometry::point::dist2;
 
 use super::*;
 use crate::config::{Correction, Partition, SetRule, Stop, Wanted, WorkerConfig};
-use septet_protocol::message::{PROTOCOL_VERSION, PointBatch};
+use crate::host::step_all;
+use crate::leader::{Leader, is_leaf};
+use crate::outbox::Outbox;
+use crate::partition::lead_partition;
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::message::PointBatch;
 
-fn config(fixed: u64, leaf: u64) -> Arc<WorkerConfig> {
+fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     Arc::new(WorkerConfig {
         run: 1,
         seed: 5,
         task: Task::Independent { fixed },
-        workers: 1,
+        workers,
         leaf,
         counted: true,
         wanted: Wanted::Fixed(Supergraph::Density { alpha: 1.0 }),
@@ -31,55 +36,114 @@ fn config(fixed: u64, leaf: u64) -> Arc<WorkerConfig> {
     })
 }
 
-/// What one worker sends of the set, the phases it went through, and its steps in that of the set.
+/// What the workers send of the set, the phases they went through, and their steps in that of the set.
+#[derive(Default)]
 struct Outcome {
     members: Vec<u64>,
     undecided: Vec<u64>,
     phases: Vec<Phase>,
     steps: u32,
+    /// Messages of the set between workers.
+    told: usize,
+    ledger: LedgerPart,
 }
 
-fn run<P: Point>(points: &[P], radii2: &[f64], fixed: u64, leaf: u64) -> Outcome {
-    let n = points.len() as u64;
-    let block = PointBatch {
-        ids: Bulk((0..n).collect()),
-        positions: Bulk(points.to_vec()),
-        owners: Bulk(vec![1; points.len()]),
-        radii2: Bulk(radii2.to_vec()),
-    };
-    let message = |sequence: u32, body: Body<P>| Message {
-        version: PROTOCOL_VERSION,
-        run: 1,
-        from: COORDINATOR,
-        to: 1,
-        node: NodeId::ROOT,
-        attempt: 0,
-        round: 0,
-        sequence,
-        body,
-    };
-    let mut worker = Worker::new(1, config(fixed, leaf), None);
-    let start = Body::Start { population: n, frame: PointBatch::default() };
-    let mut sent = worker.step(1, vec![message(0, start), message(1, Body::Block(block))]).unwrap();
-    let mut outcome = Outcome { members: Vec::new(), undecided: Vec::new(), phases: Vec::new(), steps: 0 };
-    for round in 2.. {
-        for message in std::mem::take(&mut sent) {
-            if let Body::Selected { members, undecided } = message.body {
-                (outcome.members, outcome.undecided) = (members.0, undecided.0);
+/// The coordinator's part: blocks, and the lead of the root.
+struct Root<P: Point> {
+    config: Arc<WorkerConfig>,
+    out: Outbox<P>,
+    leader: Leader<P>,
+    ledger: LedgerPart,
+}
+
+impl<P: Point> Root<P> {
+    fn load(&mut self, points: &[P], radii2: &[f64]) -> Vec<Message<P>> {
+        let (n, p) = (points.len(), self.config.workers);
+        for rank in 1..=p {
+            let share = |r: u32| n * r as usize / p as usize;
+            let range = share(rank - 1)..share(rank);
+            let block = PointBatch {
+                ids: Bulk(range.clone().map(|i| i as u64).collect()),
+                owners: Bulk(vec![rank; range.len()]),
+                radii2: Bulk(radii2[range.clone()].to_vec()),
+                positions: Bulk(points[range].to_vec()),
+            };
+            let start = Body::Start { population: n as u64, frame: PointBatch::default() };
+            self.out.send(rank, NodeId::ROOT, 0, start);
+            self.out.send(rank, NodeId::ROOT, 0, Body::Block(block));
+        }
+        if p > 1 && !is_leaf(&self.config, NodeId::ROOT, n as u64) {
+            self.leader.lead(NodeId::ROOT, n as u64, 1, p);
+        }
+        self.out.take(Phase::Load, &mut self.ledger)
+    }
+
+    fn step(&mut self, phase: Phase, round: u32, mut inbox: Vec<Message<P>>) -> Vec<Message<P>> {
+        self.out.set_round(round);
+        inbox.sort_by_key(|m| (m.from, m.sequence));
+        let Root { config, out, leader, ledger } = self;
+        lead_partition(&mut inbox, leader, config, out, ledger, phase);
+        for message in inbox {
+            if let Body::Summary(summary) = message.body {
+                leader.on_summary(message.node, summary, out, ledger);
             }
         }
-        if worker.busy() {
-            outcome.steps += u32::from(worker.phase == Phase::Independent);
-            sent = worker.step(round, Vec::new()).unwrap();
+        out.take(phase, ledger)
+    }
+}
+
+/// Takes what is for the coordinator at the end.
+fn collect<P: Point>(inbox: &mut Vec<Message<P>>, outcome: &mut Outcome) {
+    inbox.retain(|message| match &message.body {
+        Body::Selected { members, undecided } => {
+            outcome.members.extend(&members.0);
+            let sums = &mut outcome.undecided;
+            sums.resize(sums.len().max(undecided.len()), 0);
+            sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
+            false
+        }
+        Body::Ledger(words) => {
+            outcome.ledger.merge(&LedgerPart::from_words(words).unwrap());
+            false
+        }
+        _ => true,
+    });
+}
+
+/// A machine without a transport: messages are handed over as they are, the last ones first.
+fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Outcome {
+    let mut root = Root {
+        config: config.clone(),
+        out: Outbox::new(1, COORDINATOR),
+        leader: Leader::default(),
+        ledger: LedgerPart::default(),
+    };
+    let mut workers: Vec<Worker<P>> =
+        (1..=config.workers).map(|rank| Worker::new(rank, config.clone(), None)).collect();
+    let (mut wire, mut outcome) = (root.load(points, radii2), Outcome::default());
+    let mut phase = Phase::Load;
+    for round in 1.. {
+        let busy = root.out.has_own() || workers.iter().any(Worker::busy);
+        if busy || !wire.is_empty() {
+            outcome.steps += u32::from(phase == Phase::Independent);
+            outcome.told += wire.iter().filter(|_| phase == Phase::Independent).count();
+            wire.reverse();
+            let (mut up, down): (Vec<_>, Vec<_>) =
+                std::mem::take(&mut wire).into_iter().partition(|m| m.to == 0);
+            collect(&mut up, &mut outcome);
+            wire = root.step(phase, round, up);
+            wire.extend(step_all(&mut workers, round, down).unwrap());
         } else {
-            let phase = worker.next_phase();
+            phase = workers[0].next_phase();
             if phase == Phase::Done {
                 break;
             }
             outcome.phases.push(phase);
-            sent = worker.begin(phase, round).unwrap();
+            root.out.set_round(round);
+            wire.extend(workers.iter_mut().flat_map(|worker| worker.begin(phase, round).unwrap()));
         }
     }
+    outcome.ledger.merge(&root.ledger);
     outcome
 }
 
@@ -102,24 +166,32 @@ fn greedy<P: Point>(points: &[P], radii2: &[f64], fixed: usize) -> Vec<u64> {
 
 fn checked<P: Point>(points: &[P], radii2: &[f64], what: &str) {
     for (fixed, leaf) in [(0, 30), (0, 10_000), (points.len() / 10, 30)] {
-        let outcome = run(points, radii2, fixed as u64, leaf);
-        let mut members = outcome.members;
-        members.sort_unstable();
-        assert_eq!(members, greedy(points, radii2, fixed), "{what}, {fixed} fixed, leaves of {leaf}");
-        assert!(outcome.undecided.windows(2).all(|w| w[1] < w[0]), "{what}: {:?}", outcome.undecided);
-        // Two steps a round.
-        assert_eq!(outcome.steps as usize, 2 * outcome.undecided.len(), "{what}");
-        let phases = [
-            Phase::Partition,
-            Phase::Summaries,
-            Phase::Sets,
-            Phase::Graph,
-            Phase::Independent,
-            Phase::Collect,
-        ];
-        assert_eq!(outcome.phases, phases);
+        let expected = greedy(points, radii2, fixed);
+        let one = run(points, radii2, &config(fixed as u64, leaf, 1));
+        for workers in [1, 2, 5, 8, 64] {
+            let what = format!("{what}, {fixed} fixed, leaves of {leaf}, {workers} workers");
+            let mut outcome = run(points, radii2, &config(fixed as u64, leaf, workers));
+            outcome.members.sort_unstable();
+            assert_eq!(outcome.members, expected, "{what}");
+            assert_eq!(outcome.undecided, one.undecided, "{what}");
+            assert!(outcome.undecided.windows(2).all(|w| w[1] < w[0]), "{what}: {:?}", outcome.undecided);
+            // Two steps a round; one before, if there was something to tell; one after, for those that left last.
+            let (steps, rounds) = (outcome.steps as usize, 2 * outcome.undecided.len());
+            assert!((rounds..=rounds + 2).contains(&steps), "{what}: {steps} steps, {:?}", outcome.undecided);
+            assert_eq!(outcome.ledger.edge_hash, one.ledger.edge_hash, "{what}");
+            assert_eq!(outcome.phases, PHASES);
+            let charge = |key: &(u8, NodeId)| outcome.ledger.charges.get(key);
+            for (key, cost) in one.ledger.charges.iter().filter(|c| c.0.0 == Phase::Independent as u8) {
+                assert_eq!(charge(key), Some(cost), "{what}: {key:?}");
+            }
+            let divided = workers > 1 && points.len() > 100 && leaf < 100;
+            assert_eq!(outcome.told > 0, divided, "{what}: {} messages", outcome.told);
+        }
     }
 }
+
+const PHASES: [Phase; 6] =
+    [Phase::Partition, Phase::Summaries, Phase::Sets, Phase::Graph, Phase::Independent, Phase::Collect];
 
 fn random(n: usize) -> Vec<DVec3> {
     let mut state = 77u64;
@@ -133,7 +205,7 @@ fn random(n: usize) -> Vec<DVec3> {
 }
 
 #[test]
-fn one_worker_takes_the_greedy_set() {
+fn workers_take_the_greedy_set() {
     for n in [0, 1, 2, 3, 10, 600] {
         let cloud = random(n);
         let radius = |degree: f64| (degree / n.max(1) as f64 / 4.19).cbrt();
