@@ -7,6 +7,7 @@ pub mod labelled;
 pub mod report;
 pub mod show;
 
+use septet_meshing::conformity::{self, Conformity};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
@@ -205,6 +206,14 @@ impl Promise {
         let g = ((1.0 + ZONE * lipschitz).powi(2) + ZONE * ZONE).sqrt();
         let near = (g * lipschitz < 1.0).then(|| g / (1.0 - g * lipschitz));
         Promise { free: 1.0 / (1.0 - lipschitz), near, zone: ZONE }
+    }
+}
+
+/// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
+pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
+    match request.boundary.unwrap_or(Boundary::of(domain.kind)) {
+        Boundary::Exact => conformity::check(domain, mesh),
+        Boundary::Remesh => conformity::check_remeshed(domain, mesh),
     }
 }
 

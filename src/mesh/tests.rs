@@ -161,9 +161,9 @@ fn every_format_reads_back() {
             let read = read_points(&points, &ReadOptions::default(), &mut |_, _| {}).unwrap();
             assert_eq!(read.points.coordinates(), sample.coordinates, "{name}");
         }
-        let first_id = u64::from(name == "m.ele");
+        let base = (name == "m.ele").then_some(1);
         let options =
-            CellOptions { dimension: Some(3), point_count: Some(27), first_id, ..CellOptions::default() };
+            CellOptions { dimension: Some(3), point_count: Some(27), base, ..CellOptions::default() };
         let cells = read_cells(&path, &options, &mut |_, _| {}).unwrap();
         let sorted = |cells: &[u64]| {
             let mut rows: Vec<Vec<u64>> = cells.chunks_exact(4).map(<[u64]>::to_vec).collect();
