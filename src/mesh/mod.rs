@@ -10,6 +10,7 @@ pub mod show;
 
 use std::time::Instant;
 
+use septet_meshing::conformity::{self, Conformity};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
@@ -217,6 +218,14 @@ impl Promise {
         let g = std::f64::consts::SQRT_2 * zone;
         let near = (g * lipschitz < 1.0).then(|| g / (1.0 - g * lipschitz));
         Promise { free: 1.0 / (1.0 - lipschitz), near, zone }
+    }
+}
+
+/// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
+pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
+    match request.boundary.unwrap_or(Boundary::DEFAULT) {
+        Boundary::Exact => conformity::check(domain, mesh),
+        Boundary::Remesh => conformity::check_remeshed(domain, mesh),
     }
 }
 

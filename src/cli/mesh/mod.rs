@@ -11,9 +11,9 @@ use septet::memory::peak_rss;
 use septet::mesh::labelled::Labelled;
 use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
 use septet::mesh::show::{figures, summary};
-use septet::mesh::{MeshError, MeshRequest, Promise, generate, measure, sizes};
+use septet::mesh::{MeshError, MeshRequest, Promise, conform, generate, measure, sizes};
 use septet::meshing::check;
-use septet::meshing::conformity::{self, Conformity};
+use septet::meshing::conformity::Conformity;
 use septet::meshing::defect::Defect;
 use septet::meshing::domain::Domain;
 use septet::meshing::facet::Triangulate;
@@ -109,7 +109,7 @@ impl Job<'_> {
         let (mesh, stages) = generate(domain, &size, request).map_err(|error| self.named(domain, error))?;
         let mesh_seconds = self.start.elapsed().as_secs_f64() - read_seconds;
         talk.check();
-        let conformity = conformity::check(domain, &mesh);
+        let conformity = conform(domain, &mesh, request);
         let broken = self.broken(&conformity);
         if conformity.is_shapeless() {
             return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));

@@ -34,21 +34,28 @@ fn flat(p: DVec3, axis: usize) -> DVec2 {
 }
 
 impl<P: Space> Checker<'_, P> {
-    /// Part 6: corners, carriers, use.
+    /// The boundaries towards the outside of domain and mesh, added up.
+    pub(super) fn boundaries(&mut self) {
+        let mut sums = [Sum::default(); 2];
+        for wall in 0..self.domain.walls().len() as u32 {
+            if self.beside_wall(wall).contains(&None) && self.domain.bounds_inside(wall) {
+                sums[0].add(self.wall_extent(wall));
+            }
+        }
+        for face in self.mesh.faces.iter().filter(|f| f.cells.contains(&OUTSIDE)) {
+            sums[1].add(extent(&P::corners(&self.points, &face.vertices)));
+        }
+        self.found.boundary = sums.map(|s| self.unscaled(s.value(), P::DIM - 1));
+    }
+
+    /// Part 6: corners and carriers.
     pub(super) fn carriers(&mut self) {
         let mut at_corner = vec![0; self.domain.corners.len()];
-        let mut used = vec![false; self.points.len()];
-        for cell in &self.mesh.cells {
-            cell.as_ref().iter().for_each(|&v| used[v as usize] = true);
-        }
         let largest = self.domain.points().iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs()));
         let allowed = OFF * largest.fold(0.0, f64::max);
         let planes: Vec<[DVec3; 2]> = (0..self.domain.facets.len()).map(|f| self.plane(f)).collect();
         for (i, &carrier) in self.mesh.carriers.iter().enumerate() {
             let (point, p) = (i as u32, self.points[i]);
-            if !used[i] {
-                self.report(MeshDefect::Unused { point, what: "cell", carrier });
-            }
             let distance = match carrier {
                 Carrier::Volume => continue,
                 Carrier::Corner(c) => {

@@ -91,7 +91,7 @@ pub fn mesh_of<P: Space>(domain: &Domain<P>, points: &[P], cells: Vec<P::Cell>) 
     let mut used: Vec<u32> = cells.iter().flat_map(|c| c.as_ref().to_vec()).collect();
     used.sort_unstable();
     used.dedup();
-    for v in cells.iter_mut().flat_map(|c| c.as_mut()) {
+    for v in cells.iter_mut().flat_map(AsMut::as_mut) {
         *v = used.binary_search(v).unwrap() as u32;
     }
     let points: Vec<P> = used.iter().map(|&v| points[v as usize]).collect();

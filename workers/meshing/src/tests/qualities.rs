@@ -117,7 +117,9 @@ fn bounds_hold_and_decisions_are_exact() {
         let mut cell = [0; 4].map(|_| DVec3::new(draw(&mut state), draw(&mut state), draw(&mut state)));
         // Ever flatter ones.
         let flatness = 2f64.powi(-(round % 30));
-        cell.iter_mut().for_each(|p| p.z = (p.z * flatness * 2f64.powi(50)).round() * 2f64.powi(-50));
+        for p in &mut cell {
+            p.z = (p.z * flatness * 2f64.powi(50)).round() * 2f64.powi(-50);
+        }
         let Bounds { lower, upper } = ratio(&cell);
         let (n, d) = squared(&cell, 50);
         if d == BigInt::ZERO {
@@ -181,7 +183,9 @@ fn angles_of_known_cells() {
 #[test]
 fn histograms_count_everything() {
     let mut h = Histogram::new(1.0, 3.0, 4);
-    [0.5, 1.0, 1.5, 2.99, 3.0, f64::INFINITY, f64::NAN].into_iter().for_each(|x| h.add(x));
+    for x in [0.5, 1.0, 1.5, 2.99, 3.0, f64::INFINITY, f64::NAN] {
+        h.add(x);
+    }
     assert_eq!((h.below, h.above, h.counts.clone()), (1, 3, vec![1, 1, 0, 1]));
     assert_eq!((h.total(), h.bin(3)), (7, [2.5, 3.0]));
 }
