@@ -26,12 +26,14 @@ impl<P: Space> Generated<P> {
             2 => domain.segments[f as usize].marker,
             _ => domain.facets[f as usize].marker,
         };
-        let face = |&(facet, vertices, cells): &(u32, P::Facet, [u32; 2])| Face {
-            vertices,
-            facet,
-            marker: marker(facet),
-            cells: cells.map(renumbered),
+        let face = |&(facet, mut vertices, cells): &(u32, P::Facet, [u32; 2])| {
+            vertices.as_mut().sort_unstable();
+            let mut cells = cells.map(renumbered);
+            cells.sort_unstable();
+            Face { vertices, facet, marker: marker(facet), cells }
         };
+        let mut faces: Vec<Face<P>> = self.faces.iter().map(face).collect();
+        faces.sort_unstable_by_key(|face| (face.facet, face.vertices));
         let edge = |&(segment, vertices): &(u32, [u32; 2])| Edge {
             vertices,
             segment,
@@ -42,7 +44,7 @@ impl<P: Space> Generated<P> {
             sizes: self.vertices.sizes.iter().map(|&s| scale(P::splat(s), back).coord(0)).collect(),
             regions: rows.iter().map(|(_, old)| self.labels.of[*old as usize]).collect(),
             cells: rows.into_iter().map(|r| r.0).collect(),
-            faces: self.faces.iter().map(face).collect(),
+            faces,
             edges: if P::DIM == 2 { Vec::new() } else { self.pieces.iter().map(edge).collect() },
             dropped: self.labels.of.iter().filter(|l| **l == Labels::FLAT).count() as u64,
             carriers: self.vertices.carriers,

@@ -1,13 +1,15 @@
 //! Meshes by one processor.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
 
-use super::{Alone, Generated, Labels, Rules, generate};
+use super::{Alone, Generated, Labels, Machine, Rules, Triangulation, generate};
 use crate::domain::Domain;
 use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
 use crate::mesh::Mesh;
+use crate::points::conflicts::Site;
+use crate::points::independent::Independent;
 use crate::size::tests::slit;
 use crate::size::{SizeFunction, SizeOptions};
 use crate::space::Space;
@@ -144,4 +146,56 @@ fn slivers_are_taken_out() {
         assert!(crate::conformity::check(&domain, &mesh).is_clean());
         assert!(least(&mesh) >= 14.0, "{} degrees", least(&mesh));
     }
+}
+
+/// What a machine may do to a triangulation: cells in another order, and their vertices turned.
+struct Shuffled(Alone);
+
+impl Machine<DVec3> for Shuffled {
+    type Error = <Alone as Machine<DVec3>>::Error;
+
+    fn independent(&mut self, sites: &[Site<DVec3>], fixed: usize) -> Result<Independent, Self::Error> {
+        self.0.independent(sites, fixed)
+    }
+
+    fn delaunay(&mut self, points: &[DVec3]) -> Result<Triangulation<[u32; 4]>, Self::Error> {
+        let Triangulation { mut cells, mut neighbours } = self.0.delaunay(points)?;
+        let last = cells.len() as u32 - 1;
+        cells.reverse();
+        neighbours.reverse();
+        for row in cells.iter_mut().chain(&mut neighbours) {
+            // An even permutation.
+            row.rotate_left(1);
+            row.swap(0, 1);
+        }
+        for code in neighbours.iter_mut().flatten().filter(|c| **c != u32::MAX) {
+            *code = last - *code;
+        }
+        Ok(Triangulation { cells, neighbours })
+    }
+
+    fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error> {
+        let mut made = Machine::<DVec3>::planar(&mut self.0, sets)?;
+        made.iter_mut().for_each(|triangles| triangles.reverse());
+        made.iter_mut().flatten().for_each(|t| t.rotate_left(1));
+        Ok(made)
+    }
+
+    fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
+        items.iter().map(f).collect()
+    }
+}
+
+#[test]
+fn the_order_of_a_machines_cells_does_not_matter() {
+    let domain = crate::check(&cube()).unwrap();
+    let mut options = SizeOptions::new(0.25);
+    options.wishes.most = Some(0.6);
+    let size = SizeFunction::new(&domain, &options).unwrap();
+    let at = |x| size.at(x);
+    let rules = Rules { size: &at, lipschitz: 0.25, seed: 3, most: 1 << 24 };
+    let alone = generate(&domain, rules, &mut Alone { seed: 3 }).unwrap().into_mesh(&domain);
+    let other = generate(&domain, rules, &mut Shuffled(Alone { seed: 3 })).unwrap().into_mesh(&domain);
+    assert!(alone.cells.len() > 1000);
+    assert!(alone == other);
 }
