@@ -223,15 +223,20 @@ fn write_head(
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     writeln!(out, "  <UnstructuredGrid>")?;
     writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
+    // The data follow in the order of the arrays, whatever sections they are in.
     let mut offset = 0;
+    let place = |array: &Array<'_>| {
+        let here = offset;
+        offset += 8 + array.count * array.width;
+        here
+    };
+    let offsets: Vec<usize> = arrays.iter().map(place).collect();
     for (section, tag) in sections {
         writeln!(out, "      <{tag}>")?;
-        for Array { name, kind, attributes, count, width, .. } in
-            arrays.iter().filter(|array| array.section == section)
-        {
+        let own = arrays.iter().zip(&offsets).filter(|(array, _)| array.section == section);
+        for (Array { name, kind, attributes, .. }, offset) in own {
             write!(out, "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" ")?;
             writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
-            offset += 8 + count * width;
         }
         let name = tag.split(' ').next().unwrap_or(tag);
         writeln!(out, "      </{name}>")?;

@@ -13,7 +13,8 @@ use std::fs;
 use super::samples::{Sample, kuhn, no_cells, squares};
 use super::*;
 
-const NAMES: [&str; 8] = ["m.vtu", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off"];
+const NAMES: [&str; 9] =
+    ["m.vtu", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off", "m.stl"];
 
 /// Writes a mesh under a name in a fresh directory; returns all files found there.
 fn written(name: &str, sample: &Sample, options: &WriteOptions) -> HashMap<String, Vec<u8>> {
