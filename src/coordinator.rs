@@ -179,9 +179,13 @@ impl<'a, P: Point> Coordinator<'a, P> {
         let share = |r: u32| (n as u128 * u128::from(r) / u128::from(workers)) as usize;
         let block = |rank: u32| {
             let range = share(rank - 1)..share(rank);
-            let positions = points.positions[range.clone()].to_vec();
-            let radii2 = points.radii2.get(range.clone()).map_or_else(Vec::new, <[f64]>::to_vec);
-            PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(points.ids(range), positions) }
+            // With a little room: about as many points as a worker is sent come home to it.
+            let room = range.len() + range.len() / 16;
+            let (mut ids, mut positions) = (Vec::with_capacity(room), Vec::with_capacity(room));
+            ids.extend(points.ids(range.clone()));
+            positions.extend_from_slice(&points.positions[range.clone()]);
+            let radii2 = points.radii2.get(range).unwrap_or_default().to_vec();
+            PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) }
         };
         let blocks: Vec<PointBatch<P>> = (1..workers + 1).into_par_iter().map(block).collect();
         for (rank, block) in (1..).zip(blocks) {

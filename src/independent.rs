@@ -149,11 +149,11 @@ pub fn independent<P: Point>(
 }
 
 /// Checks sites and brings them into the exact range, sizes with them.
-fn prepare_sites<'a, P: Point>(
-    places: &'a [P],
+fn prepare_sites<P: Point>(
+    places: &[P],
     sizes: &[f64],
     fixed: usize,
-) -> Result<Prepared<'a, P>, RunError> {
+) -> Result<Prepared<'static, P>, RunError> {
     if places.len() != sizes.len() {
         return Err(SiteError::Lengths { places: places.len(), sizes: sizes.len() }.into());
     }
@@ -169,16 +169,7 @@ fn prepare_sites<'a, P: Point>(
         return Err(SiteError::Coincident { first: first as usize, second: second as usize }.into());
     }
     let radius2 = |&size: &f64| squared_radius(scaled(P::splat(size), exponent).coord(0));
-    Ok(Prepared {
-        radii2: sizes.iter().map(radius2).collect(),
-        ids: None,
-        positions: positions.into(),
-        duplicates: Vec::new(),
-        refused: Vec::new(),
-        exponent,
-        dimension: P::DIM as isize,
-        frame: Vec::new(),
-    })
+    Ok(Prepared::of_sites(positions, sizes.iter().map(radius2).collect(), exponent))
 }
 
 fn scaled<P: Point>(p: P, exponent: i32) -> P {

@@ -26,7 +26,7 @@ pub(crate) struct Prepared<'a, P: Point> {
     /// Distinct points, scaled, in input order: the input itself if that is what they are.
     pub(crate) positions: Cow<'a, [P]>,
     /// Their input indices: of coincident points the smallest. None where they count up from 0.
-    pub(crate) ids: Option<Vec<u64>>,
+    ids: Option<Vec<u64>>,
     /// Coincident points: index, and the smallest index with the same coordinates.
     pub(crate) duplicates: Vec<(u64, u64)>,
     /// Points dropped because they were not finite.
@@ -42,17 +42,28 @@ pub(crate) struct Prepared<'a, P: Point> {
 }
 
 impl<P: Point> Prepared<'_, P> {
+    /// Distinct sites, which were multiplied by two to the power `exponent`, with the squared radii of their balls.
+    pub(crate) fn of_sites(positions: Vec<P>, radii2: Vec<f64>, exponent: i32) -> Self {
+        Prepared {
+            positions: Cow::Owned(positions),
+            ids: None,
+            duplicates: Vec::new(),
+            refused: Vec::new(),
+            exponent,
+            dimension: P::DIM as isize,
+            frame: Vec::new(),
+            radii2,
+        }
+    }
+
     /// The input index of a point.
     pub(crate) fn id(&self, at: usize) -> u64 {
         self.ids.as_ref().map_or(at as u64, |ids| ids[at])
     }
 
     /// Those of a range of points.
-    pub(crate) fn ids(&self, range: Range<usize>) -> Vec<u64> {
-        match &self.ids {
-            Some(ids) => ids[range].to_vec(),
-            None => (range.start as u64..range.end as u64).collect(),
-        }
+    pub(crate) fn ids(&self, range: Range<usize>) -> impl Iterator<Item = u64> {
+        range.map(|at| self.id(at))
     }
 }
 
@@ -211,7 +222,7 @@ mod tests {
         let p = |x: f64| DVec2::new(x, 0.5);
         let points = [p(1.0), p(0.0), p(1.0), p(-0.0), p(2.0), DVec2::new(0.0, 1.0), p(1.0)];
         let ready = prepare(&points, false).unwrap();
-        assert_eq!(ready.ids(0..4), [0, 1, 4, 5]);
+        assert_eq!(ready.ids(0..4).collect::<Vec<_>>(), [0, 1, 4, 5]);
         assert_eq!(ready.duplicates, [(2, 0), (3, 1), (6, 0)]);
         assert_eq!(ready.dimension, 2);
         assert_eq!(prepare::<DVec2>(&[], false).unwrap().dimension, -1);
@@ -223,7 +234,7 @@ mod tests {
         let error = prepare(&points, false).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 1, .. })));
         let ready = prepare(&points, true).unwrap();
-        assert_eq!((ready.ids(0..2), &ready.refused), (vec![0, 2], &vec![1]));
+        assert_eq!((ready.ids(0..2).collect(), &ready.refused), (vec![0, 2], &vec![1]));
     }
 
     #[test]
@@ -231,7 +242,7 @@ mod tests {
         let points: Vec<DVec2> = (0..3000u32).map(|i| DVec2::new(i.into(), (i * i % 1009).into())).collect();
         let ready = prepare(&points, false).unwrap();
         assert!(matches!(ready.positions, Cow::Borrowed(_)));
-        assert_eq!(ready.ids(7..9), [7, 8]);
+        assert_eq!(ready.ids(7..9).collect::<Vec<_>>(), [7, 8]);
         assert_eq!((ready.dimension, ready.frame.clone()), affine_frame(&points));
         // With a copy of every tenth at the end.
         let copies = points.iter().copied().step_by(10);

@@ -186,7 +186,7 @@ impl<P: Point> Worker<P> {
         };
         let mut cost = Cost::ZERO;
         let items = holding.points.len() as u64;
-        let parts = split_batch(holding.points, &holding.sides, &mut cost);
+        let parts = split_batch(holding.points, &holding.sides, mine, &mut cost);
         self.ledger.charge(Phase::Partition, node, cost, items);
         for (side, points) in parts.into_iter().enumerate() {
             let (id, child) = (node.child(side), children[side]);
@@ -252,10 +252,12 @@ impl<P: Point> Worker<P> {
     /// Numbers the home points of a worker that triangulates them at once, in the order of insertion: neighbours lie
     /// near each other in memory.
     fn settle_whole(&mut self, node: NodeId, points: PointBatch<P>) {
-        let order = insertion_order(&points.positions);
-        let ids = order.iter().map(|&i| points.ids[i as usize]).collect();
-        let positions: Vec<P> = order.iter().map(|&i| points.positions[i as usize]).collect();
-        drop((order, points));
+        let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
+        let order = insertion_order(&positions);
+        // The copy is given back, so that the piece's own points find room where it was.
+        permute(&mut ids, &order);
+        permute(&mut positions, &order);
+        drop(order);
         let bounds = bounds(positions.iter().copied());
         let end = positions.len() as u32;
         self.leaves.push(Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0, ghosts: Vec::new() });
@@ -347,6 +349,12 @@ pub fn lead_partition<P: Point>(
     }
 }
 
+/// Puts `items[order[i]]` to place `i`.
+fn permute<T: Copy>(items: &mut [T], order: &[u32]) {
+    let permuted: Vec<T> = order.iter().map(|&i| items[i as usize]).collect();
+    items.copy_from_slice(&permuted);
+}
+
 /// Points on their way home, in one batch.
 fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> PointBatch<P> {
     if own.is_empty() && !batches.is_empty() {
@@ -406,18 +414,17 @@ fn more(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-fn split_batch<P: Point>(points: PointBatch<P>, sides: &[u8], cost: &mut Cost) -> [PointBatch<P>; 2] {
-    // Radii, where they are given, are part of the records that are moved.
-    let mut radii2 = [Vec::new(), Vec::new()];
-    for (&radius2, &side) in points.radii2.iter().zip(sides) {
-        radii2[usize::from(side != 0)].push(radius2);
-    }
-    let parts = cost.split_columns(sides, &points.ids, &points.positions);
-    let mut radii2 = radii2.into_iter().map(Bulk);
-    parts.map(|(ids, positions)| PointBatch {
-        radii2: radii2.next().unwrap_or_default(),
-        ..PointBatch::homeless(ids, positions)
-    })
+/// Both sides of a batch; those that stay keep its storage.
+fn split_batch<P: Point>(
+    mut points: PointBatch<P>,
+    sides: &[u8],
+    stay: usize,
+    cost: &mut Cost,
+) -> [PointBatch<P>; 2] {
+    let columns = (&mut points.ids.0, &mut points.positions.0, &mut points.radii2.0);
+    let (ids, positions, radii2) = cost.split_columns(sides, stay as u8, columns);
+    let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) };
+    if stay == 0 { [points, gone] } else { [gone, points] }
 }
 
 /// A subtree in preorder.

@@ -129,7 +129,7 @@ impl<P: Point> Table<P> {
 
     /// Corrects where a foreign point is at home.
     pub fn set_owner(&mut self, id: u64, owner: Rank) {
-        if let Some(at) = self.find(id).filter(|&at| !self.is_home(at)) {
+        if let Some(&at) = self.foreign.get(&id) {
             self.owners[at as usize] = owner;
         }
     }

@@ -183,27 +183,20 @@ impl Cost {
         items.iter().map(|item| f(value, item)).collect()
     }
 
-    /// Both sides of a split of records that stand in two columns, in order, by flags that a vector step left: 0
-    /// for the first side. Two scans, one permute, and the flags' step.
-    pub fn split_columns<A: Copy, B: Copy>(
+    /// A split of records that stand in columns, the last of which may be empty, by flags that the vector step before
+    /// left: those with the flag `stay` stay, in order, and the others are returned. Flag, two scans, one permute, as
+    /// in [`Cost::split`].
+    pub fn split_columns<A: Copy, B: Copy, C: Copy>(
         &mut self,
         flags: &[u8],
-        a: &[A],
-        b: &[B],
-    ) -> [(Vec<A>, Vec<B>); 2] {
+        stay: u8,
+        (a, b, c): (&mut Vec<A>, &mut Vec<B>, &mut Vec<C>),
+    ) -> (Vec<A>, Vec<B>, Vec<C>) {
         self.step(flags.len());
         self.scan_step(flags.len());
         self.scan_step(flags.len());
         self.step(flags.len());
-        let right = flags.iter().filter(|&&flag| flag != 0).count();
-        let room = |n: usize| (Vec::with_capacity(n), Vec::with_capacity(n));
-        let mut sides = [room(flags.len() - right), room(right)];
-        for ((&flag, &a), &b) in flags.iter().zip(a).zip(b) {
-            let side = &mut sides[usize::from(flag != 0)];
-            side.0.push(a);
-            side.1.push(b);
-        }
-        sides
+        (take_others(flags, stay, a), take_others(flags, stay, b), take_others(flags, stay, c))
     }
 
     /// `out[i] = items[index[i]]`: exclusive reads, so the indices must be distinct.
@@ -504,6 +497,25 @@ impl Sweep {
     pub fn join(&mut self, other: &Sweep) {
         self.items += other.items;
     }
+}
+
+/// Takes the items whose flag is not `stay` out of a column, if it is not empty.
+fn take_others<T: Copy>(flags: &[u8], stay: u8, items: &mut Vec<T>) -> Vec<T> {
+    if items.is_empty() {
+        return Vec::new();
+    }
+    let mut others = Vec::with_capacity(flags.iter().filter(|&&flag| flag != stay).count());
+    let mut kept = 0;
+    for (i, &flag) in flags.iter().enumerate() {
+        if flag == stay {
+            items[kept] = items[i];
+            kept += 1;
+        } else {
+            others.push(items[i]);
+        }
+    }
+    items.truncate(kept);
+    others
 }
 
 /// `ceil(log2 m)`, 0 for `m <= 1`.

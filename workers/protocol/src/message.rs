@@ -58,7 +58,7 @@ impl<P: Pod> Message<P> {
 }
 
 /// Points in bulk: structure of arrays, one entry a point. Points on their way home ([`PointBatch::homeless`]) have
-/// no owner and no ball yet: those two columns are empty.
+/// no owner yet, and a ball only if it is given: those two columns may be empty.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct PointBatch<P> {

@@ -4,44 +4,47 @@ use super::Incremental;
 use super::cells::Cell;
 use crate::point::Point;
 
-/// What is kept of the cells, by slot: a bit a cell, so that the number of a kept cell, counted in the order of slots,
-/// is found in the cache.
+/// Which cells are kept, by slot: a byte a cell, so that the number of a kept one, counted in the order of slots, is
+/// nearly always found in the cache.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
-    /// For 64 slots each: the cells that are kept, those that stand for outer space, and the number of cells kept
-    /// before.
-    blocks: Vec<Block>,
+    /// For each slot the number of kept cells before it in its block, or [`LEFT_OUT`] or [`OUTER`].
+    places: Vec<u8>,
+    /// The number of kept cells before each block.
+    before: Vec<u32>,
+    /// One past the last block with a kept cell.
+    begun: usize,
     count: u32,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Block {
-    kept: u64,
-    outer: u64,
-    before: u32,
-}
+/// Slots in a block, and what stands for cells that are not kept.
+const BLOCK: usize = 128;
+const LEFT_OUT: u8 = 254;
+const OUTER: u8 = 255;
 
 impl Kept {
     /// Nothing yet, of so many slots.
     pub fn of(slots: u32) -> Self {
-        Kept { blocks: vec![Block::default(); slots.div_ceil(64) as usize], count: 0 }
+        let before = vec![0; (slots as usize).div_ceil(BLOCK)];
+        Kept { places: vec![LEFT_OUT; slots as usize], before, begun: 0, count: 0 }
     }
 
     /// Keeps the cell in a slot. Slots must come in their order.
     #[inline]
     pub fn keep(&mut self, slot: u32) {
-        let block = &mut self.blocks[slot as usize / 64];
-        if block.kept == 0 {
-            block.before = self.count;
+        let block = slot as usize / BLOCK;
+        if block >= self.begun {
+            self.begun = block + 1;
+            self.before[block] = self.count;
         }
-        block.kept |= 1 << (slot % 64);
+        self.places[slot as usize] = (self.count - self.before[block]) as u8;
         self.count += 1;
     }
 
     /// Marks the cell in a slot as outer space.
     #[inline]
     pub fn mark_outer(&mut self, slot: u32) {
-        self.blocks[slot as usize / 64].outer |= 1 << (slot % 64);
+        self.places[slot as usize] = OUTER;
     }
 
     /// Number of cells kept.
@@ -57,12 +60,11 @@ impl Kept {
     /// The number of the cell in a slot; `marks[0]` if it is not kept, `marks[1]` if it is outer space.
     #[inline]
     fn number(&self, slot: u32, marks: [u32; 2]) -> u32 {
-        let block = &self.blocks[slot as usize / 64];
-        let bit = 1u64 << (slot % 64);
-        if block.kept & bit != 0 {
-            block.before + (block.kept & (bit - 1)).count_ones()
+        let place = self.places[slot as usize];
+        if place < LEFT_OUT {
+            self.before[slot as usize / BLOCK] + u32::from(place)
         } else {
-            marks[usize::from(block.outer & bit != 0)]
+            marks[usize::from(place - LEFT_OUT)]
         }
     }
 }
@@ -82,23 +84,18 @@ impl<P: Point> Incremental<P> {
         let n = P::DIM + 1;
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
-        for (first, block) in (0..).step_by(64).zip(&kept.blocks) {
-            let mut open = block.kept;
-            while open != 0 {
-                let slot = first + open.trailing_zeros() as usize;
-                open &= open - 1;
-                let cell: &Cell<P::Cell> =
-                    bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
-                let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
-                let (first, second) = words[end..end + 2 * n].split_at_mut(n);
-                for (to, &v) in first.iter_mut().zip(vertices.as_ref()) {
-                    *to = vertex(v);
-                }
-                for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
-                    *to = kept.number(code >> 2, marks);
-                }
-                end += 2 * n;
+        for (slot, _) in kept.places.iter().enumerate().filter(|(_, place)| **place < LEFT_OUT) {
+            let cell: &Cell<P::Cell> =
+                bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
+            let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
+            let (first, second) = words[end..end + 2 * n].split_at_mut(n);
+            for (to, &v) in first.iter_mut().zip(vertices.as_ref()) {
+                *to = vertex(v);
             }
+            for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
+                *to = kept.number(code >> 2, marks);
+            }
+            end += 2 * n;
         }
         words.truncate(end);
         words.shrink_to_fit();
