@@ -131,7 +131,9 @@ fn judge_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &Me
     assert_promises(&quality, request.lipschitz, known, what);
     assert_rounds(&stages, what);
     let placed: u64 = stages.iter().map(|s| s.points).sum();
-    assert_eq!(placed as usize + domain.corners.len(), mesh.points.len(), "{what}");
+    let placed = placed as usize + domain.corners.len();
+    // Points that have driven out a piece at a small angle are taken away again.
+    assert!(placed == mesh.points.len() || placed > mesh.points.len() && !known.right_angles, "{what}");
     println!(
         "{what}: {} points, {} cells, R/l {:.3} free, {:.3} near, slope {:.3}",
         mesh.points.len(),
@@ -142,11 +144,11 @@ fn judge_request<P: Triangulate>(domain: &Domain<P>, known: &Known, request: &Me
     );
 }
 
-/// Judges a domain at each constant.
+/// Judges a domain at each constant, with a largest size and with nothing but the domain's own.
 fn judge(problem: &Problem, constants: &[f64]) {
-    for &lipschitz in constants {
-        let (request, what) =
-            (request(lipschitz, Some(problem.size)), format!("{}, L = {lipschitz}", problem.name));
+    for (&lipschitz, size) in constants.iter().flat_map(|l| [(l, Some(problem.size)), (l, None)]) {
+        let what = format!("{}, L = {lipschitz}, {size:?}", problem.name);
+        let request = request(lipschitz, size);
         match &problem.domain {
             AnyDomain::Plane(domain) => judge_request(domain, &problem.known, &request, &what),
             AnyDomain::Space(domain) => judge_request(domain, &problem.known, &request, &what),
@@ -238,7 +240,7 @@ fn singularities() {
             let (mesh, _) = made(domain, &asked).unwrap();
             let smallest = mesh.sizes.iter().copied().fold(f64::INFINITY, f64::min);
             let largest = mesh.sizes.iter().copied().fold(0.0, f64::max);
-            assert!(smallest < 4.0 * least && largest > 30.0 * least, "{what}: {smallest} to {largest}");
+            assert!(smallest < 4.0 * least && largest > 12.0 * least, "{what}: {smallest} to {largest}");
         }
     }
 }
