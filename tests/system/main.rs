@@ -24,6 +24,8 @@ mod independent;
 
 mod ledger;
 
+mod mesh;
+
 mod oracle;
 
 mod pieces;

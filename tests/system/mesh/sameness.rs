@@ -1,0 +1,85 @@
+//! The same mesh, bit for bit, from every machine.
+
+use septet::config::{Transport, Workers};
+use septet::geometry::point::Point;
+use septet::mesh::MeshRequest;
+use septet::meshing::domain::Domain;
+use septet::meshing::facet::Triangulate;
+use septet::meshing::mesh::{Mesh, StageLine};
+
+use super::domains::{self, AnyDomain, Problem};
+use super::{made, request};
+
+/// All that a mesh is, to the bit: `==` holds for 0 and -0.
+fn bits<P: Point>(mesh: &Mesh<P>) -> (Vec<u64>, Vec<u64>) {
+    let coordinates = mesh.points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).to_bits()));
+    (coordinates.collect(), mesh.sizes.iter().map(|f| f.to_bits()).collect())
+}
+
+/// What of a stage may not depend on the machine.
+fn counts(stages: &[StageLine]) -> Vec<(&str, [u64; 4])> {
+    let of = |s: &StageLine| [s.candidates, s.points, s.completion_rounds, s.set_rounds];
+    stages.iter().map(|s| (s.name.as_str(), of(s))).collect()
+}
+
+fn machines(base: &MeshRequest) -> Vec<MeshRequest> {
+    let mut all = Vec::new();
+    for workers in [1, 2, 5, 8, 64].map(Workers::Count) {
+        for (threads, transport) in [
+            (2, Transport::Channel { threads: 2 }),
+            (1, Transport::Sim { delivery_seed: 0 }),
+            (1, Transport::Sim { delivery_seed: 7 }),
+        ] {
+            all.push(MeshRequest { workers, threads, transport, ..base.clone() });
+        }
+    }
+    all
+}
+
+fn same<P: Triangulate>(domain: &Domain<P>, name: &str, base: &MeshRequest, machines: &[MeshRequest]) {
+    let (first, stages) = made(domain, base).unwrap();
+    let bytes = |stages: &[StageLine]| stages.iter().map(|s| s.bytes).sum::<u64>();
+    let mut sent = 0;
+    for machine in machines {
+        let what = format!("{name}, {:?}, {:?}", machine.workers, machine.transport);
+        let (mesh, lines) = made(domain, machine).unwrap_or_else(|e| panic!("{what}: {e}"));
+        assert!(bits(&mesh) == bits(&first), "{what}: other points or sizes");
+        assert!(mesh.cells == first.cells && mesh.regions == first.regions, "{what}: other cells");
+        assert!(mesh.faces == first.faces, "{what}: other faces");
+        assert!(mesh.edges == first.edges, "{what}: other edges");
+        assert!(mesh == first, "{what}: other carriers");
+        assert_eq!(counts(&lines), counts(&stages), "{what}");
+        sent = sent.max(bytes(&lines));
+    }
+    // Else it would be one machine under many names.
+    assert!(sent > bytes(&stages), "{name}: {sent} bytes at most");
+    println!("{name}: {} points, {} cells, {sent} bytes", first.points.len(), first.cells.len());
+}
+
+fn judge(problem: &Problem, lipschitz: f64, size: f64) {
+    let base = MeshRequest { workers: Workers::Count(1), ..request(lipschitz, Some(size)) };
+    match &problem.domain {
+        AnyDomain::Plane(domain) => same(domain, problem.name, &base, &machines(&base)),
+        AnyDomain::Space(domain) => same(domain, problem.name, &base, &machines(&base)),
+    }
+}
+
+#[test]
+fn workers_and_transports_make_one_mesh() {
+    judge(&domains::two_regions(), 0.5, 0.5);
+    judge(&domains::slanted_box(), 0.25, 0.8);
+    judge(&domains::dangling(), 0.25, 0.8);
+    judge(&domains::map(), 0.5, 0.15);
+    judge(&domains::airfoil(), 0.12, 0.01);
+}
+
+/// Large enough that one facet's points are more than a leaf, and the volume's many leaves.
+#[test]
+fn a_mesh_of_many_leaves() {
+    let problem = domains::cube();
+    let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };
+    let base = MeshRequest { workers: Workers::Count(1), ..request(0.5, Some(0.17)) };
+    let some: Vec<MeshRequest> =
+        machines(&base).into_iter().filter(|m| m.workers != Workers::Count(1)).step_by(2).collect();
+    same(domain, problem.name, &base, &some);
+}
