@@ -166,7 +166,7 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimEr
         lipschitz,
         size,
         points: mesh.points.iter().map(|p| [0, 1, 2].map(|i| coordinate(p, i))).collect(),
-        cells: mesh.cells.iter().flat_map(|c| c.as_ref()).map(|&v| u64::from(v)).collect(),
+        cells: mesh.cells.iter().flat_map(AsRef::as_ref).map(|&v| u64::from(v)).collect(),
         stages,
     })
 }

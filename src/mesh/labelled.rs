@@ -20,7 +20,7 @@ impl<'a, P: Space> Labelled<'a, P> {
     /// The arrays of a mesh of this domain. The mesh must be in order: its rows name what exists.
     pub fn of(domain: &Domain<P>, mesh: &'a Mesh<P>) -> Self {
         let names = region_names(domain);
-        let cells = mesh.cells.iter().flat_map(|c| c.as_ref()).map(|&v| u64::from(v)).collect();
+        let cells = mesh.cells.iter().flat_map(AsRef::as_ref).map(|&v| u64::from(v)).collect();
         let mut faces = Patches::default();
         let mut sides = Vec::with_capacity(mesh.faces.len());
         for face in &mesh.faces {

@@ -101,8 +101,8 @@ impl<P: Point> Machine<P> for Counted {
         for (p, piece) in (0u32..).zip(pieces.pieces()) {
             for (c, row) in (0u32..).zip(piece.rows.chunks_exact(2 * P::Cell::LEN)) {
                 let (mut cell, mut across) = (P::Cell::splat(0), P::Cell::splat(u32::MAX));
-                for slot in 0..P::Cell::LEN {
-                    cell.as_mut()[slot] = piece.ids[row[slot] as usize] as u32;
+                for (slot, &v) in row[..P::Cell::LEN].iter().enumerate() {
+                    cell.as_mut()[slot] = piece.ids[v as usize] as u32;
                     if let Some((q, d)) = pieces.neighbour(p, c, slot) {
                         across.as_mut()[slot] = first[q as usize] + d;
                     }

@@ -156,7 +156,7 @@ impl MeshRequest {
     /// # Errors
     /// A field or a singularity of another dimension.
     pub fn size_options<P: Triangulate>(&self, domain: &Domain<P>) -> Result<SizeOptions<P>, MeshError> {
-        let field = self.field.as_ref().map(|f| f.cones::<P>()).transpose()?.unwrap_or_default();
+        let field = self.field.as_ref().map(SizeField::cones::<P>).transpose()?.unwrap_or_default();
         let singularities = match (&self.singularity, self.min_size) {
             (Some(singularity), Some(size)) => vec![(singularity.place(domain)?, size)],
             _ => Vec::new(),

@@ -296,7 +296,7 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
 fn parameters(request: &MeshRequest, around: &Surroundings<'_>) -> ParameterReport {
     let (transport, delivery_seed) = match request.transport {
         Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
-        _ => ("channel", None),
+        Transport::Channel { .. } => ("channel", None),
     };
     ParameterReport {
         input: around.input.to_owned(),

@@ -88,8 +88,7 @@ pub fn write(
     let total = match format {
         OutputFormat::Vtu => vtu::records(mesh),
         OutputFormat::TetGen => tetgen::records(mesh),
-        OutputFormat::Npy => mesh.cell_count() as u64,
-        OutputFormat::Stl => mesh.cell_count() as u64,
+        OutputFormat::Npy | OutputFormat::Stl => mesh.cell_count() as u64,
         OutputFormat::Msh(_) | OutputFormat::Medit | OutputFormat::Off => {
             (mesh.point_count() + mesh.cell_count()) as u64
         }

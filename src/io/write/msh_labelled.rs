@@ -121,7 +121,7 @@ pub(super) fn write_elements(
 ) -> Result<(), Fault> {
     let entities = groups.iter().flat_map(|g| g.entities.iter().map(move |e| (g, e)));
     let total: usize = entities.clone().map(|(_, (_, (_, rows)))| rows.len()).sum();
-    write!(out, "$Elements\n")?;
+    writeln!(out, "$Elements")?;
     match version {
         MshVersion::V22 => writeln!(out, "{total}")?,
         MshVersion::V41 if total == 0 => writeln!(out, "0 0 0 0")?,

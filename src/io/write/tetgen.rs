@@ -129,11 +129,14 @@ fn write_labelled(
     })
 }
 
+/// Of each point a size and a marker.
+type Attributes<'a> = (&'a [f64], &'a [i64]);
+
 /// Writes a `.node` file: no attributes and no markers, or both: the size of each point, and its marker.
 pub(super) fn write_nodes(
     out: &mut dyn Write,
     dimension: usize,
-    (coordinates, labels): (&[f64], Option<(&[f64], &[i64])>),
+    (coordinates, labels): (&[f64], Option<Attributes<'_>>),
     base: u64,
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {

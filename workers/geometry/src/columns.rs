@@ -6,6 +6,8 @@
 //! **Work and depth.** A vector step over the pairs; charged by [`Cost::near_pairs`](crate::cost::Cost::near_pairs)
 //! and by the sweeps of balls.
 
+#![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
+
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -33,6 +35,7 @@ pub trait Rows {
 
 impl<P: Point> Columns<P> {
     /// Columns of these points, in their order.
+    #[expect(clippy::needless_pass_by_value, reason = "iterators are small, and cloned")]
     pub fn of(points: impl Iterator<Item = P> + Clone) -> Self {
         let axes = std::array::from_fn(|axis| {
             if axis < P::DIM { points.clone().map(|x| x.coord(axis)).collect() } else { Vec::new() }

@@ -337,7 +337,7 @@ impl Cost {
     pub fn distinct_numbers(&mut self, numbers: &mut Vec<u32>, seen: &mut Marks) {
         let mut inner = Cost::ZERO;
         let m = numbers.len();
-        for _ in 0..ceil_log2(m as u64).max(1) + 1 {
+        for _ in 0..=ceil_log2(m as u64).max(1) {
             inner.step(m);
         }
         inner.scan_step(m);

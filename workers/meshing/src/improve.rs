@@ -103,7 +103,7 @@ struct Stars {
 impl Stars {
     fn new<P: Point>(mesh: &Mesh<P>) -> Self {
         let mut first = vec![0u32; mesh.points.len() + 1];
-        for &v in mesh.cells.iter().flat_map(|c| c.as_ref()) {
+        for &v in mesh.cells.iter().flat_map(AsRef::as_ref) {
             first[v as usize + 1] += 1;
         }
         for v in 0..mesh.points.len() {

@@ -34,6 +34,8 @@
 //!
 //! **Departures.** Eight facets at a time, in columns: the loop has no branches and uses vector registers.
 
+#![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
+
 use crate::point::Point;
 
 /// `136 u`.
@@ -115,7 +117,7 @@ pub(super) enum Side {
 #[derive(Debug, Default)]
 pub(super) struct Planes {
     blocks: Vec<Block>,
-    planes: Vec<Plane>,
+    rows: Vec<Plane>,
     /// The squared length of the longest image from which on all are certain not to be beyond.
     reach2: Vec<f64>,
     /// The power of two, its square and its cube that images, normals and thresholds are multiplied by in single
@@ -127,7 +129,7 @@ impl Planes {
     /// No facets. The longest image of all is this long.
     pub(super) fn clear(&mut self, longest: f64) {
         self.blocks.clear();
-        self.planes.clear();
+        self.rows.clear();
         self.reach2.clear();
         // The exponent turned round.
         let exponent = (longest.to_bits() >> 52) & 0x7ff;
@@ -140,7 +142,7 @@ impl Planes {
         let blocks = facets.div_ceil(LANES);
         if blocks > self.blocks.len() {
             self.blocks.resize(blocks, EMPTY);
-            self.planes.resize(blocks * LANES, NO_PLANE);
+            self.rows.resize(blocks * LANES, NO_PLANE);
             self.reach2.resize(blocks * LANES, f64::INFINITY);
         }
     }
@@ -148,7 +150,7 @@ impl Planes {
     /// No facet has this number, for the time being.
     pub(super) fn remove(&mut self, facet: u32) {
         self.blocks[facet as usize / LANES].low[facet as usize % LANES] = f32::INFINITY;
-        self.planes[facet as usize].low = f64::INFINITY;
+        self.rows[facet as usize].low = f64::INFINITY;
         self.reach2[facet as usize] = f64::INFINITY;
     }
 
@@ -168,7 +170,7 @@ impl Planes {
         let bound = UNIT * unit;
         let height = normal.dot(a.at);
         let low = height - bound;
-        let plane = &mut self.planes[facet];
+        let plane = &mut self.rows[facet];
         let block = &mut self.blocks[facet / LANES];
         let lane = facet % LANES;
         for axis in 0..P::DIM {
@@ -221,7 +223,7 @@ impl Planes {
     /// What double precision says of a candidate and a facet.
     #[inline]
     fn side<P: Point>(&self, facet: usize, image: &P) -> Side {
-        let Plane { normal, low, high } = &self.planes[facet];
+        let Plane { normal, low, high } = &self.rows[facet];
         let planar = normal[0] * image.coord(0) + normal[1] * image.coord(1);
         let product = if P::DIM == 2 { planar } else { planar + normal[2] * image.coord(2) };
         if product < *low {

@@ -176,8 +176,12 @@ impl Machine<DVec3> for Shuffled {
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error> {
         let mut made = Machine::<DVec3>::planar(&mut self.0, sets)?;
-        made.iter_mut().for_each(|triangles| triangles.reverse());
-        made.iter_mut().flatten().for_each(|t| t.rotate_left(1));
+        for triangles in &mut made {
+            triangles.reverse();
+            for t in triangles.iter_mut() {
+                t.rotate_left(1);
+            }
+        }
         Ok(made)
     }
 

@@ -83,7 +83,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
         // Some point of the volume has driven them out, since without them nothing was missing.
         for _ in 0..MOST_WIDENINGS {
-            missing.iter_mut().for_each(|ball| ball.radius2 *= 1.44);
+            for ball in &mut missing {
+                ball.radius2 *= 1.44;
+            }
             self.closed = Balls::new(before.iter().chain(&missing).copied().collect());
             let count = self.vertices.len();
             let kept: Vec<bool> =
