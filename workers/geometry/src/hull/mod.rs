@@ -92,8 +92,8 @@ impl<P: Point> Default for StarBuilder<P> {
     }
 }
 
-/// Candidates whose images are computed together.
-const AT_ONCE: usize = 16;
+/// Candidates that are looked at together: then it is asked whether the rest is out of reach.
+const AT_ONCE: usize = 32;
 
 /// Candidates between two questions whether the rest is out of reach.
 const ASKED_EVERY: u32 = 4;
@@ -147,7 +147,7 @@ impl<P: Point> StarBuilder<P> {
     /// Takes the next candidates in order; are there any?
     fn look_at_more(&mut self, table: &[P]) -> bool {
         let next = &self.order[self.seen..];
-        let next = &next[..next.len().min(AT_ONCE)];
+        let next = if next.len() > 2 * AT_ONCE { &next[..AT_ONCE] } else { next };
         self.seen += next.len();
         for &id in next {
             if self.points.last().is_some_and(|last| last.id != id) {

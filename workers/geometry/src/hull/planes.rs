@@ -76,9 +76,6 @@ impl<P: Point> Image<P> {
 /// Facets in one block.
 const LANES: usize = 8;
 
-/// Blocks whose outcomes fit a word.
-const GROUP: usize = 64;
-
 type Lanes = [f32; LANES];
 
 /// Eight facets in single precision.
@@ -195,26 +192,24 @@ impl Planes {
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
             *x = (image.coord(i) * self.scale[0]) as f32;
         }
-        for (first, blocks) in (0..).step_by(GROUP).zip(self.blocks.chunks(GROUP)) {
-            // A bit for each block in which some facet is not clear.
-            let mut unclear = 0u64;
-            for (k, block) in blocks.iter().enumerate() {
-                let [x, y, z] = &block.normal;
-                let product: Lanes = std::array::from_fn(|i| {
-                    let planar = x[i] * at[0] + y[i] * at[1];
-                    if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
-                });
-                let clear = product.iter().zip(&block.low).fold(true, |all, (p, low)| all & (p < low));
-                unclear |= u64::from(!clear) << k;
+        for (k, block) in self.blocks.iter().enumerate() {
+            let [x, y, z] = &block.normal;
+            let product: Lanes = std::array::from_fn(|i| {
+                let planar = x[i] * at[0] + y[i] * at[1];
+                if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
+            });
+            let clear = product.iter().zip(&block.low).fold(true, |all, (p, low)| all & (p < low));
+            if clear {
+                continue;
             }
-            while unclear != 0 {
-                let block = first + unclear.trailing_zeros() as usize;
-                unclear &= unclear - 1;
-                for facet in block * LANES..(block + 1) * LANES {
-                    match self.side(facet, image) {
-                        Side::Clear => {}
-                        side => f(facet as u32, side),
-                    }
+            for (lane, (product, &low)) in product.into_iter().zip(&block.low).enumerate() {
+                if product < low {
+                    continue;
+                }
+                let facet = k * LANES + lane;
+                match self.side(facet, image) {
+                    Side::Clear => {}
+                    side => f(facet as u32, side),
                 }
             }
         }
