@@ -30,7 +30,8 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
-use septet_geometry::near::{Lists, graph_near};
+use septet_geometry::lists::Lists;
+use septet_geometry::near::graph_near;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
@@ -56,7 +57,7 @@ enum State {
 #[derive(Debug, Default)]
 pub(crate) struct Selection {
     /// The neighbours of each leaf's home points.
-    graphs: Vec<Lists>,
+    graphs: Vec<Lists<u32>>,
     /// Of every point of the table.
     states: Vec<State>,
     /// Of every point of the table: its priority, or [`DECIDED`].
@@ -131,10 +132,10 @@ impl<P: Point> Worker<P> {
     }
 
     /// Counts edges once, at their smaller end.
-    fn count_edges(&self, leaf: &Leaf<P>, lists: &Lists) -> Counted {
+    fn count_edges(&self, leaf: &Leaf<P>, lists: &Lists<u32>) -> Counted {
         let mut counted = Counted::default();
         for (row, home) in leaf.home().enumerate() {
-            let list = lists.list(row);
+            let list = &lists[row];
             counted.max_degree = counted.max_degree.max(list.len() as u64);
             let (x, id) = (self.table.positions[home as usize], self.table.ids[home as usize]);
             for &j in list {
@@ -197,7 +198,7 @@ impl<P: Point> Worker<P> {
             let first = cost.map_nested(open, |&v, own| {
                 let (mine, mut first) = ((priorities[v as usize], positions[v as usize]), true);
                 let mut sweep = own.sweep();
-                sweep.each(lists.list((v - leaf.start) as usize), |&u| {
+                sweep.each(&lists[(v - leaf.start) as usize], |&u| {
                     let other = priorities[u as usize];
                     first &= mine.0 < other || compare(mine, (other, positions[u as usize])).is_lt();
                 });
@@ -216,8 +217,7 @@ impl<P: Point> Worker<P> {
             let out = cost.map_nested(open, |&v, own| {
                 let mut out = false;
                 let mut sweep = own.sweep();
-                sweep
-                    .each(lists.list((v - leaf.start) as usize), |&u| out |= states[u as usize] == State::In);
+                sweep.each(&lists[(v - leaf.start) as usize], |&u| out |= states[u as usize] == State::In);
                 own.swept_inside(sweep);
                 out
             });
@@ -231,7 +231,7 @@ impl<P: Point> Worker<P> {
     fn half(
         &self,
         step: &'static str,
-        rule: impl Fn(&Leaf<P>, &[u32], &Lists, &mut Cost) -> (Vec<bool>, bool) + Sync + Send,
+        rule: impl Fn(&Leaf<P>, &[u32], &Lists<u32>, &mut Cost) -> (Vec<bool>, bool) + Sync + Send,
     ) -> Vec<(usize, Half)> {
         let places: Vec<usize> =
             (0..self.leaves.len()).filter(|&at| !self.selection.open[at].is_empty()).collect();
@@ -246,7 +246,7 @@ impl<P: Point> Worker<P> {
             let mut told = Vec::new();
             cost.map_nested(&flagged, |&(v, decided), own| {
                 let mut sweep = own.sweep();
-                sweep.each(lists.list((v - leaf.start) as usize), |&u| {
+                sweep.each(&lists[(v - leaf.start) as usize], |&u| {
                     if decided
                         && u >= self.table.home
                         && self.selection.states[u as usize] == State::Undecided

@@ -20,33 +20,8 @@
 
 use crate::cost::Cost;
 use crate::graph::Supergraph;
+use crate::lists::Lists;
 use crate::point::{Point, dist2};
-
-/// Lists of numbers, one after the other.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Lists {
-    /// Where each list starts; one entry more than lists.
-    starts: Vec<usize>,
-    items: Vec<u32>,
-}
-
-impl Lists {
-    /// The list with this number.
-    #[inline]
-    pub fn list(&self, at: usize) -> &[u32] {
-        &self.items[self.starts[at]..self.starts[at + 1]]
-    }
-
-    /// Number of lists.
-    pub fn len(&self) -> usize {
-        self.starts.len().saturating_sub(1)
-    }
-
-    /// Are there none?
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
 
 /// A member, laid out for the search.
 #[derive(Clone, Copy)]
@@ -138,7 +113,7 @@ pub fn graph_near<P: Point>(
     members: &[u32],
     rows: usize,
     cost: &mut Cost,
-) -> Lists {
+) -> Lists<u32> {
     let member = |&i: &u32| Member { x: table[i as usize], r2: radii2[i as usize], number: i };
     let members: Vec<Member<P>> = cost.map(members, member);
     let largest2 = cost.reduce(&members, 0.0, |m: f64, c| m.max(c.r2));
@@ -154,8 +129,7 @@ pub fn graph_near<P: Point>(
     });
     let (starts, _) = cost.scan(&counts);
 
-    let mut lists = Lists { starts: Vec::with_capacity(rows + 1), items: Vec::with_capacity(16 * rows) };
-    lists.starts.push(0);
+    let mut lists = Lists::default();
     // Which members join is not foreseen by anything: each is written, and the next over it if it does not.
     let mut found = vec![0; members.len() + 1];
     cost.map_nested(&members[..rows], |row, own| {
@@ -169,8 +143,7 @@ pub fn graph_near<P: Point>(
             });
         });
         own.swept_inside(sweep);
-        lists.items.extend_from_slice(&found[..count]);
-        lists.starts.push(lists.items.len());
+        lists.push(found[..count].iter().copied());
     });
     lists
 }
@@ -195,9 +168,9 @@ mod tests {
         let direct = graph_direct(rule, points, radii2, &members[..rows], &members, &mut all);
         assert_eq!(near.len(), rows);
         for (i, expected) in direct.iter().enumerate() {
-            let mut list = near.list(i).to_vec();
+            let mut list = near[i].to_vec();
             list.sort_unstable();
-            assert_eq!(&list, expected, "row {i}");
+            assert_eq!(list, expected, "row {i}");
         }
         cost.work() as f64 / rows.max(1) as f64
     }
