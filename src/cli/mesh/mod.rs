@@ -139,7 +139,9 @@ impl Job<'_> {
         if let Some(directory) = &args.svg {
             write_figures(&figures(quality, Promise::of(request.lipschitz)), directory, talk)?;
         }
-        summary(&judged).iter().for_each(|line| talk.note(line));
+        for line in summary(&judged) {
+            talk.note(line);
+        }
         for file in files {
             talk.note(format!("  wrote {}", file.display()));
         }

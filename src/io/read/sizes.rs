@@ -144,7 +144,9 @@ mod tests {
         bytes.extend((head.len() as u16).to_le_bytes());
         bytes.extend(head.as_bytes());
         let start = bytes.len();
-        [1.0f64, 2.0, 0.5, 3.0, 4.0, 0.25].iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        for x in [1.0f64, 2.0, 0.5, 3.0, 4.0, 0.25] {
+            bytes.extend(x.to_le_bytes());
+        }
         let field = read("f.npy", &bytes).unwrap();
         assert_eq!(field.rows, [([1.0, 2.0, 0.0], 0.5), ([3.0, 4.0, 0.0], 0.25)]);
         bytes[start + 40..start + 48].copy_from_slice(&(-1.0f64).to_le_bytes());
@@ -153,7 +155,7 @@ mod tests {
         assert!(error.to_string().contains("positive"), "{error}");
         let wide = head.replace("(2, 3)", "(1, 6)");
         bytes.splice(10..10 + head.len(), wide.bytes());
-        assert!(read("f.npy", &bytes).unwrap_err().to_string().contains("6"));
+        assert!(read("f.npy", &bytes).unwrap_err().to_string().contains('6'));
     }
 
     #[test]

@@ -72,7 +72,9 @@ mod tests {
     #[test]
     fn every_bin_with_counts_has_a_bar() {
         let mut histogram = Histogram::new(0.0, 10.0, 10);
-        [0.5, 0.6, 3.5, 9.99, 12.0].into_iter().for_each(|x| histogram.add(x));
+        for x in [0.5, 0.6, 3.5, 9.99, 12.0] {
+            histogram.add(x);
+        }
         let bars = Bars { title: "A < B", label: "x", of: "cells", histogram: &histogram, bound: Some(4.0) };
         let text = svg(&bars);
         assert_eq!(text.matches("bar c0").count(), 3);
