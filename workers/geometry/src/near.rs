@@ -138,7 +138,7 @@ pub fn graph_near<P: Point>(
         grid.runs(row.x, rule.reach(row.r2, largest2), |first, last| {
             sweep.each(&sorted[starts[first]..starts[last + 1]], |c| {
                 found[count] = c.number;
-                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) & (row.number != c.number);
+                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) && row.number != c.number;
                 count += usize::from(joins);
             });
         });
