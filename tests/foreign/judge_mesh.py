@@ -1,8 +1,8 @@
 """Judges a mesh of a .poly file by the files that TetGen and Triangle would write, with Python's integers alone.
 
-Usage: judge_mesh.py DOMAIN.poly MESH MEASURE
-with MESH.node, MESH.ele, MESH.edge and in space MESH.face, and the volume (area) of the domain. It shares no code
-with septet, not even a reader.
+Usage: judge_mesh.py DOMAIN.poly MESH MEASURE [FACETS]
+with MESH.node, MESH.ele, MESH.edge and in space MESH.face, the volume (area) of the domain, and the numbers, from 1,
+of facets that lie outside of it. It shares no code with septet, not even a reader.
 
 Exact: every cell is positive; two cells that share a facet lie on opposite sides of it; no facet has three; a facet of
 one cell is a face of the mesh (in the plane: lies on a segment), and cells with different attributes share faces only.
@@ -78,8 +78,7 @@ class Domain:
                 loops.append(loop[:corners])
                 at += 1
             at += holes
-            if any(len(loop) > 2 for loop in loops):
-                self.facets.append([loop for loop in loops if len(loop) > 2])
+            self.facets.append([loop for loop in loops if len(loop) > 2])
             for loop in loops:
                 if len(loop) > 1:
                     ends = loop[1:] + loop[:1] if len(loop) > 2 else loop[1:]
@@ -191,11 +190,13 @@ def inside(point, loops):
     return odd
 
 
-def check_facets(domain, mesh, taken):
+def check_facets(domain, mesh, taken, outside):
     corners = np.array([[mesh.points[v] for v in face] for face in mesh.faces])
     extent = np.ptp(np.array(list(domain.points.values())), axis=0).max()
     owned = Counter()
     for number, loops in enumerate(domain.facets):
+        if not loops:
+            continue
         rings = [np.array([domain.points[v] for v in loop]) for loop in loops]
         # Newell's normal of the largest loop.
         normals = [np.cross(r, np.roll(r, -1, axis=0)).sum(axis=0) for r in rings]
@@ -214,6 +215,7 @@ def check_facets(domain, mesh, taken):
                 found += np.linalg.norm(np.cross(b - a, c - a)) / 2
                 v = sorted(mesh.faces[i])
                 tiles.update([(v[0], v[1]), (v[0], v[2]), (v[1], v[2])])
+        area = 0.0 if number + 1 in outside else area
         if abs(found - area) > NEAR * area:
             fail(f"facet {number} has {found!r} of {area!r} in faces")
         for edge, count in tiles.items():
@@ -224,7 +226,8 @@ def check_facets(domain, mesh, taken):
 
 
 def main():
-    path, stem, expected = sys.argv[1:]
+    path, stem, expected = sys.argv[1:4]
+    outside = {int(number) for number in sys.argv[4:]}
     domain = Domain(path)
     d = domain.dimension
     mesh = Mesh(stem, d)
@@ -236,7 +239,7 @@ def main():
     taken = check_segments(domain, mesh, edges if d == 3 else set(sides))
     if d == 3:
         check_borders(mesh, sides, {tuple(sorted(f)) for f in mesh.faces})
-        check_facets(domain, mesh, taken)
+        check_facets(domain, mesh, taken, outside)
         if edges != taken:
             fail("an edge lies on no segment")
     else:
