@@ -1,11 +1,13 @@
 //! The files of small meshes, read by other programs.
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that
-//! `tests/foreign/read_with_others.py` lists. Without it only the writers run, unless
+//! `tests/foreign/read_with_others.py` lists; meshes of domains are judged by `tests/foreign/judge_mesh.py`. Without it
+//! only the writers run, unless
 //! `SEPTET_REQUIRE_FOREIGN=1` asks for the comparison.
 
+use std::ffi::OsString;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use septet::io::write::{WriteOptions, check_output, topology, write};
@@ -124,6 +126,20 @@ fn write_all(directory: &Path, mesh: &Mesh) {
     fs::write(directory.join("cells.i64"), cells).unwrap();
 }
 
+/// The interpreter, if there is one.
+fn python() -> Option<OsString> {
+    let found = std::env::var_os("SEPTET_PYTHON");
+    if found.is_none() {
+        let required = std::env::var_os("SEPTET_REQUIRE_FOREIGN").is_some_and(|v| v == "1");
+        assert!(
+            !required,
+            "SEPTET_REQUIRE_FOREIGN=1, but SEPTET_PYTHON names no Python interpreter; make one \
+             with the packages vtk, meshio, gmsh and numpy"
+        );
+    }
+    found
+}
+
 #[test]
 fn other_programs_read_what_we_write() {
     let directory = tempfile::tempdir().unwrap();
@@ -132,15 +148,7 @@ fn other_programs_read_what_we_write() {
     write_all(&at("squares"), &squares());
     write_all(&at("empty-space"), &no_cells(3));
     write_all(&at("empty-plane"), &no_cells(2));
-    let Some(python) = std::env::var_os("SEPTET_PYTHON") else {
-        let required = std::env::var_os("SEPTET_REQUIRE_FOREIGN").is_some_and(|v| v == "1");
-        assert!(
-            !required,
-            "SEPTET_REQUIRE_FOREIGN=1, but SEPTET_PYTHON names no Python interpreter; make one \
-             with the packages vtk, meshio, gmsh and numpy"
-        );
-        return;
-    };
+    let Some(python) = python() else { return };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/read_with_others.py");
     let output = Command::new(&python).arg(script).arg(directory.path()).output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
@@ -150,4 +158,111 @@ fn other_programs_read_what_we_write() {
     let last = said.lines().last().unwrap_or_default();
     assert!(last.ends_with(" passed, 0 failed"), "{said}\n{complained}");
     println!("{said}");
+}
+
+/// Domains of `tests/domains/good`, options, their areas and volumes, and the facets outside.
+const DOMAINS: [(&str, &str, &str); 11] = [
+    ("cube", "--size 0.8 --lipschitz 0.25", "64"),
+    ("l-shape", "--size 0.6", "24"),
+    ("cubic-hole", "--lipschitz 0.25", "208"),
+    ("tunnel", "--size 0.9", "48"),
+    ("two-regions", "--size 0.8", "64"),
+    ("dangling", "--lipschitz 0.25", "64"),
+    ("slanted-box", "--size 1.2", "162"),
+    ("wedge", "--lipschitz 0.25", "0.08682408883346517"),
+    ("airfoil", "--lipschitz 0.12", "0.07846417655"),
+    ("map", "--size 0.5", "80"),
+    // Its facet 20 lies in a hole.
+    ("../../data/example", "--size 0.6", "17.9375 20"),
+];
+
+/// What the judge says of a mesh, and whether it is content.
+fn judged(python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/judge_mesh.py");
+    let output = Command::new(python).arg(script).arg(domain).arg(mesh).args(measure.split(' ')).output();
+    let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
+    let said = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+    (output.status.success() && said.starts_with("ok "), said)
+}
+
+/// Makes a mesh; nothing if the domain's file has to be fetched first.
+fn mesh(directory: &Path, name: &str, options: &str) -> Option<(PathBuf, PathBuf)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good");
+    let domain = root.join(name).with_extension("poly");
+    if !domain.is_file() {
+        let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
+        assert!(!required, "{} is missing: run tests/run --setup", domain.display());
+        eprintln!("not run: {} is missing (tests/run --setup fetches it)", domain.display());
+        return None;
+    }
+    let stem = directory.join(Path::new(name).file_name().unwrap());
+    let made = Command::new(env!("CARGO_BIN_EXE_septet"))
+        .arg("mesh")
+        .arg(&domain)
+        .arg("-o")
+        .arg(stem.with_extension("ele"))
+        .args(options.split_whitespace())
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{name}: {}", String::from_utf8_lossy(&made.stderr));
+    Some((domain, stem))
+}
+
+#[test]
+fn meshes_of_domains_are_judged_by_another_program() {
+    let directory = tempfile::tempdir().unwrap();
+    let python = python();
+    for (name, options, measure) in DOMAINS {
+        let Some((domain, stem)) = mesh(directory.path(), name, options) else { continue };
+        if let Some(python) = &python {
+            let (good, said) = judged(python, &domain, &stem, measure);
+            assert!(good, "{name}: {said}");
+            println!("{name}: {}", said.trim());
+        }
+    }
+}
+
+/// The judge would not let these pass.
+#[test]
+fn spoilt_meshes_are_refused_by_the_other_program() {
+    let Some(python) = python() else { return };
+    let directory = tempfile::tempdir().unwrap();
+    let (domain, stem) = mesh(directory.path(), "two-regions", "--size 0.8").unwrap();
+    assert!(judged(&python, &domain, &stem, "64").0);
+    // A cell, a face or an edge on a segment less; another region; a point moved by a millionth; cells turned over.
+    let spoilt: [(&str, &str, &dyn Fn(&str) -> String); 6] = [
+        ("ele", "the cells have", &|text| without(text, 30)),
+        ("face", "is no face", &|text| without(text, 7)),
+        ("edge", "has no edge", &|text| without(text, 3)),
+        ("ele", "is no face", &|text| edited(text, 30, |words| words[5] = "9".into())),
+        ("node", "failed", &|text| edited(text, 1, |words| words[2] = "1e-6".into())),
+        ("ele", "is not positive", &|text| edited(text, 12, |words| words.swap(2, 3))),
+    ];
+    for (extension, words, spoil) in spoilt {
+        let path = stem.with_extension(extension);
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, spoil(&text)).unwrap();
+        let (good, said) = judged(&python, &domain, &stem, "64");
+        assert!(!good && said.contains(words), "{extension}: {said}");
+        fs::write(&path, text).unwrap();
+    }
+    assert!(!judged(&python, &domain, &stem, "64.000001").0);
+}
+
+/// A table with one row less, and told so.
+fn without(table: &str, row: usize) -> String {
+    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
+    lines.remove(row);
+    let (count, rest) = lines[0].split_once(' ').unwrap();
+    lines[0] = format!("{} {rest}", count.parse::<usize>().unwrap() - 1);
+    lines.join("\n")
+}
+
+/// A table with the words of one line changed.
+fn edited(table: &str, row: usize, change: impl Fn(&mut Vec<String>)) -> String {
+    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
+    let mut words: Vec<String> = lines[row].split_whitespace().map(str::to_owned).collect();
+    change(&mut words);
+    lines[row] = words.join(" ");
+    lines.join("\n")
 }
