@@ -52,6 +52,25 @@ impl<P: Point> Bounds<P> {
         self.high - self.low
     }
 
+    /// Does a segment meet the box widened by what rounding may have done? Never no where it does.
+    pub fn meets_segment(&self, p: P, q: P) -> bool {
+        let mut span = [0.0f64, 1.0];
+        for i in 0..P::DIM {
+            let (from, along) = (p.coord(i), q.coord(i) - p.coord(i));
+            let pad = 1e-12 * (from.abs() + along.abs() + self.low.coord(i).abs() + self.high.coord(i).abs());
+            let (low, high) = (self.low.coord(i) - pad - from, self.high.coord(i) + pad - from);
+            if along == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (a, b) = (low / along, high / along);
+            span = [span[0].max(a.min(b)), span[1].min(a.max(b))];
+        }
+        span[0] <= span[1]
+    }
+
     /// Squared distance to a point, rounded; 0 inside.
     pub fn dist2(&self, p: P) -> f64 {
         let mut gap = P::splat(0.0);
@@ -147,6 +166,33 @@ impl<P: Point> Bvh<P> {
             if node.right == 0 {
                 let items = &self.order[node.range.0 as usize..node.range.1 as usize];
                 for &i in items.iter().filter(|&&i| self.boxes[i as usize].meets(query)) {
+                    if !f(i) {
+                        return;
+                    }
+                }
+            } else {
+                stack[top] = node.right;
+                stack[top + 1] = at + 1;
+                top += 2;
+            }
+        }
+    }
+
+    /// Calls `f` with the items whose boxes the segment from `p` to `q` meets, up to rounding, in the tree's order,
+    /// until it answers `false`.
+    pub fn visit_along(&self, p: P, q: P, mut f: impl FnMut(u32) -> bool) {
+        let mut stack = [0u32; 34];
+        let mut top = usize::from(!self.nodes.is_empty());
+        while top > 0 {
+            top -= 1;
+            let at = stack[top];
+            let node = &self.nodes[at as usize];
+            if !node.bounds.meets_segment(p, q) {
+                continue;
+            }
+            if node.right == 0 {
+                let items = &self.order[node.range.0 as usize..node.range.1 as usize];
+                for &i in items.iter().filter(|&&i| self.boxes[i as usize].meets_segment(p, q)) {
                     if !f(i) {
                         return;
                     }

@@ -85,6 +85,25 @@ impl<P: Space> Features<P> {
         Features { points: domain.points().to_vec(), all, corners, items, tree }
     }
 
+    /// Corners (one vertex) and chains of edges (more), each with its name. Two are disjoint if they share no end.
+    pub fn of_chains(domain: &Domain<P>, chains: Vec<(Feature, Vec<u32>)>) -> Self {
+        let (mut all, mut corners, mut items) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, (feature, chain)) in (0u32..).zip(chains) {
+            let mut ends = vec![chain[0], chain[chain.len() - 1]];
+            ends.sort_unstable();
+            ends.dedup();
+            let item = |vertices: [u32; 3], len| Item { feature: number, vertices, len };
+            if chain.len() == 1 {
+                items.push(item([chain[0]; 3], 1));
+            }
+            items.extend(chain.windows(2).map(|e| item([e[0], e[1], e[1]], 2)));
+            all.push(feature);
+            corners.push(ends);
+        }
+        let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&i.vertices[..i.len])).collect());
+        Features { points: domain.points().to_vec(), all, corners, items, tree }
+    }
+
     /// How many simplices the features are made of.
     pub fn item_count(&self) -> u32 {
         self.items.len() as u32

@@ -41,6 +41,7 @@ mod facets;
 mod finish;
 mod force;
 mod machine;
+pub mod remesh;
 mod segments;
 mod vertices;
 mod volume;
@@ -90,6 +91,8 @@ pub enum Failure<E> {
     Missing(Missing),
     /// More vertices than allowed.
     TooMany(u64),
+    /// This domain cannot be meshed that way.
+    Unsupported(&'static str),
 }
 
 /// How many points a mesh will have, about: from the cells that candidates are made in.

@@ -103,7 +103,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         !self.pieces.hold(at) && !self.triangles.hold(at) && !self.closed.hold(at)
     }
 
-    fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<(Site<P>, Carrier)> {
+    pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<(Site<P>, Carrier)> {
         let names =
             (0..CANDIDATES).map(|number| Name { cell: cell.key, number }.place(cell, self.rules.seed));
         let free = names.filter(|&at| self.is_open(at) && (whole || self.domain.is_inside(at)));

@@ -111,10 +111,27 @@ impl<P: Space> SizeFunction<P> {
     /// # Errors
     /// [`SizeError`], for options out of range and for domains that are too fine for the number of cells.
     pub fn new(domain: &Domain<P>, options: &SizeOptions<P>) -> Result<Self, SizeError> {
+        Self::of_features(domain, &Features::new(domain), options)
+    }
+
+    /// Makes that of some features of a domain. Outside of their box it is L-Lipschitz still, and the statement is
+    /// about the inside alone.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn of_features(
+        domain: &Domain<P>,
+        features: &Features<P>,
+        options: &SizeOptions<P>,
+    ) -> Result<Self, SizeError> {
         let wishes = scaled(options, domain.simplices.exponent)?;
         let user = User::new(options.lipschitz, &wishes);
-        let features = Features::new(domain);
-        let (grown, mut cones) = tree(&features, options, &user, true)?;
+        if features.item_count() == 0 {
+            let cones = Cones::new(options.lipschitz, Vec::new());
+            let regions = Regions::new(options.lipschitz, domain);
+            return Ok(SizeFunction { user, regions, cones, levels: Vec::new() });
+        }
+        let (grown, mut cones) = tree(features, options, &user, true)?;
         cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
         let cones = Cones::new(options.lipschitz, cones).filtered();
         let regions = Regions::new(options.lipschitz, domain);

@@ -1,0 +1,83 @@
+//! Remeshing: the volume that a closed surface encloses, with a boundary of its own that follows the surface.
+//!
+//! **Statement.** Of the surface only corners and ridges above the feature angle are kept. Points are sampled on ridges
+//! and on the surface, and of their Delaunay triangulation a cell is inside iff its circumcentre is: faces between
+//! inside and outside are those whose dual edge crosses the surface an odd number of times, the *restricted Delaunay
+//! triangulation*. As the border of a set of cells it is closed. A face's dual edge meets the surface in s; the
+//! *surface ball* around s through the face's corners holds no vertex. When the refinement ends,
+//!
+//! 1. every surface ball has a radius of at most f(s), its face's corners lie on the surface, and the face's centre is
+//!    no farther from s than the distance asked for;
+//! 2. every edge of the boundary has two faces, every vertex on the surface one fan of them: a 2-manifold;
+//! 3. every chord of a ridge is an edge of the boundary, its middle no farther from the ridge's than that distance;
+//! 4. every cell inside has a circumradius of at most f at its centre.
+//!
+//! What violates one of these names a point to be inserted: s, the middle of a chord, or the cell's centre; for a
+//! centre in a surface ball its s, for either in the smallest ball of a chord the chord's middle (Shewchuk's
+//! order). The candidates of a round are one independent set.
+//!
+//! **Source.** Boissonnat and Oudot (2005), Oudot, Rineau and Yvinec (2005), as in CGAL's `Mesh_3`; ridges as in
+//! Shewchuk (1998).
+//!
+//! **Departures.** The surface is refined before the volume is sampled, so that the volume's points stay out of the
+//! surface balls. Where 1 to 4 need it (ridges and sheets closer than f), points are closer than f: f bounds radii
+//! from above everywhere, spacing from below only where the surface lets it. Ridges are not protected by weights: at
+//! ridges that meet at small angles the refinement may not end, so rounds are limited and the features named.
+//!
+//! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
+
+mod deviation;
+mod kept;
+mod refine;
+mod restricted;
+mod ridges;
+mod surface;
+mod topology;
+
+use crate::domain::Domain;
+use crate::space::Space;
+
+use super::machine::Machine;
+use super::work::{Rules, Work};
+use super::{Failure, Generated};
+
+pub use deviation::Deviation;
+pub use kept::{Kept, Ridge};
+
+/// The largest distance between a face's centre and the surface, over f, where nothing is asked for.
+pub const DEFAULT_DISTANCE: f64 = 0.1;
+
+/// The size where nothing is asked for: the diagonal of the surface's box over this.
+pub const DEFAULT_PARTS: f64 = 30.0;
+
+/// How a surface is followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// The largest distance of the boundary's faces from the surface and of the surface's vertices from the
+    /// boundary, in scaled coordinates; [`DEFAULT_DISTANCE`] times f at faces' centres alone if not said.
+    pub distance: Option<f64>,
+}
+
+/// Generates the points of the volume in a closed surface and triangulates them; how far the boundary then is from
+/// the surface.
+///
+/// # Errors
+/// [`Failure`]; [`Failure::Unsupported`] in the plane and for domains that are no surfaces.
+pub fn remesh<P: Space, M: Machine<P> + Sync>(
+    domain: &Domain<P>,
+    rules: Rules<'_, P>,
+    feature_angle: f64,
+    options: Options,
+    machine: &mut M,
+) -> Result<(Generated<P>, Deviation), Failure<M::Error>> {
+    if P::DIM != 3 || domain.kind != crate::input::Kind::Surface {
+        return Err(Failure::Unsupported("only closed surfaces of space can be remeshed"));
+    }
+    let kept = Kept::new(domain, feature_angle);
+    let mut work = Work::new(domain, rules, machine);
+    work.vertices = super::Vertices::default();
+    refine::Refinement::new(work, &kept, options).run()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,267 @@
+//! The refinement of surface and volume.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::point::{Point, dist2};
+
+use super::deviation::{Deviation, of_faces, of_vertices};
+use super::kept::Kept;
+use super::restricted::{Face, Restricted};
+use super::ridges::Chord;
+use super::surface::Surface;
+use super::topology::crowded;
+use super::{DEFAULT_DISTANCE, Options};
+use crate::angles::cosine;
+use crate::domain::Feature;
+use crate::generate::balls::{Ball, Balls};
+use crate::generate::machine::Machine;
+use crate::generate::volume::sampling_cells;
+use crate::generate::work::Work;
+use crate::generate::{Failure, Generated, Missing};
+use crate::mesh::Carrier;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// A point to be inserted.
+pub(super) type Candidate<P> = (Site<P>, Carrier);
+
+/// What is left when rounds run out.
+const ROUNDS: u32 = 150;
+
+/// Faces may turn this far (as a cosine) from the surface at s, as long as their balls are above a part of f.
+const TURN: f64 = 0.5;
+const TURNED: f64 = 0.25;
+
+/// Surface balls below this part of the surface's diagonal are not divided.
+const SMALLEST: f64 = 1e-7;
+
+/// The generator that follows a surface.
+pub(super) struct Refinement<'a, P: Space, M> {
+    pub(super) work: Work<'a, P, M>,
+    pub(super) kept: &'a Kept,
+    pub(super) surface: Surface<P>,
+    options: Options,
+    /// The ridge of each segment, and its position there.
+    pub(super) ridge_of: Vec<Option<(u32, u32)>>,
+    pub(super) chords: Vec<Chord<P>>,
+}
+
+impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
+    pub(super) fn new(work: Work<'a, P, M>, kept: &'a Kept, options: Options) -> Self {
+        let mut ridge_of = vec![None; work.domain.segments.len()];
+        for (r, ridge) in (0u32..).zip(&kept.ridges) {
+            (0u32..).zip(&ridge.segments).for_each(|(i, &s)| ridge_of[s as usize] = Some((r, i)));
+        }
+        let surface = Surface::new(work.domain);
+        Refinement { work, kept, surface, options, ridge_of, chords: Vec::new() }
+    }
+
+    /// The largest distance allowed at a place.
+    pub(super) fn distance_at(&self, at: P) -> f64 {
+        self.options.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.work.rules.size)(at))
+    }
+
+    /// All stages.
+    pub(super) fn run(mut self) -> Result<(Generated<P>, Deviation), Failure<M::Error>> {
+        self.ridges()?;
+        self.work.begin("surface");
+        let walls: Vec<u32> = (0..self.surface.walls()).collect();
+        let found = self.work.machine.map(&walls, |&w| {
+            let made = self.surface.candidates(w, &self.work.rules, self.work.seed_of(w));
+            made.into_iter().filter(|(site, _)| !self.work.pieces.hold(site.at)).collect::<Vec<_>>()
+        });
+        self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        let made = self.refined(false)?;
+        self.work.triangles = Balls::new(made.faces.iter().map(ball).collect());
+        self.work.begin("volume");
+        let cells = sampling_cells(self.work.domain, &self.work.rules);
+        let found = self.work.machine.map(&cells, |(cell, whole)| self.work.candidates_of(cell, *whole));
+        self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        let made = self.refined(true)?;
+        Ok(self.finished(made))
+    }
+
+    fn finished(self, made: Restricted<P>) -> (Generated<P>, Deviation) {
+        let Work { domain, vertices, stages, machine, .. } = self.work;
+        let faces = of_faces(&*machine, &self.surface, &vertices.points, &made.faces);
+        let corners = of_vertices(&*machine, domain, &vertices.points, &made.faces);
+        let deviation = Deviation::of(domain, &faces, &corners);
+        let face = |f: &Face<P>| {
+            let cell = &made.delaunay.cells[f.cells[0] as usize];
+            let apex = cell.as_ref().iter().copied().find(|v| !f.vertices.contains(v)).unwrap_or_default();
+            let facet = septet_geometry::incremental::facet_without::<P>(cell, apex);
+            (f.place.facet, facet, [f.cells[0], u32::MAX])
+        };
+        let mut faces: Vec<_> = made.faces.iter().map(face).collect();
+        faces.sort_unstable();
+        let pieces = self.chords.iter().map(|c| (c.segment, c.ends)).collect();
+        let Restricted { delaunay, labels, .. } = made;
+        (Generated { vertices, delaunay, labels, faces, pieces, stages }, deviation)
+    }
+
+    /// Inserts an independent set of candidates; sizes of vertices are those of the size function.
+    pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), Failure<M::Error>> {
+        let before = self.work.vertices.len();
+        self.work.complete(candidates, true).map_err(Failure::Machine)?;
+        for v in before..self.work.vertices.len() {
+            self.work.vertices.sizes[v] = (self.work.rules.size)(self.work.vertices.points[v]);
+        }
+        if self.work.vertices.len() as u64 > self.work.rules.most {
+            return Err(Failure::TooMany(self.work.rules.most));
+        }
+        Ok(())
+    }
+
+    /// Refines until nothing is at fault: first faces and chords, then the boundary's being a manifold, then cells, then
+    /// the distance asked for.
+    fn refined(&mut self, volume: bool) -> Result<Restricted<P>, Failure<M::Error>> {
+        let mut last = Vec::new();
+        for _ in 0..ROUNDS {
+            let delaunay =
+                self.work.machine.delaunay(&self.work.vertices.points).map_err(Failure::Machine)?;
+            let made = Restricted::new(&self.work, &self.surface, delaunay);
+            let mut found = self.coarse(&made);
+            if found.is_empty() {
+                found = crowded(self, &made);
+            }
+            if found.is_empty() && volume {
+                found = self.cells(&made);
+            }
+            if found.is_empty() && volume {
+                found = self.distant(&made);
+            }
+            if found.is_empty() {
+                return Ok(made);
+            }
+            last.clone_from(&found);
+            self.insert(found)?;
+            self.make_chords();
+        }
+        Err(Failure::Missing(missing(&last)))
+    }
+
+    /// The candidate of a place of the surface with an empty ball: the middle of a chord that it comes too close to, else
+    /// itself.
+    pub(super) fn on_surface(&self, face: &Face<P>) -> Option<Candidate<P>> {
+        if face.radius <= SMALLEST * self.surface.diagonal() {
+            return None;
+        }
+        let at = face.place.at;
+        let size = face.radius.min((self.work.rules.size)(at));
+        Some(match self.work.pieces.holding(at).first() {
+            Some(&c) => self.chords[c as usize].candidate(),
+            None => (Site { at, size }, Carrier::Facet(face.place.facet)),
+        })
+    }
+
+    /// Chords that are no edges of the boundary, and faces that are too large, too far off or turned, or have a vertex off the
+    /// surface.
+    fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
+        let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
+        edges.sort_unstable();
+        let lacks = |c: &&Chord<P>| {
+            edges.binary_search(&crate::space::ascending(c.ends)).is_err()
+                && c.ball.radius2.sqrt() > SMALLEST * self.surface.diagonal()
+        };
+        let mut found: Vec<Candidate<P>> = self.chords.iter().filter(lacks).map(Chord::candidate).collect();
+        let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
+        let judged = self.work.machine.map(&numbers, |&f| {
+            let face = &made.faces[f as usize];
+            if self.is_coarse_face(made, face) { self.on_surface(face) } else { None }
+        });
+        found.extend(judged.into_iter().flatten());
+        found
+    }
+
+    fn is_coarse_face(&self, made: &Restricted<P>, face: &Face<P>) -> bool {
+        let vertices = &self.work.vertices;
+        if made.is_shared(face)
+            || face.vertices.iter().any(|&v| vertices.carriers[v as usize] == Carrier::Volume)
+        {
+            return true;
+        }
+        let at = face.place.at;
+        let largest = face.vertices.iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
+        let distance = self.distance_at(at);
+        if self.work.rules.is_too_large(at, face.radius, largest)
+            || dist2(at, face.centre) > distance * distance
+        {
+            return true;
+        }
+        let [a, b, c] = face.vertices.map(|v| vertices.points[v as usize]);
+        let turned = cosine(P::hull_normal(&[b - a, c - a]), face.place.normal).abs() < TURN;
+        turned && face.radius > TURNED * (self.work.rules.size)(at)
+    }
+
+    /// Centres of cells inside that are too large, or what they come too close to.
+    fn cells(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
+        let balls = Balls::new(made.faces.iter().map(ball).collect());
+        let numbers: Vec<u32> = (0..made.delaunay.cells.len() as u32).collect();
+        let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
+        let one = |&i: &u32| self.centre_of(made, &balls, i);
+        let found = self.work.machine.map(&chunks, |chunk| chunk.iter().filter_map(one).collect::<Vec<_>>());
+        found.into_iter().flatten().collect()
+    }
+
+    fn centre_of(&self, made: &Restricted<P>, balls: &Balls<P>, i: u32) -> Option<Candidate<P>> {
+        if !made.labels.is_inside(i) {
+            return None;
+        }
+        let (cell, centre) = (&made.delaunay.cells[i as usize], made.centres[i as usize]);
+        let vertices = &self.work.vertices;
+        let largest = cell.as_ref().iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
+        // The least vertex, whatever order a machine gives them.
+        let first = cell.as_ref().iter().copied().min().unwrap_or_default();
+        let radius = dist2(centre, vertices.points[first as usize]).sqrt();
+        if !self.work.rules.is_too_large(centre, radius, largest) {
+            return None;
+        }
+        let held = balls.holding(centre).into_iter().map(|f| &made.faces[f as usize]);
+        if let Some(face) =
+            held.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
+        {
+            return self.on_surface(face);
+        }
+        Some(match self.work.pieces.holding(centre).first() {
+            Some(&c) => self.chords[c as usize].candidate(),
+            None => (self.work.rules.site(centre), Carrier::Volume),
+        })
+    }
+
+    /// Where the boundary is farther from the surface than was asked for: the faces' s, and vertices of the surface.
+    fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
+        let Some(limit) = self.options.distance else { return Vec::new() };
+        let (machine, points) = (&*self.work.machine, &self.work.vertices.points);
+        let far = of_faces(machine, &self.surface, points, &made.faces);
+        let faces = made.faces.iter().zip(far).filter(|(_, d)| *d > limit);
+        let mut found: Vec<Candidate<P>> = faces.filter_map(|(f, _)| self.on_surface(f)).collect();
+        for (d, at) in of_vertices(machine, self.work.domain, points, &made.faces) {
+            if d > limit
+                && let Some(place) = self.surface.nearest(at)
+            {
+                found.push((Site { at, size: d }, Carrier::Facet(place.facet)));
+            }
+        }
+        found
+    }
+}
+
+fn ball<P: Space>(face: &Face<P>) -> Ball<P> {
+    Ball { centre: face.place.at, radius2: face.radius * face.radius }
+}
+
+/// The edges of a face, ends ascending.
+pub(super) fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [a, c], [b, c]]
+}
+
+/// The features that candidates lie on, and how many on each.
+fn missing<P: Point>(candidates: &[Candidate<P>]) -> Missing {
+    let mut features: BTreeMap<Feature, u32> = BTreeMap::new();
+    for (_, carrier) in candidates {
+        if let Some(feature) = carrier.feature() {
+            *features.entry(feature).or_default() += 1;
+        }
+    }
+    Missing { features: features.into_iter().collect() }
+}

@@ -1,0 +1,123 @@
+//! Points on ridges.
+//!
+//! **Statement.** The generator in one dimension along each ridge, by its arc length, as on segments; and then middles (by
+//! arc length) of pieces whose chord is too long or too far from the ridge in its middle.
+
+use septet_geometry::point::dist2;
+
+use super::kept::Ridge;
+use super::refine::Refinement;
+use crate::generate::Failure;
+use crate::generate::balls::{Ball, Balls};
+use crate::generate::machine::Machine;
+use crate::generate::work::CANDIDATES;
+use crate::mesh::Carrier;
+use crate::octree::{DEEPEST, Key};
+use crate::points::candidates::Name;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// A piece of a ridge between two vertices.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chord<P> {
+    pub(super) ends: [u32; 2],
+    /// The middle of the ridge's piece, and the segment that it lies on.
+    pub(super) middle: P,
+    pub(super) segment: u32,
+    /// The chord's smallest ball.
+    pub(super) ball: Ball<P>,
+}
+
+impl<P: Space> Chord<P> {
+    /// The middle as a candidate; it gives way to whatever is closer than half of it.
+    pub(super) fn candidate(&self) -> (Site<P>, Carrier) {
+        (Site { at: self.middle, size: self.ball.radius2.sqrt() }, Carrier::Segment(self.segment))
+    }
+}
+
+impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
+    /// Places corners and the points of all ridges.
+    pub(super) fn ridges(&mut self) -> Result<(), Failure<M::Error>> {
+        for &c in &self.kept.corners {
+            let v = self.work.domain.corners[c as usize];
+            let site = self.work.rules.site(self.work.domain.points()[v as usize]);
+            self.work.vertices.push(site, Carrier::Corner(c));
+        }
+        self.work.begin("segments");
+        let numbered = (0u32..).zip(&self.kept.ridges);
+        let candidates = numbered.flat_map(|(r, ridge)| self.candidates_along(r, ridge)).collect();
+        self.work.sample(candidates).map_err(Failure::Machine)?;
+        loop {
+            self.make_chords();
+            let faults = self.chords.iter().filter(|c| self.is_coarse(c));
+            let candidates: Vec<_> = faults.map(Chord::candidate).collect();
+            if candidates.is_empty() {
+                return Ok(());
+            }
+            self.insert(candidates)?;
+        }
+    }
+
+    /// Is a chord too long, or its middle too far from the ridge's?
+    fn is_coarse(&self, chord: &Chord<P>) -> bool {
+        let radius = chord.ball.radius2.sqrt();
+        let sizes = chord.ends.map(|v| self.work.vertices.sizes[v as usize]);
+        let distance = self.distance_at(chord.middle);
+        self.work.rules.is_too_large(chord.middle, radius, sizes[0].max(sizes[1]))
+            || dist2(chord.middle, chord.ball.centre) > distance * distance
+    }
+
+    fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<(Site<P>, Carrier)> {
+        let seed = self.work.seed_of(number);
+        let length = ridge.length();
+        let (mut found, mut cells) = (Vec::new(), vec![Key::ROOT]);
+        while let Some(key) = cells.pop() {
+            let part = length / (1u64 << key.level) as f64;
+            let place = |unit: f64| ridge.at(self.work.domain, (f64::from(key.at[0]) + unit) * part);
+            if (self.work.rules.size)(place(0.5).0) < part && key.level < DEEPEST {
+                cells.extend([0, 1].map(|i| Key { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] }));
+                continue;
+            }
+            for number in 0..CANDIDATES {
+                let (at, segment) = place(Name { cell: key, number }.unit(seed, 1));
+                found.push((self.work.rules.site(at), Carrier::Segment(segment)));
+            }
+        }
+        found
+    }
+
+    /// The chords of the vertices on ridges, and their balls.
+    pub(super) fn make_chords(&mut self) {
+        let mut on: Vec<Vec<(f64, u32)>> = vec![Vec::new(); self.kept.ridges.len()];
+        let vertices = &self.work.vertices;
+        for (v, carrier) in (0u32..).zip(&vertices.carriers) {
+            if let Carrier::Segment(s) = carrier
+                && let Some((r, i)) = self.ridge_of[*s as usize]
+            {
+                let ridge = &self.kept.ridges[r as usize];
+                let start = self.work.domain.points()[ridge.vertices[i as usize] as usize];
+                let along = ridge.lengths[i as usize] + dist2(start, vertices.points[v as usize]).sqrt();
+                on[r as usize].push((along, v));
+            }
+        }
+        let mut chords = Vec::new();
+        for (ridge, on) in self.kept.ridges.iter().zip(&mut on) {
+            let corner = |v: u32| {
+                let c = self.work.domain.corners.binary_search(&v).unwrap_or(usize::MAX) as u32;
+                self.kept.corners.binary_search(&c).unwrap_or(usize::MAX) as u32
+            };
+            on.push((0.0, corner(ridge.vertices[0])));
+            on.push((ridge.length(), corner(ridge.vertices[ridge.vertices.len() - 1])));
+            on.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            for pair in on.windows(2) {
+                let ends = [pair[0].1, pair[1].1];
+                let [p, q] = ends.map(|v| vertices.points[v as usize]);
+                let (middle, segment) = ridge.at(self.work.domain, 0.5 * (pair[0].0 + pair[1].0));
+                let ball = Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) };
+                chords.push(Chord { ends, middle, segment, ball });
+            }
+        }
+        self.work.pieces = Balls::new(chords.iter().map(|c| c.ball).collect());
+        self.chords = chords;
+    }
+}

@@ -1,0 +1,158 @@
+//! The surface: its walls to be crossed, sampled and measured against.
+
+use septet_geometry::point::dist2;
+
+use crate::bvh::{Bounds, Bvh};
+use crate::distance::closest_on_triangle;
+use crate::domain::Domain;
+use crate::generate::work::{CANDIDATES, Rules};
+use crate::mesh::Carrier;
+use crate::octree::Key;
+use crate::points::candidates::Name;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// A place on the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place<P> {
+    pub(super) at: P,
+    pub(super) facet: u32,
+    /// The normal of the wall there.
+    pub(super) normal: P,
+}
+
+/// The walls of a surface.
+pub(super) struct Surface<P> {
+    walls: Vec<[P; 3]>,
+    /// The facet of each.
+    facets: Vec<u32>,
+    tree: Bvh<P>,
+    diagonal: f64,
+}
+
+/// How often a wall is halved for candidates, at most.
+const DEEPEST: u8 = 15;
+
+/// Candidates per cell of a triangle, of which there are about four to the area `f^2`.
+const PER_AREA: f64 = 2.0 * CANDIDATES as f64;
+
+/// How far outside of a wall, in barycentric coordinates, a crossing still counts: neighbours overlap by rounding.
+const EDGE: f64 = 1e-9;
+
+impl<P: Space> Surface<P> {
+    pub(super) fn new(domain: &Domain<P>) -> Self {
+        let corners = |w: u32| {
+            let wall = domain.walls()[w as usize];
+            [0, 1, 2].map(|i| domain.points()[wall.as_ref()[i] as usize])
+        };
+        let (mut walls, mut facets) = (Vec::new(), Vec::new());
+        for (f, facet) in (0u32..).zip(&domain.facets) {
+            walls.extend(facet.walls.iter().map(|&w| corners(w)));
+            facets.resize(walls.len(), f);
+        }
+        let tree = Bvh::new(walls.iter().map(|w: &[P; 3]| Bounds::of(*w)).collect());
+        let diagonal = if walls.is_empty() { 0.0 } else { tree.bounds().extent().norm2().sqrt() };
+        Surface { walls, facets, tree, diagonal }
+    }
+
+    pub(super) fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    fn place(&self, wall: u32, at: P) -> Place<P> {
+        let [a, b, c] = self.walls[wall as usize];
+        Place { at, facet: self.facets[wall as usize], normal: P::hull_normal(&[b - a, c - a]) }
+    }
+
+    /// Where the segment from p towards q (cut off at twice the box's diagonal) crosses the surface, farthest from `from`.
+    pub(super) fn crossing(&self, p: P, q: P, from: P) -> Option<Place<P>> {
+        let along = q - p;
+        let length = along.norm2().sqrt();
+        let q = if length > 2.0 * self.diagonal { p + along * (2.0 * self.diagonal / length) } else { q };
+        let mut best: Option<(f64, u32, P)> = None;
+        self.tree.visit_along(p, q, |wall| {
+            if let Some(x) = crossed(&self.walls[wall as usize], p, q) {
+                let d = dist2(x, from);
+                if best.is_none_or(|(e, w, _)| d > e || d == e && wall < w) {
+                    best = Some((d, wall, x));
+                }
+            }
+            true
+        });
+        best.map(|(_, wall, x)| self.place(wall, x))
+    }
+
+    /// The place of the surface nearest to a point.
+    pub(super) fn nearest(&self, q: P) -> Option<Place<P>> {
+        let mut best = None;
+        let closest = |w: u32| {
+            let [a, b, c] = self.walls[w as usize];
+            closest_on_triangle(a, b, c, q)
+        };
+        self.tree.nearest(
+            q,
+            |w| dist2(closest(w), q),
+            |w, _| {
+                best = Some(self.place(w, closest(w)));
+                false
+            },
+        );
+        best
+    }
+
+    /// The number of walls.
+    pub(super) fn walls(&self) -> u32 {
+        self.walls.len() as u32
+    }
+
+    /// Candidates on a wall: it is quartered until its edges are no longer than f at its middle; each part then has
+    /// [`PER_AREA`] candidates to the area `f^2` in the mean.
+    pub(super) fn candidates(&self, wall: u32, rules: &Rules<'_, P>, seed: u64) -> Vec<(Site<P>, Carrier)> {
+        let carrier = Carrier::Facet(self.facets[wall as usize]);
+        let mut found = Vec::new();
+        let mut parts = vec![(self.walls[wall as usize], Key::ROOT)];
+        while let Some(([a, b, c], key)) = parts.pop() {
+            let size = (rules.size)((a + b + c) / 3.0);
+            let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
+            if longest > size * size && key.level < DEEPEST {
+                let child = |i| Key { level: key.level + 1, at: [4 * key.at[0] + i, 0, 0] };
+                let (x, y, z) = ((b + c) * 0.5, (c + a) * 0.5, (a + b) * 0.5);
+                let quarters = [[a, z, y], [z, b, x], [y, x, c], [x, y, z]];
+                parts.extend((0..).zip(quarters).map(|(i, t)| (t, child(i))));
+                continue;
+            }
+            let name = |number| Name { cell: key, number };
+            let area = 0.5 * P::hull_normal(&[b - a, c - a]).norm2().sqrt();
+            let count = (PER_AREA * area / (size * size) + name(u32::MAX).unit(seed, 0)) as u32;
+            for number in 0..count {
+                let [mut x, mut y] = [1, 2].map(|purpose| name(number).unit(seed, purpose));
+                if x + y > 1.0 {
+                    (x, y) = (1.0 - x, 1.0 - y);
+                }
+                found.push((rules.site(a + (b - a) * x + (c - a) * y), carrier));
+            }
+        }
+        found
+    }
+
+    /// A vertex of the surface that lies in a facet's first wall.
+    pub(super) fn corners_of(&self, facet: u32) -> [P; 3] {
+        self.walls[self.facets.partition_point(|&f| f < facet)]
+    }
+}
+
+/// Where a segment crosses a triangle, rounded.
+fn crossed<P: Space>(&[a, b, c]: &[P; 3], p: P, q: P) -> Option<P> {
+    let normal = P::hull_normal(&[b - a, c - a]);
+    let (from, to) = (normal.dot(p - a), normal.dot(q - a));
+    if (from > 0.0) == (to > 0.0) {
+        return None;
+    }
+    let x = p + (q - p) * (from / (from - to));
+    let (u, v, e) = (b - a, c - a, x - a);
+    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+    let det = uu * vv - uv * uv;
+    let (eu, ev) = (e.dot(u), e.dot(v));
+    let (s, t) = ((eu * vv - ev * uv) / det, (ev * uu - eu * uv) / det);
+    (s >= -EDGE && t >= -EDGE && s + t <= 1.0 + EDGE).then_some(x)
+}

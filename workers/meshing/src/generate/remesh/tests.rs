@@ -1,0 +1,171 @@
+//! Remeshed surfaces by one processor.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use septet_geometry::measure::{circumcentre, circumradius2};
+
+use super::{DEFAULT_PARTS, Deviation, Kept, Options, remesh};
+use crate::domain::Domain;
+use crate::generate::{Alone, Failure, Generated, Labels, Rules};
+use crate::input::Input;
+use crate::mesh::{Carrier, Mesh};
+use crate::size::{SizeFunction, SizeOptions};
+use crate::tests::shapes::{cube, cube_surface, join};
+
+/// The feature angle, in degrees.
+const ANGLE: f64 = 60.0;
+
+struct Remeshed {
+    domain: Domain<DVec3>,
+    made: Generated<DVec3>,
+    mesh: Mesh<DVec3>,
+    deviation: Deviation,
+    /// The largest R over f at the centre, of all cells.
+    worst: f64,
+}
+
+/// The mesh in a surface; a size of the box's diagonal over [`DEFAULT_PARTS`] if none is given.
+fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remeshed {
+    let domain = crate::check(input).unwrap();
+    let mut wishes = SizeOptions::new(0.5);
+    let bounds = crate::bvh::Bounds::of(input.points.iter().copied());
+    wishes.wishes.most = size.or(Some(bounds.extent().length() / DEFAULT_PARTS));
+    let kept = Kept::new(&domain, ANGLE);
+    let f = SizeFunction::of_features(&domain, &kept.features(&domain), &wishes).unwrap();
+    let at = |x| f.at(x);
+    let rules = Rules { size: &at, lipschitz: 0.5, seed: 1, most: 1 << 22 };
+    let (made, deviation) = remesh(&domain, rules, ANGLE, options, &mut Alone { seed: 1 }).unwrap();
+    let inside = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l != Labels::OUT);
+    let ratio = |(c, _): (&[u32; 4], &u32)| {
+        let corners = c.map(|v| made.vertices.points[v as usize]);
+        circumradius2(&corners).sqrt() / at(circumcentre(&corners))
+    };
+    let worst = inside.map(ratio).fold(0.0, f64::max);
+    let mesh = made.clone().into_mesh(&domain);
+    eprintln!("{} points, {} cells, R/f {worst:.4}, {deviation:?}", mesh.points.len(), mesh.cells.len());
+    made.stages.iter().for_each(|stage| eprintln!("  {stage:?}"));
+    Remeshed { domain, made, mesh, deviation, worst }
+}
+
+fn volume(mesh: &Mesh<DVec3>) -> f64 {
+    let one = |c: &[u32; 4]| {
+        let [a, b, c, d] = c.map(|v| mesh.points[v as usize]);
+        (b - a).cross(c - a).dot(d - a).abs() / 6.0
+    };
+    mesh.cells.iter().map(one).sum()
+}
+
+/// Euler's number of the boundary, after it has been found to be all faces of one cell, and a 2-manifold.
+fn euler(mesh: &Mesh<DVec3>) -> i64 {
+    let mut once: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+    for &[a, b, c, d] in &mesh.cells {
+        for mut face in [[a, b, c], [a, b, d], [a, c, d], [b, c, d]] {
+            face.sort_unstable();
+            *once.entry(face).or_default() += 1;
+        }
+    }
+    once.retain(|_, cells| *cells == 1);
+    let mut stated: Vec<[u32; 3]> = mesh.faces.iter().map(|f| f.vertices).collect();
+    stated.iter_mut().for_each(|f| f.sort_unstable());
+    stated.sort_unstable();
+    assert!(once.keys().eq(stated.iter()), "the faces stated are the boundary");
+    let mut edges: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    let mut around: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
+    for &[a, b, c] in once.keys() {
+        for (edge, apex) in [([a, b], c), ([a, c], b), ([b, c], a)] {
+            *edges.entry(edge).or_default() += 1;
+            around.entry(apex).or_default().push(edge);
+        }
+    }
+    assert!(edges.values().all(|&faces| faces == 2), "every edge has two faces");
+    for link in around.values() {
+        // Walk around the vertex: one cycle of all edges opposite.
+        let (mut left, mut at) = (link.clone(), link[0][0]);
+        while let Some(i) = left.iter().position(|e| e.contains(&at)) {
+            let edge = left.swap_remove(i);
+            at = if edge[0] == at { edge[1] } else { edge[0] };
+        }
+        assert!(left.is_empty() && at == link[0][0], "one fan around every vertex");
+    }
+    around.len() as i64 - edges.len() as i64 + once.len() as i64
+}
+
+/// A sphere of radius 1: an octahedron, its triangles quartered.
+fn sphere(levels: u32) -> Input<DVec3> {
+    let mut points = vec![DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
+    let mut faces: Vec<[u32; 3]> =
+        vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+    for _ in 0..levels {
+        let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry(crate::space::ascending([a, b])).or_insert_with(|| {
+                points.push((points[a as usize] + points[b as usize]).normalize());
+                points.len() as u32 - 1
+            })
+        };
+        let quarters = |[a, b, c]: [u32; 3]| {
+            let [x, y, z] = [middle(b, c), middle(c, a), middle(a, b)];
+            [[a, z, y], [z, b, x], [y, x, c], [x, y, z]]
+        };
+        faces = faces.into_iter().flat_map(quarters).collect();
+    }
+    Input::surface(points, faces.into_iter().map(|f| f.to_vec()))
+}
+
+/// A torus with radii 1 and `thin`, in `m` times `n` quadrangles of two triangles.
+fn torus(thin: f64, m: u32, n: u32) -> Input<DVec3> {
+    let angle = |i: u32, m: u32| f64::from(i) / f64::from(m) * std::f64::consts::TAU;
+    let point = |k: u32| {
+        let (u, v) = (angle(k / n, m), angle(k % n, n));
+        let radius = 1.0 + thin * v.cos();
+        DVec3::new(radius * u.cos(), radius * u.sin(), thin * v.sin())
+    };
+    let at = |i: u32, j: u32| (i % m) * n + j % n;
+    let faces = (0..m * n).flat_map(|k| {
+        let (i, j) = (k / n, k % n);
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [vec![a, b, c], vec![a, c, d]]
+    });
+    Input::surface((0..m * n).map(point).collect(), faces)
+}
+
+/// What holds of all: the boundary is a manifold with Euler's number as given, cells are as small as asked for, surface and
+/// boundary as close as `limit`, and the volume no farther from the surface's than the layer between them.
+fn is_sound(found: &Remeshed, number: i64, limit: f64, area: f64) {
+    assert_eq!(euler(&found.mesh), number);
+    assert!(found.worst <= 1.0, "{}", found.worst);
+    let Deviation { of_boundary, of_surface } = found.deviation;
+    assert!(of_boundary <= limit && of_surface <= limit, "{:?}", found.deviation);
+    let scale = 0.5f64.powi(3 * found.domain.simplices.exponent);
+    let gap = (volume(&found.mesh) - found.domain.measure() * scale).abs();
+    assert!(gap <= 1.1 * area * of_boundary.max(of_surface), "{gap}");
+}
+
+#[test]
+fn a_sphere() {
+    let found = remeshed(&sphere(4), Some(0.25), Options::default());
+    is_sound(&found, 2, 0.025, 12.6);
+}
+
+#[test]
+fn a_torus() {
+    let found = remeshed(&torus(0.4, 48, 24), Some(0.25), Options::default());
+    is_sound(&found, 0, 0.03, 15.8);
+}
+
+#[test]
+fn a_cube() {
+    let found = remeshed(&cube_surface(), Some(0.7), Options::default());
+    is_sound(&found, 2, 1e-12, 96.0);
+    assert!((volume(&found.mesh) - 64.0).abs() < 1e-9);
+    let corners = found.mesh.carriers.iter().filter(|c| matches!(c, Carrier::Corner(_))).count();
+    let mut ridges: Vec<u32> = found.mesh.edges.iter().map(|e| e.segment).collect();
+    ridges.dedup();
+    assert_eq!((corners, ridges.len()), (8, 12));
+    let along = found.mesh.edges.iter().map(|e| {
+        let [p, q] = e.vertices.map(|v| found.mesh.points[v as usize]);
+        (q - p).length()
+    });
+    assert!((along.sum::<f64>() - 48.0).abs() < 1e-9);
+}
