@@ -14,6 +14,7 @@ use septet_meshing::conformity::{self, Conformity};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
+use septet_meshing::generate::remesh::{DEFAULT_PARTS, Deviation, Kept, Options, remesh};
 use septet_meshing::generate::{self, Failure, Rules};
 use septet_meshing::improve::{Target, improve};
 use septet_meshing::mesh::{Mesh, StageLine};
@@ -84,6 +85,8 @@ pub struct MeshRequest {
     pub lipschitz: f64,
     /// Edges whose faces turn by more than this, in degrees, are ridges.
     pub feature_angle: f64,
+    /// The largest distance between the boundary of a remeshed surface and the surface.
+    pub max_distance: Option<f64>,
     /// Are slivers to be removed?
     pub improve: bool,
     /// Workers of the machine.
@@ -146,6 +149,11 @@ pub enum MeshError {
 }
 
 impl MeshRequest {
+    /// Is the surface remeshed?
+    pub fn remeshes(&self) -> bool {
+        self.boundary.unwrap_or(Boundary::DEFAULT) == Boundary::Remesh
+    }
+
     /// The largest radius-edge ratio away from the boundary: `1/(1-L)`.
     pub fn radius_edge(&self) -> f64 {
         1.0 / (1.0 - self.lipschitz)
@@ -237,7 +245,44 @@ pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
 ) -> Result<SizeFunction<P>, MeshError> {
-    Ok(SizeFunction::new(domain, &request.size_options(domain)?)?)
+    let mut options = request.size_options(domain)?;
+    if !request.remeshes() {
+        return Ok(SizeFunction::new(domain, &options)?);
+    }
+    let wishes = &mut options.wishes;
+    if wishes.most.is_none() && wishes.field.is_empty() && wishes.singularities.is_empty() {
+        let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
+        let extent = septet_meshing::bvh::Bounds::of(live).extent();
+        let diagonal = septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt();
+        wishes.most = Some(diagonal / DEFAULT_PARTS);
+    }
+    let kept = Kept::new(domain, request.feature_angle);
+    Ok(SizeFunction::of_features(domain, &kept.features(domain), &options)?)
+}
+
+/// How good a mesh is that was asked for so. Of a remeshed surface nothing is promised about radius-edge ratios, and the
+/// local feature size is that of its corners and ridges.
+pub fn assess<P: Triangulate>(
+    domain: &Domain<P>,
+    mesh: &Mesh<P>,
+    size: &SizeFunction<P>,
+    request: &MeshRequest,
+    worst: usize,
+) -> Quality<P> {
+    if !request.remeshes() {
+        return measure(domain, mesh, size, worst);
+    }
+    let features = Features::new(domain);
+    let kept = Kept::new(domain, request.feature_angle).features(domain);
+    let zone = Promise::of(size.lipschitz()).zone;
+    let zones = Zones { domain, features: &features, size: &|x| size.at(x), zone };
+    let measure = Measure {
+        place: &|centre, radius| zones.place(centre, radius),
+        local_size: Some(&|x| kept.local_size(x).radius),
+        promised: [None, None],
+        worst,
+    };
+    quality(domain, mesh, &measure)
 }
 
 /// How good a mesh is, against the size function asked for and the promise.
@@ -269,20 +314,14 @@ pub fn generate<P: Triangulate>(
     size: &SizeFunction<P>,
     request: &MeshRequest,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
-    if request.boundary == Some(Boundary::Remesh) {
+    if request.remeshes() && request.improve {
         return Err(MeshError::Unsupported(
-            "--boundary remesh is not built yet: --boundary exact keeps every edge",
+            "--improve goes with --boundary exact: it moves points in facets",
         ));
     }
     let at = |x| size.at(x);
     let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
-    let mut machine = Counted::new(Config {
-        workers: request.workers,
-        threads: request.threads,
-        seed: request.seed,
-        transport: request.transport,
-        ..Config::default()
-    });
+    let mut machine = machine(request);
     if let Some(limit) = request.max_memory {
         let points = generate::expected_points(domain, rules, &machine);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
@@ -291,10 +330,17 @@ pub fn generate<P: Triangulate>(
         }
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
-    let made = generate::generate(domain, rules, &mut machine).map_err(|failure| match failure {
+    let made = if request.remeshes() {
+        let options = Options { distance: request.max_distance };
+        remesh(domain, rules, request.feature_angle, options, &mut machine)
+    } else {
+        generate::generate(domain, rules, &mut machine)
+    };
+    let made = made.map_err(|failure| match failure {
         Failure::Machine(error) => MeshError::Run(error),
         Failure::Missing(missing) => MeshError::Missing { features: missing.features },
         Failure::TooMany(most) => MeshError::TooMany { most },
+        Failure::Unsupported(what) => MeshError::Unsupported(what),
     })?;
     let mut lines = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
@@ -312,6 +358,25 @@ pub fn generate<P: Triangulate>(
         });
     }
     Ok((mesh, lines))
+}
+
+fn machine(request: &MeshRequest) -> Counted {
+    Counted::new(Config {
+        workers: request.workers,
+        threads: request.threads,
+        seed: request.seed,
+        transport: request.transport,
+        ..Config::default()
+    })
+}
+
+/// How far the boundary of a remeshed surface is from it.
+pub fn deviation<P: Triangulate>(
+    domain: &Domain<P>,
+    mesh: &Mesh<P>,
+    request: &MeshRequest,
+) -> Option<Deviation> {
+    request.remeshes().then(|| Deviation::of(domain, mesh, &machine(request)))
 }
 
 /// Points that cells of 32 bits can have.

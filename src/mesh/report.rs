@@ -10,6 +10,7 @@ use serde::Serialize;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
+use septet_meshing::generate::remesh::Deviation;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::histogram::Histogram;
 use septet_meshing::quality::ratio::Bounds;
@@ -70,8 +71,18 @@ pub struct MeshReport {
     features: Vec<FeatureReport>,
     quality: QualityReport,
     conformity: ConformityReport,
+    deviation: Option<DeviationReport>,
     seconds: Seconds,
     peak_rss_bytes: Option<u64>,
+}
+
+/// The distance between the boundary of a remeshed surface and the surface, in the unit of the file: of sampled places of the
+/// one from the other, of vertices of the other from the one, and what was asked for.
+#[derive(Debug, Serialize)]
+struct DeviationReport {
+    of_boundary: f64,
+    of_surface: f64,
+    asked: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -239,12 +250,14 @@ pub struct Judged<'a, P: Triangulate> {
     pub quality: &'a Quality<P>,
     /// Its conformity.
     pub conformity: &'a Conformity,
+    /// Of a remeshed surface: how far the boundary is from it.
+    pub deviation: Option<Deviation>,
 }
 
 impl MeshReport {
     /// The report of a mesh.
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity } = *judged;
+        let Judged { domain, request, mesh, stages, quality, conformity, deviation } = *judged;
         let id = around.first_id;
         let places = ["free", "near", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
@@ -266,6 +279,11 @@ impl MeshReport {
             features: features.collect(),
             quality: quality_report(domain, quality, id),
             conformity: conformity_report(conformity),
+            deviation: deviation.map(|d| DeviationReport {
+                of_boundary: d.of_boundary,
+                of_surface: d.of_surface,
+                asked: request.max_distance,
+            }),
             seconds: around.seconds,
             peak_rss_bytes: around.peak_rss_bytes,
         }

@@ -52,8 +52,9 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
 
 /// A few lines for people: the promise and what came of it, the angles.
 pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let Judged { request, mesh, quality, conformity, .. } = *judged;
-    let promise = Promise::of(request.lipschitz);
+    let Judged { request, mesh, quality, conformity, deviation, .. } = *judged;
+    let promise = Promise::of(request.lipschitz).free;
+    let promised = if request.remeshes() { String::new() } else { format!(" of {promise:.4} promised") };
     let [free, near, outside] = &quality.places;
     let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };
     let verdict = match conformity.defects.len() {
@@ -64,10 +65,16 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let mut lines = vec![
         format!("septet: {} points, {} cells: the mesh {verdict}", mesh.points.len(), mesh.cells.len()),
         format!(
-            "  radius-edge at most {:.4} of {:.4} promised ({} cells), {:.4} near the boundary ({} cells)",
-            free.most.upper, promise.free, free.cells, near.most.upper, near.cells
+            "  radius-edge at most {:.4}{} ({} cells), {:.4} near the boundary ({} cells)",
+            free.most.upper, promised, free.cells, near.most.upper, near.cells
         ),
     ];
+    if let Some(deviation) = deviation {
+        lines.push(format!(
+            "  the boundary is up to {:.3e} from the surface, the surface's vertices up to {:.3e} from it",
+            deviation.of_boundary, deviation.of_surface
+        ));
+    }
     if outside.cells > 0 {
         lines.push(format!(
             "  {} circumcentres outside, radius-edge at most {:.4}",

@@ -115,6 +115,7 @@ fn request() -> MeshRequest {
         min_size: None,
         lipschitz: 0.5,
         feature_angle: DEFAULT_FEATURE_ANGLE,
+        max_distance: None,
         improve: false,
         workers: Workers::Count(2),
         threads: 1,
@@ -333,6 +334,7 @@ fn the_report_says_what_was_found() {
         stages: &stages,
         quality: &quality,
         conformity: &conformity,
+        deviation: None,
     };
     let around = Surroundings { input: "cube.poly", first_id: 1, ..Surroundings::default() };
     let text = MeshReport::of(&judged, &around).to_json().unwrap();

@@ -32,6 +32,7 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
         min_size: None,
         lipschitz,
         feature_angle: DEFAULT_FEATURE_ANGLE,
+        max_distance: None,
         improve: false,
         workers: Workers::Count(2),
         threads: 2,

@@ -11,7 +11,7 @@ use septet::memory::peak_rss;
 use septet::mesh::labelled::Labelled;
 use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
 use septet::mesh::show::{figures, summary};
-use septet::mesh::{MeshError, MeshRequest, Promise, conform, generate, measure, sizes};
+use septet::mesh::{MeshError, MeshRequest, Promise, assess, conform, deviation, generate, sizes};
 use septet::meshing::check;
 use septet::meshing::conformity::Conformity;
 use septet::meshing::defect::Defect;
@@ -114,7 +114,8 @@ impl Job<'_> {
         if conformity.is_shapeless() {
             return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
         }
-        let quality = measure(domain, &mesh, &size, WORST);
+        let quality = assess(domain, &mesh, &size, request, WORST);
+        let deviation = deviation(domain, &mesh, request);
         let judged = self.start.elapsed().as_secs_f64();
         let files = if broken.is_none() { self.write(domain, &mesh)? } else { Vec::new() };
         let total_seconds = self.start.elapsed().as_secs_f64();
@@ -129,7 +130,7 @@ impl Job<'_> {
             peak_rss_bytes: peak_rss(),
         };
         let (quality, conformity) = (&quality, &conformity);
-        let judged = Judged { domain, request, mesh: &mesh, stages: &stages, quality, conformity };
+        let judged = Judged { domain, request, mesh: &mesh, stages: &stages, quality, conformity, deviation };
         if let Some(path) = &args.json {
             let text = MeshReport::of(&judged, &around).to_json();
             let text =

@@ -58,6 +58,10 @@ pub struct MeshArgs {
     /// Edges of a surface that turn by more degrees are ridges [default: 60]
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true)]
     pub feature_angle: Option<f64>,
+    /// Largest distance between the boundary and the surface (with --boundary remesh)
+    /// [default: a tenth of the size, from the centres of faces]
+    #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
+    pub max_distance: Option<f64>,
     /// Remove slivers
     #[arg(long)]
     pub improve: bool,
@@ -127,6 +131,11 @@ impl MeshArgs {
                 "give a smaller --min-size, or --size alone",
             );
         }
+        if self.max_distance.is_some() && self.boundary != Some(BoundaryArg::Remesh) {
+            let message =
+                "--max-distance goes with --boundary remesh: --boundary exact keeps the surface itself";
+            return usage(message, "add --boundary remesh, or leave the distance out");
+        }
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.threads);
         let workers = self.workers.unwrap_or(base.workers);
@@ -140,6 +149,7 @@ impl MeshArgs {
             min_size: self.min_size,
             lipschitz: self.lipschitz.or(by_ratio).unwrap_or(DEFAULT_LIPSCHITZ),
             feature_angle: self.feature_angle.unwrap_or(DEFAULT_FEATURE_ANGLE),
+            max_distance: self.max_distance,
             improve: self.improve,
             workers,
             threads,

@@ -7,12 +7,12 @@
 use septet_geometry::point::dist2;
 use septet_geometry::range::scale;
 
-use super::restricted::Face;
 use super::surface::Surface;
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
 use crate::generate::machine::Machine;
+use crate::mesh::{Mesh, OUTSIDE};
 use crate::space::Space;
 
 /// The distance between a boundary and the surface that it follows, in the unit of the file.
@@ -25,12 +25,17 @@ pub struct Deviation {
 }
 
 impl Deviation {
-    /// Of distances in scaled coordinates.
-    pub(super) fn of<P: Space>(domain: &Domain<P>, faces: &[f64], vertices: &[(f64, P)]) -> Self {
+    /// That of a mesh's boundary; measured on the mesh alone.
+    pub fn of<P: Space, M: Machine<P> + Sync>(domain: &Domain<P>, mesh: &Mesh<P>, machine: &M) -> Self {
+        let at = |v: u32| scale(mesh.points[v as usize], domain.simplices.exponent);
+        let outer = mesh.faces.iter().filter(|f| f.cells.contains(&OUTSIDE));
+        let faces: Vec<[P; 3]> = outer.map(|f| [0, 1, 2].map(|i| at(f.vertices.as_ref()[i]))).collect();
         let unscaled = |d: f64| scale(P::splat(d), -domain.simplices.exponent).coord(0);
+        let boundary = of_faces(machine, &Surface::new(domain), &faces);
+        let surface = of_vertices(machine, domain, &faces);
         Deviation {
-            of_boundary: unscaled(faces.iter().copied().fold(0.0, f64::max)),
-            of_surface: unscaled(vertices.iter().map(|v| v.0).fold(0.0, f64::max)),
+            of_boundary: unscaled(boundary.into_iter().fold(0.0, f64::max)),
+            of_surface: unscaled(surface.into_iter().map(|v| v.0).fold(0.0, f64::max)),
         }
     }
 }
@@ -39,11 +44,9 @@ impl Deviation {
 pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
     machine: &M,
     surface: &Surface<P>,
-    points: &[P],
-    faces: &[Face<P>],
+    faces: &[[P; 3]],
 ) -> Vec<f64> {
-    machine.map(faces, |face| {
-        let [a, b, c] = face.vertices.map(|v| points[v as usize]);
+    machine.map(faces, |&[a, b, c]| {
         let thirds = [[a, b], [b, c], [c, a]].map(|[p, q]| [(p * 2.0 + q) / 3.0, (p + q * 2.0) / 3.0]);
         let places = thirds.into_iter().flatten().chain([(a + b + c) / 3.0]);
         let distances = places.filter_map(|p| surface.nearest(p).map(|near| dist2(near.at, p)));
@@ -55,11 +58,9 @@ pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
 pub(super) fn of_vertices<P: Space, M: Machine<P> + Sync>(
     machine: &M,
     domain: &Domain<P>,
-    points: &[P],
-    faces: &[Face<P>],
+    faces: &[[P; 3]],
 ) -> Vec<(f64, P)> {
-    let triangles: Vec<[P; 3]> = faces.iter().map(|f| f.vertices.map(|v| points[v as usize])).collect();
-    let tree = Bvh::new(triangles.iter().map(|t| Bounds::of(*t)).collect());
+    let tree = Bvh::new(faces.iter().map(|t| Bounds::of(*t)).collect());
     let mut used: Vec<u32> = domain
         .facets
         .iter()
@@ -72,7 +73,7 @@ pub(super) fn of_vertices<P: Space, M: Machine<P> + Sync>(
         let p = domain.points()[v as usize];
         let mut found = f64::INFINITY;
         let distance = |t: u32| {
-            let [a, b, c] = triangles[t as usize];
+            let [a, b, c] = faces[t as usize];
             dist2(closest_on_triangle(a, b, c, p), p)
         };
         tree.nearest(p, distance, |_, d2| {

@@ -53,13 +53,13 @@ pub const DEFAULT_PARTS: f64 = 30.0;
 /// How a surface is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// The largest distance of the boundary's faces from the surface and of the surface's vertices from the
-    /// boundary, in scaled coordinates; [`DEFAULT_DISTANCE`] times f at faces' centres alone if not said.
+    /// The largest [`Deviation`], in the unit of the file. If not said, [`DEFAULT_DISTANCE`] times f, from the centres of
+    /// faces to the surface alone.
     pub distance: Option<f64>,
 }
 
-/// Generates the points of the volume in a closed surface and triangulates them; how far the boundary then is from
-/// the surface.
+/// Generates the points of the volume in a closed surface and triangulates them. [`Deviation`] says how far the boundary
+/// then is from the surface.
 ///
 /// # Errors
 /// [`Failure`]; [`Failure::Unsupported`] in the plane and for domains that are no surfaces.
@@ -69,7 +69,7 @@ pub fn remesh<P: Space, M: Machine<P> + Sync>(
     feature_angle: f64,
     options: Options,
     machine: &mut M,
-) -> Result<(Generated<P>, Deviation), Failure<M::Error>> {
+) -> Result<Generated<P>, Failure<M::Error>> {
     if P::DIM != 3 || domain.kind != crate::input::Kind::Surface {
         return Err(Failure::Unsupported("only closed surfaces of space can be remeshed"));
     }

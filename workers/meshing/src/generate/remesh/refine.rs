@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use septet_geometry::incremental::facet_without;
 use septet_geometry::point::{Point, dist2};
+use septet_geometry::range::scale;
 
-use super::deviation::{Deviation, of_faces, of_vertices};
+use super::deviation::{of_faces, of_vertices};
 use super::kept::Kept;
 use super::restricted::{Face, Restricted};
 use super::ridges::Chord;
@@ -40,7 +42,8 @@ pub(super) struct Refinement<'a, P: Space, M> {
     pub(super) work: Work<'a, P, M>,
     pub(super) kept: &'a Kept,
     pub(super) surface: Surface<P>,
-    options: Options,
+    /// The distance asked for, in scaled coordinates.
+    distance: Option<f64>,
     /// The ridge of each segment, and its position there.
     pub(super) ridge_of: Vec<Option<(u32, u32)>>,
     pub(super) chords: Vec<Chord<P>>,
@@ -53,16 +56,18 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             (0u32..).zip(&ridge.segments).for_each(|(i, &s)| ridge_of[s as usize] = Some((r, i)));
         }
         let surface = Surface::new(work.domain);
-        Refinement { work, kept, surface, options, ridge_of, chords: Vec::new() }
+        let scaled = |d| scale(P::splat(d), work.domain.simplices.exponent).coord(0);
+        let distance = options.distance.map(scaled);
+        Refinement { work, kept, surface, distance, ridge_of, chords: Vec::new() }
     }
 
     /// The largest distance allowed at a place.
     pub(super) fn distance_at(&self, at: P) -> f64 {
-        self.options.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.work.rules.size)(at))
+        self.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.work.rules.size)(at))
     }
 
     /// All stages.
-    pub(super) fn run(mut self) -> Result<(Generated<P>, Deviation), Failure<M::Error>> {
+    pub(super) fn run(mut self) -> Result<Generated<P>, Failure<M::Error>> {
         self.ridges()?;
         self.work.begin("surface");
         let walls: Vec<u32> = (0..self.surface.walls()).collect();
@@ -81,22 +86,19 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Ok(self.finished(made))
     }
 
-    fn finished(self, made: Restricted<P>) -> (Generated<P>, Deviation) {
-        let Work { domain, vertices, stages, machine, .. } = self.work;
-        let faces = of_faces(&*machine, &self.surface, &vertices.points, &made.faces);
-        let corners = of_vertices(&*machine, domain, &vertices.points, &made.faces);
-        let deviation = Deviation::of(domain, &faces, &corners);
+    fn finished(self, made: Restricted<P>) -> Generated<P> {
+        let Work { vertices, stages, .. } = self.work;
         let face = |f: &Face<P>| {
             let cell = &made.delaunay.cells[f.cells[0] as usize];
             let apex = cell.as_ref().iter().copied().find(|v| !f.vertices.contains(v)).unwrap_or_default();
-            let facet = septet_geometry::incremental::facet_without::<P>(cell, apex);
+            let facet = facet_without::<P>(cell, apex);
             (f.place.facet, facet, [f.cells[0], u32::MAX])
         };
         let mut faces: Vec<_> = made.faces.iter().map(face).collect();
         faces.sort_unstable();
         let pieces = self.chords.iter().map(|c| (c.segment, c.ends)).collect();
         let Restricted { delaunay, labels, .. } = made;
-        (Generated { vertices, delaunay, labels, faces, pieces, stages }, deviation)
+        Generated { vertices, delaunay, labels, faces, pieces, stages }
     }
 
     /// Inserts an independent set of candidates; sizes of vertices are those of the size function.
@@ -230,12 +232,14 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
     /// Where the boundary is farther from the surface than was asked for: the faces' s, and vertices of the surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
-        let Some(limit) = self.options.distance else { return Vec::new() };
+        let Some(limit) = self.distance else { return Vec::new() };
         let (machine, points) = (&*self.work.machine, &self.work.vertices.points);
-        let far = of_faces(machine, &self.surface, points, &made.faces);
+        let faces: Vec<[P; 3]> = made.faces.iter().map(|f| f.vertices.map(|v| points[v as usize])).collect();
+        let far = of_faces(machine, &self.surface, &faces);
+        let vertices = of_vertices(machine, self.work.domain, &faces);
         let faces = made.faces.iter().zip(far).filter(|(_, d)| *d > limit);
         let mut found: Vec<Candidate<P>> = faces.filter_map(|(f, _)| self.on_surface(f)).collect();
-        for (d, at) in of_vertices(machine, self.work.domain, points, &made.faces) {
+        for (d, at) in vertices {
             if d > limit
                 && let Some(place) = self.surface.nearest(at)
             {
