@@ -276,7 +276,7 @@ fn meshes_that_cannot_be_made_leave_nothing() {
     place.file("cube.poly", fs::read(root("domains/good/cube.poly")).unwrap());
     let both = "mesh cube.poly -o m.vtu --lipschitz 0.5 --radius-edge 2";
     place.fails(both, 2, &["--lipschitz", "--radius-edge"]);
-    for size in ["0.02", "0.001"] {
+    for size in ["0.1", "0.05"] {
         let line = format!("mesh cube.poly -o m.vtu --json m.json --size {size} --max-memory 100M");
         place.fails(&line, 5, &["bytes would be needed", "--max-memory"]);
     }
