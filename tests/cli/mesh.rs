@@ -1,7 +1,10 @@
-//! `septet mesh --check` as scripts see it.
+//! `septet mesh` as scripts see it.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use serde_json::Value;
 
 use super::{Place, code, stderr};
 
@@ -163,4 +166,134 @@ fn real_domains() {
             eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
         }
     }
+}
+
+/// What `-o` leaves on disk, and what stands in the report.
+#[test]
+fn meshes_are_written_whole_and_reported() {
+    let place = Place::new();
+    let cube = root("domains/good/two-regions.poly");
+    place.file("a.poly", fs::read(cube).unwrap());
+    let outputs = "-o m.1.ele -o m.vtu -o m.msh -o m.mesh -o m.off -o m.stl -o m.npy";
+    let output = place.good(&format!("mesh a.poly --size 1 {outputs} --json m.json --svg figures"));
+    assert!(output.stdout.is_empty());
+    let talk = stderr(&output);
+    assert!(talk.contains("the mesh conforms") && talk.contains("wrote m.faces.vtu"), "{talk}");
+    let expected = [
+        "a.poly",
+        "figures",
+        "m.1.edge",
+        "m.1.ele",
+        "m.1.face",
+        "m.1.neigh",
+        "m.1.node",
+        "m.faces.vtu",
+        "m.json",
+        "m.mesh",
+        "m.msh",
+        "m.npy",
+        "m.off",
+        "m.stl",
+        "m.vtu",
+    ];
+    assert_eq!(place.names().iter().map(String::as_str).collect::<Vec<_>>(), expected);
+    assert!(fs::read_dir(place.path("figures")).unwrap().count() >= 5);
+    let json = place.json("m.json");
+    assert_eq!(json["schema"], "septet-mesh/1");
+    for key in [
+        "parameters",
+        "domain",
+        "mesh",
+        "stages",
+        "radius_edge",
+        "features",
+        "quality",
+        "conformity",
+        "seconds",
+        "peak_rss_bytes",
+        "version",
+    ] {
+        assert!(!json[key].is_null(), "{key}");
+    }
+    assert_eq!(
+        (&json["parameters"]["lipschitz"], &json["parameters"]["radius_edge"]),
+        (&0.5.into(), &2.0.into())
+    );
+    assert_eq!(json["conformity"]["passed"], true);
+    let number = |value: &Value| value.as_u64().unwrap();
+    let mesh = &json["mesh"];
+    let by_carrier: u64 = ["corner_points", "segment_points", "facet_points", "volume_points"]
+        .iter()
+        .map(|k| number(&mesh[k]))
+        .sum();
+    assert_eq!(by_carrier, number(&mesh["points"]));
+    let cells: u64 = json["radius_edge"].as_array().unwrap().iter().map(|p| number(&p["cells"])).sum();
+    assert_eq!(cells, number(&mesh["cells"]));
+    let placed: u64 = json["stages"].as_array().unwrap().iter().map(|s| number(&s["points"])).sum();
+    assert_eq!(placed + number(&mesh["corner_points"]), number(&mesh["points"]));
+    // The files are of that mesh.
+    let rows = |name: &str| -> u64 {
+        let text = fs::read_to_string(place.path(name)).unwrap();
+        text.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    assert_eq!(rows("m.1.node"), number(&mesh["points"]));
+    assert_eq!(rows("m.1.ele"), number(&mesh["cells"]));
+    assert_eq!(rows("m.1.face"), number(&mesh["faces"]));
+    assert_eq!(rows("m.1.edge"), number(&mesh["edges"]));
+}
+
+/// `--radius-edge B` is another way to say L, and the files do not depend on workers and transport.
+#[test]
+fn files_of_meshes_do_not_depend_on_the_machine() {
+    let place = Place::new();
+    place.file("a.poly", fs::read(root("domains/good/dangling.poly")).unwrap());
+    let made = |name: &str, options: &str| {
+        place.good(&format!(
+            "mesh a.poly -o {name}.1.ele -o {name}.vtu -o {name}.msh -o {name}.stl {options}"
+        ));
+        let files = ["1.node", "1.ele", "1.face", "1.edge", "1.neigh", "vtu", "faces.vtu", "msh", "stl"];
+        files.map(|f| fs::read(place.path(&format!("{name}.{f}"))).unwrap())
+    };
+    let first = made("a", "--lipschitz 0.25 --workers 1 --threads 1");
+    for options in [
+        "--radius-edge 1.3333333333333333 --workers 5",
+        "--lipschitz 0.25 --workers 64 --transport sim --delivery-seed 3",
+        "--lipschitz 0.25 --workers leaves --threads 2",
+    ] {
+        assert!(made("b", options) == first, "{options}");
+    }
+    assert!(made("c", "--lipschitz 0.25 --seed 2") != first);
+}
+
+/// Nothing is written, and the code says why.
+#[test]
+fn meshes_that_cannot_be_made_leave_nothing() {
+    let place = Place::new();
+    for name in ["crossing.poly", "open.off", "not-planar.poly", "touching.off"] {
+        place.file(name, fs::read(root("domains/bad").join(name)).unwrap());
+        place.fails(&format!("mesh {name} -o m.vtu --json m.json"), 3, &[name, "defect"]);
+    }
+    place.file("cube.poly", fs::read(root("domains/good/cube.poly")).unwrap());
+    let both = "mesh cube.poly -o m.vtu --lipschitz 0.5 --radius-edge 2";
+    place.fails(both, 2, &["--lipschitz", "--radius-edge"]);
+    for size in ["0.1", "0.05"] {
+        let line = format!("mesh cube.poly -o m.vtu --json m.json --size {size} --max-memory 100M");
+        place.fails(&line, 5, &["bytes would be needed", "--max-memory"]);
+    }
+    place.good("mesh cube.poly -o m.vtu --size 1 --max-memory 1G");
+}
+
+/// A mesh of the plane.
+#[test]
+fn maps_become_meshes() {
+    let place = Place::new();
+    place.file("map.poly", fs::read(root("domains/good/map.poly")).unwrap());
+    place.good("mesh map.poly --size 0.5 -o m.1.ele -o m.off --json -");
+    let text = fs::read_to_string(place.path("m.1.ele")).unwrap();
+    let regions: BTreeSet<&str> = text.lines().skip(1).filter_map(|l| l.rsplit(' ').next()).collect();
+    assert_eq!(regions.len(), 4);
+    assert!(place.path("m.1.edge").is_file() && !place.path("m.1.face").is_file());
+    let rows = text.split_whitespace().next().unwrap().to_owned();
+    let off = fs::read_to_string(place.path("m.off")).unwrap();
+    assert_eq!(off.split_whitespace().nth(2).unwrap(), rows);
 }
