@@ -222,6 +222,9 @@ fn meshes_of_domains_are_judged_by_another_program() {
     }
 }
 
+/// What is done to the text of a file.
+type Spoiling = dyn Fn(&str) -> String;
+
 /// The judge would not let these pass.
 #[test]
 fn spoilt_meshes_are_refused_by_the_other_program() {
@@ -230,7 +233,7 @@ fn spoilt_meshes_are_refused_by_the_other_program() {
     let (domain, stem) = mesh(directory.path(), "two-regions", "--size 0.8").unwrap();
     assert!(judged(&python, &domain, &stem, "64").0);
     // A cell, a face or an edge on a segment less; another region; a point moved by a millionth; cells turned over.
-    let spoilt: [(&str, &str, &dyn Fn(&str) -> String); 6] = [
+    let spoilt: [(&str, &str, &Spoiling); 6] = [
         ("ele", "the cells have", &|text| without(text, 30)),
         ("face", "is no face", &|text| without(text, 7)),
         ("edge", "has no edge", &|text| without(text, 3)),

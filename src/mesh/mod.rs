@@ -323,12 +323,12 @@ pub fn generate<P: Triangulate>(
     let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
     let mut machine = machine(request);
     if let Some(limit) = request.max_memory {
+        rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
         let points = generate::expected_points(domain, rules, &machine);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
             return Err(MeshError::Memory { forecast, limit, points });
         }
-        rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
     let made = if request.remeshes() {
         let options = Options { distance: request.max_distance };

@@ -16,8 +16,6 @@
 //! number a point where members are spread evenly at the scale of the balls, and never more than all. Depth
 //! `O(log m)`, of the sort; all else is a constant number of steps.
 
-#![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-
 use crate::cost::Cost;
 use crate::graph::Supergraph;
 use crate::lists::Lists;

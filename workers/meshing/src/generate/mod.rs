@@ -95,13 +95,14 @@ pub enum Failure<E> {
     Unsupported(&'static str),
 }
 
-/// How many points a mesh will have, about: from the cells that candidates are made in.
+/// How many points a mesh will have, about: from the cells that candidates are made in. Where there are too many cells for
+/// the points allowed, one more than these.
 pub fn expected_points<P: Space, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
     machine: &M,
 ) -> u64 {
-    let cells = volume::sampling_cells(domain, &rules);
+    let Some(cells) = volume::sampling_cells(domain, &rules) else { return rules.most.saturating_add(1) };
     let share = |(cell, _): &(crate::octree::Cell<P>, bool)| {
         let cubes = cell.side / (rules.size)(cell.centre);
         (0..P::DIM).fold(1.0, |product, _| product * cubes)
@@ -119,12 +120,14 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     machine: &mut M,
 ) -> Result<Generated<P>, Failure<M::Error>> {
     let mut work = Work::new(domain, rules, machine);
+    // What is too fine is refused before any work.
+    let cells = volume::sampling_cells(domain, &rules).ok_or(Failure::TooMany(rules.most))?;
     let planes = work.planes();
     let chains = work.segments().map_err(Failure::Machine)?;
     let triangles =
         if P::DIM == 3 { work.facets(&planes, &chains).map_err(Failure::Machine)? } else { Vec::new() };
     let (chains, triangles) = work.force(&planes, chains, triangles)?;
-    let (delaunay, labels) = work.volume(&planes, &chains, &triangles)?;
+    let (delaunay, labels) = work.volume(&planes, &chains, &triangles, &cells)?;
     let faces = work.faces(&delaunay, &labels, &planes);
     let pieces =
         (0u32..).zip(&chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect();

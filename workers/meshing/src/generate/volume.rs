@@ -23,6 +23,10 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
+/// Cells for each vertex: sides are at least 0.7 times the size, so there are at most 3 for each `f^d` of space, and no
+/// fewer than a vertex for two of these.
+const CELLS: u64 = 6;
+
 /// How often a ball is widened by a fifth until it holds a point.
 const MOST_WIDENINGS: u32 = 40;
 
@@ -36,11 +40,11 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         planes: &[Plane],
         chains: &Chains,
         triangles: &Triangles,
+        cells: &[(Cell<P>, bool)],
     ) -> Result<Filled<P>, Failure<M::Error>> {
         self.begin("volume");
         let first = self.vertices.len();
-        let cells = sampling_cells(self.domain, &self.rules);
-        let found = self.machine.map(&cells, |(cell, whole)| self.candidates_of(cell, *whole));
+        let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
         self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         loop {
             if self.vertices.len() as u64 > self.rules.most {
@@ -139,7 +143,13 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
 }
 
 /// Cells no longer than [`SIDE`] says, and whether all of each is known to be in the domain.
-pub(super) fn sampling_cells<P: Space>(domain: &Domain<P>, rules: &Rules<'_, P>) -> Vec<(Cell<P>, bool)> {
+///
+/// Nothing if they are more than [`CELLS`] for each vertex that is allowed: so many points could not be.
+pub(super) fn sampling_cells<P: Space>(
+    domain: &Domain<P>,
+    rules: &Rules<'_, P>,
+) -> Option<Vec<(Cell<P>, bool)>> {
+    let most = rules.most.saturating_mul(CELLS);
     let points = domain.points();
     let boxes = domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
     let walls = Bvh::new(boxes.collect());
@@ -164,6 +174,9 @@ pub(super) fn sampling_cells<P: Space>(domain: &Domain<P>, rules: &Rules<'_, P>)
         } else {
             found.push((cell, whole));
         }
+        if (found.len() + open.len()) as u64 > most {
+            return None;
+        }
     }
-    found
+    Some(found)
 }

@@ -79,7 +79,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let made = self.refined(false)?;
         self.work.triangles = Balls::new(made.faces.iter().map(ball).collect());
         self.work.begin("volume");
-        let cells = sampling_cells(self.work.domain, &self.work.rules);
+        let most = self.work.rules.most;
+        let cells = sampling_cells(self.work.domain, &self.work.rules).ok_or(Failure::TooMany(most))?;
         let found = self.work.machine.map(&cells, |(cell, whole)| self.work.candidates_of(cell, *whole));
         self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         let made = self.refined(true)?;

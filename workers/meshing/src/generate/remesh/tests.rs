@@ -47,7 +47,9 @@ fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remesh
     let found = check_remeshed(&domain, &mesh);
     assert!(found.is_clean(), "{found:?}");
     let deviation = Deviation::of(&domain, &mesh, &Alone { seed: 1 });
-    stages.iter().for_each(|stage| eprintln!("  {stage:?}"));
+    for stage in stages {
+        eprintln!("  {stage:?}");
+    }
     eprintln!("{} points, {} cells, R/f {worst:.4}, {deviation:?}", mesh.points.len(), mesh.cells.len());
     Remeshed { domain, mesh, deviation, worst }
 }
@@ -71,7 +73,9 @@ fn euler(mesh: &Mesh<DVec3>) -> i64 {
     }
     once.retain(|_, cells| *cells == 1);
     let mut stated: Vec<[u32; 3]> = mesh.faces.iter().map(|f| f.vertices).collect();
-    stated.iter_mut().for_each(|f| f.sort_unstable());
+    for f in &mut stated {
+        f.sort_unstable();
+    }
     stated.sort_unstable();
     assert!(once.keys().eq(stated.iter()), "the faces stated are the boundary");
     let mut edges: BTreeMap<[u32; 2], u32> = BTreeMap::new();
@@ -212,7 +216,7 @@ fn round_ridges() {
     let domain = crate::check(&input).unwrap();
     let kept = Kept::new(&domain, ANGLE);
     assert!(kept.ridges.len() >= 12 && kept.ridges.len() <= 14, "{}", kept.ridges.len());
-    let length: f64 = kept.ridges.iter().map(|r| r.length()).sum();
+    let length: f64 = kept.ridges.iter().map(super::kept::Ridge::length).sum();
     let scale = 0.5f64.powi(domain.simplices.exponent);
     assert!((length * scale - 4.0 * f64::from(n) * (angle(1) / 2.0).sin()).abs() < 1e-9);
     is_sound(&remeshed(&input, Some(0.3), Options::default()), 2, 0.06, 12.6);
