@@ -27,15 +27,16 @@ use crate::space::Space;
 /// A point to be inserted.
 pub(super) type Candidate<P> = (Site<P>, Carrier);
 
-/// What is left when rounds run out.
+/// Rounds of a stage, at most.
 const ROUNDS: u32 = 150;
 
 /// Faces may turn this far (as a cosine) from the surface at s, as long as their balls are above a part of f.
 const TURN: f64 = 0.5;
 const TURNED: f64 = 0.25;
 
-/// Surface balls below this part of the surface's diagonal are not divided.
-const SMALLEST: f64 = 1e-7;
+/// What is still at fault in a ball below this part of the surface's diagonal is given up: ridges or sheets that meet at
+/// small angles.
+const SMALLEST: f64 = 1e-6;
 
 /// The generator that follows a surface.
 pub(super) struct Refinement<'a, P: Space, M> {
@@ -135,6 +136,11 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if found.is_empty() {
                 return Ok(made);
             }
+            let limit = SMALLEST * self.surface.diagonal();
+            let stuck: Vec<_> = found.iter().copied().filter(|(site, _)| site.size <= limit).collect();
+            if !stuck.is_empty() {
+                return Err(Failure::Missing(missing(&stuck)));
+            }
             last.clone_from(&found);
             self.insert(found)?;
             self.make_chords();
@@ -144,16 +150,13 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
     /// The candidate of a place of the surface with an empty ball: the middle of a chord that it comes too close to, else
     /// itself.
-    pub(super) fn on_surface(&self, face: &Face<P>) -> Option<Candidate<P>> {
-        if face.radius <= SMALLEST * self.surface.diagonal() {
-            return None;
-        }
+    pub(super) fn on_surface(&self, face: &Face<P>) -> Candidate<P> {
         let at = face.place.at;
         let size = face.radius.min((self.work.rules.size)(at));
-        Some(match self.work.pieces.holding(at).first() {
+        match self.work.pieces.holding(at).first() {
             Some(&c) => self.chords[c as usize].candidate(),
             None => (Site { at, size }, Carrier::Facet(face.place.facet)),
-        })
+        }
     }
 
     /// Chords that are no edges of the boundary, and faces that are too large, too far off or turned, or have a vertex off the
@@ -161,15 +164,12 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
-        let lacks = |c: &&Chord<P>| {
-            edges.binary_search(&crate::space::ascending(c.ends)).is_err()
-                && c.ball.radius2.sqrt() > SMALLEST * self.surface.diagonal()
-        };
+        let lacks = |c: &&Chord<P>| edges.binary_search(&crate::space::ascending(c.ends)).is_err();
         let mut found: Vec<Candidate<P>> = self.chords.iter().filter(lacks).map(Chord::candidate).collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
         let judged = self.work.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];
-            if self.is_coarse_face(made, face) { self.on_surface(face) } else { None }
+            self.is_coarse_face(made, face).then(|| self.on_surface(face))
         });
         found.extend(judged.into_iter().flatten());
         found
@@ -222,7 +222,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         if let Some(face) =
             held.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
         {
-            return self.on_surface(face);
+            return Some(self.on_surface(face));
         }
         Some(match self.work.pieces.holding(centre).first() {
             Some(&c) => self.chords[c as usize].candidate(),
@@ -238,7 +238,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let far = of_faces(machine, &self.surface, &faces);
         let vertices = of_vertices(machine, self.work.domain, &faces);
         let faces = made.faces.iter().zip(far).filter(|(_, d)| *d > limit);
-        let mut found: Vec<Candidate<P>> = faces.filter_map(|(f, _)| self.on_surface(f)).collect();
+        let mut found: Vec<Candidate<P>> = faces.map(|(f, _)| self.on_surface(f)).collect();
         for (d, at) in vertices {
             if d > limit
                 && let Some(place) = self.surface.nearest(at)

@@ -28,7 +28,7 @@ pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
         faces.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
     };
     let mut found: Vec<Candidate<P>> =
-        groups.iter().filter_map(largest).filter_map(|face| at.on_surface(face)).collect();
+        groups.iter().filter_map(largest).map(|face| at.on_surface(face)).collect();
     if groups.is_empty() {
         found.extend(lonely(at, made));
     }
