@@ -22,7 +22,7 @@ use crate::generate::work::Work;
 use crate::generate::{Failure, Generated, Missing};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
-use crate::space::Space;
+use crate::space::{Space, ascending};
 
 /// A point to be inserted.
 pub(super) type Candidate<P> = (Site<P>, Carrier);
@@ -164,8 +164,18 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
-        let lacks = |c: &&Chord<P>| edges.binary_search(&crate::space::ascending(c.ends)).is_err();
-        let mut found: Vec<Candidate<P>> = self.chords.iter().filter(lacks).map(Chord::candidate).collect();
+        let lacks = |c: &&Chord<P>| edges.binary_search(&ascending(c.ends)).is_err();
+        let mut lacking: Vec<&Chord<P>> = self.chords.iter().filter(lacks).collect();
+        lacking.sort_unstable_by_key(|c| ascending(c.ends));
+        let ends: Vec<[u32; 2]> = lacking.iter().map(|c| ascending(c.ends)).collect();
+        let twice =
+            if ends.is_empty() { Vec::new() } else { made.crossed_twice(&self.work, &self.surface, &ends) };
+        // It is the surface that is sampled too thinly beside a chord, if it lies in larger surface balls.
+        let of_chord = |(chord, face): (&&Chord<P>, Option<Face<P>>)| match face {
+            Some(face) if face.radius * face.radius > 4.0 * chord.ball.radius2 => self.on_surface(&face),
+            _ => chord.candidate(),
+        };
+        let mut found: Vec<Candidate<P>> = lacking.iter().zip(twice).map(of_chord).collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
         let judged = self.work.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];
