@@ -153,9 +153,14 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     pub(super) fn on_surface(&self, face: &Face<P>) -> Candidate<P> {
         let at = face.place.at;
         let size = face.radius.min((self.work.rules.size)(at));
-        match self.work.pieces.holding(at).first() {
+        self.at_surface(Site { at, size }, face.place.facet)
+    }
+
+    /// A site on a facet, or the middle of a chord that it comes too close to.
+    pub(super) fn at_surface(&self, site: Site<P>, facet: u32) -> Candidate<P> {
+        match self.work.pieces.holding(site.at).first() {
             Some(&c) => self.chords[c as usize].candidate(),
-            None => (Site { at, size }, Carrier::Facet(face.place.facet)),
+            None => (site, Carrier::Facet(facet)),
         }
     }
 
@@ -253,7 +258,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if d > limit
                 && let Some(place) = self.surface.nearest(at)
             {
-                found.push((Site { at, size: d }, Carrier::Facet(place.facet)));
+                found.push(self.at_surface(Site { at, size: d }, place.facet));
             }
         }
         found

@@ -10,7 +10,6 @@ use super::refine::{Candidate, Refinement, edges_of};
 use super::restricted::Restricted;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
-use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
 
@@ -77,7 +76,7 @@ fn lonely<P: Space, M: Machine<P> + Sync>(
     for (carrier, _) in vertices.carriers.iter().zip(met).filter(|(_, met)| !met) {
         if let Carrier::Facet(f) = *carrier {
             let new = at.surface.corners_of(f).into_iter().filter(|p| !vertices.points.contains(p));
-            found.extend(new.map(|p| (Site { at: p, size: (at.work.rules.size)(p) }, Carrier::Facet(f))));
+            found.extend(new.map(|p| at.at_surface(at.work.rules.site(p), f)));
         }
     }
     found
