@@ -14,7 +14,8 @@
 //!
 //! What violates one of these names a point to be inserted: s, the middle of a chord, or the cell's centre; for a
 //! centre in a surface ball its s, for either in the smallest ball of a chord the chord's middle (Shewchuk's
-//! order). The candidates of a round are one independent set.
+//! order). A chord that is no edge of the boundary is divided, unless a dual edge of a face at it crosses the surface twice
+//! in a ball larger than the chord's: then the surface is sampled there. The candidates of a round are one independent set.
 //!
 //! **Source.** Boissonnat and Oudot (2005), Oudot, Rineau and Yvinec (2005), as in CGAL's `Mesh_3`; ridges as in
 //! Shewchuk (1998).

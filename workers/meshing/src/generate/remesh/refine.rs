@@ -22,20 +22,21 @@ use crate::generate::work::Work;
 use crate::generate::{Failure, Generated, Missing};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
-use crate::space::Space;
+use crate::space::{Space, ascending};
 
 /// A point to be inserted.
 pub(super) type Candidate<P> = (Site<P>, Carrier);
 
-/// What is left when rounds run out.
+/// Rounds of a stage, at most.
 const ROUNDS: u32 = 150;
 
 /// Faces may turn this far (as a cosine) from the surface at s, as long as their balls are above a part of f.
 const TURN: f64 = 0.5;
 const TURNED: f64 = 0.25;
 
-/// Surface balls below this part of the surface's diagonal are not divided.
-const SMALLEST: f64 = 1e-7;
+/// What is still at fault in a ball below this part of the surface's diagonal is given up: ridges or sheets that meet at
+/// small angles.
+const SMALLEST: f64 = 1e-6;
 
 /// The generator that follows a surface.
 pub(super) struct Refinement<'a, P: Space, M> {
@@ -136,6 +137,11 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if found.is_empty() {
                 return Ok(made);
             }
+            let limit = SMALLEST * self.surface.diagonal();
+            let stuck: Vec<_> = found.iter().copied().filter(|(site, _)| site.size <= limit).collect();
+            if !stuck.is_empty() {
+                return Err(Failure::Missing(missing(&stuck)));
+            }
             last.clone_from(&found);
             self.insert(found)?;
             self.make_chords();
@@ -145,16 +151,18 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
     /// The candidate of a place of the surface with an empty ball: the middle of a chord that it comes too close to, else
     /// itself.
-    pub(super) fn on_surface(&self, face: &Face<P>) -> Option<Candidate<P>> {
-        if face.radius <= SMALLEST * self.surface.diagonal() {
-            return None;
-        }
+    pub(super) fn on_surface(&self, face: &Face<P>) -> Candidate<P> {
         let at = face.place.at;
         let size = face.radius.min((self.work.rules.size)(at));
-        Some(match self.work.pieces.holding(at).first() {
+        self.at_surface(Site { at, size }, face.place.facet)
+    }
+
+    /// A site on a facet, or the middle of a chord that it comes too close to.
+    pub(super) fn at_surface(&self, site: Site<P>, facet: u32) -> Candidate<P> {
+        match self.work.pieces.holding(site.at).first() {
             Some(&c) => self.chords[c as usize].candidate(),
-            None => (Site { at, size }, Carrier::Facet(face.place.facet)),
-        })
+            None => (site, Carrier::Facet(facet)),
+        }
     }
 
     /// Chords that are no edges of the boundary, and faces that are too large, too far off or turned, or have a vertex off the
@@ -162,15 +170,22 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
-        let lacks = |c: &&Chord<P>| {
-            edges.binary_search(&crate::space::ascending(c.ends)).is_err()
-                && c.ball.radius2.sqrt() > SMALLEST * self.surface.diagonal()
+        let lacks = |c: &&Chord<P>| edges.binary_search(&ascending(c.ends)).is_err();
+        let mut lacking: Vec<&Chord<P>> = self.chords.iter().filter(lacks).collect();
+        lacking.sort_unstable_by_key(|c| ascending(c.ends));
+        let ends: Vec<[u32; 2]> = lacking.iter().map(|c| ascending(c.ends)).collect();
+        let twice =
+            if ends.is_empty() { Vec::new() } else { made.crossed_twice(&self.work, &self.surface, &ends) };
+        // It is the surface that is sampled too thinly beside a chord, if it lies in larger surface balls.
+        let of_chord = |(chord, face): (&&Chord<P>, Option<Face<P>>)| match face {
+            Some(face) if face.radius * face.radius > 4.0 * chord.ball.radius2 => self.on_surface(&face),
+            _ => chord.candidate(),
         };
-        let mut found: Vec<Candidate<P>> = self.chords.iter().filter(lacks).map(Chord::candidate).collect();
+        let mut found: Vec<Candidate<P>> = lacking.iter().zip(twice).map(of_chord).collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
         let judged = self.work.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];
-            if self.is_coarse_face(made, face) { self.on_surface(face) } else { None }
+            self.is_coarse_face(made, face).then(|| self.on_surface(face))
         });
         found.extend(judged.into_iter().flatten());
         found
@@ -223,7 +238,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         if let Some(face) =
             held.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
         {
-            return self.on_surface(face);
+            return Some(self.on_surface(face));
         }
         Some(match self.work.pieces.holding(centre).first() {
             Some(&c) => self.chords[c as usize].candidate(),
@@ -239,12 +254,12 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let far = of_faces(machine, &self.surface, &faces);
         let vertices = of_vertices(machine, self.work.domain, &faces);
         let faces = made.faces.iter().zip(far).filter(|(_, d)| *d > limit);
-        let mut found: Vec<Candidate<P>> = faces.filter_map(|(f, _)| self.on_surface(f)).collect();
+        let mut found: Vec<Candidate<P>> = faces.map(|(f, _)| self.on_surface(f)).collect();
         for (d, at) in vertices {
             if d > limit
                 && let Some(place) = self.surface.nearest(at)
             {
-                found.push((Site { at, size: d }, Carrier::Facet(place.facet)));
+                found.push(self.at_surface(Site { at, size: d }, place.facet));
             }
         }
         found

@@ -77,35 +77,83 @@ impl<P: Space> Restricted<P> {
         if !self.labels.is_inside(i) {
             return found;
         }
-        let (cell, across) = (&self.delaunay.cells[i as usize], &self.delaunay.neighbours[i as usize]);
+        let across = &self.delaunay.neighbours[i as usize];
         let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
         for (slot, &j) in across.as_ref().iter().enumerate() {
             if label(j) == label(i) || label(j) != Labels::OUT && j < i {
                 continue;
             }
-            let apex = cell.as_ref()[slot];
-            let mut vertices = [0; 3];
-            vertices.copy_from_slice(facet_without::<P>(cell, apex).as_ref());
-            vertices.sort_unstable();
-            let corners = vertices.map(|v| work.vertices.points[v as usize]);
-            let from = self.centres[i as usize];
-            let far = work.vertices.points[apex as usize];
-            let to = match j {
-                u32::MAX => beyond(&corners, far, from, surface.diagonal()),
-                j => self.centres[j as usize],
-            };
-            let [a, b, c] = corners;
-            let centre = circumcircle(a, b, c).centre;
-            // Rounded alike whichever cell comes first.
-            let swap = label(j) != Labels::OUT && lex_cmp(&to, &from).is_lt();
-            let (from, to) = if swap { (to, from) } else { (from, to) };
-            let place = surface.crossing(from, to, a).or_else(|| surface.nearest((a + b + c) / 3.0));
-            if let Some(place) = place {
-                let radius = dist2(place.at, a).sqrt();
-                found.push(Face { vertices, cells: [i, j], place, radius, centre });
-            }
+            found.extend(self.face(work, surface, i, slot, true));
         }
         found
+    }
+
+    /// The face of a cell opposite a vertex, if its dual edge crosses the surface (`always`: if no crossing is found for rounding,
+    /// with the place nearest to its middle).
+    fn face<M: Machine<P> + Sync>(
+        &self,
+        work: &Work<'_, P, M>,
+        surface: &Surface<P>,
+        i: u32,
+        slot: usize,
+        always: bool,
+    ) -> Option<Face<P>> {
+        let (cell, j) =
+            (&self.delaunay.cells[i as usize], self.delaunay.neighbours[i as usize].as_ref()[slot]);
+        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
+        let apex = cell.as_ref()[slot];
+        let mut vertices = [0; 3];
+        vertices.copy_from_slice(facet_without::<P>(cell, apex).as_ref());
+        vertices.sort_unstable();
+        let corners = vertices.map(|v| work.vertices.points[v as usize]);
+        let from = self.centres[i as usize];
+        let far = work.vertices.points[apex as usize];
+        let to = match j {
+            u32::MAX => beyond(&corners, far, from, surface.diagonal()),
+            j => self.centres[j as usize],
+        };
+        let [a, b, c] = corners;
+        let centre = circumcircle(a, b, c).centre;
+        // Rounded alike whichever cell comes first.
+        let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
+        let (from, to) = if swap { (to, from) } else { (from, to) };
+        let nearest = || surface.nearest((a + b + c) / 3.0).filter(|_| always);
+        let place = surface.crossing(from, to, a).or_else(nearest)?;
+        let radius = dist2(place.at, a).sqrt();
+        Some(Face { vertices, cells: [i, j], place, radius, centre })
+    }
+
+    /// For each of these edges (ends ascending, sorted) the face with the largest surface ball around it whose dual edge crosses the
+    /// surface an even number of times and is no face of the boundary for that.
+    pub(super) fn crossed_twice<M: Machine<P> + Sync>(
+        &self,
+        work: &Work<'_, P, M>,
+        surface: &Surface<P>,
+        edges: &[[u32; 2]],
+    ) -> Vec<Option<Face<P>>> {
+        let mut largest: Vec<Option<Face<P>>> = vec![None; edges.len()];
+        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
+        for (i, cell) in (0u32..).zip(&self.delaunay.cells) {
+            let mut row = [0; 4];
+            row.copy_from_slice(cell.as_ref());
+            for (slot, &j) in self.delaunay.neighbours[i as usize].as_ref().iter().enumerate() {
+                if label(j) != label(i) || j != u32::MAX && j < i {
+                    continue;
+                }
+                let mut face: Vec<u32> = row.iter().copied().filter(|&v| v != row[slot]).collect();
+                face.sort_unstable();
+                let around = [[face[0], face[1]], [face[0], face[2]], [face[1], face[2]]];
+                for e in around.into_iter().filter_map(|e| edges.binary_search(&e).ok()) {
+                    let Some(new) = self.face(work, surface, i, slot, false) else { break };
+                    let order =
+                        |f: &Face<P>| new.radius.total_cmp(&f.radius).then(f.vertices.cmp(&new.vertices));
+                    if largest[e].is_none_or(|f| order(&f).is_gt()) {
+                        largest[e] = Some(new);
+                    }
+                }
+            }
+        }
+        largest
     }
 
     /// Do cells of two components share the face?

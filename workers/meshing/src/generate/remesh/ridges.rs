@@ -21,7 +21,7 @@ use crate::space::Space;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord<P> {
     pub(super) ends: [u32; 2],
-    /// The middle of the ridge's piece, and the segment that it lies on.
+    /// Where the ridge's piece is divided, and the segment that it lies on.
     pub(super) middle: P,
     pub(super) segment: u32,
     /// The chord's smallest ball.
@@ -112,12 +112,26 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
             for pair in on.windows(2) {
                 let ends = [pair[0].1, pair[1].1];
                 let [p, q] = ends.map(|v| vertices.points[v as usize]);
-                let (middle, segment) = ridge.at(self.work.domain, 0.5 * (pair[0].0 + pair[1].0));
+                let (middle, segment) =
+                    ridge.at(self.work.domain, divided([pair[0].0, pair[1].0], ridge.length()));
                 let ball = Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) };
                 chords.push(Chord { ends, middle, segment, ball });
             }
         }
         self.work.pieces = Balls::new(chords.iter().map(|c| c.ball).collect());
         self.chords = chords;
+    }
+}
+
+/// Where a piece of a ridge of a length is divided: in its middle third at least, by arc length.
+fn divided([from, to]: [f64; 2], length: f64) -> f64 {
+    let half = 0.5 * (to - from);
+    // The power of two below, from the exponent alone; then the one nearer to the middle.
+    let below = f64::from_bits(half.to_bits() & (0x7ff << 52));
+    let shell = if half > 1.5 * below { 2.0 * below } else { below };
+    match (from == 0.0, to == length) {
+        (true, false) => shell,
+        (false, true) => length - shell,
+        _ => from + half,
     }
 }

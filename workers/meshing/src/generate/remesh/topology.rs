@@ -10,7 +10,6 @@ use super::refine::{Candidate, Refinement, edges_of};
 use super::restricted::Restricted;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
-use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
 
@@ -28,7 +27,7 @@ pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
         faces.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
     };
     let mut found: Vec<Candidate<P>> =
-        groups.iter().filter_map(largest).filter_map(|face| at.on_surface(face)).collect();
+        groups.iter().filter_map(largest).map(|face| at.on_surface(face)).collect();
     if groups.is_empty() {
         found.extend(lonely(at, made));
     }
@@ -77,7 +76,7 @@ fn lonely<P: Space, M: Machine<P> + Sync>(
     for (carrier, _) in vertices.carriers.iter().zip(met).filter(|(_, met)| !met) {
         if let Carrier::Facet(f) = *carrier {
             let new = at.surface.corners_of(f).into_iter().filter(|p| !vertices.points.contains(p));
-            found.extend(new.map(|p| (Site { at: p, size: (at.work.rules.size)(p) }, Carrier::Facet(f))));
+            found.extend(new.map(|p| at.at_surface(at.work.rules.site(p), f)));
         }
     }
     found
