@@ -352,10 +352,10 @@ fn the_report_says_what_was_found() {
     assert_eq!(cells, 48);
     let counted = json["quality"]["radius_edge"]["counts"].as_array().unwrap();
     assert_eq!(counted.iter().map(|c| c.as_u64().unwrap()).sum::<u64>(), 48);
-    // The cubes' middles are farther from everything than their sizes: no feature has a cell.
-    assert_eq!(json["radius_edge"][0]["cells"], 48);
-    assert_eq!(json["features"].as_array().map(Vec::len), Some(0));
-    let carried = json["radius_edge"][0]["worst"][0]["vertices"][0][1].as_str().unwrap();
+    // The cubes' middles are half a size from a facet: in the zones of features, two sizes wide.
+    assert_eq!(json["radius_edge"][1]["cells"], 48);
+    assert!(json["features"][0]["feature"].as_str().unwrap().contains(' '));
+    let carried = json["radius_edge"][1]["worst"][0]["vertices"][0][1].as_str().unwrap();
     assert!(
         carried.starts_with("point ") || carried.starts_with("segment ") || carried.starts_with("facet ")
     );

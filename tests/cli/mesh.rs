@@ -129,7 +129,7 @@ fn options_that_cannot_be_are_refused() {
         ("-o m.vtu --min-size 1 --singularity point:0,0", 2, &["--singularity has 2", "the domain has 3"]),
         ("-o m.vtu --delivery-seed 3", 2, &["--transport sim"]),
         ("-o m.vtu --workers 0", 2, &["worker"]),
-        ("-o m.xyz", 2, &["m.xyz", ".stl"]),
+        ("-o m.xyz", 2, &["m.xyz", "unknown output format"]),
         ("-o none/m.vtu", 1, &["none"]),
         ("-o cube.node -o cube.1.ele -o cube.1.node", 2, &["same file"]),
         ("-o m.vtu --json m.vtu", 2, &["same file"]),
