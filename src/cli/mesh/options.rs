@@ -32,8 +32,7 @@ pub struct MeshArgs {
     /// surface (.off .stl); may be given several times
     #[arg(short, long = "output", value_name = "OUT")]
     pub output: Vec<PathBuf>,
-    /// Keep every segment and facet of the input, or corners and ridges alone [default: exact for .poly and .smesh,
-    /// remesh for surfaces]
+    /// Keep every segment and facet of the input, or corners and ridges alone [default: exact]
     #[arg(long, value_name = "MODE", value_enum)]
     pub boundary: Option<BoundaryArg>,
     /// Largest distance of neighbouring points
