@@ -11,7 +11,7 @@ use super::kept::Kept;
 use super::restricted::{Face, Restricted};
 use super::ridges::Chord;
 use super::surface::Surface;
-use super::topology::crowded;
+use super::topology::{crowded, lost, useful};
 use super::{DEFAULT_DISTANCE, Options};
 use crate::angles::cosine;
 use crate::domain::Feature;
@@ -128,6 +128,17 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if found.is_empty() {
                 found = crowded(self, &made);
             }
+            if found.is_empty() {
+                found = self.unmet(lost(self, &made))?;
+            }
+            if found.is_empty() {
+                let useful = useful(&made, &self.work.vertices.carriers);
+                if useful.contains(&false) {
+                    self.work.vertices.keep(&useful);
+                    self.make_chords();
+                    continue;
+                }
+            }
             if found.is_empty() && volume {
                 found = self.cells(&made);
             }
@@ -147,6 +158,16 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             self.make_chords();
         }
         Err(Failure::Missing(missing(&last)))
+    }
+
+    /// Those candidates that are no vertices yet; all of them being vertices is a failure.
+    fn unmet(&self, candidates: Vec<Candidate<P>>) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
+        let points = &self.work.vertices.points;
+        let new: Vec<_> = candidates.iter().filter(|c| !points.contains(&c.0.at)).copied().collect();
+        if new.is_empty() && !candidates.is_empty() {
+            return Err(Failure::Missing(missing(&candidates)));
+        }
+        Ok(new)
     }
 
     /// The candidate of a place of the surface with an empty ball: the middle of a chord that it comes too close to, else

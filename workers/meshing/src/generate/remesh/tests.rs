@@ -192,6 +192,15 @@ fn shells_in_shells() {
     is_sound(&found, 8, 0.04, 22.0);
 }
 
+/// Shells far smaller than the size asked for are there all the same.
+#[test]
+fn small_shells() {
+    let small = sphere(2);
+    let cavity = join(&sphere(3), &small, DVec3::X * 0.4, 0.03);
+    let all = join(&cavity, &small, DVec3::X * 1.5, 0.04);
+    is_sound(&remeshed(&all, Some(0.4), Options::default()), 6, 0.08, 12.6);
+}
+
 #[test]
 fn only_surfaces_of_space() {
     let domain = crate::check(&cube()).unwrap();

@@ -1,15 +1,19 @@
 //! Where the boundary is no manifold.
 //!
 //! **Statement.** The boundary of cells is a 2-manifold iff every edge has two faces and the faces at every vertex are one
-//! fan. Where it is not, the largest surface ball around is divided; at a vertex of the surface without any face, the
-//! corners of a wall of its facet join.
+//! fan. Where it is not, the largest surface ball around is divided. If it is one, vertices on facets that have no face are taken
+//! away (chords cut them off), and of shells without any face some corners of walls join.
+
+use std::collections::BTreeMap;
 
 use septet_geometry::point::Point;
 
 use super::refine::{Candidate, Refinement, edges_of};
 use super::restricted::Restricted;
+use crate::bvh::Bounds;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
+use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
 
@@ -26,12 +30,7 @@ pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
         let faces = faces.iter().map(|&f| &made.faces[f as usize]);
         faces.max_by(|a, b| a.radius.total_cmp(&b.radius).then(b.vertices.cmp(&a.vertices)))
     };
-    let mut found: Vec<Candidate<P>> =
-        groups.iter().filter_map(largest).map(|face| at.on_surface(face)).collect();
-    if groups.is_empty() {
-        found.extend(lonely(at, made));
-    }
-    found
+    groups.iter().filter_map(largest).map(|face| at.on_surface(face)).collect()
 }
 
 /// The faces at edges with other than two of them.
@@ -64,20 +63,35 @@ fn vertices<P: Point>(made: &Restricted<P>, count: usize) -> Vec<Vec<u32>> {
     (0u32..).zip(&around).filter_map(several).collect()
 }
 
-/// Corners of walls, for vertices on facets that no face has.
-fn lonely<P: Space, M: Machine<P> + Sync>(
+/// Which vertices stay: all but those on facets that no face has, in an otherwise faultless boundary.
+pub(super) fn useful<P: Point>(made: &Restricted<P>, carriers: &[Carrier]) -> Vec<bool> {
+    let mut useful: Vec<bool> = carriers.iter().map(|c| !matches!(c, Carrier::Facet(_))).collect();
+    made.faces.iter().flat_map(|f| f.vertices).for_each(|v| useful[v as usize] = true);
+    useful
+}
+
+/// Corners of walls of the shells that the boundary has no face on: too small for the size asked for. A quarter of a shell's
+/// extent apart, so that some dozen stand for it.
+pub(super) fn lost<P: Space, M: Machine<P> + Sync>(
     at: &Refinement<'_, P, M>,
     made: &Restricted<P>,
 ) -> Vec<Candidate<P>> {
-    let vertices = &at.work.vertices;
-    let mut met = vec![false; vertices.len()];
-    made.faces.iter().flat_map(|f| f.vertices).for_each(|v| met[v as usize] = true);
+    let domain = at.work.domain;
+    let mut sets = Sets::new(domain.facets.len());
+    for segment in &domain.segments {
+        segment.facets.windows(2).for_each(|f| sets.join(f[0], f[1]));
+    }
+    let shell: Vec<u32> = (0..domain.facets.len() as u32).map(|f| sets.find(f)).collect();
+    let mut met = vec![false; shell.len()];
+    made.faces.iter().for_each(|f| met[shell[f.place.facet as usize] as usize] = true);
+    let mut corners: BTreeMap<u32, Vec<(u32, P)>> = BTreeMap::new();
+    for (f, &s) in (0u32..).zip(&shell).filter(|(_, s)| !met[**s as usize]) {
+        corners.entry(s).or_default().extend(at.surface.corners_of(f).map(|p| (f, p)));
+    }
     let mut found = Vec::new();
-    for (carrier, _) in vertices.carriers.iter().zip(met).filter(|(_, met)| !met) {
-        if let Carrier::Facet(f) = *carrier {
-            let new = at.surface.corners_of(f).into_iter().filter(|p| !vertices.points.contains(p));
-            found.extend(new.map(|p| at.at_surface(at.work.rules.site(p), f)));
-        }
+    for corners in corners.into_values() {
+        let size = 0.25 * Bounds::of(corners.iter().map(|c| c.1)).extent().norm2().sqrt();
+        found.extend(corners.into_iter().map(|(f, at)| (Site { at, size }, Carrier::Facet(f))));
     }
     found
 }
