@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::incremental::facet_without;
-use septet_geometry::point::{Point, dist2};
+use septet_geometry::point::{Point, dist2, lex_cmp};
 use septet_geometry::range::scale;
 
 use super::deviation::{of_faces, of_vertices};
@@ -32,7 +32,7 @@ const ROUNDS: u32 = 150;
 
 /// Faces may turn this far (as a cosine) from the surface at s, as long as their balls are above a part of f.
 const TURN: f64 = 0.5;
-const TURNED: f64 = 0.25;
+const TURNED: f64 = 0.02;
 
 /// What is still at fault in a ball below this part of the surface's diagonal is given up: ridges or sheets that meet at
 /// small angles.
@@ -129,7 +129,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
                 found = crowded(self, &made);
             }
             if found.is_empty() {
-                found = self.unmet(lost(self, &made))?;
+                found = lost(self, &made);
             }
             if found.is_empty() {
                 let useful = useful(&made, &self.work.vertices.carriers);
@@ -153,6 +153,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if !stuck.is_empty() {
                 return Err(Failure::Missing(missing(&stuck)));
             }
+            found = self.unmet(found)?;
             last.clone_from(&found);
             self.insert(found)?;
             self.make_chords();
@@ -162,8 +163,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
     /// Those candidates that are no vertices yet; all of them being vertices is a failure.
     fn unmet(&self, candidates: Vec<Candidate<P>>) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
-        let points = &self.work.vertices.points;
-        let new: Vec<_> = candidates.iter().filter(|c| !points.contains(&c.0.at)).copied().collect();
+        let mut points = self.work.vertices.points.clone();
+        points.sort_unstable_by(lex_cmp);
+        let is_new = |c: &&Candidate<P>| points.binary_search_by(|p| lex_cmp(p, &c.0.at)).is_err();
+        let new: Vec<_> = candidates.iter().filter(is_new).copied().collect();
         if new.is_empty() && !candidates.is_empty() {
             return Err(Failure::Missing(missing(&candidates)));
         }

@@ -88,8 +88,8 @@ impl<P: Space> Restricted<P> {
         found
     }
 
-    /// The face of a cell opposite a vertex, if its dual edge crosses the surface (`always`: if no crossing is found for rounding,
-    /// with the place nearest to its middle).
+    /// The face of a cell opposite a vertex, if its dual edge crosses the surface. (`always`: if rounding hides the crossing, an
+    /// end of the edge is as good as on the surface, and the place is the one nearest to it.)
     fn face<M: Machine<P> + Sync>(
         &self,
         work: &Work<'_, P, M>,
@@ -117,7 +117,12 @@ impl<P: Space> Restricted<P> {
         // Rounded alike whichever cell comes first.
         let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
         let (from, to) = if swap { (to, from) } else { (from, to) };
-        let nearest = || surface.nearest((a + b + c) / 3.0).filter(|_| always);
+        // Centres of flat cells are badly rounded: their dual edges are put on the axis of the face, so that s is as far from all of
+        // its corners.
+        let normal = P::hull_normal(&[b - a, c - a]);
+        let axis = normal / normal.norm2().sqrt();
+        let [from, to] = [from, to].map(|x| centre + axis * axis.dot(x - centre));
+        let nearest = || if always { surface.nearer(from, to) } else { None };
         let place = surface.crossing(from, to, a).or_else(nearest)?;
         let radius = dist2(place.at, a).sqrt();
         Some(Face { vertices, cells: [i, j], place, radius, centre })

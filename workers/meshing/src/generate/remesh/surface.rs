@@ -100,6 +100,15 @@ impl<P: Space> Surface<P> {
         best
     }
 
+    /// The place nearest to one of two points, whichever is nearer to the surface.
+    pub(super) fn nearer(&self, p: P, q: P) -> Option<Place<P>> {
+        let [p, q] = [p, q].map(|x| self.nearest(x).map(|near| (dist2(near.at, x), near)));
+        match (p?, q?) {
+            (p, q) if q.0 < p.0 => Some(q.1),
+            (p, _) => Some(p.1),
+        }
+    }
+
     /// The number of walls.
     pub(super) fn walls(&self) -> u32 {
         self.walls.len() as u32
