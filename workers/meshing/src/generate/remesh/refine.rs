@@ -153,7 +153,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if !stuck.is_empty() {
                 return Err(Failure::Missing(missing(&stuck)));
             }
-            found = self.unmet(found)?;
+            found = self.unmet(&found)?;
             last.clone_from(&found);
             self.insert(found)?;
             self.make_chords();
@@ -162,13 +162,13 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     }
 
     /// Those candidates that are no vertices yet; all of them being vertices is a failure.
-    fn unmet(&self, candidates: Vec<Candidate<P>>) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
+    fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
         let mut points = self.work.vertices.points.clone();
         points.sort_unstable_by(lex_cmp);
         let is_new = |c: &&Candidate<P>| points.binary_search_by(|p| lex_cmp(p, &c.0.at)).is_err();
         let new: Vec<_> = candidates.iter().filter(is_new).copied().collect();
         if new.is_empty() && !candidates.is_empty() {
-            return Err(Failure::Missing(missing(&candidates)));
+            return Err(Failure::Missing(missing(candidates)));
         }
         Ok(new)
     }
