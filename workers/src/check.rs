@@ -152,7 +152,6 @@ impl<P: Point> Worker<P> {
 
     /// Compares the sums as they are.
     pub(crate) fn begin_certificate(&mut self) {
-        self.charge_considered();
         if self.phase == Phase::Certificate && self.config.fault == Some(Fault::SpoilStar { rank: self.rank })
         {
             self.spoil_star();
@@ -171,11 +170,11 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Follows the change of a home star.
-    pub(crate) fn recount_star(&mut self, home: u32, old: &[P::Facet], new: &[P::Facet]) {
+    /// Follows the change of a home star: facets that are gone, and new ones.
+    pub(crate) fn recount_star(&mut self, home: u32, gone: &[P::Facet], fresh: &[P::Facet]) {
         let mut sums = std::mem::take(&mut self.agreement.sums);
-        self.sum_star(home, old, false, &mut sums);
-        self.sum_star(home, new, true, &mut sums);
+        self.sum_star(home, gone, false, &mut sums);
+        self.sum_star(home, fresh, true, &mut sums);
         self.agreement.sums = sums;
     }
 

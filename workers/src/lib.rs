@@ -51,6 +51,8 @@ mod stars;
 
 mod check;
 
+mod exchange;
+mod fallback;
 mod repair;
 
 mod links;

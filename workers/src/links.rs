@@ -1,9 +1,8 @@
 //! Links of stars, compared and tested: what the exchange does with them, charged.
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::{Cost, Marks, Sweep};
+use septet_geometry::cost::{Cost, Marks};
 use septet_geometry::point::Point;
-use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
 /// The facets of a new link that the old one lacks, and those of the old one that the new one lacks: both are
 /// sorted together, and what stands alone is packed.
@@ -41,26 +40,4 @@ pub(crate) fn link_points<P: Point>(link: &[P::Facet], seen: &mut Marks, cost: &
     cost.distinct_numbers(&mut points, seen);
     points.retain(|&v| v != INFINITE);
     points
-}
-
-/// Those points that lie in the (perturbed) circumsphere of a cell.
-pub(crate) fn conflicts<P: Point>(
-    positions: &[P],
-    points: &[u32],
-    cell: &P::Cell,
-    tests: &mut Sweep,
-) -> Vec<u32> {
-    let mut corners: Vec<P> = cell.as_ref().iter().map(|&v| positions[v as usize]).collect();
-    match orientation(&corners) {
-        Sign::Zero => return Vec::new(),
-        Sign::Negative => corners.swap(0, 1),
-        Sign::Positive => {}
-    }
-    let mut found = Vec::new();
-    tests.each(points, |&v| {
-        if !cell.as_ref().contains(&v) && in_sphere(&corners, positions[v as usize]) {
-            found.push(v);
-        }
-    });
-    found
 }

@@ -14,12 +14,12 @@ use septet_protocol::transport::TransportError;
 
 use crate::check::Agreement;
 use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
+use crate::exchange::Exchange;
 use crate::independent::Selection;
 use crate::leader::Leader;
 use crate::outbox::Outbox;
 use crate::profile::received;
 use crate::query::Engine;
-use crate::repair::Exchange;
 use crate::schedule::{Known, Outcome};
 use crate::seam::Seams;
 use crate::sets::SetEngine;

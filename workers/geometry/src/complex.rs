@@ -29,6 +29,10 @@ pub struct Complex<S> {
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
     /// for nothing that it has not entered.
     starts: Vec<u32>,
+    /// Of a loading: ridges by the vertex that they start at, with the one that they end at and the code of their cell;
+    /// where each vertex's ridges end.
+    ridges: Vec<(u32, u32)>,
+    ends: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +61,8 @@ impl<S: Simplex> Default for Complex<S> {
             border: Vec::new(),
             created: Vec::new(),
             starts: Vec::new(),
+            ridges: Vec::new(),
+            ends: Vec::new(),
         }
     }
 }
@@ -96,6 +102,52 @@ impl<S: Simplex> Complex<S> {
             }
         }
         self.created.extend(0..=n as u32);
+    }
+
+    /// Takes the cells of a closed complex, oriented alike, of infinity and the vertices below `vertices`; they get
+    /// the slots of their order. Across a ridge stands the cell that has it turned round (in the plane, the cell that
+    /// starts where this one ends): each cell enters its ridges among those of the vertex that they start at, then
+    /// looks for them turned round. Returns false, with no use, if some ridge has no other side.
+    pub fn load(&mut self, cells: &[S], vertices: usize) -> bool {
+        self.clear();
+        for &cell in cells {
+            self.push(cell);
+        }
+        let (entered, sought) = if S::LEN == 2 { (1..2, 0..1) } else { (0..3, 0..3) };
+        self.ends.clear();
+        self.ends.resize(vertices + 2, 0);
+        for cell in cells {
+            for slot in entered.clone() {
+                let (first, _) = ridge(cell.as_ref(), slot);
+                self.ends[first.wrapping_add(1) as usize + 1] += 1;
+            }
+        }
+        for at in 1..self.ends.len() {
+            self.ends[at] += self.ends[at - 1];
+        }
+        self.ridges.clear();
+        self.ridges.resize(cells.len() * entered.len(), (NONE, NONE));
+        for (number, cell) in cells.iter().enumerate() {
+            for slot in entered.clone() {
+                let (first, last) = ridge(cell.as_ref(), slot);
+                // What was the start of a vertex's places becomes their end.
+                let place = &mut self.ends[first.wrapping_add(1) as usize];
+                self.ridges[*place as usize] = (last, (number as u32) << 2 | slot as u32);
+                *place += 1;
+            }
+        }
+        (0..cells.len() as u32).all(|cell| sought.clone().all(|slot| self.find_neighbour(cell, slot)))
+    }
+
+    /// Joins a loaded cell with the one across a ridge, if there is one.
+    fn find_neighbour(&mut self, cell: u32, slot: usize) -> bool {
+        let (first, last) = ridge(self.cell(cell).as_ref(), slot);
+        let place = last.wrapping_add(1) as usize;
+        let from = if place == 0 { 0 } else { self.ends[place - 1] };
+        let there = &self.ridges[from as usize..self.ends[place] as usize];
+        let Some(&(_, code)) = there.iter().find(|r| r.0 == first) else { return false };
+        self.join(cell, slot, code >> 2, (code & 3) as usize);
+        true
     }
 
     /// Number of cell slots, dead ones included.

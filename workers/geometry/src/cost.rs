@@ -348,6 +348,19 @@ impl Cost {
         numbers.retain(|&number| seen.is_new(number));
     }
 
+    /// Puts in the place of each number its place among the distinct ones, in the order of their first occurrence, and
+    /// returns those: charged as [`Cost::distinct_inside`], and a step that reads the places back.
+    pub fn places_of(&mut self, numbers: &mut [u32], seen: &mut Places) -> Vec<u32> {
+        let mut distinct = numbers.to_vec();
+        self.distinct_numbers(&mut distinct, &mut seen.marks);
+        seen.places.resize(seen.marks.marks.len(), 0);
+        for (place, &number) in distinct.iter().enumerate() {
+            seen.places[number.wrapping_add(1) as usize] = place as u32;
+        }
+        self.update(numbers, |number| *number = seen.places[number.wrapping_add(1) as usize]);
+        distinct
+    }
+
     /// Charges the sort of so many items that stand in order already, or are put there by their places.
     pub fn sorted_by_place<T: Copy>(
         &mut self,
@@ -441,10 +454,30 @@ impl Marks {
         self.round += 1;
     }
 
+    /// Has a number been seen?
+    #[inline]
+    pub fn has_seen(&self, number: u32) -> bool {
+        self.marks[number.wrapping_add(1) as usize] == self.round
+    }
+
     /// Sees a number; is it new?
     #[inline]
     pub fn is_new(&mut self, number: u32) -> bool {
         std::mem::replace(&mut self.marks[number.wrapping_add(1) as usize], self.round) != self.round
+    }
+}
+
+/// The places of numbers among some of them, in storage that need not be cleared.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    marks: Marks,
+    places: Vec<u32>,
+}
+
+impl Places {
+    /// Places for the numbers below `numbers`, and for [`u32::MAX`], if there were fewer.
+    pub fn make_room(&mut self, numbers: usize) {
+        self.marks.make_room(numbers);
     }
 }
 

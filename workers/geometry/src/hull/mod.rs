@@ -29,14 +29,17 @@
 //! what keeps a sweep from one exact test for each facet. (A `q` on the common face of several cones is
 //! in all of them, and their functions agree there.)
 
+mod change;
 mod corners;
 mod planes;
+mod witness;
 
 use corners::{Cone, Corners};
 use planes::{Image, Planes, Side};
+pub use witness::Witnesses;
 
 use crate::complex::{Complex, INFINITE};
-use crate::cost::Cost;
+use crate::cost::{Cost, Places};
 use crate::point::{Point, Simplex, dist2, lex_cmp};
 use crate::predicates::{Sign, orientation, raises_dimension};
 
@@ -58,6 +61,11 @@ pub struct StarBuilder<P: Point> {
     dug: Vec<u32>,
     /// Of every facet: what rounded arithmetic says of the candidate at hand.
     sides: Vec<Side>,
+    /// Of every facet of the link that was loaded ([`StarBuilder::extend`]): is it gone? And those that are.
+    loaded: Vec<bool>,
+    gone: Vec<u32>,
+    /// Where the numbers of points stand in `points`.
+    places: Places,
 }
 
 /// A point that may be in the star.
@@ -67,6 +75,13 @@ struct Candidate<P> {
     at: P,
     /// Its position in the table.
     id: u32,
+}
+
+impl<P: Point> Candidate<P> {
+    /// The vertex at infinity.
+    fn infinity() -> Self {
+        Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE }
+    }
 }
 
 /// The candidate of a vertex of the link.
@@ -88,6 +103,9 @@ impl<P: Point> Default for StarBuilder<P> {
             uncertain: Vec::new(),
             dug: Vec::new(),
             sides: Vec::new(),
+            loaded: Vec::new(),
+            gone: Vec::new(),
+            places: Places::default(),
         }
     }
 }
@@ -106,9 +124,11 @@ impl<P: Point> StarBuilder<P> {
         let c = table[centre as usize];
         self.centre = c;
         self.points.clear();
-        self.points.push(Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE });
+        self.points.push(Candidate::infinity());
         self.order.clear();
         self.seen = 0;
+        self.loaded.clear();
+        self.gone.clear();
         self.order.extend(candidates.iter().filter(|&&i| i != centre));
         // The bits of squared distances are in the order of the distances.
         let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
@@ -130,13 +150,17 @@ impl<P: Point> StarBuilder<P> {
     /// The link's facets as positions in the table, infinite ones included, oriented so that
     /// `(centre, facet)` is positive. Appends to `out`.
     pub fn facets(&self, out: &mut Vec<P::Facet>) {
-        for cell in self.link.live_cells() {
-            let mut facet = *self.link.cell(cell);
-            for v in facet.as_mut() {
-                *v = candidate(&self.points, *v).id;
-            }
-            out.push(facet);
+        out.extend(self.link.live_cells().map(|cell| self.named(cell)));
+    }
+
+    /// A facet by positions in the table.
+    #[inline]
+    fn named(&self, cell: u32) -> P::Facet {
+        let mut facet = *self.link.cell(cell);
+        for v in facet.as_mut() {
+            *v = candidate(&self.points, *v).id;
         }
+        facet
     }
 
     /// Number of facets of the link.
@@ -248,6 +272,14 @@ impl<P: Point> StarBuilder<P> {
             let (sides, cavity) = (&self.sides, if undecided { &self.dug } else { &self.uncertain });
             let conflicts = !cavity.is_empty();
             if conflicts {
+                for &facet in cavity {
+                    if let Some(is_gone) = self.loaded.get_mut(facet as usize)
+                        && !*is_gone
+                    {
+                        *is_gone = true;
+                        self.gone.push(facet);
+                    }
+                }
                 self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
                 for &facet in self.link.free() {
                     self.planes.remove(facet);
@@ -272,9 +304,7 @@ impl<P: Point> StarBuilder<P> {
             self.planes.make_room(slots);
         }
         for &facet in self.link.created() {
-            let vertices = self.link.cell(facet).as_ref();
-            let image = |i: usize| &candidate(&self.points, vertices[i % P::DIM]).image;
-            self.planes.set(facet, [image(0), image(1), image(2)], longest);
+            enter(&mut self.planes, &self.points, facet, self.link.cell(facet), longest);
         }
     }
 
@@ -319,6 +349,19 @@ impl<P: Point> StarBuilder<P> {
         }
         None
     }
+}
+
+/// Computes the plane of a facet.
+#[inline]
+fn enter<P: Point>(
+    planes: &mut Planes,
+    points: &[Candidate<P>],
+    facet: u32,
+    vertices: &P::Facet,
+    longest: f64,
+) {
+    let image = |i: usize| &candidate(points, vertices.as_ref()[i % P::DIM]).image;
+    planes.set(facet, [image(0), image(1), image(2)], longest);
 }
 
 #[cfg(test)]

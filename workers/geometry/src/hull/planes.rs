@@ -217,7 +217,7 @@ impl Planes {
 
     /// What double precision says of a candidate and a facet.
     #[inline]
-    fn side<P: Point>(&self, facet: usize, image: &P) -> Side {
+    pub(super) fn side<P: Point>(&self, facet: usize, image: &P) -> Side {
         let Plane { normal, low, high } = &self.rows[facet];
         let planar = normal[0] * image.coord(0) + normal[1] * image.coord(1);
         let product = if P::DIM == 2 { planar } else { planar + normal[2] * image.coord(2) };

@@ -157,3 +157,96 @@ fn stars_of_space_are_those_of_the_triangulation() {
 fn stars_of_the_plane_are_those_of_the_triangulation() {
     stars_are_those_of_the_triangulation::<DVec2>(150);
 }
+
+/// A facet with its vertices in order, to be compared.
+fn in_order<P: Point>(facet: &P::Facet) -> P::Facet {
+    let mut facet = *facet;
+    facet.as_mut().sort_unstable();
+    facet
+}
+
+/// Stars of some points that get the rest are those of all; what is said to have come and gone has; and the points in
+/// the spheres of what is gone are those that the predicates find there.
+fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
+    for kind in KINDS {
+        let points = set::<P>(kind, n, 5);
+        let everyone: Vec<u32> = (0..points.len() as u32).collect();
+        let (mut builder, mut direct) = (StarBuilder::default(), StarBuilder::default());
+        let mut witnesses = Witnesses::default();
+        let (mut cost, mut changed) = (Cost::default(), 0);
+        for &v in &everyone {
+            let stride = 2 + v as usize % 5;
+            let some: Vec<u32> = everyone.iter().copied().skip(v as usize % 3).step_by(stride).collect();
+            if !direct.build(&points, v, &some, &mut cost) {
+                continue;
+            }
+            let (mut old, mut new, mut anew) = (Vec::new(), Vec::new(), Vec::new());
+            direct.facets(&mut old);
+            assert!(builder.extend(&points, v, &old, &everyone, &mut cost));
+            builder.link.check().unwrap();
+            builder.facets(&mut new);
+            direct.build(&points, v, &everyone, &mut cost);
+            direct.facets(&mut anew);
+            let set = |facets: &[P::Facet]| -> std::collections::BTreeSet<P::Facet> {
+                facets.iter().map(in_order::<P>).collect()
+            };
+            assert_eq!(set(&new), set(&anew), "{kind}, star of {v}");
+            let (old_set, new_set) = (set(&old), set(&new));
+            let mut fresh = Vec::new();
+            builder.fresh(&mut fresh);
+            assert_eq!(set(&fresh), &new_set - &old_set, "{kind}: fresh facets of {v}");
+            let gone: Vec<P::Facet> = builder.gone().iter().map(|&at| old[at as usize]).collect();
+            assert_eq!(set(&gone), &old_set - &new_set, "{kind}: facets of {v} that are gone");
+            changed += gone.len();
+            against_those_gone(&points, v, &gone, &new, &mut witnesses);
+        }
+        assert!(changed > 0, "{kind}: no star changes");
+    }
+}
+
+fn against_those_gone<P: Point>(
+    points: &[P],
+    v: u32,
+    gone: &[P::Facet],
+    link: &[P::Facet],
+    witnesses: &mut Witnesses<P>,
+) {
+    let all = link.iter().flat_map(AsRef::as_ref).copied().filter(|&q| q != INFINITE);
+    let around: Vec<u32> = all.collect::<std::collections::BTreeSet<_>>().into_iter().collect();
+    let mut step = crate::cost::Sweep::default();
+    witnesses.begin(points, v, &around, &mut step);
+    for facet in gone.iter().filter(|f| !f.as_ref().contains(&INFINITE)) {
+        let mut cell = P::Cell::splat(v);
+        cell.as_mut()[1..].copy_from_slice(facet.as_ref());
+        cell.as_mut().swap(0, 1);
+        let corners: Vec<P> = [v].iter().chain(facet.as_ref()).map(|&i| points[i as usize]).collect();
+        let mut found = Vec::new();
+        witnesses.against(points, &cell, &mut found, &mut step);
+        let inside = |q: &u32| !facet.as_ref().contains(q) && in_sphere(&corners, points[*q as usize]);
+        let expected: Vec<u32> = around.iter().copied().filter(inside).collect();
+        assert_eq!(found, expected, "cell {facet:?} of {v}");
+        assert!(!expected.is_empty(), "a cell that is gone has points against it");
+    }
+}
+
+#[test]
+fn stars_of_space_grow_as_if_built_anew() {
+    stars_grow_as_if_built_anew::<DVec3>(90);
+}
+
+#[test]
+fn stars_of_the_plane_grow_as_if_built_anew() {
+    stars_grow_as_if_built_anew::<DVec2>(90);
+}
+
+#[test]
+fn a_star_with_a_hole_is_not_extended() {
+    let points = set::<DVec3>("random", 60, 2);
+    let everyone: Vec<u32> = (0..60).collect();
+    let (mut builder, mut cost, mut link) = (StarBuilder::default(), Cost::default(), Vec::new());
+    assert!(builder.build(&points, 7, &everyone, &mut cost));
+    builder.facets(&mut link);
+    link.remove(3);
+    assert!(!builder.extend(&points, 7, &link, &[1, 2], &mut cost));
+    assert_eq!(builder.link_size(), 0);
+}

@@ -1,0 +1,122 @@
+//! A star that gets more candidates.
+//!
+//! **Statement.** The hull of some candidates and more is that of the first hull's vertices and the others. So a
+//! star that is known by its link need not be built again: the link is taken as a complex, and the others are added
+//! as in [`super`].
+//!
+//! **Work and depth.** With `l` facets and `m` others: the link's vertices are found in O(log l) steps, facets and
+//! neighbours in O(1); then a sweep for each of the `m`. Work O((l + m) log(l + m) + m l).
+
+use super::{Candidate, Image, Side, StarBuilder, enter};
+use crate::complex::INFINITE;
+use crate::cost::Cost;
+use crate::point::{Point, Simplex, dist2, lex_cmp};
+
+impl<P: Point> StarBuilder<P> {
+    /// Builds the star of `table[centre]`, whose link among some candidates is `link`, among those and `added`
+    /// (positions in `table`, in any order, repeats and the centre itself ignored). What [`StarBuilder::facets`]
+    /// gives then is what [`StarBuilder::build`] would lead to. Returns false, with no link, if `link` is no closed
+    /// complex.
+    pub fn extend(
+        &mut self,
+        table: &[P],
+        centre: u32,
+        link: &[P::Facet],
+        added: &[u32],
+        cost: &mut Cost,
+    ) -> bool {
+        self.centre = table[centre as usize];
+        self.places.make_room(table.len());
+        let mut numbers = vec![INFINITE];
+        numbers.extend(link.iter().flat_map(AsRef::as_ref));
+        let entries = numbers.len();
+        numbers.extend(added.iter().filter(|&&v| v != centre));
+        let distinct = cost.places_of(&mut numbers, &mut self.places);
+        let known = numbers[..entries].iter().fold(0, |most, &place| most.max(place)) as usize + 1;
+        self.order.clear();
+        self.order.extend_from_slice(&distinct[known..]);
+        self.take_points(table, &distinct[..known], cost);
+        if !self.load(link, &numbers[1..entries], cost) {
+            self.link.clear();
+            return false;
+        }
+        for q in known as u32..self.points.len() as u32 {
+            self.insert(q - 1, cost);
+        }
+        true
+    }
+
+    /// The facets of the link that the last [`StarBuilder::extend`] made. Appends to `out`.
+    pub fn fresh(&self, out: &mut Vec<P::Facet>) {
+        let is_old = |cell: &u32| self.loaded.get(*cell as usize) == Some(&false);
+        out.extend(self.link.live_cells().filter(|cell| !is_old(cell)).map(|cell| self.named(cell)));
+    }
+
+    /// The positions in the given link of those facets that are gone, in the order in which they went.
+    pub fn gone(&self) -> &[u32] {
+        &self.gone
+    }
+
+    /// Infinity and the link's vertices, then what is added, by distance.
+    fn take_points(&mut self, table: &[P], vertices: &[u32], cost: &mut Cost) {
+        let c = self.centre;
+        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
+        cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
+            let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
+            distance2(a).cmp(&distance2(b)).then_with(by_rank)
+        });
+        self.points.clear();
+        self.points.push(Candidate::infinity());
+        let mut sweep = cost.sweep();
+        for &id in vertices[1..].iter().chain(&self.order) {
+            sweep.visit();
+            let at = table[id as usize];
+            let rel = at - c;
+            self.points.push(Candidate { image: Image::of(rel, rel.norm2()), at, id });
+        }
+        cost.swept_inside(sweep);
+    }
+
+    /// The link as a complex, with the planes of its facets.
+    fn load(&mut self, link: &[P::Facet], places: &[u32], cost: &mut Cost) -> bool {
+        let mut facets = Vec::with_capacity(link.len());
+        let mut sweep = cost.sweep();
+        sweep.each(link, |_| {
+            let mut facet = P::Facet::splat(0);
+            let at = facets.len() * P::DIM;
+            for (v, place) in facet.as_mut().iter_mut().zip(&places[at..]) {
+                *v = place.wrapping_sub(1);
+            }
+            facets.push(facet);
+        });
+        cost.swept_inside(sweep);
+        // The ridges are entered, and looked for.
+        let mut joining = cost.sweep();
+        joining.visit_lanes(2 * P::DIM * link.len());
+        cost.swept_inside(joining);
+        if link.is_empty() || !self.link.load(&facets, self.points.len() - 1) {
+            return false;
+        }
+        self.loaded.clear();
+        self.loaded.resize(link.len(), false);
+        self.gone.clear();
+        self.enter_loaded();
+        true
+    }
+
+    /// The planes of all facets.
+    fn enter_loaded(&mut self) {
+        let longest =
+            |points: &[Candidate<P>]| points.iter().fold(0.0, |most: f64, p| most.max(p.image.length));
+        let added = self.points.len() - self.order.len();
+        self.planes.clear(longest(&self.points));
+        let slots = self.link.slots();
+        self.planes.make_room(slots as usize);
+        self.sides.clear();
+        self.sides.resize(slots as usize, Side::Clear);
+        let to_come = longest(&self.points[added..]);
+        for facet in 0..slots {
+            enter(&mut self.planes, &self.points, facet, self.link.cell(facet), to_come);
+        }
+    }
+}
