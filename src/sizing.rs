@@ -6,6 +6,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
+use septet_workers::choice::FALLBACK_K;
 use septet_workers::config::{Wanted, WorkerConfig};
 
 use crate::config::{
@@ -45,7 +46,10 @@ pub(crate) fn settle(config: &Config, points: u64) -> Result<(Wanted, String), E
     Ok(match (config.graph, config.alpha) {
         (GraphKind::Knn, _) => {
             let (k, why) = match config.k {
-                Neighbours::Auto => (64.min(most), "64 nearest neighbours, or all there are".to_string()),
+                Neighbours::Auto => (
+                    u64::from(FALLBACK_K).min(most),
+                    format!("{FALLBACK_K} nearest neighbours, or all there are"),
+                ),
                 Neighbours::Count(k) if k == 0 || u64::from(k) >= points => {
                     return Err(ConfigError::K { k: u64::from(k), points }.into());
                 }

@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
@@ -71,8 +71,9 @@ fn unite(entry: &mut (u128, u64), other: (u128, u64)) {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Agreement {
     sums: Sums,
-    /// Hashes of the table's points, as far as they were needed.
+    /// Hashes of the table's points, as far as they were needed, and their first coordinates.
     hashes: Vec<u128>,
+    firsts: Vec<f64>,
     compared: bool,
     lists: BTreeMap<Rank, Vec<u128>>,
     /// What this worker's stars hold and others lack.
@@ -122,11 +123,13 @@ impl<P: Point> Worker<P> {
         }
         self.extend_hashes();
         let groups = self.home_groups();
+        let short: Vec<AtomicU64> = (0..self.table.home).map(|_| AtomicU64::new(0)).collect();
         let scans = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
             for home in homes.clone() {
                 let link = self.stars.link(home);
-                pairs.each(link, |facet| self.sum_star(home, std::slice::from_ref(facet), true, &mut sums));
+                pairs.visit_lanes(link.len());
+                self.sum_star(home, link, true, &mut sums, Some(&short));
             }
             (sums, pairs)
         });
@@ -147,18 +150,23 @@ impl<P: Point> Worker<P> {
             self.ledger.charge(self.phase, leaf, cost, items);
         }
         self.agreement.sums = all;
-        self.begin_certificate();
+        self.compare_sums(Some(short));
     }
 
     /// Compares the sums as they are.
     pub(crate) fn begin_certificate(&mut self) {
+        self.compare_sums(None);
+    }
+
+    /// Compares the sums; `short` are those of each home vertex, if they are known.
+    fn compare_sums(&mut self, short: Option<Vec<AtomicU64>>) {
         if self.phase == Phase::Certificate && self.config.fault == Some(Fault::SpoilStar { rank: self.rank })
         {
             self.spoil_star();
         }
         self.record_agreement();
         let differ = self.agreement.sums.from_smallest != self.agreement.sums.from_other;
-        let found = if differ { self.look_up() } else { Vec::new() };
+        let found = if differ { self.look_up(short) } else { Vec::new() };
         let agreement = &mut self.agreement;
         (agreement.compared, agreement.differing) = (false, u64::from(differ));
         agreement.lists.clear();
@@ -173,8 +181,8 @@ impl<P: Point> Worker<P> {
     /// Follows the change of a home star: facets that are gone, and new ones.
     pub(crate) fn recount_star(&mut self, home: u32, gone: &[P::Facet], fresh: &[P::Facet]) {
         let mut sums = std::mem::take(&mut self.agreement.sums);
-        self.sum_star(home, gone, false, &mut sums);
-        self.sum_star(home, fresh, true, &mut sums);
+        self.sum_star(home, gone, false, &mut sums, None);
+        self.sum_star(home, fresh, true, &mut sums, None);
         self.agreement.sums = sums;
     }
 
@@ -229,8 +237,9 @@ impl<P: Point> Worker<P> {
 
     /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
     /// sums differ.
-    fn look_up(&self) -> Vec<Disagreement> {
-        let differ = self.differences();
+    fn look_up(&self, short: Option<Vec<AtomicU64>>) -> Vec<Disagreement> {
+        let short = short.unwrap_or_else(|| self.short_sums());
+        let differ: Vec<bool> = short.into_iter().map(|sum| sum.into_inner() != 0).collect();
         let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
         let groups = self.home_groups();
         let mut found = map_in(&self.pool, &groups, |(_, homes)| {
@@ -243,35 +252,17 @@ impl<P: Point> Worker<P> {
         found.into_iter().flatten().collect()
     }
 
-    /// For each home vertex: do the home stars of its neighbours hold other cells, of those it is the smallest vertex
-    /// of, than its own star? By sums as above, of 64 bits: they tell where to look, and certify nothing.
-    fn differences(&self) -> Vec<bool> {
-        let sums: Vec<AtomicU64> = (0..self.table.home).map(|_| AtomicU64::new(0)).collect();
+    /// For each home vertex a sum over the pairs it is the smallest vertex of, both at home: those seen from there less
+    /// those seen from the others, so zero if the stars agree. Of 64 bits: they tell where to look, and certify
+    /// nothing.
+    fn short_sums(&self) -> Vec<AtomicU64> {
+        let short: Vec<AtomicU64> = (0..self.table.home).map(|_| AtomicU64::new(0)).collect();
         map_in(&self.pool, &self.home_groups(), |(_, homes)| {
             for home in homes.clone() {
-                let mut own = 0u64;
-                for facet in self.stars.link(home) {
-                    let Some(cell) = finite_cell::<P>(home, facet) else { continue };
-                    let smallest = self.smallest(&cell);
-                    if smallest == home {
-                        let others = facet.as_ref().iter().filter(|&&v| self.table.is_home(v)).count();
-                        own = own.wrapping_add(self.short_hash(&cell).wrapping_mul(others as u64));
-                    } else if self.table.is_home(smallest) {
-                        sums[smallest as usize].fetch_sub(self.short_hash(&cell), Ordering::Relaxed);
-                    }
-                }
-                sums[home as usize].fetch_add(own, Ordering::Relaxed);
+                self.sum_star(home, self.stars.link(home), true, &mut Sums::default(), Some(&short));
             }
         });
-        sums.into_iter().map(|sum| sum.into_inner() != 0).collect()
-    }
-
-    /// A hash of a cell in 64 bits.
-    fn short_hash(&self, cell: &P::Cell) -> u64 {
-        let hashes = &self.agreement.hashes;
-        let sum = cell.as_ref().iter().fold(0u64, |sum, &v| sum.wrapping_add(hashes[v as usize] as u64));
-        let mixed = (sum ^ sum >> 29).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        mixed ^ mixed >> 32
+        short
     }
 
     /// Hashes of points that came since the last check.
@@ -279,15 +270,20 @@ impl<P: Point> Worker<P> {
         let known = self.agreement.hashes.len();
         let new = self.table.ids[known..].iter().zip(&self.table.positions[known..]);
         self.agreement.hashes.extend(new.map(|(&id, &x)| point_hash(id, x)));
+        self.agreement.firsts.extend(self.table.positions[known..].iter().map(|x| x.coord(0)));
     }
 
-    /// The position, in a cell of local numbers, of its lexicographically smallest vertex.
+    /// The lexicographically smallest vertex of a cell of local numbers: by the first coordinates, unless two are equal.
     fn smallest(&self, cell: &P::Cell) -> u32 {
-        let less = |a: u32, b: u32| {
-            lex_cmp(&self.table.positions[a as usize], &self.table.positions[b as usize]).is_lt()
-        };
         let vertices = cell.as_ref();
-        vertices[1..].iter().fold(vertices[0], |m, &v| if less(v, m) { v } else { m })
+        let (mut smallest, mut least, mut equal) =
+            (vertices[0], self.agreement.firsts[vertices[0] as usize], false);
+        for &v in &vertices[1..] {
+            let x = self.agreement.firsts[v as usize];
+            equal |= x == least;
+            (smallest, least) = if x < least { (v, x) } else { (smallest, least) };
+        }
+        if equal { smallest_of(&self.table.positions, cell) } else { smallest }
     }
 
     /// The hash of a cell; with another vertex it gives the key of a pair.
@@ -314,16 +310,36 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Adds the pairs of one star to the sums, or takes them away.
-    fn sum_star(&self, home: u32, link: &[P::Facet], add: bool, sums: &mut Sums) {
+    /// Adds the pairs of one star to the sums, or takes them away; adds them to those of each home vertex
+    /// ([`Self::short_sums`]).
+    fn sum_star(
+        &self,
+        home: u32,
+        link: &[P::Facet],
+        add: bool,
+        sums: &mut Sums,
+        short: Option<&[AtomicU64]>,
+    ) {
+        let mut own = 0u64;
         self.each_pair(home, link, |key, other, from_smallest| {
             let entry = match (self.table.is_home(other), from_smallest) {
-                (true, true) => &mut sums.from_smallest,
-                (true, false) => &mut sums.from_other,
+                (true, true) => {
+                    own = own.wrapping_add(key as u64);
+                    &mut sums.from_smallest
+                }
+                (true, false) => {
+                    if let Some(short) = short {
+                        short[other as usize].fetch_sub(key as u64, Ordering::Relaxed);
+                    }
+                    &mut sums.from_other
+                }
                 _ => sums.remote.entry(self.table.owners[other as usize]).or_default(),
             };
             Sums::count(entry, key, add);
         });
+        if let Some(short) = short {
+            short[home as usize].fetch_add(own, Ordering::Relaxed);
+        }
     }
 
     /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.

@@ -18,7 +18,7 @@ pub use text::ConfigTextError;
 pub enum Wanted {
     /// This one.
     Fixed(Supergraph),
-    /// A density graph whose alpha a sample of stars chooses, else 64 nearest neighbours.
+    /// A density graph whose alpha a sample of stars chooses, else 48 nearest neighbours.
     AutoDensity,
     /// An overlap graph, likewise.
     AutoOverlap,

@@ -7,14 +7,16 @@
 //! and by the sweeps of balls.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
 use std::marker::PhantomData;
 use std::ops::Range;
 
 use crate::point::Point;
+use crate::simd::widest;
 
 /// Points whose distances are computed together.
-const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Points as one column of numbers for each axis.
 #[derive(Clone, Debug)]
@@ -29,8 +31,29 @@ pub trait Rows {
     fn begin(&mut self, row: usize) -> f64;
     /// A column of the row at hand is no farther than that; returns the limit from now on.
     fn near(&mut self, column: usize, distance2: f64) -> f64;
+    /// Eight columns of the row at hand, from `first` on, some of which may be no farther than the limit; returns the
+    /// limit from now on.
+    #[inline(always)]
+    fn near_together(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
+        one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2))
+    }
     /// The row is over.
     fn end(&mut self, row: usize);
+}
+
+/// Calls `near` with those of some distances that are no farther than the limit, which it changes.
+#[inline(always)]
+pub(crate) fn one_by_one(
+    distances2: &[f64; LANES],
+    mut limit2: f64,
+    mut near: impl FnMut(usize, f64) -> f64,
+) -> f64 {
+    for (lane, &d2) in distances2.iter().enumerate() {
+        if d2 <= limit2 {
+            limit2 = near(lane, d2);
+        }
+    }
+    limit2
 }
 
 impl<P: Point> Columns<P> {
@@ -60,8 +83,44 @@ impl<P: Point> Columns<P> {
         &self,
         range: Range<usize>,
         centre: P,
-        mut limit2: f64,
+        limit2: f64,
         mut near: impl FnMut(usize, f64) -> f64,
+    ) {
+        widest(
+            #[inline(always)]
+            || {
+                self.each_block(range, centre, limit2, |first, distances2, limit2| {
+                    one_by_one(distances2, limit2, |lane, d2| near(first + lane, d2))
+                });
+            },
+        );
+    }
+
+    /// The columns within the limit of row after row of points, to `keep`.
+    pub(crate) fn each_row(&self, rows: &[P], keep: &mut impl Rows) {
+        widest(
+            #[inline(always)]
+            || {
+                for (row, &at) in rows.iter().enumerate() {
+                    let limit2 = keep.begin(row);
+                    self.each_block(0..self.len(), at, limit2, |first, distances2, limit2| {
+                        keep.near_together(first, distances2, limit2)
+                    });
+                    keep.end(row);
+                }
+            },
+        );
+    }
+
+    /// Calls `near` with the first position and the squared distances of eight points at a time, if one of them is no
+    /// farther than the limit; `near` returns the limit from then on. Behind the last point they are not numbers.
+    #[inline(always)]
+    fn each_block(
+        &self,
+        range: Range<usize>,
+        centre: P,
+        mut limit2: f64,
+        mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
     ) {
         let [x, y, z] = &self.axes;
         let z = if P::DIM == 2 { y } else { z };
@@ -78,19 +137,16 @@ impl<P: Point> Columns<P> {
         for ((x, y), z) in x.iter().zip(y).zip(z) {
             let found: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
             if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-                for (lane, d2) in found.into_iter().enumerate() {
-                    if d2 <= limit2 {
-                        limit2 = near(first + lane, d2);
-                    }
-                }
+                limit2 = near(first, &found, limit2);
             }
             first += LANES;
         }
-        for (lane, ((&x, &y), &z)) in x_rest.iter().zip(y_rest).zip(z_rest).enumerate() {
-            let d2 = distance2(x, y, z);
-            if d2 <= limit2 {
-                limit2 = near(first + lane, d2);
-            }
+        let mut found = [f64::NAN; LANES];
+        for (((d2, &x), &y), &z) in found.iter_mut().zip(x_rest).zip(y_rest).zip(z_rest) {
+            *d2 = distance2(x, y, z);
+        }
+        if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+            near(first, &found, limit2);
         }
     }
 }

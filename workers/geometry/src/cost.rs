@@ -246,11 +246,7 @@ impl Cost {
         self.scan_step(pairs);
         self.step(pairs);
         self.scan_step(pairs);
-        for (row, &at) in rows.iter().enumerate() {
-            let limit2 = keep.begin(row);
-            cols.each_within(0..cols.len(), at, limit2, |column, distance2| keep.near(column, distance2));
-            keep.end(row);
-        }
+        cols.each_row(rows, keep);
     }
 
     /// A step over items that a caller walks itself, one call of [`Sweep::visit`] an item; charged

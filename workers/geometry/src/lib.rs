@@ -8,6 +8,8 @@ pub mod cost;
 
 pub mod columns;
 
+mod simd;
+
 pub mod lists;
 
 pub mod point;

@@ -12,7 +12,9 @@
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
-use crate::columns::{Columns, Rows};
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+
+use crate::columns::{Columns, LANES, Rows, one_by_one};
 use crate::cost::Cost;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
@@ -72,8 +74,9 @@ struct Nearest<'a> {
     limit2: f64,
     /// The column that the row at hand is itself.
     own: u32,
-    /// Columns found for the row at hand, by their positions.
+    /// Columns found for the row at hand, by their positions; room for more behind.
     list: Vec<Found>,
+    found: usize,
     scratch: Vec<u64>,
     lists: Lists<Found>,
 }
@@ -91,7 +94,8 @@ impl<'a> Nearest<'a> {
             hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
             limit2: 0.0,
             own: 0,
-            list: Vec::new(),
+            list: vec![(0.0, 0); full_at(k) + LANES],
+            found: 0,
             scratch: Vec::new(),
             lists: Lists::default(),
         }
@@ -100,21 +104,44 @@ impl<'a> Nearest<'a> {
     /// Keeps the `k` nearest of the row at hand, ties included; returns the `k`-th's squared distance, or infinity.
     fn prune(&mut self) -> f64 {
         let k = self.k;
-        if k == 0 || self.list.len() < k {
+        if k == 0 || self.found < k {
             return f64::INFINITY;
         }
         self.scratch.clear();
         // The bits of squared distances are in the order of the distances.
-        self.scratch.extend(self.list.iter().map(|found| found.0.to_bits()));
+        self.scratch.extend(self.list[..self.found].iter().map(|found| found.0.to_bits()));
         let kth = f64::from_bits(*self.scratch.select_nth_unstable(k - 1).1);
-        self.list.retain(|found| found.0 <= kth);
+        let mut kept = 0;
+        for at in 0..self.found {
+            let found = self.list[at];
+            self.list[kept] = found;
+            kept += usize::from(found.0 <= kth);
+        }
+        self.found = kept;
         kth
     }
+
+    /// A list as long as it may get before it is pruned.
+    #[inline]
+    fn prune_if_full(&mut self) {
+        if self.found >= full_at(self.k) {
+            self.limit2 = self.limit2.min(self.prune());
+            // Of many at the same distance all stay.
+            if self.list.len() < self.found + LANES {
+                self.list.resize(2 * self.list.len(), (0.0, 0));
+            }
+        }
+    }
+}
+
+/// Lists are pruned at this length.
+fn full_at(k: usize) -> usize {
+    4 * k + 16
 }
 
 impl Rows for Nearest<'_> {
     fn begin(&mut self, row: usize) -> f64 {
-        self.list.clear();
+        self.found = 0;
         let number = self.rows[row];
         let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
         self.own = own.map_or(u32::MAX, |at| at as u32);
@@ -132,27 +159,43 @@ impl Rows for Nearest<'_> {
             return self.limit2;
         }
         if self.k == 1 && d2 < self.limit2 {
-            self.list.clear();
+            self.found = 0;
             self.limit2 = d2;
         }
-        self.list.push((d2, column as u32));
-        if self.k > 1 && self.list.len() >= 4 * self.k + 16 {
-            self.limit2 = self.limit2.min(self.prune());
+        self.list[self.found] = (d2, column as u32);
+        self.found += 1;
+        self.prune_if_full();
+        self.limit2
+    }
+
+    #[inline(always)]
+    fn near_together(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
+        if self.k == 1 || (self.own as usize).wrapping_sub(first) < LANES {
+            return one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2));
         }
+        // Without a branch: each is written, and stays if it is near.
+        let mut count = 0;
+        let room = &mut self.list[self.found..self.found + LANES];
+        for (lane, &d2) in distances2.iter().enumerate() {
+            room[count & (LANES - 1)] = (d2, (first + lane) as u32);
+            count += usize::from(d2 <= limit2);
+        }
+        self.found += count;
+        self.prune_if_full();
         self.limit2
     }
 
     fn end(&mut self, row: usize) {
         let kth = self.prune();
         if self.are_same {
-            for &(d2, column) in self.list.iter().filter(|found| found.1 as usize > row) {
+            for &(d2, column) in self.list[..self.found].iter().filter(|found| found.1 as usize > row) {
                 let hint = &mut self.hints[column as usize];
                 if d2 < hint.0 {
                     *hint = (d2, kth);
                 }
             }
         }
-        self.lists.push(self.list.iter().map(|&(d2, column)| (d2, self.cols[column as usize])));
+        self.lists.push(self.list[..self.found].iter().map(|&(d2, column)| (d2, self.cols[column as usize])));
     }
 }
 

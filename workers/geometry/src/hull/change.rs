@@ -11,6 +11,7 @@ use super::{Candidate, Image, Side, StarBuilder, enter};
 use crate::complex::INFINITE;
 use crate::cost::Cost;
 use crate::point::{Point, Simplex, dist2, lex_cmp};
+use crate::simd::widest;
 
 impl<P: Point> StarBuilder<P> {
     /// Builds the star of `table[centre]`, whose link among some candidates is `link`, among those and `added`
@@ -40,9 +41,14 @@ impl<P: Point> StarBuilder<P> {
             self.link.clear();
             return false;
         }
-        for q in known as u32..self.points.len() as u32 {
-            self.insert(q - 1, cost);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for q in known as u32..self.points.len() as u32 {
+                    self.insert(q - 1, cost);
+                }
+            },
+        );
         true
     }
 

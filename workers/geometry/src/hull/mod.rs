@@ -29,6 +29,8 @@
 //! what keeps a sweep from one exact test for each facet. (A `q` on the common face of several cones is
 //! in all of them, and their functions agree there.)
 
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+
 mod change;
 mod corners;
 mod planes;
@@ -42,6 +44,7 @@ use crate::complex::{Complex, INFINITE};
 use crate::cost::{Cost, Places};
 use crate::point::{Point, Simplex, dist2, lex_cmp};
 use crate::predicates::{Sign, orientation, raises_dimension};
+use crate::simd::widest;
 
 /// Builds stars, one after the other, in reused storage.
 #[derive(Debug)]
@@ -140,7 +143,10 @@ impl<P: Point> StarBuilder<P> {
         let first = self.first_simplex(&mut more, cost);
         if let Some(first) = first {
             self.start(first);
-            self.sweep_all(first, &mut more, cost);
+            widest(
+                #[inline(always)]
+                || self.sweep_all(first, &mut more, cost),
+            );
         } else {
             self.link.clear();
         }
@@ -227,6 +233,7 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Adds the candidates beside the `first` one by one, as far as any facet reaches.
+    #[inline(always)]
     fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
         let last = first.as_ref().iter().fold(0, |last, &q| q.max(last));
         for q in 0.. {
@@ -251,6 +258,7 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// One sweep over the facets; then the cavity, if any.
+    #[inline(always)]
     fn insert(&mut self, q: u32, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();

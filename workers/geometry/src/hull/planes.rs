@@ -35,6 +35,7 @@
 //! **Departures.** Eight facets at a time, in columns: the loop has no branches and uses vector registers.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
 use crate::point::Point;
 
@@ -186,7 +187,7 @@ impl Planes {
     }
 
     /// Calls `f` for every facet that a candidate is not certain to be clear of, with what is certain.
-    #[inline]
+    #[inline(always)]
     pub(super) fn each_uncertain<P: Point>(&self, image: &P, mut f: impl FnMut(u32, Side)) {
         let mut at = [0.0; 3];
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
