@@ -101,6 +101,9 @@ pub struct MachineArgs {
     /// Threads that run the workers [default: cores]
     #[arg(long, value_name = "T")]
     pub threads: Option<usize>,
+    /// Vector registers of the inner loops: results are the same
+    #[arg(long, value_enum, default_value_t = RegistersArg::Widest)]
+    pub registers: RegistersArg,
     /// Supergraph of the Delaunay triangulation (`triangulate` needs none)
     #[arg(long, value_enum, default_value_t = GraphArg::Density)]
     pub supergraph: GraphArg,
@@ -182,6 +185,15 @@ pub enum TransportArg {
     Sim,
 }
 
+/// `--registers`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RegistersArg {
+    /// The widest that the processor has
+    Widest,
+    /// Those that every processor of its kind has
+    Baseline,
+}
+
 /// `--msh-version`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MshArg {
@@ -236,6 +248,9 @@ impl MachineArgs {
         if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
             let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
             return Err(Failure::new(Code::Usage, message).help("add --transport sim, or leave the seed out"));
+        }
+        if self.registers == RegistersArg::Baseline {
+            septet::geometry::simd::use_baseline_registers();
         }
         Ok(Config {
             threads,

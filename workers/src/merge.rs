@@ -86,6 +86,8 @@ impl<P: Point> Worker<P> {
         let mut own = Merged::default();
         let mut has_smaller = false;
         let mut largest2: f64 = 0.0;
+        // Of every facet each vertex is looked at.
+        sweep.visit_lanes(P::DIM * self.stars.link(home).len());
         sweep.each(self.stars.link(home), |facet| {
             let below = facet.as_ref().iter().any(|&v| v != INFINITE && smaller(v));
             has_smaller |= below;

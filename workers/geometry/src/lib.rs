@@ -8,7 +8,7 @@ pub mod cost;
 
 pub mod columns;
 
-mod simd;
+pub mod simd;
 
 pub mod lists;
 

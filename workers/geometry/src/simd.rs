@@ -6,13 +6,23 @@
 //!
 //! The choice is made once, when it is first asked for (of x86-64: its baseline, AVX2, AVX-512).
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use pulp::Arch;
+
+static BASELINE: AtomicBool = AtomicBool::new(false);
+
+/// From now on this process uses the registers that every processor of its kind has: to compare, and to count
+/// instructions that do not depend on the machine. Results are the same.
+pub fn use_baseline_registers() {
+    BASELINE.store(true, Ordering::Relaxed);
+}
 
 /// Runs `f` compiled for the widest registers at hand: `f` and what it calls gain only if they are inlined, so both want
 /// `#[inline(always)]`.
 #[inline]
-pub fn widest<R>(f: impl FnOnce() -> R) -> R {
-    Arch::new().dispatch(f)
+pub(crate) fn widest<R>(f: impl FnOnce() -> R) -> R {
+    if BASELINE.load(Ordering::Relaxed) { f() } else { Arch::new().dispatch(f) }
 }
 
 #[cfg(test)]

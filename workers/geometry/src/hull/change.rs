@@ -45,7 +45,7 @@ impl<P: Point> StarBuilder<P> {
             #[inline(always)]
             || {
                 for q in known as u32..self.points.len() as u32 {
-                    self.insert(q - 1, cost);
+                    self.insert(q - 1, false, cost);
                 }
             },
         );

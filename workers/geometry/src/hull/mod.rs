@@ -243,8 +243,9 @@ impl<P: Point> StarBuilder<P> {
                 }
             }
             if q > last || !first.as_ref().contains(&q) {
-                self.insert(q, cost);
-                if q % ASKED_EVERY == 0 && self.planes.are_out_of_reach(self.reach_of(q)) {
+                let asks = q % ASKED_EVERY == 0;
+                self.insert(q, asks, cost);
+                if asks && self.planes.are_out_of_reach(self.reach_of(q)) {
                     return;
                 }
             }
@@ -257,12 +258,12 @@ impl<P: Point> StarBuilder<P> {
         length * length
     }
 
-    /// One sweep over the facets; then the cavity, if any.
+    /// One sweep over the facets; then the cavity, if any. A facet that is `asked` says how far it reaches, too.
     #[inline(always)]
-    fn insert(&mut self, q: u32, cost: &mut Cost) {
+    fn insert(&mut self, q: u32, asked: bool, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
-        sweep.visit_lanes(self.link.len());
+        sweep.visit_lanes(if asked { 2 * self.link.len() } else { self.link.len() });
         self.uncertain.clear();
         let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&image.at, |facet, side| {
@@ -279,6 +280,8 @@ impl<P: Point> StarBuilder<P> {
             }
             let (sides, cavity) = (&self.sides, if undecided { &self.dug } else { &self.uncertain });
             let conflicts = !cavity.is_empty();
+            // What single precision was not certain of, and the ridges of the facets that go.
+            sweep.visit_lanes(self.uncertain.len() + P::DIM * cavity.len());
             if conflicts {
                 for &facet in cavity {
                     if let Some(is_gone) = self.loaded.get_mut(facet as usize)
@@ -298,7 +301,8 @@ impl<P: Point> StarBuilder<P> {
             }
             if conflicts {
                 self.enter_created(image.length);
-                sweep.visit_lanes(self.link.created().len());
+                // Their planes, and their ridges.
+                sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
             }
         }
         cost.swept_inside(sweep);
