@@ -276,13 +276,28 @@ impl<P: Point> Worker<P> {
             group.iter().for_each(|proposals| self.consider(proposals, &mut seen, &mut witnesses, &mut out));
             out
         });
-        let mut answers = Said::default();
-        for considered in considered {
-            self.exchange.additions.extend(&considered.additions);
-            self.charge_considered(&considered.costs);
-            answers.append(considered.answers);
-        }
+        let answers = self.take_considered(considered);
         self.send_objections(&answers);
+    }
+
+    /// Notes what stars made of what they were told, and charges it as one vector step over those of each leaf; returns
+    /// what they answer.
+    fn take_considered(&mut self, considered: Vec<Considered<P>>) -> Said<P> {
+        let mut answers = Said::default();
+        let mut leaves: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
+        for group in considered {
+            self.exchange.additions.extend(&group.additions);
+            for (home, cost) in group.costs {
+                let entry = leaves.entry(self.leaf_of(home)).or_default();
+                entry.0.beside(cost);
+                entry.1 += 1;
+            }
+            answers.append(group.answers);
+        }
+        for (leaf, (cost, items)) in leaves {
+            self.ledger.charge(Phase::Repair, leaf, cost, items);
+        }
+        answers
     }
 
     /// One star, and all that is proposed to it.
@@ -335,10 +350,7 @@ impl<P: Point> Worker<P> {
             group.iter().for_each(|objections| self.heed(objections, &said.points, &mut out));
             out
         });
-        for considered in considered {
-            self.exchange.additions.extend(&considered.additions);
-            self.charge_considered(&considered.costs);
-        }
+        self.take_considered(considered);
     }
 
     /// One star, and all that is said against its cells.
@@ -356,19 +368,6 @@ impl<P: Point> Worker<P> {
             }
         }
         out.costs.push((home, cost));
-    }
-
-    /// Charges one vector step over the stars that considered something, leaf by leaf. They are in order.
-    fn charge_considered(&mut self, costs: &[(u32, Cost)]) {
-        let mut leaves: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
-        for &(home, cost) in costs {
-            let entry = leaves.entry(self.leaf_of(home)).or_default();
-            entry.0.beside(cost);
-            entry.1 += 1;
-        }
-        for (leaf, (cost, items)) in leaves {
-            self.ledger.charge(Phase::Repair, leaf, cost, items);
-        }
     }
 
     /// The leaf of a home point.

@@ -14,7 +14,11 @@
 //! the scans are charged over the number of items of the whole subproblem when the ledger folds them
 //! ([`Cost::depth_log_scan`]), so that no figure depends on the number of workers.
 
+mod marks;
+
 use std::cmp::Ordering;
+
+pub use marks::{Marks, Places};
 
 use crate::columns::{Columns, Rows};
 use crate::point::Point;
@@ -349,11 +353,8 @@ impl Cost {
     pub fn places_of(&mut self, numbers: &mut [u32], seen: &mut Places) -> Vec<u32> {
         let mut distinct = numbers.to_vec();
         self.distinct_numbers(&mut distinct, &mut seen.marks);
-        seen.places.resize(seen.marks.marks.len(), 0);
-        for (place, &number) in distinct.iter().enumerate() {
-            seen.places[number.wrapping_add(1) as usize] = place as u32;
-        }
-        self.update(numbers, |number| *number = seen.places[number.wrapping_add(1) as usize]);
+        seen.number(&distinct);
+        self.update(numbers, |number| *number = seen.of(*number));
         distinct
     }
 
@@ -418,62 +419,6 @@ impl Cost {
             state = f(state, i);
         }
         state
-    }
-}
-
-/// Which numbers have been seen, in storage that need not be cleared.
-#[derive(Clone, Debug, Default)]
-pub struct Marks {
-    round: u32,
-    marks: Vec<u32>,
-}
-
-impl Marks {
-    /// Marks for the numbers below `places`, and for [`u32::MAX`].
-    pub fn new(places: usize) -> Self {
-        Marks { round: 0, marks: vec![0; places + 1] }
-    }
-
-    /// Marks for the numbers below `places`, if there were fewer.
-    pub fn make_room(&mut self, places: usize) {
-        if places >= self.marks.len() {
-            self.marks.resize(places + 1, 0);
-        }
-    }
-
-    /// Nothing has been seen.
-    pub fn begin(&mut self) {
-        if self.round == u32::MAX {
-            self.marks.fill(0);
-            self.round = 0;
-        }
-        self.round += 1;
-    }
-
-    /// Has a number been seen?
-    #[inline]
-    pub fn has_seen(&self, number: u32) -> bool {
-        self.marks[number.wrapping_add(1) as usize] == self.round
-    }
-
-    /// Sees a number; is it new?
-    #[inline]
-    pub fn is_new(&mut self, number: u32) -> bool {
-        std::mem::replace(&mut self.marks[number.wrapping_add(1) as usize], self.round) != self.round
-    }
-}
-
-/// The places of numbers among some of them, in storage that need not be cleared.
-#[derive(Clone, Debug, Default)]
-pub struct Places {
-    marks: Marks,
-    places: Vec<u32>,
-}
-
-impl Places {
-    /// Places for the numbers below `numbers`, and for [`u32::MAX`], if there were fewer.
-    pub fn make_room(&mut self, numbers: usize) {
-        self.marks.make_room(numbers);
     }
 }
 
