@@ -66,31 +66,31 @@ fn cells<P: Point>(points: Vec<P>) -> usize {
     cells
 }
 
-#[library_benchmark(config = at_most(1))]
+#[library_benchmark(config = at_most(328_610_728))]
 #[bench::uniform(uniform(20_000))]
 fn triangulate_space(points: Vec<DVec3>) -> usize {
     cells(points)
 }
 
-#[library_benchmark(config = at_most(1))]
+#[library_benchmark(config = at_most(217_806_145))]
 #[bench::grid(grid(20))]
 fn triangulate_grid(points: Vec<DVec3>) -> usize {
     cells(points)
 }
 
-#[library_benchmark(config = at_most(1))]
+#[library_benchmark(config = at_most(238_833_035))]
 #[bench::sphere(sphere(5_000))]
 fn triangulate_sphere(points: Vec<DVec3>) -> usize {
     cells(points)
 }
 
-#[library_benchmark(config = at_most(1))]
+#[library_benchmark(config = at_most(71_445_634))]
 #[bench::uniform(uniform(20_000))]
 fn triangulate_plane(points: Vec<DVec2>) -> usize {
     cells(points)
 }
 
-#[library_benchmark(config = at_most(1))]
+#[library_benchmark(config = at_most(54_108_475))]
 #[bench::uniform(lists())]
 fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
     let mut builder = StarBuilder::default();
@@ -102,7 +102,7 @@ fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
     facets
 }
 
-#[library_benchmark(config = at_most(1))]
+#[library_benchmark(config = at_most(14_196_855))]
 #[bench::uniform(uniform(700))]
 fn nearest(points: Vec<DVec3>) -> usize {
     let all: Vec<u32> = (0..points.len() as u32).collect();
