@@ -43,7 +43,7 @@ pub enum Alpha {
 /// k of a nearest-neighbour graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Neighbours {
-    /// 64, or all other points if there are fewer.
+    /// 48, or all other points if there are fewer.
     Auto,
     /// This many, below the number of points.
     Count(u32),
