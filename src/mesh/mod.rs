@@ -5,8 +5,11 @@
 pub mod field;
 pub mod labelled;
 pub(crate) mod machine;
+pub mod record;
 pub mod report;
 pub mod show;
+pub mod tables;
+pub mod view;
 
 use std::time::Instant;
 
@@ -22,11 +25,13 @@ use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
 use septet_meshing::size::user::{Singularity, Wishes};
 use septet_meshing::size::{SizeError, SizeFunction, SizeOptions};
+use septet_workers::profile::stage_span;
 use thiserror::Error;
 
 use crate::config::{Config, Transport, Workers};
 use field::SizeField;
 use machine::Counted;
+use record::Record;
 
 /// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
 /// boundary, the bound that mesh generators take by default; a smaller L costs points everywhere, a larger one saves
@@ -231,6 +236,7 @@ impl Promise {
 
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
+    let _span = stage_span(request.seed, "conformity");
     match request.boundary.unwrap_or(Boundary::DEFAULT) {
         Boundary::Exact => conformity::check(domain, mesh),
         Boundary::Remesh => conformity::check_remeshed(domain, mesh),
@@ -245,6 +251,7 @@ pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
 ) -> Result<SizeFunction<P>, MeshError> {
+    let _span = stage_span(request.seed, "sizes");
     let mut options = request.size_options(domain)?;
     if !request.remeshes() {
         return Ok(SizeFunction::new(domain, &options)?);
@@ -269,6 +276,7 @@ pub fn assess<P: Triangulate>(
     request: &MeshRequest,
     worst: usize,
 ) -> Quality<P> {
+    let _span = stage_span(request.seed, "quality");
     if !request.remeshes() {
         return measure(domain, mesh, size, worst);
     }
@@ -304,6 +312,19 @@ pub fn measure<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
+/// A mesh, and what it took.
+#[derive(Clone, Debug)]
+pub struct Made<P: Triangulate> {
+    /// The mesh.
+    pub mesh: Mesh<P>,
+    /// The stages of generation.
+    pub stages: Vec<StageLine>,
+    /// The runs of the machine.
+    pub record: Record,
+    /// The worker that each cell was at home with, if asked for.
+    pub owners: Option<Vec<u32>>,
+}
+
 /// Makes a mesh of a domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
 /// completion. The result is the same for every number of workers, threads and every transport.
 ///
@@ -314,6 +335,19 @@ pub fn generate<P: Triangulate>(
     size: &SizeFunction<P>,
     request: &MeshRequest,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
+    make(domain, size, request, 0).map(|made| (made.mesh, made.stages))
+}
+
+/// [`generate`] with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
+///
+/// # Errors
+/// [`MeshError`].
+pub fn make<P: Triangulate>(
+    domain: &Domain<P>,
+    size: &SizeFunction<P>,
+    request: &MeshRequest,
+    owned: usize,
+) -> Result<Made<P>, MeshError> {
     if request.remeshes() && request.improve {
         return Err(MeshError::Unsupported(
             "--improve goes with --boundary exact: it moves points in facets",
@@ -342,13 +376,17 @@ pub fn generate<P: Triangulate>(
         Failure::TooMany(most) => MeshError::TooMany { most },
         Failure::Unsupported(what) => MeshError::Unsupported(what),
     })?;
-    let mut lines = machine.finish(&made.stages);
+    let triangulated: Vec<P::Cell> = if owned > 0 { made.delaunay.cells.clone() } else { Vec::new() };
+    let owners = machine.owners(P::DIM, triangulated.len()).map(<[u32]>::to_vec);
+    let (mut stages, record) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
+    let owners = owners.filter(|_| mesh.cells.len() <= owned).and_then(|o| view::owned(&triangulated, &o, &mesh));
     if request.improve {
+        let _span = stage_span(request.seed, "improve");
         let start = Instant::now();
         let target = Target { ratio: request.radius_edge(), ..Target::default() };
         let done = improve(domain, &mut mesh, &target);
-        lines.push(StageLine {
+        stages.push(StageLine {
             name: "improve".to_string(),
             candidates: done.bad[0],
             points: done.moved,
@@ -357,7 +395,7 @@ pub fn generate<P: Triangulate>(
             ..StageLine::default()
         });
     }
-    Ok((mesh, lines))
+    Ok(Made { mesh, stages, record, owners })
 }
 
 fn machine(request: &MeshRequest) -> Counted {

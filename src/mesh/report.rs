@@ -16,6 +16,8 @@ use septet_meshing::quality::histogram::Histogram;
 use septet_meshing::quality::ratio::Bounds;
 use septet_meshing::quality::{Place, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
 
+use super::record::{PhaseLine, Record, RunLine};
+use super::view::MeshPicture;
 use super::{Boundary, MeshRequest};
 use crate::config::{Transport, Workers};
 
@@ -63,16 +65,19 @@ pub struct Seconds {
 pub struct MeshReport {
     schema: &'static str,
     version: &'static str,
-    parameters: ParameterReport,
+    pub(super) parameters: ParameterReport,
     domain: DomainReport,
     mesh: CountReport,
-    stages: Vec<StageReport>,
+    pub(super) stages: Vec<StageReport>,
+    pub(super) phases: Vec<PhaseLine>,
+    pub(super) runs: Vec<RunLine>,
     radius_edge: Vec<PlaceReport>,
     features: Vec<FeatureReport>,
     quality: QualityReport,
     conformity: ConformityReport,
     deviation: Option<DeviationReport>,
-    seconds: Seconds,
+    view: Option<MeshPicture>,
+    pub(super) seconds: Seconds,
     peak_rss_bytes: Option<u64>,
 }
 
@@ -86,8 +91,8 @@ struct DeviationReport {
 }
 
 #[derive(Debug, Serialize)]
-struct ParameterReport {
-    input: String,
+pub(super) struct ParameterReport {
+    pub(super) input: String,
     outputs: Vec<String>,
     boundary: &'static str,
     lipschitz: f64,
@@ -132,18 +137,18 @@ struct CountReport {
 }
 
 #[derive(Debug, Serialize)]
-struct StageReport {
-    name: String,
-    candidates: u64,
-    points: u64,
-    completion_rounds: u64,
-    set_rounds: u64,
-    rounds: u64,
-    messages: u64,
-    bytes: u64,
-    work: u64,
-    depth: u64,
-    seconds: f64,
+pub(super) struct StageReport {
+    pub(super) name: String,
+    pub(super) candidates: u64,
+    pub(super) points: u64,
+    pub(super) completion_rounds: u64,
+    pub(super) set_rounds: u64,
+    pub(super) rounds: u64,
+    pub(super) messages: u64,
+    pub(super) bytes: u64,
+    pub(super) work: u64,
+    pub(super) depth: u64,
+    pub(super) seconds: f64,
 }
 
 /// A number of which it is known that it lies between two; the upper one is null where rounding leaves it open.
@@ -252,12 +257,16 @@ pub struct Judged<'a, P: Triangulate> {
     pub conformity: &'a Conformity,
     /// Of a remeshed surface: how far the boundary is from it.
     pub deviation: Option<Deviation>,
+    /// The runs of the machine.
+    pub record: &'a Record,
+    /// Its picture, if there is one.
+    pub picture: Option<&'a MeshPicture>,
 }
 
 impl MeshReport {
     /// The report of a mesh.
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, deviation } = *judged;
+        let Judged { domain, request, mesh, stages, quality, conformity, deviation, record, picture } = *judged;
         let id = around.first_id;
         let places = ["free", "near", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
@@ -275,6 +284,8 @@ impl MeshReport {
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
+            phases: record.phases.clone(),
+            runs: record.runs.clone(),
             radius_edge: places.map(|(name, p)| place(domain, name, p, id)).collect(),
             features: features.collect(),
             quality: quality_report(domain, quality, id),
@@ -284,6 +295,7 @@ impl MeshReport {
                 of_surface: d.of_surface,
                 asked: request.max_distance,
             }),
+            view: picture.cloned(),
             seconds: around.seconds,
             peak_rss_bytes: around.peak_rss_bytes,
         }
