@@ -113,7 +113,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Triangulate(args) => triangulate::run(&args.run, false, talk),
         Command::Simulate(args) => triangulate::run(&args.run, true, talk),
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
-        Command::Mesh(args) => logged(talk, || mesh::run(&args, talk)),
+        Command::Mesh(args) => mesh::run(&args, talk),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Report(args) => logged(talk, || report::run(&args, talk)),

@@ -380,7 +380,8 @@ pub fn make<P: Triangulate>(
     let owners = machine.owners(P::DIM, triangulated.len()).map(<[u32]>::to_vec);
     let (mut stages, record) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
-    let owners = owners.filter(|_| mesh.cells.len() <= owned).and_then(|o| view::owned(&triangulated, &o, &mesh));
+    let owners =
+        owners.filter(|_| mesh.cells.len() <= owned).and_then(|o| view::owned(&triangulated, &o, &mesh));
     if request.improve {
         let _span = stage_span(request.seed, "improve");
         let start = Instant::now();

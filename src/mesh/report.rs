@@ -266,7 +266,8 @@ pub struct Judged<'a, P: Triangulate> {
 impl MeshReport {
     /// The report of a mesh.
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, deviation, record, picture } = *judged;
+        let Judged { domain, request, mesh, stages, quality, conformity, deviation, record, picture } =
+            *judged;
         let id = around.first_id;
         let places = ["free", "near", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
