@@ -3,6 +3,7 @@
 //! [`generate`] makes a mesh, [`labelled::Labelled`] is what writers take of it, [`report`] what `--json` says.
 
 pub mod field;
+pub mod histogram;
 pub mod labelled;
 pub(crate) mod machine;
 pub mod record;

@@ -12,10 +12,10 @@ use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::remesh::Deviation;
 use septet_meshing::mesh::{Mesh, StageLine};
-use septet_meshing::quality::histogram::Histogram;
 use septet_meshing::quality::ratio::Bounds;
 use septet_meshing::quality::{Place, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
 
+use super::histogram::HistogramReport;
 use super::record::{PhaseLine, Record, RunLine};
 use super::view::MeshPicture;
 use super::{Boundary, MeshRequest};
@@ -188,19 +188,6 @@ struct FeatureReport {
     radius_edge: Between,
     worst_cell: u32,
     least_angle: f64,
-}
-
-/// Counts over equal bins; numbers that are not finite are null.
-#[derive(Debug, Serialize)]
-struct HistogramReport {
-    from: f64,
-    to: f64,
-    below: u64,
-    above: u64,
-    least: f64,
-    most: f64,
-    mean: Option<f64>,
-    counts: Vec<u64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -452,28 +439,15 @@ fn cell<P: Triangulate>(domain: &Domain<P>, worst: &WorstCell<P>, first_id: u64)
     }
 }
 
-fn histogram(h: &Histogram) -> HistogramReport {
-    HistogramReport {
-        from: h.from,
-        to: h.to,
-        below: h.below,
-        above: h.above,
-        least: h.least,
-        most: h.most,
-        mean: h.mean(),
-        counts: h.counts.clone(),
-    }
-}
-
 fn quality_report<P: Triangulate>(domain: &Domain<P>, q: &Quality<P>, first_id: u64) -> QualityReport {
     let sliver = |(&angle, &cells): (&f64, &u64)| SliverReport { angle, radius_edge: SLIVER_RATIO, cells };
     QualityReport {
-        radius_edge: histogram(&q.ratios),
-        angles: histogram(&q.angles),
-        least_angles: histogram(&q.least_angles),
-        largest_angles: histogram(&q.largest_angles),
-        length_over_size: histogram(&q.lengths),
-        size_over_local_size: q.grading.as_ref().map(histogram),
+        radius_edge: (&q.ratios).into(),
+        angles: (&q.angles).into(),
+        least_angles: (&q.least_angles).into(),
+        largest_angles: (&q.largest_angles).into(),
+        length_over_size: (&q.lengths).into(),
+        size_over_local_size: q.grading.as_ref().map(HistogramReport::from),
         slivers: SLIVERS.iter().zip(&q.slivers).map(sliver).collect(),
         least_volume: q.volumes[0],
         largest_volume: q.volumes[1],
