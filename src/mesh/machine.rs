@@ -84,7 +84,7 @@ impl Counted {
         line.work += ledger.phases.iter().map(|p| p.work).sum::<u64>();
         line.depth += ledger.phases.iter().map(|p| p.critical_depth).sum::<u64>();
         self.record.add(&line.name, taken.task, taken.points as u64, ledger, taken.seconds);
-        self.record.add_phases(&line.name, ledger, taken.phase_seconds);
+        self.record.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
     }
 
     fn close(&mut self) {

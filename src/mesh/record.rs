@@ -13,6 +13,11 @@ pub const INDEPENDENT_SET: &str = "independent set";
 /// A run that triangulates the points so far.
 pub const TRIANGULATION: &str = "triangulation";
 
+/// Does such a run count operations?
+fn counts(task: &'static str) -> bool {
+    task == INDEPENDENT_SET
+}
+
 /// One run of the machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RunLine {
@@ -28,10 +33,10 @@ pub struct RunLine {
     pub messages: u64,
     /// Their bytes.
     pub bytes: u64,
-    /// Operations counted.
-    pub work: u64,
-    /// Steps of the longest chain.
-    pub depth: u64,
+    /// Operations counted; none of a triangulation, which counts none.
+    pub work: Option<u64>,
+    /// Steps of the longest chain, where operations are counted.
+    pub depth: Option<u64>,
     /// Measured seconds.
     pub seconds: f64,
 }
@@ -51,10 +56,10 @@ pub struct PhaseLine {
     pub messages: u64,
     /// Their bytes.
     pub bytes: u64,
-    /// Operations counted.
-    pub work: u64,
+    /// Operations counted, in the runs that count them.
+    pub work: Option<u64>,
     /// Its share of the longest chains of those runs, which follow each other.
-    pub depth: u64,
+    pub depth: Option<u64>,
     /// Measured seconds.
     pub seconds: f64,
 }
@@ -86,14 +91,20 @@ impl Record {
             rounds,
             messages,
             bytes,
-            work: ledger.phases.iter().map(|p| p.work).sum(),
-            depth: ledger.phases.iter().map(|p| p.critical_depth).sum(),
+            work: counts(task).then(|| ledger.phases.iter().map(|p| p.work).sum()),
+            depth: counts(task).then(|| ledger.phases.iter().map(|p| p.critical_depth).sum()),
             seconds,
         });
     }
 
     /// Adds the phases of a run, those that were counted or measured.
-    pub(super) fn add_phases(&mut self, stage: &str, ledger: &Ledger, seconds: &[(Phase, f64)]) {
+    pub(super) fn add_phases(
+        &mut self,
+        stage: &str,
+        task: &'static str,
+        ledger: &Ledger,
+        seconds: &[(Phase, f64)],
+    ) {
         for phase in Phase::ALL {
             let total = ledger.phases.iter().find(|t| t.phase == phase);
             let timed = seconds.iter().filter(|(p, _)| *p == phase);
@@ -107,8 +118,10 @@ impl Record {
                 line.rounds += total.rounds;
                 line.messages += total.messages;
                 line.bytes += total.bytes;
-                line.work += total.work;
-                line.depth += total.critical_depth;
+                if counts(task) {
+                    *line.work.get_or_insert(0) += total.work;
+                    *line.depth.get_or_insert(0) += total.critical_depth;
+                }
             }
         }
     }

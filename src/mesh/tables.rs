@@ -40,18 +40,9 @@ impl MeshReport {
             "bytes",
         ];
         let rows = self.stages.iter().map(|s| {
-            let counts = [
-                s.candidates,
-                s.points,
-                s.completion_rounds,
-                s.set_rounds,
-                s.rounds,
-                s.work,
-                s.depth,
-                s.messages,
-                s.bytes,
-            ];
-            row([s.name.clone()], &counts, s.seconds)
+            let made = [s.candidates, s.points, s.completion_rounds, s.set_rounds, s.rounds];
+            let took = [s.work, s.depth, s.messages, s.bytes];
+            row([s.name.clone()], made.into_iter().chain(took).map(Some), s.seconds)
         });
         let s = &self.seconds;
         let note = format!(
@@ -65,8 +56,8 @@ impl MeshReport {
     fn phase_table(&self) -> Table {
         let counts = ["runs", "rounds", "work", "depth", "messages", "bytes"];
         let rows = self.phases.iter().map(|p| {
-            let counts = [p.runs, p.rounds, p.work, p.depth, p.messages, p.bytes];
-            row([p.stage.clone(), p.phase.to_owned()], &counts, p.seconds)
+            let counts = [Some(p.runs), Some(p.rounds), p.work, p.depth, Some(p.messages), Some(p.bytes)];
+            row([p.stage.clone(), p.phase.to_owned()], counts, p.seconds)
         });
         let heading = ["Phases", "Phases of the machine: modelled | measured"];
         table(heading, &["stage", "phase"], &counts, rows.collect(), Vec::new())
@@ -75,16 +66,21 @@ impl MeshReport {
     fn run_table(&self) -> Table {
         let counts = ["points", "rounds", "work", "depth", "messages", "bytes"];
         let rows = self.runs.iter().enumerate().map(|(i, r)| {
-            let counts = [r.points, r.rounds, r.work, r.depth, r.messages, r.bytes];
-            row([i.to_string(), r.stage.clone(), r.task.to_owned()], &counts, r.seconds)
+            let counts = [Some(r.points), Some(r.rounds), r.work, r.depth, Some(r.messages), Some(r.bytes)];
+            row([i.to_string(), r.stage.clone(), r.task.to_owned()], counts, r.seconds)
         });
         let heading = ["Runs", "Runs of the machine: modelled | measured"];
         table(heading, &["run", "stage", "task"], &counts, rows.collect(), Vec::new())
     }
 }
 
-fn row<const N: usize>(labels: [String; N], counts: &[u64], seconds: f64) -> Vec<String> {
-    let counts = counts.iter().map(u64::to_string);
+/// Empty where nothing was counted.
+fn row<const N: usize>(
+    labels: [String; N],
+    counts: impl IntoIterator<Item = Option<u64>>,
+    seconds: f64,
+) -> Vec<String> {
+    let counts = counts.into_iter().map(|c| c.map_or_else(String::new, |c| c.to_string()));
     labels.into_iter().chain(counts).chain([format!("{seconds:.4}")]).collect()
 }
 

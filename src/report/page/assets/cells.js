@@ -111,7 +111,7 @@ export class CellLayer {
         this.drawn = 0;
         this.capacity = 0;
         this.uniforms = {
-            towards: { value: [0, 0, 1] }, line: { value: [0, 0, 0] }, edges: { value: 1 }, relief: { value: d === 3 ? 0.45 : 0 },
+            towards: { value: [0, 0, 1] }, line: { value: [0, 0, 0] }, edges: { value: 1 }, relief: { value: d === 3 ? 0.35 : 0 },
         };
         this.geometry = new BufferGeometry();
         this.object = new Mesh(this.geometry, new ShaderMaterial({

@@ -123,6 +123,7 @@ export function startMesh() {
         get('axis').querySelectorAll('[value="2"], [value="view"]').forEach((option) => option.remove());
         get('tip-row').hidden = true;
         get('turn').hidden = true;
+        get('axis').value = '';
     }
     if (!mesh.owner) {
         get('colour').querySelector('[value="owner"]').remove();

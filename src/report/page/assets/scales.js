@@ -17,13 +17,13 @@ export function short(x) {
 
 /** Colours of numbers between two ends. */
 class Numbers {
-    constructor(values, unit) {
+    constructor(values, unit, maybeLog) {
         this.values = values;
         this.unit = unit;
         const known = values.filter((v) => v !== null);
         this.low = known.reduce((a, b) => Math.min(a, b), Infinity);
         this.high = known.reduce((a, b) => Math.max(a, b), -Infinity);
-        this.log = this.low > 0 && this.high / this.low > WIDE;
+        this.log = maybeLog && this.low > 0 && this.high / this.low > WIDE;
     }
 
     /** The value at a part of the scale. */
@@ -87,9 +87,10 @@ class Numbers {
 
 /** Colours of names. */
 class Names {
-    constructor(values, name) {
+    constructor(values, name, all) {
         this.values = values;
         this.name = name;
+        this.all = all;
         this.counts = new Map();
         for (const value of [...values].sort((a, b) => a - b)) {
             this.counts.set(value, (this.counts.get(value) ?? 0) + 1);
@@ -127,7 +128,7 @@ class Names {
 
     say(kept) {
         const seen = new Set(this.values.filter((_, i) => kept[i])).size;
-        return `${seen} of ${this.counts.size} colours`;
+        return `${seen} of ${this.counts.size} ${this.all}`;
     }
 }
 
@@ -135,10 +136,10 @@ class Names {
 export function scalesOf(mesh) {
     const angle = mesh.dimension === 3 ? 'smallest dihedral angle' : 'smallest angle';
     return {
-        radius_edge: new Numbers(mesh.radius_edge, 'radius-edge ratio'),
-        least_angle: new Numbers(mesh.least_angle, `${angle} [degrees]`),
-        size: new Numbers(mesh.size, 'size f at the centre'),
-        region: new Names(mesh.region, (i) => `region ${mesh.regions[i]}`),
-        ...(mesh.owner ? { owner: new Names(mesh.owner, (p) => `worker ${p}`) } : {}),
+        radius_edge: new Numbers(mesh.radius_edge, 'radius-edge ratio', true),
+        least_angle: new Numbers(mesh.least_angle, `${angle} [degrees]`, false),
+        size: new Numbers(mesh.size, 'size f at the centre', true),
+        region: new Names(mesh.region, (i) => `region ${mesh.regions[i]}`, 'regions'),
+        ...(mesh.owner ? { owner: new Names(mesh.owner, (p) => `worker ${p}`, 'workers') } : {}),
     };
 }

@@ -89,36 +89,10 @@ pub(super) struct Phase {
     pub(super) rounds: u64,
     pub(super) messages: u64,
     pub(super) bytes: u64,
-    pub(super) work: u64,
-    pub(super) depth: u64,
+    pub(super) work: Option<u64>,
+    pub(super) depth: Option<u64>,
     pub(super) seconds: f64,
 }
-
-/// What a part of the run took.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Took {
-    pub(super) rounds: u64,
-    pub(super) messages: u64,
-    pub(super) bytes: u64,
-    pub(super) work: u64,
-    pub(super) depth: u64,
-    pub(super) seconds: f64,
-}
-
-macro_rules! took {
-    ($part:ty) => {
-        impl $part {
-            /// What it took.
-            pub(super) fn took(&self) -> Took {
-                let Self { rounds, messages, bytes, work, depth, seconds, .. } = *self;
-                Took { rounds, messages, bytes, work, depth, seconds }
-            }
-        }
-    };
-}
-
-took!(Stage);
-took!(Phase);
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Between {
@@ -240,8 +214,8 @@ fn below(field: &str, numbers: &[u32], length: usize, of: &str) -> Result<(), Wr
 
 impl MeshData {
     /// What the machine took for all stages.
-    pub(super) fn total(&self, of: impl Fn(&Took) -> u64) -> u64 {
-        self.file.stages.iter().map(|s| of(&s.took())).sum()
+    pub(super) fn total(&self, of: impl Fn(&Stage) -> u64) -> u64 {
+        self.file.stages.iter().map(of).sum()
     }
 
     /// Messages of all stages.

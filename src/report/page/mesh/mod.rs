@@ -3,12 +3,12 @@
 mod data;
 mod summary;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 pub(super) use data::{MeshData, read};
 pub(super) use summary::{headline, section};
 
-use data::{Phase, Stage, Took};
+use data::{Phase, Stage};
 
 use super::bars::bars;
 use super::histograms::{Drawn, draw, table};
@@ -71,10 +71,10 @@ fn stages(stages: &[Stage]) -> Option<Figure> {
     let mut table = Table::new(&["stage", "candidates", "points", "completion rounds", "set rounds"]);
     table.columns.extend(TOOK.map(str::to_owned));
     for s in stages {
-        let mut row = vec![json!(s.name), json!(s.candidates), json!(s.points), json!(s.completion_rounds)];
-        row.push(json!(s.set_rounds));
-        row.extend(took(&s.took()));
-        table.rows.push(row);
+        let made = [json!(s.candidates), json!(s.points), json!(s.completion_rounds), json!(s.set_rounds)];
+        let took = [json!(s.rounds), json!(s.messages), json!(s.bytes), json!(s.work), json!(s.depth)];
+        let row = [json!(s.name)].into_iter().chain(made).chain(took).chain([json!(s.seconds)]);
+        table.rows.push(row.collect());
     }
     let variants = variants(stages, |s| s.name.clone(), &measures, &table);
     let caption =
@@ -85,51 +85,48 @@ fn stages(stages: &[Stage]) -> Option<Figure> {
     (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
 }
 
-/// Heads of [`took`].
+/// What is told of stages and phases alike.
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
-
-fn took(t: &Took) -> [Value; 6] {
-    [json!(t.rounds), json!(t.messages), json!(t.bytes), json!(t.work), json!(t.depth), json!(t.seconds)]
-}
 
 /// What the machine's phases took over all stages; the table has each stage by itself.
 fn phases(phases: &[Phase]) -> Option<Figure> {
-    let mut sums: Vec<(String, Took)> = Vec::new();
+    let mut sums: Vec<Phase> = Vec::new();
     let mut table = Table::new(&["stage", "phase", "runs"]);
     table.columns.extend(TOOK.map(str::to_owned));
     for p in phases {
-        let at = sums.iter().position(|(name, _)| *name == p.phase).unwrap_or_else(|| {
-            sums.push((p.phase.clone(), Took::default()));
-            sums.len() - 1
-        });
-        sums[at].1.add(&p.took());
-        let mut row = vec![json!(p.stage), json!(p.phase), json!(p.runs)];
-        row.extend(took(&p.took()));
-        table.rows.push(row);
+        match sums.iter_mut().find(|sum| sum.phase == p.phase) {
+            Some(sum) => sum.add(p),
+            None => sums.push(p.clone()),
+        }
+        let took = [json!(p.rounds), json!(p.messages), json!(p.bytes), json!(p.work), json!(p.depth)];
+        let row = [json!(p.stage), json!(p.phase), json!(p.runs)].into_iter().chain(took);
+        table.rows.push(row.chain([json!(p.seconds)]).collect());
     }
-    let measures: [Measure<(String, Took)>; 6] = [
-        ("work", "operations", |p| p.1.work as f64),
-        ("depth", "steps", |p| p.1.depth as f64),
-        ("rounds", "rounds", |p| p.1.rounds as f64),
-        ("messages", "messages", |p| p.1.messages as f64),
-        ("bytes", "B", |p| p.1.bytes as f64),
-        ("time (measured)", "s", |p| p.1.seconds),
+    let measures: [Measure<Phase>; 6] = [
+        ("work", "operations", |p| p.work.unwrap_or(0) as f64),
+        ("depth", "steps", |p| p.depth.unwrap_or(0) as f64),
+        ("rounds", "rounds", |p| p.rounds as f64),
+        ("messages", "messages", |p| p.messages as f64),
+        ("bytes", "B", |p| p.bytes as f64),
+        ("time (measured)", "s", |p| p.seconds),
     ];
-    let variants = variants(&sums, |p| p.0.clone(), &measures, &table);
+    let variants = variants(&sums, |p| p.phase.clone(), &measures, &table);
     let caption = "The phases of the machine, summed over all its runs: independent sets of candidates, and \
-                   triangulations of the points so far. The table tells stages apart."
+                   triangulations of the points so far, which count no operations. The table tells stages apart."
         .to_owned();
     let title = "Meshing phase by phase";
     (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
 }
 
-impl Took {
-    fn add(&mut self, other: &Took) {
+impl Phase {
+    fn add(&mut self, other: &Phase) {
+        self.runs += other.runs;
         self.rounds += other.rounds;
         self.messages += other.messages;
         self.bytes += other.bytes;
-        self.work += other.work;
-        self.depth += other.depth;
+        for (sum, more) in [(&mut self.work, other.work), (&mut self.depth, other.depth)] {
+            *sum = sum.map_or(more, |sum| Some(sum + more.unwrap_or(0)));
+        }
         self.seconds += other.seconds;
     }
 }

@@ -73,7 +73,8 @@ fn quality(mesh: &MeshData, out: &mut String) {
             "near" => "radius-edge near the boundary",
             _ => continue,
         };
-        let most = place.most.upper.map_or_else(|| "–".to_owned(), |x| format!("{x:.4}"));
+        let most = place.most.upper.filter(|_| place.cells > 0);
+        let most = most.map_or_else(|| "–".to_owned(), |x| format!("{x:.4}"));
         card(out, what, &most, &promise(place));
     }
     let (least, most) = (&file.quality.least_angles.least, &file.quality.largest_angles.most);
