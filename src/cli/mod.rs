@@ -70,7 +70,7 @@ enum Command {
     Verify(verify::VerifyArgs),
     /// What the machine would do with any number of workers, from the record of one run.
     Predict(predict::PredictArgs),
-    /// Make one offline page of runs: pictures, tables, the partition to turn and slice.
+    /// Make one offline page of runs and meshes: pictures, tables, the partition or the mesh to turn and slice.
     Report(report::ReportArgs),
     /// Run a sweep over sizes, kinds, workers and seeds, and keep the counts.
     Scale(scale::ScaleArgs),

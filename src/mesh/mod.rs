@@ -1,6 +1,7 @@
 //! Meshes of domains: what is asked for, the mesh as files take it, and its report.
 //!
-//! [`generate`] makes a mesh, [`labelled::Labelled`] is what writers take of it, [`report`] what `--json` says.
+//! [`generate`] makes a mesh, [`labelled::Labelled`] is what writers take of it, [`report`] what `--json` says, [`tables`] what
+//! `--profile` says. [`record`] is what the machine did meanwhile, [`view`] the picture in the report.
 
 pub mod field;
 pub mod histogram;

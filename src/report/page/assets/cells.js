@@ -3,34 +3,44 @@ import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMateria
 
 const vertexShader = `
 in vec3 tint;
-out vec3 shade;
+flat out vec3 shade;
+out vec2 corner; // two of three weights
+#ifdef RELIEF
 out vec3 place;
-out vec3 corner;
+#endif
 void main() {
     shade = tint;
+#ifdef RELIEF
     place = position;
+#endif
     int k = gl_VertexID % 3;
-    corner = vec3(k == 0, k == 1, k == 2);
+    corner = vec2(k == 0, k == 1);
     gl_Position = projectionMatrix * viewMatrix * vec4(position, 1.0);
 }`;
 
 const fragmentShader = `
 precision highp float;
-in vec3 shade;
-in vec3 place;
-in vec3 corner;
+flat in vec3 shade;
+in vec2 corner;
 out vec4 colour;
-uniform vec3 towards, line;
-uniform float edges, relief;
+uniform vec3 light, line;
+uniform float edges;
+#ifdef RELIEF
+in vec3 place;
+#endif
 void main() {
+    vec3 lit = shade;
+#ifdef RELIEF
     vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
-    float light = 1.0 - relief * (1.0 - abs(dot(normal, normalize(towards + vec3(0.3, -0.4, 0.6)))));
-    vec3 width = fwidth(corner);
-    vec3 near = smoothstep(vec3(0.0), 1.3 * width, corner);
+    lit *= 0.65 + 0.35 * abs(dot(normal, light));
+#endif
+    vec3 weights = vec3(corner, 1.0 - corner.x - corner.y);
+    vec3 width = fwidth(weights);
+    vec3 near = smoothstep(vec3(0.0), 1.3 * width, weights);
     float edge = 1.0 - min(near.x, min(near.y, near.z));
     // Faces of a few pixels would be nothing but edges.
     float room = 1.0 - smoothstep(0.12, 0.45, max(width.x, max(width.y, width.z)));
-    colour = vec4(mix(shade * light, line, 0.75 * edges * room * edge), 1.0);
+    colour = vec4(mix(lit, line, 0.75 * edges * room * edge), 1.0);
 }`;
 
 /** Three numbers, ascending, written at a place. */
@@ -111,11 +121,12 @@ export class CellLayer {
         this.drawn = 0;
         this.capacity = 0;
         this.uniforms = {
-            towards: { value: [0, 0, 1] }, line: { value: [0, 0, 0] }, edges: { value: 1 }, relief: { value: d === 3 ? 0.35 : 0 },
+            light: { value: [0, 0, 1] }, line: { value: [0, 0, 0] }, edges: { value: 1 },
         };
         this.geometry = new BufferGeometry();
         this.object = new Mesh(this.geometry, new ShaderMaterial({
             uniforms: this.uniforms, vertexShader, fragmentShader, glslVersion: GLSL3, side: DoubleSide,
+            defines: d === 3 ? { RELIEF: '' } : {},
         }));
         this.object.frustumCulled = false;
     }

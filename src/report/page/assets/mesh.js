@@ -1,5 +1,5 @@
 // The mesh: cells on one side of a plane, the controls beside them, and the table of what is kept.
-import { Color } from 'three';
+import { Color, Vector3 } from 'three';
 import { mesh } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
@@ -73,7 +73,9 @@ class Picture extends Stage {
             this.say(plane);
             this.refreshTable?.();
         }
-        this.cells.uniforms.towards.value = this.camera.direction().toArray();
+        // Light from above the eye.
+        const light = this.camera.direction().add(new Vector3(0.3, -0.4, 0.6)).normalize();
+        this.cells.uniforms.light.value = light.toArray();
     }
 
     /** Colours anew. */
