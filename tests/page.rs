@@ -55,7 +55,7 @@ fn pages_of_meshes_show_what_their_reports_say() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
     meshes(place.path());
-    good(place.path(), "simulate sample:well-spaced:2000 --workers 3 --json run.json");
+    good(place.path(), "simulate sample:uniform:3000 --workers leaves --leaf 600 --json run.json");
     good(place.path(), "report space-mesh.json -o space-mesh.html --svg figures");
     good(place.path(), "report plane-mesh.json -o plane-mesh.html");
     good(place.path(), "report run.json space-mesh.json plane-mesh.json -o both.html");

@@ -378,12 +378,12 @@ pub fn make<P: Triangulate>(
         Failure::TooMany(most) => MeshError::TooMany { most },
         Failure::Unsupported(what) => MeshError::Unsupported(what),
     })?;
-    let triangulated: Vec<P::Cell> = if owned > 0 { made.delaunay.cells.clone() } else { Vec::new() };
-    let owners = machine.owners(P::DIM, triangulated.len()).map(<[u32]>::to_vec);
+    let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
+    let home = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
+    let home = home.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
     let (mut stages, record) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
-    let owners =
-        owners.filter(|_| mesh.cells.len() <= owned).and_then(|o| view::owned(&triangulated, &o, &mesh));
+    let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
         let _span = stage_span(request.seed, "improve");
         let start = Instant::now();

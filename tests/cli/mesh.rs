@@ -308,7 +308,7 @@ fn pictures_and_instruments_that_cannot_be_are_refused() {
     place.file("cube.poly", fs::read(root("domains/good/cube.poly")).unwrap());
     for (options, words) in [
         ("--json r.json --view 200001", &["--view", "at most 200000"][..]),
-        ("--json r.json --view -1", &["--view"]),
+        ("--json r.json --view=-1", &["--view"]),
         ("-o m.vtu --view 5", &["--json"]),
         ("--check --profile", &["--check", "--profile"]),
         ("--check --trace t.json", &["--check", "--trace"]),
