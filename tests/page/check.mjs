@@ -176,8 +176,9 @@ async function scene(page) {
     assert.equal((await readFile(await png.path())).subarray(1, 4).toString(), 'PNG');
 }
 
-/** The sum, as a number. */
 const sum = (list) => list.reduce((a, b) => a + b, 0);
+const least = (list) => list.reduce((a, b) => Math.min(a, b), Infinity);
+const largest = (list) => list.reduce((a, b) => Math.max(a, b), -Infinity);
 
 /** The means of cells' points, by the report. */
 function centres({ view, domain }) {
@@ -190,7 +191,7 @@ function centres({ view, domain }) {
 
 /** How many cells lie below the plane at a part of the way along an axis; those on it may count or not. */
 function below(heights, part) {
-    const [low, high] = [Math.min(...heights), Math.max(...heights)];
+    const [low, high] = [least(heights), largest(heights)];
     const offset = low + part * (high - low);
     const slack = 1e-9 * (high - low);
     return [heights.filter((h) => h <= offset - slack).length, heights.filter((h) => h <= offset + slack).length];
@@ -229,8 +230,8 @@ async function plane(page, report) {
         for (const part of [0.3, 0.75]) {
             await changes(page, `position ${part}`, () => page.locator('#mesh-position').fill(String(part)), 'mesh-canvas');
             const [kept, of, drawn] = await shown(page);
-            const [least, most] = below(heights, part);
-            assert.ok(of === all.length && kept >= least && kept <= most, `axis ${axis} at ${part}: ${kept}, ${least}..${most}`);
+            const [fewest, most] = below(heights, part);
+            assert.ok(of === all.length && kept >= fewest && kept <= most, `axis ${axis} at ${part}: ${kept}, ${fewest}..${most}`);
             const offset = Number((await page.locator('#mesh-place').textContent()).match(/[-\d.e]+$/)[0]);
             const chosen = everything.filter((c) => heights[c] <= offset);
             // The offset is told to four digits: cells between it and the plane itself are not told apart.
@@ -240,7 +241,7 @@ async function plane(page, report) {
             await page.locator('#mesh-over').click();
             await settle();
             const [others] = await shown(page);
-            assert.ok(others >= all.length - most && others <= all.length - least, 'the other side');
+            assert.ok(others >= all.length - most && others <= all.length - fewest, 'the other side');
             await page.locator('#mesh-over').click();
         }
         await page.locator('#mesh-position').fill('0.5');
@@ -257,8 +258,8 @@ async function plane(page, report) {
     await page.locator('#mesh-lean').fill('90');
     await settle();
     const [turned] = await shown(page);
-    const [least, most] = below(all.map((x) => x[1]), 0.5);
-    assert.ok(turned >= least && turned <= most, `turned by a right angle: ${turned}, ${least}..${most}`);
+    const [fewest, most] = below(all.map((x) => x[1]), 0.5);
+    assert.ok(turned >= fewest && turned <= most, `turned by a right angle: ${turned}, ${fewest}..${most}`);
     await page.locator('#mesh-lean').fill('0');
     passed += 1;
 }
@@ -272,8 +273,8 @@ async function colours(page, report) {
         await look(page, 'mesh-canvas');
         const ticks = await key.locator('[data-value]').evaluateAll((all) => all.map((t) => [Number(t.dataset.value), Number(t.textContent)]));
         const values = view[field].filter((v) => v !== null);
-        assert.equal(ticks[0][0], Math.min(...values), `least ${field}`);
-        assert.equal(ticks.at(-1)[0], Math.max(...values), `largest ${field}`);
+        assert.equal(ticks[0][0], least(values), `least ${field}`);
+        assert.equal(ticks.at(-1)[0], largest(values), `largest ${field}`);
         assert.ok(ticks.every(([v, said]) => Math.abs(v - said) <= 1e-3 * Math.abs(v)), `key of ${field}`);
         assert.ok(ticks.every(([v], i) => i === 0 || v > ticks[i - 1][0]), `key of ${field} does not ascend`);
         passed += 1;
