@@ -26,8 +26,8 @@ pub(in crate::report::page) struct MeshFile {
     pub(in crate::report::page) mesh: Counts,
     pub(super) stages: Vec<Stage>,
     #[serde(default)]
-    pub(super) phases: Vec<Phase>,
-    pub(super) radius_edge: Vec<Place>,
+    pub(super) phases: Vec<PhaseRow>,
+    pub(super) radius_edge: Vec<PlaceRow>,
     pub(super) quality: Quality,
     pub(super) conformity: Conformity,
     #[serde(default)]
@@ -82,7 +82,7 @@ pub(super) struct Stage {
 
 /// A phase of the machine in a stage.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct Phase {
+pub(super) struct PhaseRow {
     pub(super) stage: String,
     pub(super) phase: String,
     pub(super) runs: u64,
@@ -101,7 +101,7 @@ pub(super) struct Between {
 
 /// The radius-edge ratios of cells whose circumcentres lie in one kind of place.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct Place {
+pub(super) struct PlaceRow {
     pub(super) place: String,
     pub(super) cells: u64,
     pub(super) most: Between,

@@ -8,7 +8,7 @@ use serde_json::json;
 pub(super) use data::{MeshData, read};
 pub(super) use summary::{headline, section};
 
-use data::{Phase, Stage};
+use data::{PhaseRow, Stage};
 
 use super::bars::bars;
 use super::histograms::{Drawn, draw, table};
@@ -89,8 +89,8 @@ fn stages(stages: &[Stage]) -> Option<Figure> {
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
 
 /// What the machine's phases took over all stages; the table has each stage by itself.
-fn phases(phases: &[Phase]) -> Option<Figure> {
-    let mut sums: Vec<Phase> = Vec::new();
+fn phases(phases: &[PhaseRow]) -> Option<Figure> {
+    let mut sums: Vec<PhaseRow> = Vec::new();
     let mut table = Table::new(&["stage", "phase", "runs"]);
     table.columns.extend(TOOK.map(str::to_owned));
     for p in phases {
@@ -102,7 +102,7 @@ fn phases(phases: &[Phase]) -> Option<Figure> {
         let row = [json!(p.stage), json!(p.phase), json!(p.runs)].into_iter().chain(took);
         table.rows.push(row.chain([json!(p.seconds)]).collect());
     }
-    let measures: [Measure<Phase>; 6] = [
+    let measures: [Measure<PhaseRow>; 6] = [
         ("work", "operations", |p| p.work.unwrap_or(0) as f64),
         ("depth", "steps", |p| p.depth.unwrap_or(0) as f64),
         ("rounds", "rounds", |p| p.rounds as f64),
@@ -118,8 +118,8 @@ fn phases(phases: &[Phase]) -> Option<Figure> {
     (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
 }
 
-impl Phase {
-    fn add(&mut self, other: &Phase) {
+impl PhaseRow {
+    fn add(&mut self, other: &PhaseRow) {
         self.runs += other.runs;
         self.rounds += other.rounds;
         self.messages += other.messages;

@@ -6,7 +6,7 @@ use crate::mesh::view::MOST_CELLS;
 
 use super::super::axes::{grouped, si};
 use super::super::html::card;
-use super::data::{MeshData, Place};
+use super::data::{MeshData, PlaceRow};
 
 /// One line about a mesh.
 pub(in crate::report::page) fn headline(mesh: &MeshData) -> String {
@@ -85,7 +85,7 @@ fn quality(mesh: &MeshData, out: &mut String) {
     card(out, "slope of sizes", &format!("{:.4}", file.quality.lipschitz), &slope);
 }
 
-fn promise(place: &Place) -> String {
+fn promise(place: &PlaceRow) -> String {
     let cells = grouped(place.cells as f64);
     match place.promised {
         Some(bound) => format!("at most {bound:.4} promised; {cells} cells, {} over it", place.over),
