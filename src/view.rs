@@ -179,13 +179,32 @@ impl Album {
     }
 }
 
+/// How a picture rounds: to multiples of ten to the minus this.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Digits(i32);
+
+impl Digits {
+    /// So many digits below the leading one of the picture's extent.
+    pub(crate) fn of(extent: f64, digits: i32) -> Self {
+        Digits(if extent > 0.0 { digits - extent.log10().floor() as i32 } else { 17 })
+    }
+
+    /// The value as it is shown, where decimal numbers can say it.
+    pub(crate) fn round(self, value: f64) -> f64 {
+        match usize::try_from(self.0) {
+            Ok(digits) if digits <= 17 => format!("{value:.digits$}").parse().unwrap_or(value),
+            Ok(_) => format!("{value:.8e}").parse().unwrap_or(value),
+            Err(_) => format!("{value:.0}").parse().unwrap_or(value),
+        }
+    }
+}
+
 /// From the machine's coordinates to the input's, rounded.
 struct Frame<P> {
     exponent: i32,
     low: Vec<f64>,
     high: Vec<f64>,
-    /// A power of ten: positions are rounded to multiples of its inverse.
-    digits: i32,
+    digits: Digits,
     space: std::marker::PhantomData<P>,
 }
 
@@ -204,21 +223,13 @@ impl<P: Point> Frame<P> {
         });
         let (low, high) = (back(&low), back(&high));
         let extent = low.iter().zip(&high).map(|(l, h)| h - l).fold(0.0, f64::max);
-        let digits = if extent > 0.0 { 6 - extent.log10().floor() as i32 } else { 17 };
+        let digits = Digits::of(extent, 6);
         Frame { exponent, low, high, digits, space: std::marker::PhantomData }
     }
 
     /// Rounds to a millionth of the extent, where decimal numbers can say it.
     fn round(&self, values: &[f64]) -> Vec<f64> {
-        values.iter().map(|&v| self.round_one(v)).collect()
-    }
-
-    fn round_one(&self, value: f64) -> f64 {
-        match usize::try_from(self.digits) {
-            Ok(digits) if digits <= 17 => format!("{value:.digits$}").parse().unwrap_or(value),
-            Ok(_) => format!("{value:.8e}").parse().unwrap_or(value),
-            Err(_) => format!("{value:.0}").parse().unwrap_or(value),
-        }
+        values.iter().map(|&v| self.digits.round(v)).collect()
     }
 
     fn shown(&self, machine: &[f64]) -> Vec<f64> {

@@ -39,6 +39,111 @@ fn reports(directory: &Path) {
     fs::write(directory.join("runs.jsonl"), sweep).unwrap();
 }
 
+/// Reports of a mesh in space and of one in the plane, both of several regions and at home with several workers.
+fn meshes(directory: &Path) {
+    let domain = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good").join(name);
+    for (name, options, json) in [
+        ("two-regions.poly", "--size 0.36 --workers 5", "space-mesh.json"),
+        ("map.poly", "--size 0.3 --workers 4", "plane-mesh.json"),
+    ] {
+        good(directory, &format!("mesh {} {options} --json {json}", domain(name).display()));
+    }
+}
+
+#[test]
+fn pages_of_meshes_show_what_their_reports_say() {
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    meshes(place.path());
+    good(place.path(), "simulate sample:uniform:3000 --workers leaves --leaf 600 --json run.json");
+    good(place.path(), "report space-mesh.json -o space-mesh.html --svg figures");
+    good(place.path(), "report plane-mesh.json -o plane-mesh.html");
+    good(place.path(), "report run.json space-mesh.json plane-mesh.json -o both.html");
+    for name in ["space-mesh.html", "plane-mesh.html", "both.html"] {
+        let html = fs::read_to_string(at(name)).unwrap();
+        alone(name, &html);
+        for id in ["mesh-summary", "mesh", "mesh-quality", "mesh-stages", "mesh-phases"] {
+            assert!(html.contains(&format!("<section id=\"{id}\"")), "{name}: {id}");
+        }
+        assert_eq!(html.contains("<section id=\"partition\""), name == "both.html");
+    }
+    assert!(fs::read_to_string(at("both.html")).unwrap().contains("plane-mesh.json"));
+    let figures: Vec<String> =
+        fs::read_dir(at("figures")).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    for name in ["mesh-quality-radius-edge-ratios.svg", "mesh-stages-rounds.svg", "mesh-phases-bytes.svg"] {
+        assert!(figures.iter().any(|f| f == name), "no {name} in {figures:?}");
+    }
+    let pages = [
+        ("space-mesh.html", Some("space-mesh.json")),
+        ("plane-mesh.html", Some("plane-mesh.json")),
+        ("both.html", Some("space-mesh.json")),
+    ];
+    browse(place.path(), &pages);
+}
+
+#[test]
+fn reports_of_meshes_without_a_picture_say_so() {
+    let place = tempfile::tempdir().unwrap();
+    let cube = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good/cube.poly");
+    good(place.path(), &format!("mesh {} --size 2 --json none.json --view 0", cube.display()));
+    good(place.path(), "report none.json -o none.html");
+    let html = fs::read_to_string(place.path().join("none.html")).unwrap();
+    assert!(html.contains("holds no picture of the mesh") && html.contains("--view N"));
+    assert!(!html.contains("<section id=\"mesh\"") && html.contains("<section id=\"mesh-quality\""));
+    browse(place.path(), &[("none.html", None)]);
+}
+
+#[test]
+fn reports_of_meshes_are_refused_by_field() {
+    let place = tempfile::tempdir().unwrap();
+    let cube = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good/cube.poly");
+    good(place.path(), &format!("mesh {} --size 2 --json mesh.json", cube.display()));
+    let whole: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(place.path().join("mesh.json")).unwrap()).unwrap();
+    good(place.path(), "report mesh.json -o mesh.html");
+    let refused = |spoil: &dyn Fn(&mut serde_json::Value), words: &[&str]| {
+        let mut value = whole.clone();
+        spoil(&mut value);
+        fs::write(place.path().join("bad.json"), value.to_string()).unwrap();
+        let output = septet(place.path(), "report bad.json -o x.html");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{said}");
+        for word in words.iter().chain(&["bad.json, line 1"]) {
+            assert!(said.contains(word), "no `{word}` in: {said}");
+        }
+        assert!(!place.path().join("x.html").exists());
+    };
+    let remove = |pointer: &'static str, key: &'static str| {
+        move |v: &mut serde_json::Value| {
+            v.pointer_mut(pointer).unwrap().as_object_mut().unwrap().remove(key);
+        }
+    };
+    let set = |pointer: &'static str, to: serde_json::Value| {
+        move |v: &mut serde_json::Value| *v.pointer_mut(pointer).unwrap() = to.clone()
+    };
+    let pop = |pointer: &'static str| {
+        move |v: &mut serde_json::Value| {
+            v.pointer_mut(pointer).unwrap().as_array_mut().unwrap().pop();
+        }
+    };
+    refused(&remove("/quality", "angles"), &["`quality`", "missing field `angles`"]);
+    refused(&remove("", "conformity"), &["missing field `conformity`"]);
+    refused(&set("/stages/0/rounds", "many".into()), &["`stages[0].rounds`", "\"many\""]);
+    refused(&set("/quality/radius_edge/counts/3", (-1).into()), &["`quality.radius_edge.counts[3]`", "-1"]);
+    refused(&set("/quality/angles/counts", serde_json::json!([])), &["`quality.angles.counts`", "no bins"]);
+    refused(&set("/quality/angles/to", (-5).into()), &["`quality.angles`", "-5"]);
+    refused(&set("/domain/dimension", 4.into()), &["`domain.dimension`", "expected 2 or 3"]);
+    refused(&set("/view/corners/5", 99_999.into()), &["`view.corners[5]`", "99999"]);
+    refused(&set("/view/corners/6", 0.5.into()), &["`view.corners[6]`", "0.5"]);
+    refused(&set("/view/region/0", 7.into()), &["`view.region[0]`", "1 regions"]);
+    refused(&set("/view/cells", 1.into()), &["`view.cells`", "expected"]);
+    for list in ["/view/positions", "/view/corners", "/view/size", "/view/owner", "/view/low"] {
+        let field = format!("`{}`", list[1..].replace('/', "."));
+        refused(&pop(list), &[&field, "entries, expected"]);
+    }
+    refused(&set("/schema", "septet-mesh/9".into()), &["no run of septet", "septet-mesh/1"]);
+}
+
 #[test]
 fn pages_stand_alone_and_figures_are_files() {
     let place = tempfile::tempdir().unwrap();
@@ -49,10 +154,7 @@ fn pages_stand_alone_and_figures_are_files() {
     good(place.path(), "report repaired.json -o repaired.html");
     for name in ["space.html", "plane.html", "repaired.html"] {
         let html = fs::read_to_string(at(name)).unwrap();
-        assert!(html.len() < 4 << 20, "{name}: {} bytes", html.len());
-        for reference in ["src=\"", "url(http", "@import", "href=\"http", "href=\"//"] {
-            assert!(!html.contains(reference), "{name} refers to something: {reference}");
-        }
+        alone(name, &html);
         for id in ["proofs", "partition", "timeline", "traffic", "phases", "levels", "separators"] {
             assert!(html.contains(&format!("<section id=\"{id}\"")), "{name}: {id}");
         }
@@ -67,11 +169,19 @@ fn pages_stand_alone_and_figures_are_files() {
         let names = figure.file_name().unwrap().to_str().unwrap();
         assert!(figure.extension().is_some_and(|e| e == "svg") && !names.contains(' '), "{names}");
     }
-    browse(place.path());
+    browse(place.path(), &[("space.html", None), ("plane.html", None), ("repaired.html", None)]);
 }
 
-/// Every page through `tests/page/check.mjs`, if there is a browser.
-fn browse(pages: &Path) {
+/// A page that is not too large and refers to nothing.
+fn alone(name: &str, html: &str) {
+    assert!(html.len() < 4 << 20, "{name}: {} bytes", html.len());
+    for reference in ["src=\"", "url(http", "@import", "href=\"http", "href=\"//"] {
+        assert!(!html.contains(reference), "{name} refers to something: {reference}");
+    }
+}
+
+/// Every page through `tests/page/check.mjs`, with the report of the mesh it shows, if there is a browser.
+fn browse(directory: &Path, pages: &[(&str, Option<&str>)]) {
     let required = std::env::var_os("SEPTET_REQUIRE_PAGE").is_some_and(|v| v == "1");
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page");
     let chromium = std::env::var_os("SEPTET_CHROMIUM").unwrap_or_else(|| "/usr/bin/chromium".into());
@@ -83,11 +193,12 @@ fn browse(pages: &Path) {
         );
         return;
     }
-    let shots = pages.join("shots");
+    let shots = directory.join("shots");
     fs::create_dir(&shots).unwrap();
-    for page in ["space.html", "plane.html", "repaired.html"] {
+    for (page, report) in pages {
         let mut check = Command::new("node");
-        let output = check.arg(tests.join("check.mjs")).arg(pages.join(page)).arg(&shots).output();
+        check.arg(tests.join("check.mjs")).arg(directory.join(page)).arg(&shots);
+        let output = check.args(report.map(|r| directory.join(r))).output();
         let output = output.unwrap_or_else(|e| panic!("cannot run node: {e}"));
         let said = String::from_utf8_lossy(&output.stdout);
         let complained = String::from_utf8_lossy(&output.stderr);
@@ -121,7 +232,7 @@ fn scripts_are_modules_that_parse() {
             seen += 1;
         }
     }
-    assert!(seen >= 8);
+    assert!(seen >= 12);
 }
 
 #[test]

@@ -4,13 +4,13 @@ use std::ffi::OsStr;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 
-use septet::report::{Report, TableFormat};
+use septet::report::TableFormat;
 use septet::trace::{self, Detail};
 use tracing_subscriber::layer::Identity;
 
 use super::errors::{Code, Failure};
 use super::files::write_text;
-use super::options::RunArgs;
+use super::options::TraceArgs;
 use super::progress::Talk;
 
 /// Where `--profile` goes.
@@ -23,12 +23,12 @@ pub enum Tables {
     Files(Vec<(PathBuf, TableFormat, Option<usize>)>),
 }
 
-/// Names of the files that a name ending in `.csv` stands for.
-const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
+/// A report's tables in this format: all of them, or one.
+type Render<'a> = &'a dyn Fn(TableFormat, Option<usize>) -> String;
 
 impl Tables {
-    /// What the option asks for.
-    pub fn of(profile: Option<&Path>) -> Result<Self, Failure> {
+    /// What the option asks for. A name ending in `.csv` stands for a file of each table, by these names.
+    pub fn of(profile: Option<&Path>, names: &[&str]) -> Result<Self, Failure> {
         let Some(path) = profile else { return Ok(Tables::None) };
         let extension = path.extension().and_then(OsStr::to_str).map(str::to_lowercase);
         match extension.as_deref() {
@@ -38,7 +38,7 @@ impl Tables {
                 let of = |(i, name): (usize, &&str)| {
                     (path.with_extension(format!("{name}.csv")), TableFormat::Csv, Some(i))
                 };
-                Ok(Tables::Files(TABLES.iter().enumerate().map(of).collect()))
+                Ok(Tables::Files(names.iter().enumerate().map(of).collect()))
             }
             _ => {
                 let message = format!("{}: tables are written as .md or .csv", path.display());
@@ -56,25 +56,25 @@ impl Tables {
     }
 
     /// Writes them, if they go to files; returns those.
-    pub fn write(&self, report: &Report) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write(&self, tables: Render<'_>) -> Result<Vec<PathBuf>, Failure> {
         if let Tables::Files(files) = self {
             for (path, format, which) in files {
-                write_text(path, &report.tables(*format, *which))?;
+                write_text(path, &tables(*format, *which))?;
             }
         }
         Ok(self.paths().into_iter().map(Path::to_owned).collect())
     }
 
     /// Prints them, if that is where they go.
-    pub fn print(&self, report: &Report) {
+    pub fn print(&self, tables: Render<'_>) {
         if matches!(self, Tables::Print) {
-            eprint!("{}", report.tables(TableFormat::Text, None));
+            eprint!("{}", tables(TableFormat::Text, None));
         }
     }
 }
 
 /// Refuses a trace that cannot be.
-pub fn check_trace(args: &RunArgs) -> Result<(), Failure> {
+pub fn check_trace(args: &TraceArgs) -> Result<(), Failure> {
     match &args.trace {
         Some(path) if path.as_os_str() == "-" => {
             Err(Failure::new(Code::Usage, "--trace needs the name of a file"))
@@ -89,7 +89,7 @@ pub fn check_trace(args: &RunArgs) -> Result<(), Failure> {
 /// Does the work with logging set up, and a trace if one is asked for. However the work ends, the trace
 /// is finished: it shows how far the work came. Its name is added to `files`.
 pub fn traced<T>(
-    args: &RunArgs,
+    args: &TraceArgs,
     talk: &Talk,
     files: &mut Vec<PathBuf>,
     work: impl FnOnce() -> Result<T, Failure>,

@@ -70,7 +70,7 @@ enum Command {
     Verify(verify::VerifyArgs),
     /// What the machine would do with any number of workers, from the record of one run.
     Predict(predict::PredictArgs),
-    /// Make one offline page of runs: pictures, tables, the partition to turn and slice.
+    /// Make one offline page of runs and meshes: pictures, tables, the partition or the mesh to turn and slice.
     Report(report::ReportArgs),
     /// Run a sweep over sizes, kinds, workers and seeds, and keep the counts.
     Scale(scale::ScaleArgs),
@@ -113,7 +113,7 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Triangulate(args) => triangulate::run(&args.run, false, talk),
         Command::Simulate(args) => triangulate::run(&args.run, true, talk),
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
-        Command::Mesh(args) => logged(talk, || mesh::run(&args, talk)),
+        Command::Mesh(args) => mesh::run(&args, talk),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),
         Command::Predict(args) => logged(talk, || predict::run(&args, talk)),
         Command::Report(args) => logged(talk, || report::run(&args, talk)),

@@ -72,12 +72,8 @@ pub struct RunArgs {
     /// as three files (NAME.phases.csv, NAME.rounds.csv, NAME.levels.csv)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub profile: Option<PathBuf>,
-    /// Write what every worker did when, as Chrome's JSON: open it with Perfetto (ui.perfetto.dev)
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    /// How much the trace tells, each more than the one before [default: subproblem]
-    #[arg(long, value_name = "DETAIL", value_enum, requires = "trace")]
-    pub trace_level: Option<DetailArg>,
+    #[command(flatten)]
+    pub tracing: TraceArgs,
     /// Drop and count points that are not finite or not numbers, instead of refusing the file
     #[arg(long)]
     pub skip_invalid: bool,
@@ -93,6 +89,17 @@ pub struct RunArgs {
     /// Plant a fault in the machine (refuse:NODE[-NODE], spoil:RANK, die:RANK:PHASE): for tests
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
+}
+
+/// Options of a trace.
+#[derive(Debug, Args)]
+pub struct TraceArgs {
+    /// Write what every worker did when, as Chrome's JSON: open it with Perfetto (ui.perfetto.dev)
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// How much the trace tells, each more than the one before [default: subproblem]
+    #[arg(long, value_name = "DETAIL", value_enum, requires = "trace")]
+    pub trace_level: Option<DetailArg>,
 }
 
 /// Options of every command that runs the machine, but for what differs between runs of a sweep.

@@ -14,13 +14,15 @@ use super::progress::Talk;
 /// Options of `septet report`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The first whole report gives the pictures of one run; runs of several sizes give the plots against the laws.
+The first whole report gives the pictures of one run; runs of several sizes give the plots against the laws. The first
+report of a mesh gives the mesh, cut by a plane, if the report has a picture (`septet mesh --view`).
 
 Examples:
   septet simulate sample:well-spaced:1e5 --workers 64 --json run.json && septet report run.json -o report.html
-  septet report run.json runs.jsonl -o report.html --svg figures")]
+  septet report run.json runs.jsonl -o report.html --svg figures
+  septet mesh part.poly --json part.json && septet report part.json -o part.html")]
 pub struct ReportArgs {
-    /// Reports (`--json`) or sweeps (one run a line), `-` for standard input
+    /// Reports of runs and meshes (`--json`) or sweeps (one run a line), `-` for standard input
     #[arg(required = true, value_name = "RUNS")]
     runs: Vec<PathBuf>,
     /// The page, `-` for standard output
@@ -55,8 +57,9 @@ pub fn run(args: &ReportArgs, talk: &Talk) -> Result<(), Failure> {
 }
 
 fn bad(error: &PageError) -> Failure {
-    Failure::new(Code::Input, error.to_string())
-        .help("give what `septet simulate --json` wrote, or a sweep with one run a line")
+    Failure::new(Code::Input, error.to_string()).help(
+        "give what `septet simulate --json` or `septet mesh --json` wrote, or a sweep with one run a line",
+    )
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {

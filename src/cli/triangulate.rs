@@ -19,6 +19,9 @@ use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
 
+/// The tables of a run, by the names of their files.
+const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
+
 /// Runs either subcommand.
 pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
@@ -27,9 +30,9 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let _ = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build_global();
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
-    check_trace(args)?;
-    let tables = Tables::of(args.profile.as_deref())?;
-    let texts = args.json.iter().chain(&args.trace).map(PathBuf::as_path).chain(tables.paths());
+    check_trace(&args.tracing)?;
+    let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
+    let texts = args.json.iter().chain(&args.tracing.trace).map(PathBuf::as_path).chain(tables.paths());
     let texts: Vec<&Path> = texts.collect();
     files::check(is_file.then(|| Path::new(&args.input)), &args.output, &texts)?;
     let loaded = if let Some(request) = sample {
@@ -53,7 +56,7 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         Err(error) => uncertified(error).map_err(|e| place(e, &loaded, &args.input)),
     };
     let mut files = Vec::new();
-    let (run, failure) = traced(args, talk, &mut files, go)?;
+    let (run, failure) = traced(&args.tracing, talk, &mut files, go)?;
     let run_seconds = start.elapsed().as_secs_f64();
     if failure.is_none() {
         files.extend(write_all(args, &run, &loaded, talk)?);
@@ -72,9 +75,10 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
         peak_rss_bytes: peak_rss(),
     };
     let report = Report::of(&run, &config, &setting);
-    files.extend(tables.write(&report)?);
+    let rendered = |format, which| report.tables(format, which);
+    files.extend(tables.write(&rendered)?);
     tell(args, &report, &files, talk)?;
-    tables.print(&report);
+    tables.print(&rendered);
     failure.map_or(Ok(()), Err)
 }
 

@@ -13,8 +13,12 @@ use septet_meshing::generate::{Machine, Stage, Triangulation};
 use septet_meshing::mesh::StageLine;
 use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
+use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
+use septet_workers::profile::stage_span;
+use tracing::span::EnteredSpan;
 
+use super::record::{INDEPENDENT_SET, Record, TRIANGULATION};
 use crate::config::Config;
 use crate::error::Error;
 use crate::independent::independent;
@@ -28,33 +32,71 @@ const LEAF: usize = 4096;
 pub(crate) struct Counted {
     config: Config,
     lines: Vec<StageLine>,
+    record: Record,
+    owners: Owners,
     since: Instant,
+    /// Told to whoever listens, as long as the stage goes on.
+    span: Option<EnteredSpan>,
+}
+
+/// The worker of each cell of the last triangulation of the highest dimension.
+#[derive(Debug, Default)]
+struct Owners {
+    dimension: usize,
+    of: Vec<u32>,
+}
+
+/// What a run is recorded by.
+struct Taken<'a> {
+    task: &'static str,
+    points: usize,
+    ledger: &'a Ledger,
+    phase_seconds: &'a [(Phase, f64)],
+    seconds: f64,
 }
 
 impl Counted {
     pub(crate) fn new(config: Config) -> Self {
-        Counted { config, lines: Vec::new(), since: Instant::now() }
+        Counted {
+            config,
+            lines: Vec::new(),
+            record: Record::default(),
+            owners: Owners::default(),
+            since: Instant::now(),
+            span: None,
+        }
     }
 
-    fn add(&mut self, ledger: &Ledger) {
+    /// The workers of the cells of the last triangulation in this dimension, in its order; none if there was none of so
+    /// many cells.
+    pub(super) fn owners(&self, dimension: usize, cells: usize) -> Option<&[u32]> {
+        let Owners { dimension: of, of: owners } = &self.owners;
+        (*of == dimension && owners.len() == cells).then_some(owners)
+    }
+
+    fn add(&mut self, taken: &Taken<'_>) {
         let Some(line) = self.lines.last_mut() else { return };
+        let ledger = taken.ledger;
         let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
         line.rounds += rounds;
         line.messages += messages;
         line.bytes += bytes;
         line.work += ledger.phases.iter().map(|p| p.work).sum::<u64>();
         line.depth += ledger.phases.iter().map(|p| p.critical_depth).sum::<u64>();
+        self.record.add(&line.name, taken.task, taken.points as u64, ledger, taken.seconds);
+        self.record.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
     }
 
     fn close(&mut self) {
+        self.span = None;
         if let Some(line) = self.lines.last_mut() {
             line.seconds += self.since.elapsed().as_secs_f64();
         }
         self.since = Instant::now();
     }
 
-    /// The lines with what the generator counted itself.
-    pub(super) fn finish(mut self, stages: &[Stage]) -> Vec<StageLine> {
+    /// The lines with what the generator counted itself, and what the runs took one by one.
+    pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, Record) {
         self.close();
         for (line, stage) in self.lines.iter_mut().zip(stages) {
             line.candidates = stage.candidates;
@@ -62,7 +104,7 @@ impl Counted {
             line.completion_rounds = u64::from(stage.completion);
             line.set_rounds = u64::from(stage.set_rounds);
         }
-        self.lines
+        (self.lines, self.record)
     }
 }
 
@@ -71,6 +113,7 @@ impl<P: Point> Machine<P> for Counted {
 
     fn stage(&mut self, name: &'static str) {
         self.close();
+        self.span = Some(stage_span(self.config.run.unwrap_or(self.config.seed), name));
         self.lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
     }
 
@@ -78,7 +121,13 @@ impl<P: Point> Machine<P> for Counted {
         let places: Vec<P> = sites.iter().map(|s| s.at).collect();
         let sizes: Vec<f64> = sites.iter().map(|s| s.size).collect();
         let run = independent(&places, &sizes, fixed, &self.config)?;
-        self.add(&run.ledger);
+        self.add(&Taken {
+            task: INDEPENDENT_SET,
+            points: sites.len(),
+            ledger: &run.ledger,
+            phase_seconds: &run.phase_seconds,
+            seconds: run.seconds,
+        });
         Ok(Independent {
             members: run.members.into_iter().map(|m| m as u32).collect(),
             undecided: run.undecided,
@@ -87,7 +136,13 @@ impl<P: Point> Machine<P> for Counted {
 
     fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Error> {
         let run = triangulate(points, &self.config)?;
-        self.add(&run.ledger);
+        self.add(&Taken {
+            task: TRIANGULATION,
+            points: points.len(),
+            ledger: &run.ledger,
+            phase_seconds: &run.phase_seconds,
+            seconds: run.total_seconds,
+        });
         let (mut cells, mut neighbours) = (Vec::new(), Vec::new());
         let Some(pieces) = run.pieces() else { return Ok(Triangulation { cells, neighbours }) };
         cells.reserve(pieces.len());
@@ -97,6 +152,11 @@ impl<P: Point> Machine<P> for Counted {
         for piece in pieces.pieces() {
             first.push(count);
             count += (piece.rows.len() / (2 * P::Cell::LEN)) as u32;
+        }
+        if P::DIM >= self.owners.dimension {
+            let of = pieces.pieces().iter();
+            let of = of.flat_map(|p| vec![p.owner; p.rows.len() / (2 * P::Cell::LEN)]).collect();
+            self.owners = Owners { dimension: P::DIM, of };
         }
         for (p, piece) in (0u32..).zip(pieces.pieces()) {
             for (c, row) in (0u32..).zip(piece.rows.chunks_exact(2 * P::Cell::LEN)) {

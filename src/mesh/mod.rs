@@ -1,12 +1,17 @@
 //! Meshes of domains: what is asked for, the mesh as files take it, and its report.
 //!
-//! [`generate`] makes a mesh, [`labelled::Labelled`] is what writers take of it, [`report`] what `--json` says.
+//! [`generate`] makes a mesh, [`labelled::Labelled`] is what writers take of it, [`report`] what `--json` says, [`tables`] what
+//! `--profile` says. [`record`] is what the machine did meanwhile, [`view`] the picture in the report.
 
 pub mod field;
+pub mod histogram;
 pub mod labelled;
 pub(crate) mod machine;
+pub mod record;
 pub mod report;
 pub mod show;
+pub mod tables;
+pub mod view;
 
 use std::time::Instant;
 
@@ -22,11 +27,13 @@ use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
 use septet_meshing::size::user::{Singularity, Wishes};
 use septet_meshing::size::{SizeError, SizeFunction, SizeOptions};
+use septet_workers::profile::stage_span;
 use thiserror::Error;
 
 use crate::config::{Config, Transport, Workers};
 use field::SizeField;
 use machine::Counted;
+use record::Record;
 
 /// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
 /// boundary, the bound that mesh generators take by default; a smaller L costs points everywhere, a larger one saves
@@ -231,6 +238,7 @@ impl Promise {
 
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
+    let _span = stage_span(request.seed, "conformity");
     match request.boundary.unwrap_or(Boundary::DEFAULT) {
         Boundary::Exact => conformity::check(domain, mesh),
         Boundary::Remesh => conformity::check_remeshed(domain, mesh),
@@ -245,6 +253,7 @@ pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
 ) -> Result<SizeFunction<P>, MeshError> {
+    let _span = stage_span(request.seed, "sizes");
     let mut options = request.size_options(domain)?;
     if !request.remeshes() {
         return Ok(SizeFunction::new(domain, &options)?);
@@ -269,6 +278,7 @@ pub fn assess<P: Triangulate>(
     request: &MeshRequest,
     worst: usize,
 ) -> Quality<P> {
+    let _span = stage_span(request.seed, "quality");
     if !request.remeshes() {
         return measure(domain, mesh, size, worst);
     }
@@ -304,6 +314,19 @@ pub fn measure<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
+/// A mesh, and what it took.
+#[derive(Clone, Debug)]
+pub struct Made<P: Triangulate> {
+    /// The mesh.
+    pub mesh: Mesh<P>,
+    /// The stages of generation.
+    pub stages: Vec<StageLine>,
+    /// The runs of the machine.
+    pub record: Record,
+    /// The worker that each cell was at home with, if asked for.
+    pub owners: Option<Vec<u32>>,
+}
+
 /// Makes a mesh of a domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
 /// completion. The result is the same for every number of workers, threads and every transport.
 ///
@@ -314,6 +337,19 @@ pub fn generate<P: Triangulate>(
     size: &SizeFunction<P>,
     request: &MeshRequest,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
+    make(domain, size, request, 0).map(|made| (made.mesh, made.stages))
+}
+
+/// [`generate`] with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
+///
+/// # Errors
+/// [`MeshError`].
+pub fn make<P: Triangulate>(
+    domain: &Domain<P>,
+    size: &SizeFunction<P>,
+    request: &MeshRequest,
+    owned: usize,
+) -> Result<Made<P>, MeshError> {
     if request.remeshes() && request.improve {
         return Err(MeshError::Unsupported(
             "--improve goes with --boundary exact: it moves points in facets",
@@ -342,13 +378,18 @@ pub fn generate<P: Triangulate>(
         Failure::TooMany(most) => MeshError::TooMany { most },
         Failure::Unsupported(what) => MeshError::Unsupported(what),
     })?;
-    let mut lines = machine.finish(&made.stages);
+    let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
+    let home = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
+    let home = home.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
+    let (mut stages, record) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
+    let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
+        let _span = stage_span(request.seed, "improve");
         let start = Instant::now();
         let target = Target { ratio: request.radius_edge(), ..Target::default() };
         let done = improve(domain, &mut mesh, &target);
-        lines.push(StageLine {
+        stages.push(StageLine {
             name: "improve".to_string(),
             candidates: done.bad[0],
             points: done.moved,
@@ -357,7 +398,7 @@ pub fn generate<P: Triangulate>(
             ..StageLine::default()
         });
     }
-    Ok((mesh, lines))
+    Ok(Made { mesh, stages, record, owners })
 }
 
 fn machine(request: &MeshRequest) -> Counted {

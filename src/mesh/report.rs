@@ -12,10 +12,12 @@ use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::remesh::Deviation;
 use septet_meshing::mesh::{Mesh, StageLine};
-use septet_meshing::quality::histogram::Histogram;
 use septet_meshing::quality::ratio::Bounds;
 use septet_meshing::quality::{Place, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
 
+use super::histogram::HistogramReport;
+use super::record::{PhaseLine, Record, RunLine};
+use super::view::MeshPicture;
 use super::{Boundary, MeshRequest};
 use crate::config::{Transport, Workers};
 
@@ -63,16 +65,19 @@ pub struct Seconds {
 pub struct MeshReport {
     schema: &'static str,
     version: &'static str,
-    parameters: ParameterReport,
+    pub(super) parameters: ParameterReport,
     domain: DomainReport,
     mesh: CountReport,
-    stages: Vec<StageReport>,
+    pub(super) stages: Vec<StageReport>,
+    pub(super) phases: Vec<PhaseLine>,
+    pub(super) runs: Vec<RunLine>,
     radius_edge: Vec<PlaceReport>,
     features: Vec<FeatureReport>,
     quality: QualityReport,
     conformity: ConformityReport,
     deviation: Option<DeviationReport>,
-    seconds: Seconds,
+    view: Option<MeshPicture>,
+    pub(super) seconds: Seconds,
     peak_rss_bytes: Option<u64>,
 }
 
@@ -86,8 +91,8 @@ struct DeviationReport {
 }
 
 #[derive(Debug, Serialize)]
-struct ParameterReport {
-    input: String,
+pub(super) struct ParameterReport {
+    pub(super) input: String,
     outputs: Vec<String>,
     boundary: &'static str,
     lipschitz: f64,
@@ -132,18 +137,18 @@ struct CountReport {
 }
 
 #[derive(Debug, Serialize)]
-struct StageReport {
-    name: String,
-    candidates: u64,
-    points: u64,
-    completion_rounds: u64,
-    set_rounds: u64,
-    rounds: u64,
-    messages: u64,
-    bytes: u64,
-    work: u64,
-    depth: u64,
-    seconds: f64,
+pub(super) struct StageReport {
+    pub(super) name: String,
+    pub(super) candidates: u64,
+    pub(super) points: u64,
+    pub(super) completion_rounds: u64,
+    pub(super) set_rounds: u64,
+    pub(super) rounds: u64,
+    pub(super) messages: u64,
+    pub(super) bytes: u64,
+    pub(super) work: u64,
+    pub(super) depth: u64,
+    pub(super) seconds: f64,
 }
 
 /// A number of which it is known that it lies between two; the upper one is null where rounding leaves it open.
@@ -183,19 +188,6 @@ struct FeatureReport {
     radius_edge: Between,
     worst_cell: u32,
     least_angle: f64,
-}
-
-/// Counts over equal bins; numbers that are not finite are null.
-#[derive(Debug, Serialize)]
-struct HistogramReport {
-    from: f64,
-    to: f64,
-    below: u64,
-    above: u64,
-    least: f64,
-    most: f64,
-    mean: Option<f64>,
-    counts: Vec<u64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -252,12 +244,17 @@ pub struct Judged<'a, P: Triangulate> {
     pub conformity: &'a Conformity,
     /// Of a remeshed surface: how far the boundary is from it.
     pub deviation: Option<Deviation>,
+    /// The runs of the machine.
+    pub record: &'a Record,
+    /// Its picture, if there is one.
+    pub picture: Option<&'a MeshPicture>,
 }
 
 impl MeshReport {
     /// The report of a mesh.
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, deviation } = *judged;
+        let Judged { domain, request, mesh, stages, quality, conformity, deviation, record, picture } =
+            *judged;
         let id = around.first_id;
         let places = ["free", "near", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
@@ -275,6 +272,8 @@ impl MeshReport {
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
+            phases: record.phases.clone(),
+            runs: record.runs.clone(),
             radius_edge: places.map(|(name, p)| place(domain, name, p, id)).collect(),
             features: features.collect(),
             quality: quality_report(domain, quality, id),
@@ -284,6 +283,7 @@ impl MeshReport {
                 of_surface: d.of_surface,
                 asked: request.max_distance,
             }),
+            view: picture.cloned(),
             seconds: around.seconds,
             peak_rss_bytes: around.peak_rss_bytes,
         }
@@ -439,28 +439,15 @@ fn cell<P: Triangulate>(domain: &Domain<P>, worst: &WorstCell<P>, first_id: u64)
     }
 }
 
-fn histogram(h: &Histogram) -> HistogramReport {
-    HistogramReport {
-        from: h.from,
-        to: h.to,
-        below: h.below,
-        above: h.above,
-        least: h.least,
-        most: h.most,
-        mean: h.mean(),
-        counts: h.counts.clone(),
-    }
-}
-
 fn quality_report<P: Triangulate>(domain: &Domain<P>, q: &Quality<P>, first_id: u64) -> QualityReport {
     let sliver = |(&angle, &cells): (&f64, &u64)| SliverReport { angle, radius_edge: SLIVER_RATIO, cells };
     QualityReport {
-        radius_edge: histogram(&q.ratios),
-        angles: histogram(&q.angles),
-        least_angles: histogram(&q.least_angles),
-        largest_angles: histogram(&q.largest_angles),
-        length_over_size: histogram(&q.lengths),
-        size_over_local_size: q.grading.as_ref().map(histogram),
+        radius_edge: (&q.ratios).into(),
+        angles: (&q.angles).into(),
+        least_angles: (&q.least_angles).into(),
+        largest_angles: (&q.largest_angles).into(),
+        length_over_size: (&q.lengths).into(),
+        size_over_local_size: q.grading.as_ref().map(HistogramReport::from),
         slivers: SLIVERS.iter().zip(&q.slivers).map(sliver).collect(),
         least_volume: q.volumes[0],
         largest_volume: q.volumes[1],

@@ -2,52 +2,28 @@
 
 use septet_geometry::point::Point;
 use septet_meshing::facet::Triangulate;
+use septet_meshing::quality::histogram::Histogram;
 use septet_meshing::quality::{Quality, SLIVER_RATIO, SLIVERS};
 
 use super::Promise;
 use super::report::Judged;
-use crate::report::page::histograms::{Bars, svg};
+use crate::report::page::histograms::{Drawn, svg};
 
 /// The histograms as figures: name of the file and text of each.
 pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String, String)> {
-    let cells = "cells";
-    let of = |title, label, of, histogram, bound| Bars { title, label, of, histogram, bound };
-    let mut drawn = vec![
-        (
-            "radius-edge",
-            of(
-                "Radius-edge ratios",
-                "circumradius over shortest edge",
-                cells,
-                &quality.ratios,
-                Some(promise.free),
-            ),
-        ),
-        ("angles", of("Angles", "angle [degrees]", "angles", &quality.angles, None)),
-        (
-            "least-angles",
-            of("Smallest angles", "smallest angle [degrees]", cells, &quality.least_angles, None),
-        ),
-        (
-            "largest-angles",
-            of("Largest angles", "largest angle [degrees]", cells, &quality.largest_angles, None),
-        ),
-        (
-            "lengths",
-            of(
-                "Edges over size",
-                "length over the smaller size at the ends",
-                "edges",
-                &quality.lengths,
-                None,
-            ),
-        ),
+    let mut all = vec![
+        (Drawn::RadiusEdge, &quality.ratios),
+        (Drawn::Angles, &quality.angles),
+        (Drawn::LeastAngles, &quality.least_angles),
+        (Drawn::LargestAngles, &quality.largest_angles),
+        (Drawn::Lengths, &quality.lengths),
     ];
-    if let Some(grading) = &quality.grading {
-        let label = "size over local feature size";
-        drawn.push(("sizes", of("Size over local feature size", label, "points", grading, None)));
-    }
-    drawn.into_iter().map(|(name, bars)| (format!("{name}.svg"), svg(&bars))).collect()
+    all.extend(quality.grading.as_ref().map(|grading| (Drawn::Sizes, grading)));
+    let draw = |(drawn, histogram): (Drawn, &Histogram)| {
+        let histogram = histogram.into();
+        (format!("{}.svg", drawn.name()), svg(&drawn.bars(&histogram, promise.free)))
+    };
+    all.into_iter().map(draw).collect()
 }
 
 /// A few lines for people: the promise and what came of it, the angles.

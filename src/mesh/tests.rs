@@ -10,6 +10,7 @@ use septet_meshing::mesh::{Carrier, Edge, Face, OUTSIDE};
 use septet_meshing::quality::quality as quality_of;
 
 use super::labelled::Labelled;
+use super::record::Record;
 use super::report::{Judged, MeshReport, Surroundings};
 use super::show::{figures, summary};
 use super::*;
@@ -335,6 +336,8 @@ fn the_report_says_what_was_found() {
         quality: &quality,
         conformity: &conformity,
         deviation: None,
+        record: &Record::default(),
+        picture: None,
     };
     let around = Surroundings { input: "cube.poly", first_id: 1, ..Surroundings::default() };
     let text = MeshReport::of(&judged, &around).to_json().unwrap();

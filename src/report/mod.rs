@@ -10,7 +10,7 @@ pub mod page;
 mod parameters;
 mod schema;
 mod summary;
-mod tables;
+pub(crate) mod tables;
 mod traffic;
 mod tree;
 mod verdict;

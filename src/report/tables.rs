@@ -18,7 +18,7 @@ pub enum TableFormat {
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Column {
+pub(crate) enum Column {
     /// What the row is about.
     Label(&'static str),
     /// A count of the machine.
@@ -31,16 +31,16 @@ enum Column {
 type Cell = String;
 
 /// One table.
-struct Table {
-    title: &'static str,
+pub(crate) struct Table {
+    pub(crate) title: &'static str,
     /// Its heading as aligned text.
-    heading: &'static str,
-    columns: Vec<Column>,
-    rows: Vec<Vec<Cell>>,
+    pub(crate) heading: &'static str,
+    pub(crate) columns: Vec<Column>,
+    pub(crate) rows: Vec<Vec<Cell>>,
     /// Rows of sums, for people.
-    totals: Vec<Vec<Cell>>,
+    pub(crate) totals: Vec<Vec<Cell>>,
     /// Lines below, for people.
-    notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 fn maybe(x: Option<u64>) -> Cell {
@@ -74,7 +74,7 @@ impl Column {
 }
 
 impl Table {
-    fn render(&self, format: TableFormat, out: &mut String) {
+    pub(crate) fn render(&self, format: TableFormat, out: &mut String) {
         match format {
             TableFormat::Text => self.text(out),
             TableFormat::Markdown => self.markdown(out),

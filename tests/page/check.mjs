@@ -1,13 +1,15 @@
 // A page of `septet report` in headless Chromium: nothing is fetched, nothing complains, every control works,
 // pictures are not blank, tables download as CSV that parses, keys do what they say.
 //
-//     node check.mjs PAGE.html SCREENSHOTS
+//     node check.mjs PAGE.html SCREENSHOTS [MESH.json]
+//
+// With the report of the mesh that the page shows its numbers are compared with those of the page.
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
 
-const [file, shots] = process.argv.slice(2);
+const [file, shots, reportFile] = process.argv.slice(2);
 const browser = await chromium.launch({
     executablePath: process.env.SEPTET_CHROMIUM ?? '/usr/bin/chromium',
     args: [
@@ -45,10 +47,10 @@ async function open(colorScheme) {
 }
 
 /** Looks at the picture, in the page: how many colours it has, and how many pixels changed since the last look. */
-async function look(page) {
-    return page.evaluate(async () => {
+async function look(page, id = 'canvas') {
+    return page.evaluate(async (id) => {
         await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-        const canvas = document.getElementById('canvas');
+        const canvas = document.getElementById(id);
         const copy = document.createElement('canvas');
         [copy.width, copy.height] = [canvas.width, canvas.height];
         const context = copy.getContext('2d', { willReadFrequently: true });
@@ -61,13 +63,13 @@ async function look(page) {
             changed += now[i] !== last[i] ? 1 : 0;
         }
         return { changed, colours: new Set(now).size };
-    });
+    }, id);
 }
 
-async function changes(page, what, act) {
-    await look(page);
+async function changes(page, what, act, id = 'canvas') {
+    await look(page, id);
     await act();
-    const { changed } = await look(page);
+    const { changed } = await look(page, id);
     assert.ok(changed > 10, `${what} changes nothing`);
     passed += 1;
 }
@@ -174,6 +176,210 @@ async function scene(page) {
     assert.equal((await readFile(await png.path())).subarray(1, 4).toString(), 'PNG');
 }
 
+const sum = (list) => list.reduce((a, b) => a + b, 0);
+const least = (list) => list.reduce((a, b) => Math.min(a, b), Infinity);
+const largest = (list) => list.reduce((a, b) => Math.max(a, b), -Infinity);
+
+/** The means of cells' points, by the report. */
+function centres({ view, domain }) {
+    const d = domain.dimension;
+    return Array.from({ length: view.cells }, (_, c) => {
+        const points = view.corners.slice((d + 1) * c, (d + 1) * (c + 1));
+        return Array.from({ length: d }, (_, i) => sum(points.map((p) => view.positions[d * p + i])) / (d + 1));
+    });
+}
+
+/** How many cells lie below the plane at a part of the way along an axis; those on it may count or not. */
+function below(heights, part) {
+    const [low, high] = [least(heights), largest(heights)];
+    const offset = low + part * (high - low);
+    const slack = 1e-9 * (high - low);
+    return [heights.filter((h) => h <= offset - slack).length, heights.filter((h) => h <= offset + slack).length];
+}
+
+/** Faces of these cells that no other of them has. */
+function outerFaces({ view, domain }, kept) {
+    if (domain.dimension === 2) {
+        return kept.length;
+    }
+    const faces = new Map();
+    for (const c of kept) {
+        const cell = view.corners.slice(4 * c, 4 * c + 4);
+        for (const v of cell) {
+            const key = cell.filter((w) => w !== v).sort((a, b) => a - b).join();
+            faces.set(key, (faces.get(key) ?? 0) + 1);
+        }
+    }
+    return [...faces.values()].filter((n) => n === 1).length;
+}
+
+const shown = async (page) => (await page.locator('#mesh-readout').textContent()).match(/\d+/g).slice(0, 3).map(Number);
+
+/** The plane: what is kept, counted again from the report. */
+async function plane(page, report) {
+    const all = centres(report);
+    const settle = () => look(page, 'mesh-canvas');
+    const d = report.domain.dimension;
+    await page.locator('#mesh-axis').selectOption('');
+    await settle();
+    const everything = [...all.keys()];
+    assert.deepEqual(await shown(page), [all.length, all.length, outerFaces(report, everything)], 'all cells');
+    for (let axis = 0; axis < d; axis += 1) {
+        const heights = all.map((x) => x[axis]);
+        await changes(page, `plane ${axis}`, () => page.locator('#mesh-axis').selectOption(String(axis)), 'mesh-canvas');
+        for (const part of [0.3, 0.75]) {
+            await changes(page, `position ${part}`, () => page.locator('#mesh-position').fill(String(part)), 'mesh-canvas');
+            const [kept, of, drawn] = await shown(page);
+            const [fewest, most] = below(heights, part);
+            assert.ok(of === all.length && kept >= fewest && kept <= most, `axis ${axis} at ${part}: ${kept}, ${fewest}..${most}`);
+            const offset = Number((await page.locator('#mesh-place').textContent()).match(/[-\d.e]+$/)[0]);
+            const chosen = everything.filter((c) => heights[c] <= offset);
+            // The offset is told to four digits: cells between it and the plane itself are not told apart.
+            if (chosen.length === kept) {
+                assert.equal(drawn, outerFaces(report, chosen), `faces of axis ${axis} at ${part}`);
+            }
+            await page.locator('#mesh-over').click();
+            await settle();
+            const [others] = await shown(page);
+            assert.ok(others >= all.length - most && others <= all.length - fewest, 'the other side');
+            await page.locator('#mesh-over').click();
+        }
+        await page.locator('#mesh-position').fill('0.5');
+        passed += 1;
+    }
+    await changes(page, 'turn of the plane', () => page.locator('#mesh-lean').fill('40'), 'mesh-canvas');
+    if (d === 3) {
+        await changes(page, 'tilt of the plane', () => page.locator('#mesh-tip').fill('-30'), 'mesh-canvas');
+        await changes(page, 'plane of the view', () => page.locator('#mesh-axis').selectOption('view'), 'mesh-canvas');
+    }
+    // A plane turned by a right angle is that of another axis.
+    await page.locator('#mesh-tip').fill('0').catch(() => {});
+    await page.locator('#mesh-axis').selectOption('0');
+    await page.locator('#mesh-lean').fill('90');
+    await settle();
+    const [turned] = await shown(page);
+    const [fewest, most] = below(all.map((x) => x[1]), 0.5);
+    assert.ok(turned >= fewest && turned <= most, `turned by a right angle: ${turned}, ${fewest}..${most}`);
+    await page.locator('#mesh-lean').fill('0');
+    passed += 1;
+}
+
+/** Colours and their keys against the report. */
+async function colours(page, report) {
+    const { view } = report;
+    const key = page.locator('#mesh-key');
+    for (const field of ['least_angle', 'size', 'radius_edge']) {
+        await page.locator('#mesh-colour').selectOption(field);
+        await look(page, 'mesh-canvas');
+        const ticks = await key.locator('[data-value]').evaluateAll((all) => all.map((t) => [Number(t.dataset.value), Number(t.textContent)]));
+        const values = view[field].filter((v) => v !== null);
+        assert.equal(ticks[0][0], least(values), `least ${field}`);
+        assert.equal(ticks.at(-1)[0], largest(values), `largest ${field}`);
+        assert.ok(ticks.every(([v, said]) => Math.abs(v - said) <= 1e-3 * Math.abs(v)), `key of ${field}`);
+        assert.ok(ticks.every(([v], i) => i === 0 || v > ticks[i - 1][0]), `key of ${field} does not ascend`);
+        passed += 1;
+    }
+    for (const [option, field, name] of [['region', 'region', (i) => `region ${view.regions[i]}`], ['owner', 'owner', (p) => `worker ${p}`]]) {
+        await changes(page, `colour by ${option}`, () => page.locator('#mesh-colour').selectOption(option), 'mesh-canvas');
+        const said = await key.locator('[data-count]').evaluateAll((all) => all.map((t) => [t.dataset.value, Number(t.dataset.count)]));
+        const counts = new Map();
+        view[field].forEach((v) => counts.set(name(v), (counts.get(name(v)) ?? 0) + 1));
+        assert.deepEqual(new Map(said), counts, `key of ${option}`);
+        passed += 1;
+    }
+    await changes(page, 'colour by angle', () => page.locator('#mesh-colour').selectOption('least_angle'), 'mesh-canvas');
+    await changes(page, 'colour by size', () => page.locator('#mesh-colour').selectOption('radius_edge'), 'mesh-canvas');
+}
+
+/** A whole table under a figure, by variant. */
+async function rowsOf(page, id, variant) {
+    const all = await page.evaluate(() => JSON.parse(document.getElementById('data').textContent).tables);
+    const names = await page.locator(`select[data-figure="${id}"] option`).allTextContents();
+    const at = names.indexOf(variant);
+    assert.ok(at >= 0, `${id} shows no ${variant}, but ${names}`);
+    return all[id][at].rows;
+}
+
+/** Figures of the mesh against its report. */
+async function figuresOfMesh(page, report) {
+    const histograms = { 'radius-edge ratios': 'radius_edge', 'edges over f': 'length_over_size' };
+    for (const [name, field] of Object.entries(histograms)) {
+        const rows = await rowsOf(page, 'mesh-quality', name);
+        const { counts, below: under, above } = report.quality[field];
+        const expected = [...(under ? [under] : []), ...counts, ...(above ? [above] : [])];
+        assert.deepEqual(rows.map((r) => r[2]), expected, name);
+    }
+    const counts = await rowsOf(page, 'mesh-stages', 'points');
+    const keys = ['name', 'candidates', 'points', 'completion_rounds', 'set_rounds', 'rounds', 'messages', 'bytes', 'work', 'depth', 'seconds'];
+    assert.deepEqual(counts, report.stages.map((s) => keys.map((k) => s[k])), 'stages');
+    const phases = await rowsOf(page, 'mesh-phases', 'work');
+    assert.equal(sum(phases.map((r) => r[5])), sum(report.stages.map((s) => s.bytes)), 'bytes of phases');
+    const cards = await page.locator('#mesh-summary dl').textContent();
+    const number = (x) => String(x).replace(/\B(?=(\d{3})+$)/g, '\u202f');
+    for (const x of [report.mesh.points, report.mesh.cells, sum(report.stages.map((s) => s.messages))]) {
+        assert.ok(cards.includes(number(x)), `no ${number(x)} in the summary`);
+    }
+    passed += 4;
+}
+
+async function mesh(page, report) {
+    assert.ok((await look(page, 'mesh-canvas')).colours > 20, 'a blank picture of the mesh');
+    await plane(page, report);
+    await colours(page, report);
+    await figuresOfMesh(page, report);
+    await changes(page, 'edges', () => page.locator('#mesh-edges').click(), 'mesh-canvas');
+    await page.locator('#mesh-edges').click();
+    await page.locator('#mesh-canvas').focus();
+    for (const key of ['ArrowLeft', 'ArrowUp', '+', '-', ']', '[', 'PageDown', 'PageUp', '0']) {
+        await changes(page, `${key} on the mesh`, () => page.keyboard.press(key), 'mesh-canvas');
+    }
+    if (report.domain.dimension === 3) {
+        const [kept, of] = await shown(page);
+        assert.ok(kept < of);
+        await changes(page, 'turning mesh', () => page.locator('#mesh-turn').click(), 'mesh-canvas');
+        await page.locator('#mesh-turn').click();
+    }
+    const details = page.locator('details[data-table="mesh"]');
+    const [download] = await Promise.all([page.waitForEvent('download'), (async () => {
+        await details.locator('summary').click();
+        await details.locator('.csv').click();
+    })()]);
+    const [head, ...rows] = parse(await readFile(await download.path(), 'utf8'));
+    const [kept] = await shown(page);
+    assert.equal(rows.length, kept, 'the table has the cells that are kept');
+    const at = (name) => head.findIndex((h) => h.startsWith(name));
+    for (const row of rows.slice(0, 50)) {
+        const c = Number(row[0]);
+        assert.deepEqual([row[at('radius')], row[at('smallest')], row[at('size')], row[at('worker')]].map(Number),
+            [report.view.radius_edge[c], report.view.least_angle[c], report.view.size[c], report.view.owner[c]], `cell ${c}`);
+    }
+    await details.locator('summary').click();
+    const [png] = await Promise.all([page.waitForEvent('download'), page.locator('#mesh-png').click()]);
+    assert.equal((await readFile(await png.path())).subarray(1, 4).toString(), 'PNG');
+    await page.locator('#mesh').screenshot({ path: `${shots}/mesh.png` });
+    passed += 3;
+}
+
+/** Milliseconds of a frame while the mesh turns, the drawing finished each time; told, not judged. */
+async function frames(page) {
+    const times = await page.evaluate(async () => {
+        const turn = document.getElementById('mesh-turn');
+        const gl = document.getElementById('mesh-canvas').getContext('webgl2');
+        const times = [];
+        turn.click();
+        let last = performance.now();
+        for (let i = 0; i < 21; i += 1) {
+            await new Promise(requestAnimationFrame);
+            gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+            times.push(performance.now() - last);
+            last = performance.now();
+        }
+        turn.click();
+        return times.sort((a, b) => a - b);
+    });
+    console.log(`mesh: ${await page.locator('#mesh-readout').textContent()}: ${times[10].toFixed(0)} ms a frame, at most ${times[20].toFixed(0)}`);
+}
+
 /** Tab reaches every control. */
 async function keyboard(page) {
     await page.evaluate(() => document.activeElement.blur());
@@ -206,6 +412,13 @@ for (const scheme of ['light', 'dark']) {
         await tables(page);
         if (await page.locator('#canvas').count()) {
             await scene(page);
+        }
+        if (reportFile) {
+            const report = JSON.parse(await readFile(reportFile, 'utf8'));
+            await mesh(page, report);
+            if (report.domain.dimension === 3) {
+                await frames(page);
+            }
         }
         await keyboard(page);
         await page.locator('#theme').click();

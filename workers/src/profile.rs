@@ -8,6 +8,7 @@
 //! |---|---|---|---|
 //! | [`PHASE`] | INFO | span `run`, the coordinator's | run, workers, points, planning |
 //! | | | span `phase`, the coordinator's | run, phase |
+//! | | | span `stage`, of a whole that is made of runs | run, phase (its name) |
 //! | [`ROUND`] | DEBUG | span `round`: what one rank does between two exchanges | run, phase, round, worker, messages (received), begins (does a phase begin with it?) |
 //! | [`MESSAGE`] | TRACE | events `sent` and `received` | run, phase, from, to, round (of sending), sequence, bytes, kind, subproblem |
 //! | [`SUBPROBLEM`] | TRACE | span `subproblem`: one step at one node of the tree | run, phase, round, worker, subproblem, step, points |
@@ -97,6 +98,11 @@ pub fn phase_span(run: u64, phase: Phase) -> EnteredSpan {
         return Span::none().entered();
     }
     tracing::info_span!(target: PHASE, "phase", run, phase = phase.name()).entered()
+}
+
+/// Enters the span of a stage of a larger whole, such as a mesh, whose runs bear this number: it holds those runs.
+pub fn stage_span(run: u64, stage: &str) -> EnteredSpan {
+    tracing::info_span!(target: PHASE, "stage", run, phase = stage).entered()
 }
 
 /// Tells of messages that leave.

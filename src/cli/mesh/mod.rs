@@ -9,20 +9,27 @@ use septet::io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet::io::write::{OutputFormat, WriteOptions, faces_path, write};
 use septet::memory::peak_rss;
 use septet::mesh::labelled::Labelled;
+use septet::mesh::record::Record;
 use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
 use septet::mesh::show::{figures, summary};
-use septet::mesh::{MeshError, MeshRequest, Promise, assess, conform, deviation, generate, sizes};
+use septet::mesh::tables::TABLES;
+use septet::mesh::view::{DEFAULT_CELLS, MeshPicture};
+use septet::mesh::{Made, MeshError, MeshRequest, Promise, assess, conform, deviation, make, sizes};
 use septet::meshing::check;
 use septet::meshing::conformity::Conformity;
 use septet::meshing::defect::Defect;
 use septet::meshing::domain::Domain;
 use septet::meshing::facet::Triangulate;
+use septet::meshing::generate::remesh::Deviation;
 use septet::meshing::input::Input;
-use septet::meshing::mesh::Mesh;
+use septet::meshing::mesh::{Mesh, StageLine};
+use septet::meshing::quality::Quality;
 use septet::meshing::size::SizeError;
+use tracing_subscriber::layer::Identity;
 
 use super::errors::{Code, Failure};
 use super::files::{self, write_text};
+use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
 pub use options::MeshArgs;
@@ -37,7 +44,9 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    outputs(args)?;
+    check_trace(&args.tracing)?;
+    let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
+    outputs(args, &tables)?;
     let file = read_domain(&args.domain, &mut |read, total| talk.stage("reading", read, total))?;
     if let Some(path) = &args.size_field {
         request.field = Some(read_sizes(path, &mut |read, total| talk.stage("reading sizes", read, total))?);
@@ -47,7 +56,7 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     for note in &file.notes {
         talk.note(format!("note: {note}"));
     }
-    let job = Job { args, request, first_id: file.first_id, start, talk };
+    let job = Job { args, tables, request, first_id: file.first_id, start, talk };
     match &file.input {
         AnyInput::Plane(input) => job.checked(&file, input),
         AnyInput::Space(input) => job.checked(&file, input),
@@ -55,14 +64,15 @@ pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
 }
 
 /// Every file that is to be written can be.
-fn outputs(args: &MeshArgs) -> Result<(), Failure> {
+fn outputs(args: &MeshArgs, tables: &Tables) -> Result<(), Failure> {
     let faces: Vec<PathBuf> = args
         .output
         .iter()
         .filter(|o| matches!(OutputFormat::of(o), Ok(OutputFormat::Vtu)))
         .map(|o| faces_path(o))
         .collect();
-    let texts: Vec<&Path> = args.json.iter().chain(&faces).map(PathBuf::as_path).collect();
+    let texts = args.json.iter().chain(&args.tracing.trace).chain(&faces).map(PathBuf::as_path);
+    let texts: Vec<&Path> = texts.chain(tables.paths()).collect();
     // The points of a .poly file may be in the .node file beside it.
     let name = args.domain.to_string_lossy();
     let node = Path::new(name.strip_suffix(".gz").unwrap_or(&name)).with_extension("node");
@@ -76,10 +86,23 @@ fn outputs(args: &MeshArgs) -> Result<(), Failure> {
 /// One call of the command.
 struct Job<'a> {
     args: &'a MeshArgs,
+    tables: Tables,
     request: MeshRequest,
     first_id: u64,
     start: Instant,
     talk: &'a Talk,
+}
+
+/// A mesh and all that was found out about it.
+struct Found<P: Triangulate> {
+    mesh: Mesh<P>,
+    stages: Vec<StageLine>,
+    record: Record,
+    conformity: Conformity,
+    quality: Quality<P>,
+    deviation: Option<Deviation>,
+    picture: Option<MeshPicture>,
+    mesh_seconds: f64,
 }
 
 impl Job<'_> {
@@ -95,6 +118,7 @@ impl Job<'_> {
             }
         };
         if args.check {
+            talk.log(None::<Identity>);
             describe(args, file, &domain, talk);
             return Ok(());
         }
@@ -105,23 +129,17 @@ impl Job<'_> {
         let (args, request, talk) = (self.args, &self.request, self.talk);
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
-        let size = sizes(domain, request)?;
-        let (mesh, stages) = generate(domain, &size, request).map_err(|error| self.named(domain, error))?;
-        let mesh_seconds = self.start.elapsed().as_secs_f64() - read_seconds;
-        talk.check();
-        let conformity = conform(domain, &mesh, request);
-        let broken = self.broken(&conformity);
-        if conformity.is_shapeless() {
-            return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
-        }
-        let quality = assess(domain, &mesh, &size, request, WORST);
-        let deviation = deviation(domain, &mesh, request);
+        let mut files = Vec::new();
+        let found = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
+        let broken = self.broken(&found.conformity);
         let judged = self.start.elapsed().as_secs_f64();
-        let files = if broken.is_none() { self.write(domain, &mesh)? } else { Vec::new() };
+        if broken.is_none() {
+            files.extend(self.write(domain, &found.mesh)?);
+        }
         let total_seconds = self.start.elapsed().as_secs_f64();
         talk.clear();
-        let judge_seconds = judged - read_seconds - mesh_seconds;
-        let write_seconds = total_seconds - judged;
+        let judge_seconds = judged - read_seconds - found.mesh_seconds;
+        let (mesh_seconds, write_seconds) = (found.mesh_seconds, total_seconds - judged);
         let around = Surroundings {
             input: &args.domain.display().to_string(),
             outputs: &args.output,
@@ -129,24 +147,74 @@ impl Job<'_> {
             seconds: Seconds { read_seconds, mesh_seconds, judge_seconds, write_seconds, total_seconds },
             peak_rss_bytes: peak_rss(),
         };
-        let (quality, conformity) = (&quality, &conformity);
-        let judged = Judged { domain, request, mesh: &mesh, stages: &stages, quality, conformity, deviation };
+        let judged = Judged {
+            domain,
+            request,
+            mesh: &found.mesh,
+            stages: &found.stages,
+            quality: &found.quality,
+            conformity: &found.conformity,
+            deviation: found.deviation,
+            record: &found.record,
+            picture: found.picture.as_ref(),
+        };
+        self.tell(&judged, &around, files)?;
+        broken.map_or(Ok(()), Err)
+    }
+
+    /// Makes the mesh and judges it.
+    fn found<P: Triangulate>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
+        let (args, request, talk) = (self.args, &self.request, self.talk);
+        let start = Instant::now();
+        let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS));
+        let size = sizes(domain, request)?;
+        let made = make(domain, &size, request, most as usize).map_err(|error| self.named(domain, error))?;
+        let Made { mesh, stages, record, owners } = made;
+        let mesh_seconds = start.elapsed().as_secs_f64();
+        talk.check();
+        let conformity = conform(domain, &mesh, request);
+        if conformity.is_shapeless() {
+            let broken = self.broken(&conformity);
+            return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
+        }
+        let quality = assess(domain, &mesh, &size, request, WORST);
+        let deviation = deviation(domain, &mesh, request);
+        let cells = mesh.cells.len();
+        let picture = (cells <= most as usize).then(|| MeshPicture::of(domain, &mesh, &size, owners));
+        if picture.is_none() && most > 0 {
+            talk.note(format!("note: no picture in the report: {cells} cells, more than --view {most}"));
+        }
+        Ok(Found { mesh, stages, record, conformity, quality, deviation, picture, mesh_seconds })
+    }
+
+    /// The report, the figures and the tables, and a few lines for people.
+    fn tell<P: Triangulate>(
+        &self,
+        judged: &Judged<'_, P>,
+        around: &Surroundings<'_>,
+        mut files: Vec<PathBuf>,
+    ) -> Result<(), Failure> {
+        let (args, talk) = (self.args, self.talk);
+        let report = MeshReport::of(judged, around);
         if let Some(path) = &args.json {
-            let text = MeshReport::of(&judged, &around).to_json();
+            let text = report.to_json();
             let text =
                 text.map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
             write_text(path, &(text + "\n"))?;
         }
         if let Some(directory) = &args.svg {
-            write_figures(&figures(quality, Promise::of(request.lipschitz)), directory, talk)?;
+            write_figures(&figures(judged.quality, Promise::of(self.request.lipschitz)), directory, talk)?;
         }
-        for line in summary(&judged) {
+        let rendered = |format, which| report.tables(format, which);
+        files.extend(self.tables.write(&rendered)?);
+        for line in summary(judged) {
             talk.note(line);
         }
         for file in files {
             talk.note(format!("  wrote {}", file.display()));
         }
-        broken.map_or(Ok(()), Err)
+        self.tables.print(&rendered);
+        Ok(())
     }
 
     /// The failure, with the features that it is about told by the ids of the file.

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use septet::config::{Config, Transport, Workers};
+use septet::mesh::view::MOST_CELLS;
 use septet::mesh::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, Shape, SingularityRequest,
 };
 
 use crate::cli::errors::{Code, Failure};
-use crate::cli::options::{MshArg, TransportArg, bytes, workers};
+use crate::cli::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 
 /// Options of `septet mesh`.
 #[derive(Debug, Args)]
@@ -20,13 +21,14 @@ must be closed. Exit code 3 and the list of all defects if the domain has any; 4
 Examples:
   septet mesh part.poly --check
   septet mesh part.poly -o part.vtu --radius-edge 1.5
+  septet mesh part.poly --json part.json --view 100000 && septet report part.json -o part.html
   septet mesh scan.stl --boundary remesh --size 0.5 -o scan.msh --json -
   septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele -o part-surface.stl")]
 pub struct MeshArgs {
     /// The domain: .poly .smesh .stl .off .ply .obj, each also .gz
     pub domain: PathBuf,
     /// Check the domain, and do no more
-    #[arg(long, conflicts_with_all = ["output", "json"])]
+    #[arg(long, conflicts_with_all = ["output", "json", "trace"])]
     pub check: bool,
     /// Write the mesh (.vtu .msh .msh22 .mesh .npy, or one of .node .ele .face .edge .neigh for the whole set) or its
     /// surface (.off .stl); may be given several times
@@ -85,6 +87,16 @@ pub struct MeshArgs {
     /// Write the report as JSON, `-` for standard output
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
+    /// Put a picture of the mesh into the report if it has at most N cells, for `septet report`; at most 200000, 0 for
+    /// none [default: 20000]
+    #[arg(long, value_name = "N", value_parser = shown, requires = "json")]
+    pub view: Option<u32>,
+    /// Print tables of stages, of phases and of runs of the machine; with a name ending in .md write them as Markdown,
+    /// in .csv as three files (NAME.stages.csv, NAME.phases.csv, NAME.runs.csv)
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-", conflicts_with = "check")]
+    pub profile: Option<PathBuf>,
+    #[command(flatten)]
+    pub tracing: TraceArgs,
     /// Write histograms of the mesh's quality as SVG into this directory
     #[arg(long, value_name = "DIR", conflicts_with = "check")]
     pub svg: Option<PathBuf>,
@@ -119,7 +131,8 @@ impl MeshArgs {
             let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
             return usage(message, "add --transport sim, or leave the seed out");
         }
-        if !self.check && self.output.is_empty() && self.json.is_none() && self.svg.is_none() {
+        let told = self.json.is_some() || self.svg.is_some() || self.profile.is_some();
+        if !self.check && !told && self.output.is_empty() && self.tracing.trace.is_none() {
             return usage("where is the mesh to go?", "give -o OUT, or --check to check the domain alone");
         }
         if let (Some(size), Some(least)) = (self.size, self.min_size)
@@ -160,6 +173,12 @@ impl MeshArgs {
             max_memory: self.max_memory,
         })
     }
+}
+
+/// The most cells of a picture.
+fn shown(text: &str) -> Result<u32, String> {
+    let number: Option<u32> = text.parse().ok();
+    number.filter(|&n| n <= MOST_CELLS).ok_or_else(|| format!("expected a number of at most {MOST_CELLS}"))
 }
 
 /// A number with a property.

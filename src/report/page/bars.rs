@@ -70,28 +70,34 @@ fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<V
     if rows.is_empty() {
         return None;
     }
+    let label = format!("{name} [{unit}]");
+    let mut table = Table::new(&["phase", "paper", &label]);
+    table.rows =
+        rows.iter().map(|&(phase, paper, value)| vec![json!(phase), json!(paper), json!(value)]).collect();
+    Some(Variant { name: (*name).to_owned(), body: bars(&rows, &label), table })
+}
+
+/// A bar each: its name, whether it is filled or hatched, its value.
+pub(super) fn bars(rows: &[(&str, bool, f64)], label: &str) -> Drawing {
     let (left, right, step) = (130.0, 720.0, 22.0);
     let bottom = 12.0 + step * rows.len() as f64;
-    let label = format!("{name} [{unit}]");
-    let axis = Axis::around(&label, false, rows.iter().map(|r| r.2), (left, right));
+    let axis = Axis::around(label, false, rows.iter().map(|r| r.2), (left, right));
     let mut out = Drawing::new(820.0, bottom + 54.0);
     out.raw(HATCH);
     for tick in axis.ticks() {
         out.line("grid", (axis.at(tick), 8.0), (axis.at(tick), bottom));
         out.text("tick", (axis.at(tick), bottom + 17.0), "middle", &si(tick));
     }
-    let mut table = Table::new(&["phase", "paper", &label]);
-    for (i, &(phase, paper, value)) in rows.iter().enumerate() {
+    for (i, &(name, filled, value)) in rows.iter().enumerate() {
         let y = 12.0 + step * i as f64;
-        let class = if paper { "bar c0" } else { "hatched" };
+        let class = if filled { "bar c0" } else { "hatched" };
         out.rect(class, (left, y), (axis.at(value) - left, step - 6.0));
-        out.text("legend", (left - 8.0, y + 12.5), "end", phase);
+        out.text("legend", (left - 8.0, y + 12.5), "end", name);
         out.text("note number", (axis.at(value) + 7.0, y + 12.5), "start", &si(value));
-        table.rows.push(vec![json!(phase), json!(paper), json!(value)]);
     }
     out.line("axis", (left, 8.0), (left, bottom));
-    out.text("label", (f64::midpoint(left, right), bottom + 40.0), "middle", &label);
-    Some(Variant { name: (*name).to_owned(), body: out, table })
+    out.text("label", (f64::midpoint(left, right), bottom + 40.0), "middle", label);
+    out
 }
 
 const HATCH: &str = r#"<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><rect class="hatch-ground" width="6" height="6"/><rect class="bar c0" width="2.5" height="6"/></pattern></defs>"#;

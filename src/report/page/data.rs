@@ -3,6 +3,10 @@
 use serde_json::Value;
 use thiserror::Error;
 
+use crate::mesh::report::MESH_SCHEMA;
+
+use super::mesh::{self, MeshData};
+
 /// Why there is no page.
 #[derive(Debug, Error)]
 pub enum PageError {
@@ -17,7 +21,9 @@ pub enum PageError {
         why: String,
     },
     /// JSON that is no run.
-    #[error("{name}, line {line}: no run of septet (neither `schema` septet-run/1 nor `phases`)")]
+    #[error(
+        "{name}, line {line}: no run of septet (neither `schema` septet-run/1 or septet-mesh/1 nor `phases`)"
+    )]
     NoRun {
         /// The file.
         name: String,
@@ -34,6 +40,18 @@ pub enum PageError {
         /// What is not there.
         field: &'static str,
     },
+    /// A report of a mesh with a field that is not what it should be.
+    #[error("{name}, line {line}: not a mesh's report: `{field}`: {why}")]
+    Field {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+        /// The field, by its path.
+        field: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// Nothing given.
     #[error("no run to show")]
     Empty,
@@ -48,11 +66,20 @@ pub struct RunData {
     pub value: Value,
 }
 
-/// The runs in a text: one object, or one a line.
-pub(super) fn read(name: &str, text: &str) -> Result<Vec<RunData>, PageError> {
+/// What a text may hold.
+#[derive(Clone, Debug)]
+pub(super) enum Entry {
+    /// A run.
+    Run(RunData),
+    /// A mesh.
+    Mesh(Box<MeshData>),
+}
+
+/// The runs or meshes in a text: one object, or one a line.
+pub(super) fn read(name: &str, text: &str) -> Result<Vec<Entry>, PageError> {
     let whole = serde_json::from_str::<Value>(text);
     if let Ok(value) = whole {
-        return Ok(vec![run(name.to_owned(), name, 1, value)?]);
+        return Ok(vec![entry(name.to_owned(), name, 1, value)?]);
     }
     // A sweep has an object in its first line; what is no sweep is reported as the object that it is not.
     let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
@@ -66,14 +93,23 @@ pub(super) fn read(name: &str, text: &str) -> Result<Vec<RunData>, PageError> {
             line,
             why: e.to_string(),
         })?;
-        runs.push(run(format!("{name}:{line}"), name, line, value)?);
+        runs.push(entry(format!("{name}:{line}"), name, line, value)?);
     }
     Ok(runs)
 }
 
+fn entry(full: String, name: &str, line: usize, value: Value) -> Result<Entry, PageError> {
+    if value["schema"] == MESH_SCHEMA {
+        let mesh = mesh::read(name, line, &value)?;
+        return Ok(Entry::Mesh(Box::new(MeshData { name: full, ..mesh })));
+    }
+    run(full, name, line, value).map(Entry::Run)
+}
+
 fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, PageError> {
     let whole = value["schema"] == super::super::SCHEMA;
-    if !whole && !value["phases"].is_array() {
+    let other_mesh = text(&value["schema"]).starts_with("septet-mesh/");
+    if other_mesh || !whole && !value["phases"].is_array() {
         return Err(PageError::NoRun { name: name.into(), line });
     }
     for field in ["points", "phases", "machine", "tree", "parameters"] {

@@ -6,25 +6,31 @@ use serde_json::{Value, json};
 
 use super::axes::{grouped, si};
 use super::data::{RunData, number, text};
+use super::mesh::{self, MeshData};
 use super::svg::{STYLE, escape};
 use super::{Figure, Page};
 
 const PAGE_STYLE: &str = include_str!("assets/page.css");
 
 /// Modules by the names they import each other by.
-const MODULES: [(&str, &str); 8] = [
+const MODULES: [(&str, &str); 12] = [
     ("three", include_str!("assets/three/three.min.js")),
     ("septet/data", include_str!("assets/data.js")),
     ("septet/theme", include_str!("assets/theme.js")),
     ("septet/tables", include_str!("assets/tables.js")),
     ("septet/camera", include_str!("assets/camera.js")),
+    ("septet/stage", include_str!("assets/stage.js")),
     ("septet/layers", include_str!("assets/layers.js")),
     ("septet/surfaces", include_str!("assets/surfaces.js")),
     ("septet/scene", include_str!("assets/scene.js")),
+    ("septet/cells", include_str!("assets/cells.js")),
+    ("septet/scales", include_str!("assets/scales.js")),
+    ("septet/mesh", include_str!("assets/mesh.js")),
 ];
 
 const MAIN: &str = include_str!("assets/main.js");
 const SCENE: &str = include_str!("assets/scene.html");
+const MESH: &str = include_str!("assets/mesh.html");
 const LICENCE: &str = include_str!("assets/three/LICENSE");
 
 /// JSON that cannot end the element it stands in.
@@ -70,16 +76,18 @@ pub(super) fn page(page: &Page) -> Result<String, serde_json::Error> {
     let imports: serde_json::Map<String, Value> =
         MODULES.iter().map(|(name, source)| ((*name).to_owned(), json!(address(source)))).collect();
     let tables: serde_json::Map<String, Value> =
-        page.figures.iter().map(|f| (f.id.to_owned(), tables_of(f))).collect();
+        page.all_figures().map(|f| (f.id.to_owned(), tables_of(f))).collect();
     let view = shown.map_or(Value::Null, |run| run.value["view"].clone());
     let space = shown.map_or(3.0, RunData::space);
-    let data = json!({ "tables": tables, "view": view, "space": space });
+    let mesh = page.meshes.first();
+    let data = json!({ "tables": tables, "view": view, "space": space, "mesh": picture(mesh) });
     let mut out = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     out.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
     out.push_str(
         "<meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n",
     );
-    let title = shown.map_or_else(|| format!("{} runs", page.runs.len()), headline);
+    let title = shown.map(headline).or_else(|| mesh.filter(|_| page.runs.is_empty()).map(mesh::headline));
+    let title = title.unwrap_or_else(|| format!("{} runs", page.runs.len()));
     let _ = writeln!(out, "<title>septet: {}</title>\n<style>{STYLE}{PAGE_STYLE}</style>", escape(&title));
     let imports = embedded(&json!({ "imports": imports }))?;
     let _ = writeln!(out, "<script type=\"importmap\">{imports}</script>\n</head>\n<body>");
@@ -97,12 +105,31 @@ pub(super) fn page(page: &Page) -> Result<String, serde_json::Error> {
     for figure in page.figures.iter().skip(1) {
         section(figure, &mut out);
     }
+    if let Some(mesh) = mesh {
+        mesh::section(mesh, &mut out);
+        if mesh.file.view.is_some() {
+            out.push_str(MESH);
+        }
+    }
+    for figure in &page.mesh_figures {
+        section(figure, &mut out);
+    }
     runs_table(page, &mut out);
     out.push_str("</main>\n");
     footer(&mut out);
     let _ = writeln!(out, "<script type=\"application/json\" id=\"data\">{}</script>", embedded(&data)?);
     let _ = writeln!(out, "<script type=\"module\">{MAIN}</script>\n</body>\n</html>");
     Ok(out)
+}
+
+/// The mesh as the script draws it.
+fn picture(mesh: Option<&MeshData>) -> Value {
+    let Some(mesh) = mesh else { return Value::Null };
+    let mut value = json!(mesh.file.view);
+    if let Value::Object(fields) = &mut value {
+        fields.insert("dimension".to_owned(), json!(mesh.file.domain.dimension));
+    }
+    value
 }
 
 fn tables_of(figure: &Figure) -> Value {
@@ -122,6 +149,10 @@ fn header(page: &Page, title: &str, out: &mut String) {
     if page.shown.is_some_and(|at| page.runs[at].value["view"].is_object()) {
         links.insert(links.len().min(1), ("partition", "The partition"));
     }
+    if page.meshes.first().is_some_and(|mesh| mesh.file.view.is_some()) {
+        links.push(("mesh", "The mesh"));
+    }
+    links.extend(page.mesh_figures.iter().map(|f| (f.id, f.title)));
     for (id, title) in links {
         let _ = writeln!(out, "<a href=\"#{id}\">{}</a>", escape(title));
     }
@@ -131,7 +162,7 @@ fn header(page: &Page, title: &str, out: &mut String) {
     out.push_str("</header>\n");
 }
 
-fn card(out: &mut String, name: &str, value: &str, note: &str) {
+pub(super) fn card(out: &mut String, name: &str, value: &str, note: &str) {
     let (name, value, note) = (escape(name), escape(value), escape(note));
     let _ = writeln!(out, "<div><dt>{name}</dt><dd>{value}</dd><dd class=\"note\">{note}</dd></div>");
 }
@@ -192,6 +223,9 @@ fn section(figure: &Figure, out: &mut String) {
     );
 }
 
+/// At most so many runs, and so many meshes, are in the table.
+const MOST_RUNS: usize = 200;
+
 /// All runs with their parameters.
 fn runs_table(page: &Page, out: &mut String) {
     out.push_str(
@@ -202,8 +236,8 @@ fn runs_table(page: &Page, out: &mut String) {
         let _ = write!(out, "<th scope=\"col\">{head}</th>");
     }
     out.push_str("</tr></thead>\n<tbody>\n");
-    for run in page.runs.iter().take(200) {
-        let count = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), grouped);
+    let count = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), grouped);
+    for run in page.runs.iter().take(MOST_RUNS) {
         let cells = [
             escape(&run.name),
             escape(&run.kind()),
@@ -214,17 +248,37 @@ fn runs_table(page: &Page, out: &mut String) {
             count(run.total("messages")),
             count(run.total("bytes")),
         ];
-        out.push_str("<tr>");
-        for cell in cells {
-            let _ = write!(out, "<td>{cell}</td>");
-        }
-        out.push_str("</tr>\n");
+        row(&cells, out);
+    }
+    for mesh in page.meshes.iter().take(MOST_RUNS) {
+        let file = &mesh.file;
+        let cells = [
+            escape(&mesh.name),
+            format!("mesh of {}", escape(&file.parameters.input)),
+            count(Some(file.domain.dimension as f64)),
+            count(Some(file.mesh.points as f64)),
+            count(file.parameters.workers.map(f64::from)),
+            count(Some(file.parameters.seed as f64)),
+            count(Some(mesh.messages() as f64)),
+            count(Some(mesh.bytes() as f64)),
+        ];
+        row(&cells, out);
     }
     out.push_str("</tbody></table></div>\n");
-    if page.runs.len() > 200 {
-        let _ = writeln!(out, "<p class=\"caption\">The first 200 of {} runs.</p>", page.runs.len());
+    for (length, what) in [(page.runs.len(), "runs"), (page.meshes.len(), "meshes")] {
+        if length > MOST_RUNS {
+            let _ = writeln!(out, "<p class=\"caption\">The first {MOST_RUNS} of {length} {what}.</p>");
+        }
     }
     out.push_str("</section>\n");
+}
+
+fn row(cells: &[String], out: &mut String) {
+    out.push_str("<tr>");
+    for cell in cells {
+        let _ = write!(out, "<td>{cell}</td>");
+    }
+    out.push_str("</tr>\n");
 }
 
 fn footer(out: &mut String) {
@@ -232,7 +286,7 @@ fn footer(out: &mut String) {
     let _ = writeln!(
         out,
         "<footer><p>Made by septet {version}. Counts are those of the modelled machine and repeat exactly; times are \
-         measured. Points are drawn with three.js.</p><details><summary>Licence of three.js</summary><pre>{}</pre>\
+         measured. Points and cells are drawn with three.js.</p><details><summary>Licence of three.js</summary><pre>{}</pre>\
          </details></footer>",
         escape(LICENCE)
     );

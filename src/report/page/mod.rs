@@ -1,4 +1,5 @@
-//! One offline page from the reports of runs: pictures, the tables under them, and the partition in space.
+//! One offline page from the reports of runs and meshes: pictures, the tables under them, the partition in space, and
+//! the mesh cut by a plane.
 //!
 //! [`Page::of`] takes the texts of reports (`--json`) and of sweeps (one object a line); [`Page::html`] is the
 //! page, [`Page::figures`] its figures alone. Figures are SVG made here; the page's scripts only choose among
@@ -14,11 +15,14 @@ pub(crate) mod histograms;
 mod html;
 mod laws;
 mod levels;
+mod mesh;
 mod plot;
 mod svg;
 
 pub use data::{PageError, RunData};
 
+use data::Entry;
+use mesh::MeshData;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -68,6 +72,9 @@ pub struct Page {
     /// Position of the run whose rounds, traffic and points are shown.
     shown: Option<usize>,
     figures: Vec<Figure>,
+    /// The first is shown.
+    meshes: Vec<MeshData>,
+    mesh_figures: Vec<Figure>,
 }
 
 impl Page {
@@ -76,11 +83,16 @@ impl Page {
     /// # Errors
     /// A text that holds no run.
     pub fn of(texts: &[(String, String)]) -> Result<Page, PageError> {
-        let mut runs = Vec::new();
+        let (mut runs, mut meshes) = (Vec::new(), Vec::new());
         for (name, text) in texts {
-            runs.extend(data::read(name, text)?);
+            for entry in data::read(name, text)? {
+                match entry {
+                    Entry::Run(run) => runs.push(run),
+                    Entry::Mesh(mesh) => meshes.push(*mesh),
+                }
+            }
         }
-        if runs.is_empty() {
+        if runs.is_empty() && meshes.is_empty() {
             return Err(PageError::Empty);
         }
         let shown = runs.iter().position(RunData::is_whole);
@@ -93,7 +105,8 @@ impl Page {
             figures.extend(levels::figures(run));
         }
         figures.extend(laws::figures(&runs));
-        Ok(Page { runs, shown, figures })
+        let mesh_figures = meshes.first().map(mesh::figures).unwrap_or_default();
+        Ok(Page { runs, shown, figures, meshes, mesh_figures })
     }
 
     /// The page as one file.
@@ -102,6 +115,10 @@ impl Page {
     /// A number that JSON cannot say.
     pub fn html(&self) -> Result<String, serde_json::Error> {
         html::page(self)
+    }
+
+    fn all_figures(&self) -> impl Iterator<Item = &Figure> {
+        self.figures.iter().chain(&self.mesh_figures)
     }
 
     /// File name and text of every figure.
@@ -115,7 +132,7 @@ impl Page {
             };
             figure.variants.iter().map(each).collect::<Vec<_>>()
         };
-        self.figures.iter().flat_map(named).collect()
+        self.all_figures().flat_map(named).collect()
     }
 }
 

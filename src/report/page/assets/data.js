@@ -1,9 +1,10 @@
-// What the page was made with: tables by figure, the view, the dimension.
+// What the page was made with: tables by figure, the view and its dimension, the mesh.
 const data = JSON.parse(document.getElementById('data').textContent);
 
 export const tables = data.tables;
 export const view = data.view;
 export const space = data.space;
+export const mesh = data.mesh;
 
 /** The ancestor of a node on a level, or the node itself where it lies above. */
 export function ancestor(node, level) {

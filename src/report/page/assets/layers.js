@@ -1,5 +1,5 @@
-// Layers of the picture. A layer has an `object` to draw and `update(state)`; a new kind of picture, such as a
-// mesh that the slice cuts, is another layer in the list that the scene is given.
+// Layers of the partition's picture. A layer has an `object` to draw and `update(state)`; a new kind of picture of it is
+// another layer in the list that the scene is given.
 import { BufferAttribute, BufferGeometry, Color, GLSL3, LineBasicMaterial, LineSegments, Points, ShaderMaterial } from 'three';
 import { ancestor, bit } from 'septet/data';
 import { Surfaces, coefficients, path, value } from 'septet/surfaces';

@@ -1,4 +1,4 @@
-import { tables, view } from 'septet/data';
+import { mesh, tables, view } from 'septet/data';
 import { startTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
 
@@ -24,5 +24,9 @@ for (const details of document.querySelectorAll('details[data-table]')) {
 if (view) {
     const { startScene } = await import('septet/scene');
     startScene();
+}
+if (mesh) {
+    const { startMesh } = await import('septet/mesh');
+    startMesh();
 }
 document.documentElement.dataset.ready = 'true';

@@ -1,53 +1,28 @@
 // The partition: layers, the controls beside them, and the loop that draws when something changed.
-import { ColorManagement, LinearSRGBColorSpace, Scene, Vector3, Vector4, Matrix4, WebGLRenderer } from 'three';
+import { Matrix4, Vector3, Vector4 } from 'three';
 import { bit, space, view } from 'septet/data';
 import { isDark, onTheme } from 'septet/theme';
 import { tie } from 'septet/tables';
-import { Camera } from 'septet/camera';
+import { Stage, frameOf } from 'septet/stage';
 import { BoxLayer, CurveLayer, PointLayer, SurfaceLayer, wong } from 'septet/layers';
-
-// Shaders here write the colours that the style sheet names, as they are.
-ColorManagement.enabled = false;
 
 const get = (id) => document.getElementById(id);
 const EVERYTHING = 1e6;
 
-/** Centre and size of the set: the picture's coordinates lie in a unit cube round 0. */
-function frameOf() {
-    const centre = [0, 1, 2].map((i) => ((view.low[i] ?? 0) + (view.high[i] ?? 0)) / 2);
-    const size = Math.max(...view.low.map((l, i) => view.high[i] - l)) || 1;
-    return { centre, size };
-}
-
-class Picture {
+class Picture extends Stage {
     constructor() {
+        super(get('canvas'), space === 2, (width, height) => this.prepare(height));
         this.flat = space === 2;
-        this.canvas = get('canvas');
-        this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
-        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-        this.renderer.outputColorSpace = LinearSRGBColorSpace;
-        this.scene = new Scene();
         this.shared = {
             cut: { value: new Vector4(0, 0, 0, 1) }, thickness: { value: EVERYTHING }, pixel: { value: 1 },
             towards: { value: new Vector3() }, clip: { value: new Matrix4() },
         };
-        const frame = frameOf();
+        const frame = frameOf(view.low, view.high);
         const separators = this.flat ? new CurveLayer(view, frame) : new SurfaceLayer(view, frame, this.shared);
         this.points = new PointLayer(view, frame, this.shared);
         this.layers = [new BoxLayer(view, frame), this.points, separators];
         for (const layer of this.layers) {
             this.scene.add(layer.object);
-        }
-        this.camera = new Camera(this.canvas, this.flat, () => this.request());
-        this.turning = false;
-    }
-
-    request() {
-        if (!this.pending) {
-            this.pending = requestAnimationFrame(() => {
-                this.pending = null;
-                this.draw();
-            });
         }
     }
 
@@ -79,23 +54,12 @@ class Picture {
         }
     }
 
-    draw() {
-        const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-        if (this.width !== width || this.height !== height) {
-            [this.width, this.height] = [width, height];
-            this.renderer.setSize(width, height, false);
-        }
-        if (this.turning) {
-            this.camera.place.turn += 0.006;
-            this.request();
-        }
-        this.camera.look(width, height);
+    prepare(height) {
         this.slice();
         this.shared.pixel.value = this.renderer.getPixelRatio() * Math.max(1, Math.sqrt(this.camera.place.zoom)) * (height / 544);
         this.shared.towards.value.copy(this.camera.direction());
         const { eye } = this.camera;
         this.shared.clip.value.multiplyMatrices(eye.projectionMatrix, eye.matrixWorldInverse);
-        this.renderer.render(this.scene, eye);
     }
 }
 
@@ -154,35 +118,6 @@ function table() {
     return { columns, rows };
 }
 
-function keys(picture, step) {
-    const slide = (by) => {
-        get('slice').value = Number(get('slice').value) + by;
-        picture.request();
-    };
-    const acts = {
-        ArrowLeft: () => picture.camera.turn(-0.12, 0), ArrowRight: () => picture.camera.turn(0.12, 0),
-        ArrowUp: () => picture.camera.turn(0, 0.1), ArrowDown: () => picture.camera.turn(0, -0.1),
-        '+': () => picture.camera.scale(1.2), '=': () => picture.camera.scale(1.2), '-': () => picture.camera.scale(1 / 1.2),
-        PageUp: () => step(-1), PageDown: () => step(1), '[': () => slide(-0.02), ']': () => slide(0.02),
-        0: () => picture.camera.reset(),
-    };
-    picture.canvas.addEventListener('keydown', (event) => {
-        const act = acts[event.key];
-        if (act && !event.ctrlKey && !event.metaKey && !event.altKey) {
-            event.preventDefault();
-            act();
-        }
-    });
-}
-
-function save(picture) {
-    picture.draw();
-    const link = document.createElement('a');
-    link.href = picture.canvas.toDataURL('image/png');
-    link.download = 'partition.png';
-    link.click();
-}
-
 export function startScene() {
     const picture = new Picture();
     const deepest = Math.max(0, ...view.separators.map((s) => s.level));
@@ -207,16 +142,13 @@ export function startScene() {
     get('controls').addEventListener('input', refresh);
     get('level-up').addEventListener('click', () => step(-1));
     get('level-down').addEventListener('click', () => step(1));
-    get('reset').addEventListener('click', () => picture.camera.reset());
-    get('turn').addEventListener('click', (event) => {
-        picture.turning = !picture.turning;
-        event.currentTarget.setAttribute('aria-pressed', String(picture.turning));
+    const slide = (by) => {
+        get('slice').value = Number(get('slice').value) + by;
         picture.request();
-    });
-    get('png').addEventListener('click', () => save(picture));
-    keys(picture, step);
+    };
+    picture.buttons({ reset: get('reset'), turn: get('turn'), png: get('png') }, 'partition.png');
+    picture.keys({ PageUp: () => step(-1), PageDown: () => step(1), '[': () => slide(-0.02), ']': () => slide(0.02) });
     tie(document.querySelector('[data-table="partition"]'), table);
     onTheme(refresh);
-    new ResizeObserver(() => picture.request()).observe(get('stage'));
     refresh();
 }

@@ -1,0 +1,137 @@
+//! What the machine did while a mesh was made: run by run, and phase by phase of each stage.
+
+use serde::Serialize;
+
+use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Ledger;
+
+use crate::run::Traffic;
+
+/// A run that takes an independent set of candidates.
+pub const INDEPENDENT_SET: &str = "independent set";
+
+/// A run that triangulates the points so far.
+pub const TRIANGULATION: &str = "triangulation";
+
+/// Does such a run count operations?
+fn counts(task: &'static str) -> bool {
+    task == INDEPENDENT_SET
+}
+
+/// One run of the machine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunLine {
+    /// The stage of generation that asked for it.
+    pub stage: String,
+    /// [`INDEPENDENT_SET`] or [`TRIANGULATION`].
+    pub task: &'static str,
+    /// Points or candidates given to it.
+    pub points: u64,
+    /// Rounds in which something was sent.
+    pub rounds: u64,
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Operations counted; none of a triangulation, which counts none.
+    pub work: Option<u64>,
+    /// Steps of the longest chain, where operations are counted.
+    pub depth: Option<u64>,
+    /// Measured seconds.
+    pub seconds: f64,
+}
+
+/// One phase of the machine, over all runs of a stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PhaseLine {
+    /// The stage of generation.
+    pub stage: String,
+    /// The phase.
+    pub phase: &'static str,
+    /// Runs that had it.
+    pub runs: u64,
+    /// Rounds in which it sent.
+    pub rounds: u64,
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Operations counted, in the runs that count them.
+    pub work: Option<u64>,
+    /// Its share of the longest chains of those runs, which follow each other.
+    pub depth: Option<u64>,
+    /// Measured seconds.
+    pub seconds: f64,
+}
+
+/// All runs of the machine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// One by one, in order.
+    pub runs: Vec<RunLine>,
+    /// Phase by phase, stages in order.
+    pub phases: Vec<PhaseLine>,
+}
+
+impl Record {
+    /// Adds a run.
+    pub(super) fn add(
+        &mut self,
+        stage: &str,
+        task: &'static str,
+        points: u64,
+        ledger: &Ledger,
+        seconds: f64,
+    ) {
+        let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
+        self.runs.push(RunLine {
+            stage: stage.to_owned(),
+            task,
+            points,
+            rounds,
+            messages,
+            bytes,
+            work: counts(task).then(|| ledger.phases.iter().map(|p| p.work).sum()),
+            depth: counts(task).then(|| ledger.phases.iter().map(|p| p.critical_depth).sum()),
+            seconds,
+        });
+    }
+
+    /// Adds the phases of a run, those that were counted or measured.
+    pub(super) fn add_phases(
+        &mut self,
+        stage: &str,
+        task: &'static str,
+        ledger: &Ledger,
+        seconds: &[(Phase, f64)],
+    ) {
+        for phase in Phase::ALL {
+            let total = ledger.phases.iter().find(|t| t.phase == phase);
+            let timed = seconds.iter().filter(|(p, _)| *p == phase);
+            if total.is_none() && timed.clone().next().is_none() {
+                continue;
+            }
+            let line = self.phase(stage, phase.name());
+            line.runs += 1;
+            line.seconds += timed.map(|(_, s)| s).sum::<f64>();
+            if let Some(total) = total {
+                line.rounds += total.rounds;
+                line.messages += total.messages;
+                line.bytes += total.bytes;
+                if counts(task) {
+                    *line.work.get_or_insert(0) += total.work;
+                    *line.depth.get_or_insert(0) += total.critical_depth;
+                }
+            }
+        }
+    }
+
+    fn phase(&mut self, stage: &str, phase: &'static str) -> &mut PhaseLine {
+        let at = self.phases.iter().position(|l| l.stage == stage && l.phase == phase);
+        let at = at.unwrap_or_else(|| {
+            self.phases.push(PhaseLine { stage: stage.to_owned(), phase, ..PhaseLine::default() });
+            self.phases.len() - 1
+        });
+        &mut self.phases[at]
+    }
+}

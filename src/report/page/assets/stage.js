@@ -1,0 +1,87 @@
+// What pictures in space share: a canvas, a camera that turns, and a loop that draws when something changed.
+import { ColorManagement, LinearSRGBColorSpace, Scene, WebGLRenderer } from 'three';
+import { Camera } from 'septet/camera';
+
+// Shaders here write the colours that the style sheet names, as they are.
+ColorManagement.enabled = false;
+
+/** Centre and size of a box: a picture's coordinates lie in a unit cube round 0. */
+export function frameOf(low, high) {
+    const centre = [0, 1, 2].map((i) => ((low[i] ?? 0) + (high[i] ?? 0)) / 2);
+    const size = Math.max(...low.map((l, i) => high[i] - l)) || 1;
+    return { centre, size };
+}
+
+export class Stage {
+    /** `before(width, height)` is called when the camera stands and nothing is drawn yet. */
+    constructor(canvas, flat, before) {
+        this.canvas = canvas;
+        this.before = before;
+        this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+        this.renderer.outputColorSpace = LinearSRGBColorSpace;
+        this.scene = new Scene();
+        this.turning = false;
+        this.camera = new Camera(canvas, flat, () => this.request());
+        new ResizeObserver(() => this.request()).observe(canvas.parentElement);
+    }
+
+    request() {
+        if (!this.pending) {
+            this.pending = requestAnimationFrame(() => {
+                this.pending = null;
+                this.draw();
+            });
+        }
+    }
+
+    draw() {
+        const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+        if (this.width !== width || this.height !== height) {
+            [this.width, this.height] = [width, height];
+            this.renderer.setSize(width, height, false);
+        }
+        if (this.turning) {
+            this.camera.place.turn += 0.006;
+            this.request();
+        }
+        this.camera.look(width, height);
+        this.before(width, height);
+        this.renderer.render(this.scene, this.camera.eye);
+    }
+
+    /** Ties the buttons that every picture has. */
+    buttons({ reset, turn, png }, name) {
+        reset.addEventListener('click', () => this.camera.reset());
+        turn.addEventListener('click', () => {
+            this.turning = !this.turning;
+            turn.setAttribute('aria-pressed', String(this.turning));
+            this.request();
+        });
+        png.addEventListener('click', () => {
+            this.draw();
+            const link = document.createElement('a');
+            link.href = this.canvas.toDataURL('image/png');
+            link.download = name;
+            link.click();
+        });
+    }
+
+    /** Ties keys to the camera, and to what else they do. */
+    keys(more) {
+        const { camera } = this;
+        const acts = {
+            ArrowLeft: () => camera.turn(-0.12, 0), ArrowRight: () => camera.turn(0.12, 0),
+            ArrowUp: () => camera.turn(0, 0.1), ArrowDown: () => camera.turn(0, -0.1),
+            '+': () => camera.scale(1.2), '=': () => camera.scale(1.2), '-': () => camera.scale(1 / 1.2),
+            0: () => camera.reset(), ...more,
+        };
+        this.canvas.addEventListener('keydown', (event) => {
+            const act = acts[event.key];
+            if (act && !event.ctrlKey && !event.metaKey && !event.altKey) {
+                event.preventDefault();
+                act();
+            }
+        });
+    }
+}

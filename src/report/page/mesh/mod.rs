@@ -1,0 +1,153 @@
+//! A mesh on the page: its figures with their tables, and its summary. The picture is the page's script's.
+
+mod data;
+mod summary;
+
+use serde_json::json;
+
+pub(super) use data::{MeshData, read};
+pub(super) use summary::{headline, section};
+
+use data::{PhaseRow, Stage};
+
+use super::bars::bars;
+use super::histograms::{Drawn, draw, table};
+use super::{Figure, Table, Variant};
+
+/// The figures of a mesh.
+pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
+    let mut figures = vec![quality(mesh)];
+    figures.extend(stages(&mesh.file.stages));
+    figures.extend(phases(&mesh.file.phases));
+    figures
+}
+
+/// Histograms of what is promised and of what it is worth.
+fn quality(mesh: &MeshData) -> Figure {
+    let (q, space) = (&mesh.file.quality, mesh.file.domain.dimension == 3);
+    let angle = if space { "dihedral angles" } else { "angles" };
+    let mut all = vec![
+        ("radius-edge ratios".to_owned(), Drawn::RadiusEdge, &q.radius_edge),
+        (angle.to_owned(), Drawn::Angles, &q.angles),
+        (format!("smallest {angle}"), Drawn::LeastAngles, &q.least_angles),
+        (format!("largest {angle}"), Drawn::LargestAngles, &q.largest_angles),
+        ("edges over f".to_owned(), Drawn::Lengths, &q.length_over_size),
+    ];
+    if let Some(sizes) = &q.size_over_local_size {
+        all.push(("f over local feature size".to_owned(), Drawn::Sizes, sizes));
+    }
+    let bound = mesh.file.parameters.radius_edge;
+    let variant = |(name, drawn, histogram): (String, Drawn, _)| {
+        let bars = drawn.bars(histogram, bound);
+        Variant { name, body: draw(&bars), table: table(&bars) }
+    };
+    let caption = format!(
+        "Cells whose circumcentres lie in the domain, away from its boundary, are promised a radius-edge ratio of at \
+         most {bound:.4}. Counts beyond the ends of an axis are told at them."
+    );
+    let variants = all.into_iter().map(variant).collect();
+    Figure { id: "mesh-quality", title: "Quality", caption, variants }
+}
+
+/// What is measured of a part of the run: name, unit, value.
+type Measure<T> = (&'static str, &'static str, fn(&T) -> f64);
+
+/// What each stage made and took.
+fn stages(stages: &[Stage]) -> Option<Figure> {
+    let mut measures: Vec<Measure<Stage>> = vec![
+        ("points", "points", |s| s.points as f64),
+        ("candidates", "candidates", |s| s.candidates as f64),
+        ("completion rounds", "rounds", |s| s.completion_rounds as f64),
+        ("set rounds", "rounds", |s| s.set_rounds as f64),
+    ];
+    measures.extend::<[Measure<Stage>; 6]>([
+        ("rounds", "rounds", |s| s.rounds as f64),
+        ("messages", "messages", |s| s.messages as f64),
+        ("bytes", "B", |s| s.bytes as f64),
+        ("work", "operations", |s| s.work as f64),
+        ("depth", "steps", |s| s.depth as f64),
+        ("time (measured)", "s", |s| s.seconds),
+    ]);
+    let mut table = Table::new(&["stage", "candidates", "points", "completion rounds", "set rounds"]);
+    table.columns.extend(TOOK.map(str::to_owned));
+    for s in stages {
+        let made = [json!(s.candidates), json!(s.points), json!(s.completion_rounds), json!(s.set_rounds)];
+        let took = [json!(s.rounds), json!(s.messages), json!(s.bytes), json!(s.work), json!(s.depth)];
+        let row = [json!(s.name)].into_iter().chain(made).chain(took).chain([json!(s.seconds)]);
+        table.rows.push(row.collect());
+    }
+    let variants = variants(stages, |s| s.name.clone(), &measures, &table);
+    let caption =
+        "Points of segments, facets and the volume, one stage after the other. Rounds, messages, bytes, operations and \
+         steps are counts of the modelled machine over all its runs in the stage; seconds are measured."
+            .to_owned();
+    let title = "Meshing stage by stage";
+    (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
+}
+
+/// What is told of stages and phases alike.
+const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
+
+/// What the machine's phases took over all stages; the table has each stage by itself.
+fn phases(phases: &[PhaseRow]) -> Option<Figure> {
+    let mut sums: Vec<PhaseRow> = Vec::new();
+    let mut table = Table::new(&["stage", "phase", "runs"]);
+    table.columns.extend(TOOK.map(str::to_owned));
+    for p in phases {
+        match sums.iter_mut().find(|sum| sum.phase == p.phase) {
+            Some(sum) => sum.add(p),
+            None => sums.push(p.clone()),
+        }
+        let took = [json!(p.rounds), json!(p.messages), json!(p.bytes), json!(p.work), json!(p.depth)];
+        let row = [json!(p.stage), json!(p.phase), json!(p.runs)].into_iter().chain(took);
+        table.rows.push(row.chain([json!(p.seconds)]).collect());
+    }
+    let measures: [Measure<PhaseRow>; 6] = [
+        ("work", "operations", |p| p.work.unwrap_or(0) as f64),
+        ("depth", "steps", |p| p.depth.unwrap_or(0) as f64),
+        ("rounds", "rounds", |p| p.rounds as f64),
+        ("messages", "messages", |p| p.messages as f64),
+        ("bytes", "B", |p| p.bytes as f64),
+        ("time (measured)", "s", |p| p.seconds),
+    ];
+    let variants = variants(&sums, |p| p.phase.clone(), &measures, &table);
+    let caption = "The phases of the machine, summed over all its runs: independent sets of candidates, and \
+                   triangulations of the points so far, which count no operations. The table tells stages apart."
+        .to_owned();
+    let title = "Meshing phase by phase";
+    (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
+}
+
+impl PhaseRow {
+    fn add(&mut self, other: &PhaseRow) {
+        self.runs += other.runs;
+        self.rounds += other.rounds;
+        self.messages += other.messages;
+        self.bytes += other.bytes;
+        for (sum, more) in [(&mut self.work, other.work), (&mut self.depth, other.depth)] {
+            *sum = sum.map_or(more, |sum| Some(sum + more.unwrap_or(0)));
+        }
+        self.seconds += other.seconds;
+    }
+}
+
+/// A drawing for each measure that is not zero throughout.
+fn variants<T>(
+    parts: &[T],
+    name: impl Fn(&T) -> String,
+    measures: &[Measure<T>],
+    table: &Table,
+) -> Vec<Variant> {
+    let mut variants = Vec::new();
+    for &(measure, unit, value) in measures {
+        let named: Vec<(String, f64)> =
+            parts.iter().map(|p| (name(p), value(p))).filter(|p| p.1 > 0.0).collect();
+        if !named.is_empty() {
+            let rows: Vec<(&str, bool, f64)> = named.iter().map(|(n, v)| (n.as_str(), true, *v)).collect();
+            let label = if unit == measure { measure.to_owned() } else { format!("{measure} [{unit}]") };
+            let body = bars(&rows, &label);
+            variants.push(Variant { name: measure.to_owned(), body, table: table.clone() });
+        }
+    }
+    variants
+}
