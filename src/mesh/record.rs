@@ -27,6 +27,8 @@ pub struct RunLine {
     pub task: &'static str,
     /// Points or candidates given to it.
     pub points: u64,
+    /// Levels of its partition tree.
+    pub levels: u32,
     /// Rounds in which something was sent.
     pub rounds: u64,
     /// Messages.
@@ -88,6 +90,7 @@ impl Record {
             stage: stage.to_owned(),
             task,
             points,
+            levels: ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0),
             rounds,
             messages,
             bytes,

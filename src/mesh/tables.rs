@@ -64,9 +64,18 @@ impl MeshReport {
     }
 
     fn run_table(&self) -> Table {
-        let counts = ["points", "rounds", "work", "depth", "messages", "bytes"];
+        let counts = ["points", "levels", "rounds", "work", "depth", "messages", "bytes"];
         let rows = self.runs.iter().enumerate().map(|(i, r)| {
-            let counts = [Some(r.points), Some(r.rounds), r.work, r.depth, Some(r.messages), Some(r.bytes)];
+            let levels = u64::from(r.levels);
+            let counts = [
+                Some(r.points),
+                Some(levels),
+                Some(r.rounds),
+                r.work,
+                r.depth,
+                Some(r.messages),
+                Some(r.bytes),
+            ];
             row([i.to_string(), r.stage.clone(), r.task.to_owned()], counts, r.seconds)
         });
         let heading = ["Runs", "Runs of the machine: modelled | measured"];
