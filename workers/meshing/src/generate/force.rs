@@ -77,6 +77,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             if round == MOST_ROUNDS || self.vertices.len() as u64 > self.rules.most {
                 return Err(Failure::Missing(Missing { features: lacking.features() }));
             }
+            if std::env::var("DBG").is_ok() { eprintln!("round {round}: {:?}", lacking.features()); }
             let forced = self.divided(planes, &lacking);
             if self.complete_forced(forced).map_err(Failure::Machine)? == 0 {
                 return Err(Failure::Missing(Missing { features: lacking.features() }));
@@ -109,8 +110,24 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 continue;
             }
             let plane = &planes[f as usize];
+            let flat = |p: P| plane.of(super::facets::as_space(p));
+            let (from, to) = (flat((a + b + c) / 3.0), flat(centre));
+            let own: Vec<usize> = (0..pieces.len()).filter(|&i| self.holders.of(&Carrier::Segment(pieces[i].0)).contains(&f)).collect();
+            let cut = own.iter().copied().filter_map(|i| {
+                let [p, q] = pieces[i].1.map(|v| flat(self.vertices.points[v as usize]));
+                let side = |x: glam::DVec2| (q - p).perp_dot(x - p);
+                let (s, u) = (side(from), side(to));
+                let (d, e) = (to - from, |x: glam::DVec2| (to - from).perp_dot(x - from));
+                let _ = d;
+                ((s > 0.0) != (u > 0.0) && (e(p) > 0.0) != (e(q) > 0.0)).then(|| (s / (s - u), i))
+            }).min_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((_, i)) = cut {
+                let (s, piece) = pieces[i];
+                forced.push(self.halved(s, piece));
+                continue;
+            }
             let held = plane.holds(plane.of(super::facets::as_space(centre)));
-            // A centre beyond the facet's border although outside of all balls: the middle serves.
+            if !held && std::env::var("DBG").is_ok() { eprintln!("not held {f} {t:?}"); }
             let at = if held { centre } else { (a + b + c) / 3.0 };
             forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
         }
