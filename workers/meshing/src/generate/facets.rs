@@ -51,7 +51,7 @@ impl Plane {
         DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]))
     }
 
-    fn lift(&self, q: DVec2) -> DVec3 {
+    pub(super) fn lift(&self, q: DVec2) -> DVec3 {
         self.origin + self.axes[0] * q.x + self.axes[1] * q.y
     }
 
@@ -245,6 +245,6 @@ pub(super) fn as_space<P: Point>(p: P) -> DVec3 {
     DVec3::new(p.coord(0), p.coord(1), if P::DIM == 3 { p.coord(2) } else { 0.0 })
 }
 
-fn from_space<P: Point>(p: DVec3) -> P {
+pub(super) fn from_space<P: Point>(p: DVec3) -> P {
     P::from_coords(&p.to_array())
 }

@@ -15,14 +15,16 @@
 //! **Source.** Ruppert (1995), section 5; Shewchuk (2002), conforming triangulations; Cohen-Steiner, Colin de Verdiere
 //! and Yvinec (2004).
 
+use glam::DVec2;
 use septet_geometry::incremental::facet_without;
 use septet_geometry::point::{Simplex, dist2};
 
 use super::balls::{Ball, Balls};
 use super::cells::is_flat;
-use super::facets::{Plane, Triangles, circumcircle};
+use super::facets::{Plane, Triangles, circumcircle, from_space};
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
+use super::witness::Near;
 use super::work::Work;
 use super::{Failure, Missing};
 use crate::domain::Feature;
@@ -31,7 +33,7 @@ use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// Rounds before the generator gives up.
-const MOST_ROUNDS: u32 = 60;
+const MOST_ROUNDS: u32 = 100;
 
 /// What a triangulation lacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -63,72 +65,111 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         &mut self,
         planes: &[Plane],
         mut chains: Chains,
-        mut triangles: Triangles,
+        triangles: Triangles,
     ) -> Result<(Chains, Triangles), Failure<M::Error>> {
+        let mut by_facet = vec![Vec::new(); planes.len()];
+        triangles.into_iter().for_each(|(f, t)| by_facet[f as usize].push(t));
         for round in 0.. {
-            let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
-            let lacking = self.lacking(&delaunay, planes, &chains, &triangles);
-            if lacking.is_empty() {
-                break;
-            }
+            let triangles = listed(&by_facet);
+            let forced = match self.unwitnessed(planes, &chains, &triangles, width(round)) {
+                Ok(witnesses) => {
+                    let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
+                    let lacking = self.lacking(&delaunay, planes, &chains, &triangles);
+                    if lacking.is_empty() {
+                        self.triangles = Balls::new(self.balls_of_triangles(&triangles));
+                        self.closed = Balls::new(witnesses);
+                        return Ok((chains, triangles));
+                    }
+                    if std::env::var("DBG").is_ok() {
+                        eprintln!("lacking {:?}", lacking.features());
+                    }
+                    self.divided(planes, &chains, &lacking)
+                }
+                Err(lacking) => {
+                    if std::env::var("DBG").is_ok() {
+                        let f = lacking.features();
+                        eprintln!("round {round} {} pieces {} triangles of {}: {:?}", lacking.pieces.len(), lacking.triangles.len(), f.len(), &f[..f.len().min(5)]);
+                    }
+                    if round == MOST_ROUNDS || self.vertices.len() as u64 > self.rules.most {
+                        return Err(Failure::Missing(Missing { features: lacking.features() }));
+                    }
+                    self.divided(planes, &chains, &lacking)
+                }
+            };
             if round == 0 {
                 self.begin("force");
             }
-            if round == MOST_ROUNDS || self.vertices.len() as u64 > self.rules.most {
-                return Err(Failure::Missing(Missing { features: lacking.features() }));
-            }
-            if std::env::var("DBG").is_ok() { eprintln!("round {round}: {:?}", lacking.features()); }
-            let forced = self.divided(planes, &lacking);
-            if self.complete_forced(forced).map_err(Failure::Machine)? == 0 {
-                return Err(Failure::Missing(Missing { features: lacking.features() }));
-            }
+            let before = self.vertices.len();
+            self.complete_forced(forced).map_err(Failure::Machine)?;
+            let stale = self.facets_of(&self.vertices.carriers[before..]);
             chains = self.chains();
             self.pieces = Balls::new(self.balls_of_pieces(&chains));
-            let all: Vec<u32> = (0..planes.len() as u32).collect();
-            let mut by_facet = vec![Vec::new(); planes.len()];
-            self.triangulate_facets(planes, &chains, &all, &mut by_facet).map_err(Failure::Machine)?;
-            triangles =
-                (0u32..).zip(by_facet).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
+            self.triangulate_facets(planes, &chains, &stale, &mut by_facet).map_err(Failure::Machine)?;
         }
-        self.triangles = Balls::new(self.balls_of_triangles(&triangles));
-        Ok((chains, triangles))
+        Ok((chains, Vec::new()))
+    }
+
+    /// The facets that hold these.
+    fn facets_of(&self, carriers: &[Carrier]) -> Vec<u32> {
+        let mut facets: Vec<u32> =
+            if P::DIM == 2 { Vec::new() } else { carriers.iter().flat_map(|c| self.holders.of(c)).copied().collect() };
+        facets.sort_unstable();
+        facets.dedup();
+        facets
+    }
+
+    /// The witnesses of triangles whose smallest ball is none; or else what has no witness.
+    fn unwitnessed(
+        &self,
+        planes: &[Plane],
+        chains: &Chains,
+        triangles: &Triangles,
+        widest: f64,
+    ) -> Result<Vec<Ball<P>>, Lacking> {
+        let _ = planes;
+        let near = Near::new(&self.vertices.points);
+        let pieces = pieces_of(chains);
+        let empty = self.machine.map(&pieces, |&(_, [a, b])| {
+            let [p, q] = [a, b].map(|v| self.vertices.points[v as usize]);
+            near.is_empty(&Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) })
+        });
+        let pieces: Vec<(u32, [u32; 2])> =
+            pieces.into_iter().zip(empty).filter(|(_, empty)| !empty).map(|(piece, _)| piece).collect();
+        if !pieces.is_empty() {
+            return Err(Lacking { pieces, triangles: Vec::new() });
+        }
+        let found = self.machine.map(triangles, |(_, t)| {
+            near.witness(t.map(|v| self.vertices.points[v as usize]), widest)
+        });
+        let lacking: Triangles =
+            triangles.iter().zip(&found).filter(|(_, found)| found.is_none()).map(|(t, _)| *t).collect();
+        if lacking.is_empty() {
+            return Ok(found.into_iter().flatten().collect());
+        }
+        Err(Lacking { pieces: Vec::new(), triangles: lacking })
     }
 
     /// Where what is missing is divided; the size of a site is the radius of what it divides.
-    fn divided(&self, planes: &[Plane], lacking: &Lacking) -> Vec<(Site<P>, Carrier)> {
+    fn divided(&self, planes: &[Plane], chains: &Chains, lacking: &Lacking) -> Vec<(Site<P>, Carrier)> {
         let mut forced: Vec<(Site<P>, Carrier)> =
             lacking.pieces.iter().map(|&(s, piece)| self.halved(s, piece)).collect();
-        let chains = self.chains();
-        let pieces: Vec<(u32, [u32; 2])> =
-            (0u32..).zip(&chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect();
+        let pieces = pieces_of(chains);
         for &(f, t) in &lacking.triangles {
+            let plane = &planes[f as usize];
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
-            if let Some(&i) = self.pieces.holding(centre).first() {
-                let (s, piece) = pieces[i as usize];
-                forced.push(self.halved(s, piece));
-                continue;
-            }
-            let plane = &planes[f as usize];
             let flat = |p: P| plane.of(super::facets::as_space(p));
-            let (from, to) = (flat((a + b + c) / 3.0), flat(centre));
-            let own: Vec<usize> = (0..pieces.len()).filter(|&i| self.holders.of(&Carrier::Segment(pieces[i].0)).contains(&f)).collect();
-            let cut = own.iter().copied().filter_map(|i| {
-                let [p, q] = pieces[i].1.map(|v| flat(self.vertices.points[v as usize]));
-                let side = |x: glam::DVec2| (q - p).perp_dot(x - p);
-                let (s, u) = (side(from), side(to));
-                let (d, e) = (to - from, |x: glam::DVec2| (to - from).perp_dot(x - from));
-                let _ = d;
-                ((s > 0.0) != (u > 0.0) && (e(p) > 0.0) != (e(q) > 0.0)).then(|| (s / (s - u), i))
-            }).min_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((_, i)) = cut {
-                let (s, piece) = pieces[i];
+            let own = |s: u32| self.holders.of(&Carrier::Segment(s)).contains(&f);
+            let own: Vec<&(u32, [u32; 2])> = pieces.iter().filter(|p| own(p.0)).collect();
+            let ends: Vec<[DVec2; 2]> =
+                own.iter().map(|p| p.1.map(|v| flat(self.vertices.points[v as usize]))).collect();
+            let behind = first_crossed(&ends, [flat((a + b + c) / 3.0), flat(centre)]).map(|i| own[i]);
+            let held = || self.pieces.holding(centre).first().map(|&i| &pieces[i as usize]);
+            if let Some(&(s, piece)) = behind.or_else(held) {
                 forced.push(self.halved(s, piece));
                 continue;
             }
-            let held = plane.holds(plane.of(super::facets::as_space(centre)));
-            if !held && std::env::var("DBG").is_ok() { eprintln!("not held {f} {t:?}"); }
-            let at = if held { centre } else { (a + b + c) / 3.0 };
+            let at = from_space(plane.lift(flat(centre)));
             forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
         }
         forced
@@ -242,6 +283,34 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             .map(|(there, whole): (&f64, &f64)| (there - whole).abs() <= 1e-12 * whole)
             .collect()
     }
+}
+
+/// All pieces with their segments.
+fn pieces_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
+    (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
+}
+
+/// All triangles with their facets.
+fn listed(by_facet: &[Vec<[u32; 3]>]) -> Triangles {
+    (0u32..).zip(by_facet).flat_map(|(f, t)| t.iter().map(move |t| (f, *t))).collect()
+}
+
+/// The first of some segments of the plane that a way crosses.
+fn first_crossed(segments: &[[DVec2; 2]], [from, to]: [DVec2; 2]) -> Option<usize> {
+    let crossed = |(i, [p, q]): (usize, &[DVec2; 2])| {
+        let beside = |x: DVec2| (*q - *p).perp_dot(x - *p);
+        let along = |x: DVec2| (to - from).perp_dot(x - from);
+        let (s, t) = (beside(from), beside(to));
+        ((s > 0.0) != (t > 0.0) && (along(*p) > 0.0) != (along(*q) > 0.0)).then(|| (s / (s - t), i))
+    };
+    let crossed = segments.iter().enumerate().filter_map(crossed);
+    crossed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+}
+
+/// How wide witnesses may be.
+fn width(round: u32) -> f64 {
+    let omega: f64 = std::env::var("OMEGA").map_or(1.25, |x| x.parse().unwrap());
+    if round < 30 { omega } else { omega * f64::from(round - 28) }
 }
 
 /// Where a piece that begins at a corner is divided: at the power of two nearest to half of its length, as a part of it.

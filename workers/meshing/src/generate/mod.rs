@@ -45,6 +45,7 @@ pub mod remesh;
 mod segments;
 mod vertices;
 mod volume;
+mod witness;
 mod work;
 
 use crate::domain::{Domain, Feature};
