@@ -169,6 +169,12 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 forced.push(self.halved(s, piece));
                 continue;
             }
+            if std::env::var("DBG").is_ok() && lacking.triangles.len() < 3 {
+                let near = Near::new(&self.vertices.points);
+                eprintln!("  facet {f} {t:?} r {:e} sides {:?} carriers {:?} centre {centre:?} own {:?}", radius2.sqrt(), [dist2(a,b).sqrt(), dist2(b,c).sqrt(), dist2(c,a).sqrt()], t.map(|v| self.vertices.carriers[v as usize]), self.domain.facets[f as usize].boundary.iter().map(|s| (s, &self.domain.segments[*s as usize].facets)).collect::<Vec<_>>());
+                for (v, p) in self.vertices.points.iter().enumerate() { if (Ball { centre, radius2: radius2 * 1.01}).holds(*p) { eprintln!("      near {v} {:?} depth {:e} height {:e} {p:?}", self.vertices.carriers[v], 1.0 - (dist2(centre, *p)/radius2).sqrt(), { let n = P::hull_normal(&[b - a, c - a]); n.dot(*p - a) / n.norm2().sqrt() }); } }
+                let _ = near;
+            }
             let at = from_space(plane.lift(flat(centre)));
             forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
         }
