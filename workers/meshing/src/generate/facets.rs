@@ -31,7 +31,7 @@ pub(super) struct Plane {
 }
 
 /// Rounding of a place in a plane, relative to the largest coordinate.
-const ROUNDING: f64 = 1e-14;
+pub(super) const ROUNDING: f64 = 1e-14;
 
 impl Plane {
     fn new(walls: &[[DVec3; 3]]) -> Self {
@@ -186,8 +186,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 t.sort_unstable();
                 t
             });
-            let mut own: Vec<[u32; 3]> =
-                own.filter(|t| !self.is_on_a_line(t, &planes[f as usize])).collect();
+            let mut own: Vec<[u32; 3]> = own.filter(|t| !self.is_on_a_line(t, &planes[f as usize])).collect();
             // Whatever order a machine gives them.
             own.sort_unstable();
             triangles[f as usize] = own;
@@ -202,7 +201,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         triangle.iter().all(on_segment)
             && (!self.lines.common(carriers, triangle).is_empty() || {
                 let [a, b, c] = triangle.map(|v| plane.of(as_space(self.vertices.points[v as usize])));
-                let longest = [a - b, b - c, c - a].into_iter().map(DVec2::length_squared).fold(0.0, f64::max);
+                let longest =
+                    [a - b, b - c, c - a].into_iter().map(DVec2::length_squared).fold(0.0, f64::max);
                 (b - a).perp_dot(c - a).abs() <= plane.rounding * longest.sqrt()
             })
     }

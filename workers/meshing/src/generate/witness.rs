@@ -22,6 +22,14 @@ use crate::bvh::{Bounds, Bvh};
 /// How far beyond the end of the interval a ball is looked for, as a part of the offset.
 const BEYOND: f64 = 0.25;
 
+/// A ball through the corners of a triangle that holds no vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Witness<P> {
+    pub(super) ball: Ball<P>,
+    /// Is it the smallest ball through them?
+    pub(super) smallest: bool,
+}
+
 /// Vertices that can be asked for.
 pub(super) struct Near<'a, P> {
     points: &'a [P],
@@ -53,18 +61,18 @@ impl<'a, P: Point> Near<'a, P> {
 
     /// A ball through the corners of a triangle that holds no vertex and has at most `widest` times the radius of the
     /// smallest one, if there is one.
-    pub(super) fn witness(&self, corners: [P; 3], widest: f64) -> Option<Ball<P>> {
+    pub(super) fn witness(&self, corners: [P; 3], widest: f64) -> Option<Witness<P>> {
         let [a, b, c] = corners;
         let small = circumcircle(a, b, c);
         let mut axis = Axis::new(small, P::hull_normal(&[b - a, c - a]));
         self.inside(&small, |p| axis.exclude(p));
-        let Some(end) = axis.nearest()? else { return Some(small) };
+        let Some(end) = axis.nearest()? else { return Some(Witness { ball: small, smallest: true }) };
         if 1.0 + end * end / small.radius2 > widest * widest {
             return None;
         }
         self.inside(&axis.ball(end * (1.0 + BEYOND)), |p| axis.exclude(p));
         let offset = axis.beyond(end)?;
-        Some(axis.ball(offset))
+        Some(Witness { ball: axis.ball(offset), smallest: false })
     }
 }
 
@@ -120,5 +128,45 @@ impl<P: Point> Axis<P> {
         let far = end * (1.0 + BEYOND);
         let far = if other.is_finite() && (other - far) * end < 0.0 { 0.5 * (end + other) } else { far };
         ((far - end) * end > 1e-6 * end * end).then_some(far)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use proptest::prelude::*;
+    use septet_geometry::point::dist2;
+
+    fn vector() -> impl Strategy<Value = DVec3> {
+        [-1.0..1.0f64, -1.0..1.0, -1.0..1.0].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn witnesses_are_balls_without_vertices(points in prop::collection::vec(vector(), 4..24), widest in 1.0..4.0f64) {
+            let near = Near::new(&points);
+            let corners = [points[0], points[1], points[2]];
+            let small = circumcircle(corners[0], corners[1], corners[2]);
+            prop_assume!(small.radius2 < 100.0);
+            let empty = |ball: &Ball<DVec3>| !points.iter().any(|&p| ball.holds(p));
+            let found = near.witness(corners, widest);
+            prop_assert_eq!(found.is_some_and(|w| w.smallest), empty(&small));
+            // All balls of an axis, one after the other.
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+            let ball = |z: f64| Ball { centre: small.centre + normal * z, radius2: small.radius2 + z * z };
+            let furthest = (small.radius2 * (widest * widest - 1.0)).sqrt();
+            let offsets = (-200..=200).map(|i| f64::from(i) / 200.0 * furthest);
+            let by_all = offsets.into_iter().any(|z| empty(&ball(z)));
+            prop_assert!(found.is_some() || !by_all);
+            if let Some(Witness { ball, .. }) = found {
+                prop_assert!(empty(&ball));
+                for c in corners {
+                    prop_assert!((dist2(c, ball.centre) / ball.radius2 - 1.0).abs() < 1e-9);
+                }
+                let most = widest * widest * (1.0 + BEYOND) * (1.0 + BEYOND);
+                prop_assert!(ball.radius2 <= most * small.radius2 * (1.0 + 1e-9));
+            }
+        }
     }
 }
