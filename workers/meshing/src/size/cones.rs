@@ -126,10 +126,8 @@ impl<P: Point> Cones<P> {
             let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
             return cones.iter().map(|c| self.value(c, x)).fold(known, f64::min);
         }
-        let mut children = [at + 1, node.right].map(|child| (self.bound(child, x), child));
-        if children[1].0 < children[0].0 {
-            children.swap(0, 1);
-        }
+        let (left, right) = ((self.bound(at + 1, x), at + 1), (self.bound(node.right, x), node.right));
+        let children = if right.0 < left.0 { [right, left] } else { [left, right] };
         for (bound, child) in children {
             if bound < known {
                 known = self.search(child, x, known);
