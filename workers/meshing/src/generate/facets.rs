@@ -44,7 +44,7 @@ impl Plane {
             .into_iter()
             .min_by(|a, b| n.dot(*a).abs().total_cmp(&n.dot(*b).abs()));
         let u = n.cross(small.unwrap_or(DVec3::X)).normalize();
-        let coordinates = walls.iter().flatten().flat_map(|p| p.to_array());
+        let coordinates = walls.iter().flatten().flat_map(DVec3::to_array);
         let rounding = ROUNDING * coordinates.fold(0.0, |largest, x| x.abs().max(largest));
         let axes = [u, n.cross(u)];
         let mut plane =

@@ -57,7 +57,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         triangles: Triangles,
     ) -> Result<(Chains, Triangles), Failure<M::Error>> {
         let mut by_facet: ByFacet = vec![Vec::new(); planes.len()];
-        triangles.into_iter().for_each(|(f, t)| by_facet[f as usize].push(t));
+        for (f, t) in triangles {
+            by_facet[f as usize].push(t);
+        }
         let mut round = 0;
         loop {
             let triangles = listed(&by_facet);

@@ -144,7 +144,9 @@ fn worst_ratio(made: &Generated<DVec3>) -> f64 {
 /// Points on which nothing lies on an axis, and what is flat is so but for rounding.
 fn turned(points: &mut [DVec3]) {
     let turn = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
-    points.iter_mut().for_each(|p| *p = turn * *p);
+    for p in points {
+        *p = turn * *p;
+    }
 }
 
 /// A torus of quadrangles, each two triangles that are coplanar but for rounding: no angle between facets is small,

@@ -66,7 +66,12 @@ impl<'a, P: Point> Near<'a, P> {
         let small = circumcircle(a, b, c);
         let mut axis = Axis::new(small, P::hull_normal(&[b - a, c - a]));
         self.inside(&small, |p| axis.exclude(p));
-        let Some(end) = axis.nearest()? else { return Some(Witness { ball: small, smallest: true }) };
+        if !axis.is_open() {
+            return None;
+        }
+        let Some(end) = axis.nearest() else {
+            return Some(Witness { ball: small, smallest: true });
+        };
         if 1.0 + end * end / small.radius2 > widest * widest {
             return None;
         }
@@ -106,20 +111,24 @@ impl<P: Point> Axis<P> {
         } else {
             self.range = [f64::INFINITY, f64::NEG_INFINITY];
         }
+        self.is_open()
+    }
+
+    /// Is there an offset left?
+    fn is_open(&self) -> bool {
         self.range[0] < self.range[1]
     }
 
-    /// The end of the interval that is nearest to 0; none if it holds 0. Nothing if the interval is empty.
-    fn nearest(&self) -> Option<Option<f64>> {
+    /// The end of the interval that is nearest to 0; none if it holds 0.
+    fn nearest(&self) -> Option<f64> {
         let [low, high] = self.range;
-        let end = if low > 0.0 {
+        if low > 0.0 {
             Some(low)
         } else if high < 0.0 {
             Some(high)
         } else {
             None
-        };
-        (low < high).then_some(end)
+        }
     }
 
     /// An offset inside of the interval, not far from an end of it; nothing if there is none beyond rounding.
