@@ -19,7 +19,7 @@ impl<P: Point> Ball<P> {
         dist2(self.centre, x) < self.radius2 * (1.0 - 1e-10)
     }
 
-    fn bounds(&self) -> Bounds<P> {
+    pub(super) fn bounds(&self) -> Bounds<P> {
         let half = P::splat(self.radius2.sqrt() * (1.0 + 1e-12));
         Bounds { low: self.centre - half, high: self.centre + half }
     }

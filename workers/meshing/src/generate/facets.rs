@@ -26,7 +26,12 @@ pub(super) struct Plane {
     axes: [DVec3; 2],
     walls: Vec<[DVec2; 3]>,
     tree: Bvh<DVec2>,
+    /// Points of the facet are no farther than this from where they would be without rounding.
+    rounding: f64,
 }
+
+/// Rounding of a place in a plane, relative to the largest coordinate.
+pub(super) const ROUNDING: f64 = 1e-14;
 
 impl Plane {
     fn new(walls: &[[DVec3; 3]]) -> Self {
@@ -39,8 +44,11 @@ impl Plane {
             .into_iter()
             .min_by(|a, b| n.dot(*a).abs().total_cmp(&n.dot(*b).abs()));
         let u = n.cross(small.unwrap_or(DVec3::X)).normalize();
+        let coordinates = walls.iter().flatten().flat_map(DVec3::to_array);
+        let rounding = ROUNDING * coordinates.fold(0.0, |largest, x| x.abs().max(largest));
+        let axes = [u, n.cross(u)];
         let mut plane =
-            Plane { origin: wall[0], axes: [u, n.cross(u)], walls: Vec::new(), tree: Bvh::new(Vec::new()) };
+            Plane { origin: wall[0], axes, walls: Vec::new(), tree: Bvh::new(Vec::new()), rounding };
         plane.walls = walls.iter().map(|w| w.map(|p| plane.of(p))).collect();
         plane.tree = Bvh::new(plane.walls.iter().map(|w| Bounds::of(*w)).collect());
         plane
@@ -51,7 +59,7 @@ impl Plane {
         DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]))
     }
 
-    fn lift(&self, q: DVec2) -> DVec3 {
+    pub(super) fn lift(&self, q: DVec2) -> DVec3 {
         self.origin + self.axes[0] * q.x + self.axes[1] * q.y
     }
 
@@ -178,7 +186,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 t.sort_unstable();
                 t
             });
-            let mut own: Vec<[u32; 3]> = own.filter(|t| !self.is_on_a_segment(t)).collect();
+            let mut own: Vec<[u32; 3]> = own.filter(|t| !self.is_on_a_line(t, &planes[f as usize])).collect();
             // Whatever order a machine gives them.
             own.sort_unstable();
             triangles[f as usize] = own;
@@ -186,11 +194,17 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         Ok(())
     }
 
-    /// Are all corners of a triangle on one segment? It is flat but for rounding.
-    fn is_on_a_segment(&self, triangle: &[u32; 3]) -> bool {
+    /// Are all corners of a triangle on one segment, or on several that lie on one line? It is flat but for rounding.
+    fn is_on_a_line(&self, triangle: &[u32; 3], plane: &Plane) -> bool {
         let carriers = &self.vertices.carriers;
         let on_segment = |v: &u32| matches!(carriers[*v as usize], Carrier::Corner(_) | Carrier::Segment(_));
-        triangle.iter().all(on_segment) && !self.lines.common(carriers, triangle).is_empty()
+        triangle.iter().all(on_segment)
+            && (!self.lines.common(carriers, triangle).is_empty() || {
+                let [a, b, c] = triangle.map(|v| plane.of(as_space(self.vertices.points[v as usize])));
+                let longest =
+                    [a - b, b - c, c - a].into_iter().map(DVec2::length_squared).fold(0.0, f64::max);
+                (b - a).perp_dot(c - a).abs() <= plane.rounding * longest.sqrt()
+            })
     }
 
     fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<(Site<P>, Carrier)> {
@@ -245,6 +259,6 @@ pub(super) fn as_space<P: Point>(p: P) -> DVec3 {
     DVec3::new(p.coord(0), p.coord(1), if P::DIM == 3 { p.coord(2) } else { 0.0 })
 }
 
-fn from_space<P: Point>(p: DVec3) -> P {
+pub(super) fn from_space<P: Point>(p: DVec3) -> P {
     P::from_coords(&p.to_array())
 }

@@ -1,134 +1,153 @@
-//! Points that are forced where features meet at less than 90 degrees.
+//! Points that are forced so that nothing of the domain is lost.
 //!
-//! **Statement.** A piece (a triangle) is *missing* if it is no edge (no face) of the Delaunay triangulation. As long as
-//! there are any, missing pieces are divided, and missing triangles get their circumcentre; where that lies in the ball
-//! of a piece, the piece is divided instead. Points are placed although they are closer to others than f. Without
-//! angles below 90 degrees nothing is missing when the stage begins.
+//! **Statement.** At the end no vertex lies in the smallest ball of a piece, and every triangle has a [`super::witness`] of
+//! at most [`WIDEST`] times its radius. Those balls are closed to the points of the volume, so nothing can be lost any more, and
+//! cells at the boundary have radii no larger than those of its triangles by more than that. What breaks the rule is divided
+//! ([`super::divide`]), pieces before triangles, although points then are closer than f. Without angles below 90 degrees
+//! there is nothing to do.
 //!
-//! **Termination.** Pieces at a corner are divided at a distance from it that is a power of two, so that those of
-//! all segments there end on common spheres, whatever their angle (Ruppert's concentric shells): pieces between the
-//! same two spheres leave each other's ends outside. Triangles that share an edge with a segment's piece cannot be driven
-//! out by points of the other facets around it: the sphere through a piece and one apex on each of two facets meets either
-//! plane in a circumcircle, which is empty. For the others no proof is known for all angles, so rounds are limited, and what
-//! is missing at the end is an error with the features that cause it.
+//! **Termination.** *Pieces.* Points of facets are kept out of the balls of pieces, so only corners and points of other segments
+//! can be in them. Segments without a common corner have a distance; those with one are divided on common spheres:
+//! pieces of equal length from a corner, and pieces between the same two spheres, leave each other's ends outside; one
+//! sphere more is inside of a ball only if the piece is longer than its distance from the next segment, which is
+//! proportional to that from the corner. So lengths of pieces are bounded below, by lfs times a constant of the angles.
 //!
-//! **Source.** Ruppert (1995), section 5; Shewchuk (2002), conforming triangulations; Cohen-Steiner, Colin de Verdiere
-//! and Yvinec (2004).
+//! *Triangles.* The centre of one is placed because a vertex v of another facet is no farther than its diameter. Facets without a
+//! common point have a distance; at angles of at least 90 degrees v would lie in the ball of a piece between. So radii are
+//! bounded below by the distance from the common corner or segment times the sine of the angle there. Triangles with an edge on
+//! the segment itself have a witness whatever the angles, of some width: the sphere through a piece and one apex on each of
+//! two facets meets both planes in circumcircles, which are empty. What no proof is known for is that points come
+//! no closer to the segment: each row of triangles may ask for a finer one below. At angles of some ten degrees they do not,
+//! below one degree they do. So after [`PATIENT`] rounds wider balls will do, and more and more, which is what the Delaunay
+//! triangulation asks for itself; and if that has no end either, the features are an error.
+//!
+//! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 
-use septet_geometry::incremental::facet_without;
-use septet_geometry::point::{Simplex, dist2};
+use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
-use super::cells::is_flat;
-use super::facets::{Plane, Triangles, circumcircle};
-use super::machine::{Machine, Triangulation};
-use super::segments::Chains;
+use super::facets::{Plane, ROUNDING, Triangles};
+use super::lacking::Lacking;
+use super::machine::Machine;
+use super::segments::{Chains, pieces_of};
+use super::witness::Near;
 use super::work::Work;
 use super::{Failure, Missing};
-use crate::domain::Feature;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// Rounds before the generator gives up.
-const MOST_ROUNDS: u32 = 60;
+/// The largest radius of a witness, over that of the triangle.
+pub const WIDEST: f64 = 1.25;
 
-/// What a triangulation lacks.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Lacking {
-    /// Segments, and the ends of pieces.
-    pub(super) pieces: Vec<(u32, [u32; 2])>,
-    /// Facets, and the corners of triangles.
-    pub(super) triangles: Vec<(u32, [u32; 3])>,
-}
+/// Rounds before witnesses may be wider, and before the generator gives up.
+const PATIENT: u32 = 30;
+const MOST_ROUNDS: u32 = 90;
 
-impl Lacking {
-    pub(super) fn is_empty(&self) -> bool {
-        self.pieces.is_empty() && self.triangles.is_empty()
-    }
-
-    /// The features, each once, with the number of pieces or triangles of each.
-    pub(super) fn features(&self) -> Vec<(Feature, u32)> {
-        let segments = self.pieces.iter().map(|p| Feature::Segment(p.0));
-        let mut all: Vec<Feature> =
-            segments.chain(self.triangles.iter().map(|t| Feature::Facet(t.0))).collect();
-        all.sort_unstable();
-        all.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as u32)).collect()
-    }
-}
+/// A facet's triangles, by facets.
+type ByFacet = Vec<Vec<[u32; 3]>>;
 
 impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// Forces points until nothing is missing. The chains and triangles that are then in the triangulation.
+    /// Forces points until nothing is missing. The chains and triangles that are then in the triangulation; triangles and
+    /// witnesses are closed.
     pub(super) fn force(
         &mut self,
         planes: &[Plane],
         mut chains: Chains,
-        mut triangles: Triangles,
+        triangles: Triangles,
     ) -> Result<(Chains, Triangles), Failure<M::Error>> {
-        for round in 0.. {
-            let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
-            let lacking = self.lacking(&delaunay, planes, &chains, &triangles);
-            if lacking.is_empty() {
-                break;
+        let mut by_facet: ByFacet = vec![Vec::new(); planes.len()];
+        for (f, t) in triangles {
+            by_facet[f as usize].push(t);
+        }
+        let mut round = 0;
+        loop {
+            let triangles = listed(&by_facet);
+            let lacking = match self.witnesses(&chains, &triangles, width(round)) {
+                Err(lacking) => lacking,
+                Ok(witnesses) => {
+                    // What is lacking now is so by rounding.
+                    let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
+                    let lacking = self.lacking(&delaunay, planes, &chains, &triangles);
+                    if lacking.is_empty() {
+                        self.triangles = Balls::new(self.balls_of_triangles(&triangles));
+                        self.closed = Balls::new(witnesses);
+                        return Ok((chains, triangles));
+                    }
+                    lacking
+                }
+            };
+            let forced = self.divided(planes, &chains, &lacking);
+            let finest = forced.iter().map(|f| f.0.size).fold(f64::INFINITY, f64::min);
+            if round == MOST_ROUNDS || finest < self.coarse_rounding() {
+                return Err(Failure::Missing(Missing { features: lacking.features() }));
+            }
+            if self.vertices.len() as u64 > self.rules.most {
+                return Err(Failure::TooMany(self.rules.most));
             }
             if round == 0 {
                 self.begin("force");
             }
-            if round == MOST_ROUNDS || self.vertices.len() as u64 > self.rules.most {
-                return Err(Failure::Missing(Missing { features: lacking.features() }));
-            }
-            let forced = self.divided(planes, &lacking);
-            if self.complete_forced(forced).map_err(Failure::Machine)? == 0 {
-                return Err(Failure::Missing(Missing { features: lacking.features() }));
-            }
+            round += 1;
+            let before = self.vertices.len();
+            self.complete_forced(forced).map_err(Failure::Machine)?;
+            let stale = self.facets_of(before);
             chains = self.chains();
             self.pieces = Balls::new(self.balls_of_pieces(&chains));
-            let all: Vec<u32> = (0..planes.len() as u32).collect();
-            let mut by_facet = vec![Vec::new(); planes.len()];
-            self.triangulate_facets(planes, &chains, &all, &mut by_facet).map_err(Failure::Machine)?;
-            triangles =
-                (0u32..).zip(by_facet).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
+            self.triangulate_facets(planes, &chains, &stale, &mut by_facet).map_err(Failure::Machine)?;
         }
-        self.triangles = Balls::new(self.balls_of_triangles(&triangles));
-        Ok((chains, triangles))
     }
 
-    /// Where what is missing is divided; the size of a site is the radius of what it divides.
-    fn divided(&self, planes: &[Plane], lacking: &Lacking) -> Vec<(Site<P>, Carrier)> {
-        let mut forced: Vec<(Site<P>, Carrier)> =
-            lacking.pieces.iter().map(|&(s, piece)| self.halved(s, piece)).collect();
-        let chains = self.chains();
-        let pieces: Vec<(u32, [u32; 2])> =
-            (0u32..).zip(&chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect();
-        for &(f, t) in &lacking.triangles {
-            let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
-            let Ball { centre, radius2 } = circumcircle(a, b, c);
-            if let Some(&i) = self.pieces.holding(centre).first() {
-                let (s, piece) = pieces[i as usize];
-                forced.push(self.halved(s, piece));
-                continue;
-            }
-            let plane = &planes[f as usize];
-            let held = plane.holds(plane.of(super::facets::as_space(centre)));
-            // A centre beyond the facet's border although outside of all balls: the middle serves.
-            let at = if held { centre } else { (a + b + c) / 3.0 };
-            forced.push((Site { at, size: radius2.sqrt() }, Carrier::Facet(f)));
-        }
-        forced
+    /// A length well above what rounding does to coordinates.
+    fn coarse_rounding(&self) -> f64 {
+        let points = self.domain.points();
+        let largest = points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs())).fold(0.0, f64::max);
+        100.0 * ROUNDING * largest
     }
 
-    /// The place that divides a piece.
-    fn halved(&self, s: u32, [a, b]: [u32; 2]) -> (Site<P>, Carrier) {
-        let (p, q) = (self.vertices.points[a as usize], self.vertices.points[b as usize]);
-        let length = dist2(p, q).sqrt();
-        let is_corner = |v: u32| matches!(self.vertices.carriers[v as usize], Carrier::Corner(_));
-        let t = match (is_corner(a), is_corner(b)) {
-            (true, false) => shell(length),
-            (false, true) => 1.0 - shell(length),
-            _ => 0.5,
-        };
-        let at = p + (q - p) * t;
-        (Site { at, size: 0.25 * length }, Carrier::Segment(s))
+    /// The facets that hold the vertices from a number on.
+    fn facets_of(&self, first: usize) -> Vec<u32> {
+        if P::DIM == 2 {
+            return Vec::new();
+        }
+        let new = &self.vertices.carriers[first..];
+        let mut facets: Vec<u32> = new.iter().flat_map(|c| self.holders.of(c)).copied().collect();
+        facets.sort_unstable();
+        facets.dedup();
+        facets
+    }
+
+    /// Witnesses of the triangles whose smallest ball is none; or else the pieces whose balls hold vertices; or, if there
+    /// are no such pieces, the triangles that have no witness.
+    fn witnesses(
+        &self,
+        chains: &Chains,
+        triangles: &Triangles,
+        widest: f64,
+    ) -> Result<Vec<Ball<P>>, Lacking> {
+        let near = Near::new(&self.vertices.points);
+        let pieces = self.encroached(&near, chains);
+        if !pieces.is_empty() {
+            return Err(Lacking { pieces, triangles: Vec::new() });
+        }
+        let corners = |t: &[u32; 3]| t.map(|v| self.vertices.points[v as usize]);
+        let found = self.machine.map(triangles, |(_, t)| near.witness(corners(t), widest));
+        let without = triangles.iter().zip(&found).filter(|(_, found)| found.is_none());
+        let lacking: Triangles = without.map(|(t, _)| *t).collect();
+        if !lacking.is_empty() {
+            return Err(Lacking { pieces: Vec::new(), triangles: lacking });
+        }
+        Ok(found.into_iter().flatten().filter_map(|w| (!w.smallest).then_some(w.ball)).collect())
+    }
+
+    /// The pieces whose balls hold vertices.
+    pub(super) fn encroached(&self, near: &Near<'_, P>, chains: &Chains) -> Vec<(u32, [u32; 2])> {
+        let pieces = pieces_of(chains);
+        let empty = self.machine.map(&pieces, |&(_, piece)| {
+            let [p, q] = piece.map(|v| self.vertices.points[v as usize]);
+            near.is_empty(&Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) })
+        });
+        pieces.into_iter().zip(empty).filter(|(_, empty)| !empty).map(|(piece, _)| piece).collect()
     }
 
     /// Places forced points as far as they are independent, with the sizes of the function.
@@ -140,97 +159,14 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
         Ok(placed)
     }
-
-    /// What is not in the triangulation.
-    pub(super) fn lacking(
-        &self,
-        delaunay: &Triangulation<P::Cell>,
-        planes: &[Plane],
-        chains: &Chains,
-        triangles: &Triangles,
-    ) -> Lacking {
-        let (edges, faces) = self.carried(delaunay);
-        let pieces = (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]])));
-        let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
-        let pieces = pieces.filter(absent).collect();
-        let absent = |(_, t): &&(u32, [u32; 3])| {
-            let mut t = *t;
-            t.sort_unstable();
-            faces.binary_search(&t).is_err()
-        };
-        let mut missing: Triangles = triangles.iter().filter(absent).copied().collect();
-        missing.sort_unstable();
-        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, triangles, &faces) };
-        missing.retain(|(f, _)| !whole[*f as usize]);
-        Lacking { pieces, triangles: missing }
-    }
-
-    /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
-    /// is not flat; ascending.
-    fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
-        let carriers = &self.vertices.carriers;
-        let (mut edges, mut faces) = (Vec::new(), Vec::new());
-        let on_segment = |v: u32| matches!(carriers[v as usize], Carrier::Corner(_) | Carrier::Segment(_));
-        for (cell, across) in delaunay.cells.iter().zip(&delaunay.neighbours) {
-            let vertices = cell.as_ref();
-            for (i, &a) in vertices.iter().enumerate().filter(|(_, v)| on_segment(**v)) {
-                edges.extend(vertices[..i].iter().filter(|&&b| on_segment(b)).map(|&b| [a.min(b), a.max(b)]));
-            }
-            if P::DIM == 2
-                || vertices.iter().filter(|v| carriers[**v as usize] != Carrier::Volume).count() < 3
-            {
-                continue;
-            }
-            if is_flat(&self.flats, carriers, vertices) {
-                continue;
-            }
-            for &v in vertices {
-                let face = facet_without::<P>(cell, v);
-                if !self.holders.common(carriers, face.as_ref()).is_empty() {
-                    let mut row = [0; 3];
-                    row.copy_from_slice(face.as_ref());
-                    row.sort_unstable();
-                    faces.push(row);
-                }
-            }
-            debug_assert_eq!(across.as_ref().len(), P::Cell::LEN);
-        }
-        edges.sort_unstable();
-        edges.dedup();
-        faces.sort_unstable();
-        faces.dedup();
-        (edges, faces)
-    }
-
-    /// Do the faces that are there tile each facet, although they are not the triangles of its own triangulation? So
-    /// it may be where four points lie on a circle as nearly as they can be rounded.
-    fn tiled(&self, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> Vec<bool> {
-        let area = |f: u32, t: &[u32; 3]| {
-            let plane = &planes[f as usize];
-            let [a, b, c] = t.map(|v| plane.of(super::facets::as_space(self.vertices.points[v as usize])));
-            (b - a).perp_dot(c - a).abs()
-        };
-        let (mut there, mut whole) = (vec![0.0; planes.len()], vec![0.0; planes.len()]);
-        for face in faces {
-            if let Some(f) = self.facet_of(face, planes) {
-                there[f as usize] += area(f, face);
-            }
-        }
-        for (f, t) in triangles {
-            whole[*f as usize] += area(*f, t);
-        }
-        there
-            .iter()
-            .zip(&whole)
-            .map(|(there, whole): (&f64, &f64)| (there - whole).abs() <= 1e-12 * whole)
-            .collect()
-    }
 }
 
-/// Where a piece that begins at a corner is divided: at the power of two nearest to half of its length, as a part of it.
-fn shell(length: f64) -> f64 {
-    let half = 0.5 * length;
-    let below = f64::from_bits(half.to_bits() >> 52 << 52);
-    let power = if half > below * std::f64::consts::SQRT_2 { 2.0 * below } else { below };
-    power / length
+/// All triangles with their facets.
+fn listed(by_facet: &[Vec<[u32; 3]>]) -> Triangles {
+    (0u32..).zip(by_facet).flat_map(|(f, t)| t.iter().map(move |t| (f, *t))).collect()
+}
+
+/// How wide witnesses may be.
+fn width(round: u32) -> f64 {
+    WIDEST * f64::from(round.saturating_sub(PATIENT) + 1)
 }

@@ -29,22 +29,26 @@
 //!
 //! **Departures.** Features come in the order of their dimension, each completed before the next begins, so a
 //! centre that lies in a ball of what is complete is given up and not replaced: that is where g comes from. Where
-//! features meet at less than 90 degrees, pieces and triangles whose balls hold a point are divided although that
-//! spaces points more closely than f ([`force`]).
+//! features meet at less than 90 degrees, pieces whose balls hold a point, and triangles without a ball of little more than
+//! their radius that holds none, are divided although that spaces points more closely than f ([`force`]). The balls that are
+//! found so are closed to the points of the volume too, so 1 holds with them in the place of the smallest ones.
 //!
 //! **Rounds and work.** Of every stage: one independent set, then one a round of completion; each triangulation and
 //! each set is a run of the [`Machine`].
 
 mod balls;
 mod cells;
+mod divide;
 mod facets;
 mod finish;
 mod force;
+mod lacking;
 mod machine;
 pub mod remesh;
 mod segments;
 mod vertices;
 mod volume;
+mod witness;
 mod work;
 
 use crate::domain::{Domain, Feature};

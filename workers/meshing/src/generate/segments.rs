@@ -18,6 +18,11 @@ use crate::space::Space;
 /// The vertices on every segment, in order.
 pub(super) type Chains = Vec<Vec<u32>>;
 
+/// All pieces with their segments.
+pub(super) fn pieces_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
+    (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
+}
+
 impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     /// Places the points of all segments.
     pub(super) fn segments(&mut self) -> Result<Chains, M::Error> {

@@ -131,6 +131,86 @@ fn a_wedge_of_ten_degrees() {
     is_sound(&domain, &made);
 }
 
+/// The largest R / l of the cells.
+fn worst_ratio(made: &Generated<DVec3>) -> f64 {
+    let inside = made.delaunay.cells.iter().zip(&made.labels.of).filter(|(_, l)| **l < Labels::FLAT);
+    let ratio = |c: &[u32; 4]| {
+        let corners = c.map(|v| made.vertices.points[v as usize]);
+        (circumradius2(&corners) / shortest_edge2(&corners)).sqrt()
+    };
+    inside.map(|(c, _)| ratio(c)).fold(0.0, f64::max)
+}
+
+/// Points on which nothing lies on an axis, and what is flat is so but for rounding.
+fn turned(points: &mut [DVec3]) {
+    let turn = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
+    for p in points {
+        *p = turn * *p;
+    }
+}
+
+/// A torus of quadrangles, each two triangles that are coplanar but for rounding: no angle between facets is small,
+/// plane angles are.
+fn torus(u: u32, v: u32) -> Input<DVec3> {
+    let angle = |i: u32, n: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+    let mut points = Vec::new();
+    let mut faces = Vec::new();
+    for (i, j) in (0..u).flat_map(|i| (0..v).map(move |j| (i, j))) {
+        let (a, b) = (angle(i, u), angle(j, v));
+        let r = 2.0 + 0.7 * b.cos();
+        points.push(DVec3::new(r * a.cos(), r * a.sin(), 0.7 * b.sin()));
+        let at = |i: u32, j: u32| i % u * v + j % v;
+        let [p, q, r, s] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        faces.extend([vec![p, q, r], vec![p, r, s]]);
+    }
+    Input::surface(points, faces)
+}
+
+/// A disc with `n` corners, whose top is a fan from one of them and whose bottom is a fan from the next: needles that lie
+/// in one plane but for rounding.
+fn fans(n: u32) -> Input<DVec3> {
+    let corner = |i: u32, z: f64| {
+        let a = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+        DVec3::new(a.cos(), a.sin(), z)
+    };
+    let mut points: Vec<DVec3> = (0..2 * n).map(|i| corner(i % n, if i < n { 0.0 } else { 0.4 })).collect();
+    turned(&mut points);
+    let mut faces = Vec::new();
+    for i in 0..n {
+        let j = (i + 1) % n;
+        faces.extend([vec![i, j, n + j], vec![i, n + j, n + i]]);
+    }
+    for i in 1..n - 1 {
+        faces.extend([vec![n, n + i, n + i + 1], vec![1, (i + 2) % n, i + 1]]);
+    }
+    Input::surface(points, faces)
+}
+
+#[test]
+fn a_torus_whatever_the_slope() {
+    for (lipschitz, most) in [(0.06, 6.0), (0.12, 6.0), (0.25, 6.0), (0.5, 6.0)] {
+        let (domain, made) = meshed(&torus(12, 8), lipschitz, None);
+        is_sound(&domain, &made);
+        assert!(worst_ratio(&made) < most, "{lipschitz}: {}", worst_ratio(&made));
+        let forced = made.stages.iter().find(|s| s.name == "force").unwrap();
+        assert!(forced.completion <= 12, "{forced:?}");
+    }
+}
+
+#[test]
+fn fans_of_needles() {
+    let (domain, made) = meshed(&fans(16), 0.5, None);
+    assert!(domain.small_angles(12.0).len() > 20);
+    is_sound(&domain, &made);
+    assert!(worst_ratio(&made) < 40.0, "{}", worst_ratio(&made));
+}
+
+#[test]
+fn without_small_angles_nothing_is_forced() {
+    let (_, made) = meshed(&cube(), 0.25, Some(0.5));
+    assert!(made.stages.iter().all(|s| s.name != "force"), "{:?}", made.stages);
+}
+
 #[test]
 fn slivers_are_taken_out() {
     for (input, size) in [(cube(), 0.35), (cube(), 0.2)] {

@@ -10,7 +10,7 @@ use septet_geometry::point::{Point, Simplex, dist2};
 use super::balls::{Ball, Balls};
 use super::cells::Labels;
 use super::facets::{Plane, Triangles, circumcircle};
-use super::force::Lacking;
+use super::lacking::Lacking;
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
 use super::work::{CANDIDATES, Rules, SIDE, Work};

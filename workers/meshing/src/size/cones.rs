@@ -100,16 +100,34 @@ impl<P: Point> Cones<P> {
         if self.nodes.is_empty() { known } else { self.search(0, x, known) }
     }
 
+    /// Is a value at the point below this one?
+    fn any_below(&self, x: P, value: f64) -> bool {
+        let mut stack = vec![0];
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            if self.bound(at, x) >= value {
+                continue;
+            }
+            if node.right == 0 {
+                let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
+                if cones.iter().any(|c| self.value(c, x) < value) {
+                    return true;
+                }
+            } else {
+                stack.extend([node.right, at + 1]);
+            }
+        }
+        false
+    }
+
     fn search(&self, at: u32, x: P, mut known: f64) -> f64 {
         let node = &self.nodes[at as usize];
         if node.right == 0 {
             let cones = &self.tips[node.range.0 as usize..node.range.1 as usize];
             return cones.iter().map(|c| self.value(c, x)).fold(known, f64::min);
         }
-        let mut children = [at + 1, node.right].map(|child| (self.bound(child, x), child));
-        if children[1].0 < children[0].0 {
-            children.swap(0, 1);
-        }
+        let (left, right) = ((self.bound(at + 1, x), at + 1), (self.bound(node.right, x), node.right));
+        let children = if right.0 < left.0 { [right, left] } else { [left, right] };
         for (bound, child) in children {
             if bound < known {
                 known = self.search(child, x, known);
@@ -122,7 +140,7 @@ impl<P: Point> Cones<P> {
     #[must_use]
     pub fn filtered(self) -> Self {
         // Strictly above, so of a chain of cones above each other the last one stays.
-        let stays = |c: &&Cone<P>| self.at(c.at) >= c.size;
+        let stays = |c: &&Cone<P>| !self.any_below(c.at, c.size);
         let cones = self.tips.iter().filter(stays).copied().collect();
         Cones::new(self.slope, cones)
     }

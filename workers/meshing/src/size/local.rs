@@ -87,17 +87,19 @@ impl<'a, P: Space> Local<'a, P> {
         &self.middles
     }
 
-    /// The height above `m` of cones that stand, and of `lfs(y) + L |m y|` for some points y.
-    fn seen(&self, m: P, pair: Option<[u32; 2]>, near: &[(f64, u32)]) -> f64 {
-        let Some(pair) = pair else { return f64::INFINITY };
+    /// Is a cone above `m` nowhere below one that stands, or above `lfs(y) + L |m y|` for one of some points y? Those that cost
+    /// least are asked first.
+    fn is_above(&self, height: f64, m: P, pair: Option<[u32; 2]>, near: &[(f64, u32)]) -> bool {
+        let Some(pair) = pair else { return false };
         let cone = |y: P, size: f64| size + self.slope * (y - m).norm2().sqrt();
-        let looks = near.iter().take(LOOKS).map(|&(_, i)| self.middles[i as usize]);
-        let middles = looks.map(|c| cone(c.at, c.size));
+        let mut looks = near.iter().take(LOOKS).map(|&(_, i)| self.middles[i as usize]);
+        if looks.any(|c| height > cone(c.at, c.size)) {
+            return true;
+        }
         let ends = pair.map(|i| self.features.closest(i, m));
         let towards = [ends[1], (ends[0] + ends[1]) * 0.5];
-        let steps = towards.into_iter().flat_map(|t| [0.5, 0.75, 1.0].map(|part| m + (t - m) * part));
-        let steps = steps.map(|y| cone(y, self.by_pair(pair, y)));
-        middles.chain(steps).fold(f64::INFINITY, f64::min)
+        let mut steps = towards.into_iter().flat_map(|t| [1.0, 0.75, 0.5].map(|part| m + (t - m) * part));
+        steps.any(|y| height > cone(y, self.by_pair(pair, y)))
     }
 
     /// The simplices within a distance.
@@ -121,7 +123,7 @@ impl<P: Space> Rule<P> for Local<'_, P> {
         let error = (1.0 + self.slope) * cell.radius();
         let cone = Cone { at: m, size: size - error };
         let drops = !self.middles.is_empty();
-        if drops && (cone.size >= self.user.at(m) || cone.size > self.seen(m, pair, &near)) {
+        if drops && (cone.size >= self.user.at(m) || self.is_above(cone.size, m, pair, &near)) {
             return Verdict::Drop;
         }
         if error <= self.loss * size.max(self.user.least) {

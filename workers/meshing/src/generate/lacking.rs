@@ -1,0 +1,130 @@
+//! What a triangulation lacks.
+//!
+//! **Statement.** A piece (a triangle) is *missing* if it is no edge (no face) of the Delaunay triangulation. Where four
+//! points of a facet are on a circle as nearly as can be rounded, the faces that are there may be others than those of
+//! the facet's own triangulation: then it is enough that they tile it.
+//!
+//! **Work and depth.** `O(m log m)`: edges and faces are sorted.
+
+use septet_geometry::incremental::facet_without;
+use septet_geometry::point::Simplex;
+
+use super::cells::is_flat;
+use super::facets::{Plane, Triangles, as_space};
+use super::machine::{Machine, Triangulation};
+use super::segments::Chains;
+use super::work::Work;
+use crate::domain::Feature;
+use crate::mesh::Carrier;
+use crate::space::Space;
+
+/// What a triangulation lacks.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Lacking {
+    /// Segments, and the ends of pieces.
+    pub(super) pieces: Vec<(u32, [u32; 2])>,
+    /// Facets, and the corners of triangles.
+    pub(super) triangles: Vec<(u32, [u32; 3])>,
+}
+
+impl Lacking {
+    pub(super) fn is_empty(&self) -> bool {
+        self.pieces.is_empty() && self.triangles.is_empty()
+    }
+
+    /// The features, each once, with the number of pieces or triangles of each.
+    pub(super) fn features(&self) -> Vec<(Feature, u32)> {
+        let segments = self.pieces.iter().map(|p| Feature::Segment(p.0));
+        let mut all: Vec<Feature> =
+            segments.chain(self.triangles.iter().map(|t| Feature::Facet(t.0))).collect();
+        all.sort_unstable();
+        all.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as u32)).collect()
+    }
+}
+
+impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+    /// What is not in the triangulation.
+    pub(super) fn lacking(
+        &self,
+        delaunay: &Triangulation<P::Cell>,
+        planes: &[Plane],
+        chains: &Chains,
+        triangles: &Triangles,
+    ) -> Lacking {
+        let (edges, faces) = self.carried(delaunay);
+        let pieces = (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]])));
+        let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
+        let pieces = pieces.filter(absent).collect();
+        let absent = |(_, t): &&(u32, [u32; 3])| {
+            let mut t = *t;
+            t.sort_unstable();
+            faces.binary_search(&t).is_err()
+        };
+        let mut missing: Triangles = triangles.iter().filter(absent).copied().collect();
+        missing.sort_unstable();
+        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, triangles, &faces) };
+        missing.retain(|(f, _)| !whole[*f as usize]);
+        Lacking { pieces, triangles: missing }
+    }
+
+    /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
+    /// is not flat; ascending.
+    fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
+        let carriers = &self.vertices.carriers;
+        let (mut edges, mut faces) = (Vec::new(), Vec::new());
+        let on_segment = |v: u32| matches!(carriers[v as usize], Carrier::Corner(_) | Carrier::Segment(_));
+        for (cell, across) in delaunay.cells.iter().zip(&delaunay.neighbours) {
+            let vertices = cell.as_ref();
+            for (i, &a) in vertices.iter().enumerate().filter(|(_, v)| on_segment(**v)) {
+                edges.extend(vertices[..i].iter().filter(|&&b| on_segment(b)).map(|&b| [a.min(b), a.max(b)]));
+            }
+            if P::DIM == 2
+                || vertices.iter().filter(|v| carriers[**v as usize] != Carrier::Volume).count() < 3
+            {
+                continue;
+            }
+            if is_flat(&self.flats, carriers, vertices) {
+                continue;
+            }
+            for &v in vertices {
+                let face = facet_without::<P>(cell, v);
+                if !self.holders.common(carriers, face.as_ref()).is_empty() {
+                    let mut row = [0; 3];
+                    row.copy_from_slice(face.as_ref());
+                    row.sort_unstable();
+                    faces.push(row);
+                }
+            }
+            debug_assert_eq!(across.as_ref().len(), P::Cell::LEN);
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        faces.sort_unstable();
+        faces.dedup();
+        (edges, faces)
+    }
+
+    /// Do the faces that are there tile each facet, although they are not the triangles of its own triangulation? So
+    /// it may be where four points lie on a circle as nearly as they can be rounded.
+    fn tiled(&self, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> Vec<bool> {
+        let area = |f: u32, t: &[u32; 3]| {
+            let plane = &planes[f as usize];
+            let [a, b, c] = t.map(|v| plane.of(as_space(self.vertices.points[v as usize])));
+            (b - a).perp_dot(c - a).abs()
+        };
+        let (mut there, mut whole) = (vec![0.0; planes.len()], vec![0.0; planes.len()]);
+        for face in faces {
+            if let Some(f) = self.facet_of(face, planes) {
+                there[f as usize] += area(f, face);
+            }
+        }
+        for (f, t) in triangles {
+            whole[*f as usize] += area(*f, t);
+        }
+        there
+            .iter()
+            .zip(&whole)
+            .map(|(there, whole): (&f64, &f64)| (there - whole).abs() <= 1e-12 * whole)
+            .collect()
+    }
+}
