@@ -27,12 +27,14 @@
 //!
 //! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
 
+mod beside;
 mod deviation;
 mod kept;
 mod refine;
 mod restricted;
 mod ridges;
 mod surface;
+mod thin;
 mod topology;
 
 use crate::domain::Domain;
