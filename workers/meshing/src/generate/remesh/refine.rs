@@ -15,6 +15,7 @@ use super::topology::{crowded, lost, unfaced, useful};
 use super::{DEFAULT_DISTANCE, Options};
 use crate::angles::cosine;
 use crate::bvh::Bvh;
+use crate::conformity::LOOSE;
 use crate::domain::Feature;
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::machine::Machine;
@@ -289,15 +290,19 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
     /// Where the boundary is farther from the surface than was asked for: the faces' s, and vertices of the surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
-        let Some(limit) = self.distance else { return Vec::new() };
         let (machine, points) = (&*self.work.machine, &self.work.vertices.points);
+        let sizes = &self.work.vertices.sizes;
+        let limit = |row: usize| {
+            let sizes = made.faces[row].vertices.map(|v| sizes[v as usize]);
+            self.distance.unwrap_or(LOOSE * sizes[0].max(sizes[1]).max(sizes[2]))
+        };
         let faces: Vec<[P; 3]> = made.faces.iter().map(|f| f.vertices.map(|v| points[v as usize])).collect();
         let far = of_faces(machine, &self.surface, &faces);
         let vertices = of_vertices(machine, self.work.domain, &faces);
-        let faces = made.faces.iter().zip(far).filter(|(_, d)| *d > limit);
-        let mut found: Vec<Candidate<P>> = faces.map(|(f, _)| self.on_surface(f)).collect();
-        for (d, at) in vertices {
-            if d > limit
+        let faces = made.faces.iter().zip(far).enumerate().filter(|(row, (_, d))| *d > limit(*row));
+        let mut found: Vec<Candidate<P>> = faces.map(|(_, (f, _))| self.on_surface(f)).collect();
+        for (d, at, row) in vertices {
+            if d > limit(row)
                 && let Some(place) = self.surface.nearest(at)
             {
                 found.push(self.at_surface(Site { at, size: d }, place.facet));

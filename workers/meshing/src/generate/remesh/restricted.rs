@@ -135,7 +135,6 @@ impl<P: Space> Restricted<P> {
     ) -> Option<Face<P>> {
         let (cell, j) =
             (&self.delaunay.cells[i as usize], self.delaunay.neighbours[i as usize].as_ref()[slot]);
-        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
         let apex = cell.as_ref()[slot];
         let mut vertices = [0; 3];
         vertices.copy_from_slice(facet_without::<P>(cell, apex).as_ref());

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use septet_geometry::measure::{circumcentre, circumradius2};
 
-use super::{DEFAULT_PARTS, Deviation, Kept, Options, remesh};
-use crate::conformity::check_remeshed;
+use super::{DEFAULT_PARTS, Kept, Options, remesh};
+use crate::conformity::{Deviation, Follow, check_remeshed};
 use crate::domain::Domain;
 use crate::generate::{Alone, Failure, Labels, Rules};
 use crate::input::Input;
@@ -44,9 +44,9 @@ fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remesh
     let worst = inside.map(ratio).fold(0.0, f64::max);
     let stages = made.stages.clone();
     let mesh = made.into_mesh(&domain);
-    let found = check_remeshed(&domain, &mesh);
+    let found = check_remeshed(&domain, &mesh, &Follow { feature_angle: ANGLE, distance: options.distance });
     assert!(found.is_clean(), "{found:?}");
-    let deviation = Deviation::of(&domain, &mesh, &Alone { seed: 1 });
+    let deviation = found.deviation.unwrap();
     for stage in stages {
         eprintln!("  {stage:?}");
     }
@@ -143,7 +143,7 @@ fn torus(thin: f64, m: u32, n: u32) -> Input<DVec3> {
 fn is_sound(found: &Remeshed, number: i64, limit: f64, area: f64) {
     assert_eq!(euler(&found.mesh), number);
     assert!(found.worst <= 1.0, "{}", found.worst);
-    let Deviation { of_boundary, of_surface } = found.deviation;
+    let Deviation { of_boundary, of_surface, .. } = found.deviation;
     assert!(of_boundary <= limit && of_surface <= limit, "{:?}", found.deviation);
     let scale = 0.5f64.powi(3 * found.domain.simplices.exponent);
     let gap = (volume(&found.mesh) - found.domain.measure() * scale).abs();
