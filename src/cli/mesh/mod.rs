@@ -20,7 +20,6 @@ use septet::meshing::conformity::Conformity;
 use septet::meshing::defect::Defect;
 use septet::meshing::domain::Domain;
 use septet::meshing::facet::Triangulate;
-use septet::meshing::generate::remesh::Deviation;
 use septet::meshing::input::Input;
 use septet::meshing::mesh::{Mesh, StageLine};
 use septet::meshing::quality::Quality;

@@ -13,7 +13,7 @@
 use septet_geometry::point::dist2;
 
 use super::refine::{Candidate, Refinement};
-use super::restricted::{Face, Ring};
+use super::restricted::Face;
 use super::ridges::Chord;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
@@ -31,12 +31,12 @@ const OUTSIDE: f64 = 2.0;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     /// The candidate that makes a chord an edge of the boundary.
-    pub(super) fn for_chord(&self, chord: &Chord<P>, ring: &Ring<P>) -> Candidate<P> {
-        let Some(face) = &ring.face else { return chord.candidate() };
+    pub(super) fn for_chord(&self, chord: &Chord<P>, face: Option<&Face<P>>) -> Candidate<P> {
+        let Some(face) = face else { return chord.candidate() };
         if !self.work.pieces.hold(face.place.at) {
             return self.on_surface(face);
         }
-        if let Some(mirrored) = self.mirrored(chord, face, &ring.vertices) {
+        if let Some(mirrored) = self.mirrored(chord, face) {
             return mirrored;
         }
         let outside = face.radius * face.radius > OUTSIDE * chord.ball.radius2;
@@ -44,7 +44,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     }
 
     /// The vertex of a face that is not the chord's, turned around the chord towards s.
-    fn mirrored(&self, chord: &Chord<P>, face: &Face<P>, ring: &[u32]) -> Option<Candidate<P>> {
+    fn mirrored(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
         let points = &self.work.vertices.points;
         let [p, q] = chord.ends.map(|v| points[v as usize]);
         let x = face.vertices.into_iter().find(|v| !chord.ends.contains(v)).map(|v| points[v as usize])?;
@@ -60,7 +60,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         let near = self.surface.nearest(turned)?;
         let within = |a: P, b: P, part: f64| dist2(a, b) <= part * part * distance * distance;
         if !within(near.at, turned, OFF)
-            || ring.iter().any(|&v| within(near.at, points[v as usize], NEAR))
+            || points.iter().any(|&v| within(near.at, v, NEAR))
             || self.work.pieces.hold(near.at)
         {
             return None;

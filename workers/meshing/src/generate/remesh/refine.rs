@@ -221,9 +221,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let mut lacking: Vec<&Chord<P>> = self.chords.iter().filter(lacks).collect();
         lacking.sort_unstable_by_key(|c| ascending(c.ends));
         let ends: Vec<[u32; 2]> = lacking.iter().map(|c| ascending(c.ends)).collect();
-        let rings = if ends.is_empty() { Vec::new() } else { made.rings(&self.work, &self.surface, &ends) };
+        let rings =
+            if ends.is_empty() { Vec::new() } else { made.crossed_twice(&self.work, &self.surface, &ends) };
         let mut found: Vec<Candidate<P>> =
-            lacking.iter().zip(&rings).map(|(chord, ring)| self.for_chord(chord, ring)).collect();
+            lacking.iter().zip(&rings).map(|(chord, ring)| self.for_chord(chord, ring.as_ref())).collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
         let judged = self.work.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];

@@ -8,8 +8,10 @@
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
+use septet_geometry::predicates::orientation;
 
 use super::surface::{Place, Surface};
+use crate::generate::balls::Ball;
 use crate::generate::cells::Labels;
 use crate::generate::facets::circumcircle;
 use crate::generate::machine::{Machine, Triangulation};
@@ -32,26 +34,6 @@ pub(super) struct Face<P> {
     pub(super) centre: P,
 }
 
-/// What is around an edge.
-#[derive(Clone, Debug)]
-pub(super) struct Ring<P> {
-    /// The face with the largest surface ball of those whose dual edge crosses the surface an even number of times and that are
-    /// no faces of the boundary for that.
-    pub(super) face: Option<Face<P>>,
-    /// The vertices that cells have beside the edge, ascending.
-    pub(super) vertices: Vec<u32>,
-}
-
-impl<P: Space> Ring<P> {
-    fn offer(&mut self, new: Face<P>) {
-        let is_behind =
-            |old: &Face<P>| new.radius.total_cmp(&old.radius).then(old.vertices.cmp(&new.vertices)).is_gt();
-        if self.face.as_ref().is_none_or(is_behind) {
-            self.face = Some(new);
-        }
-    }
-}
-
 /// A triangulation with its boundary.
 pub(super) struct Restricted<P: Point> {
     pub(super) delaunay: Triangulation<P::Cell>,
@@ -65,6 +47,9 @@ pub(super) struct Restricted<P: Point> {
 /// Six times its volume over the product of three of its edges, up to which a cell is flat but for rounding: its corners are
 /// rounded off a plane, and its circumcentre may be anywhere on a line.
 const FLAT: f64 = 1e-10;
+
+/// How far off the circle of the others, relative to its squared radius, a corner of a flat cell may be to be on it.
+const CIRCULAR: f64 = 1e-6;
 
 /// How far to the side of a flat cell's circle, over its radius, the cell's centre is taken to be.
 const ASIDE: f64 = 1e-6;
@@ -86,7 +71,8 @@ impl<P: Space> Restricted<P> {
         let found: Vec<(P, Option<u32>)> = found.into_iter().flatten().collect();
         let flat = |&i: &u32| found[i as usize].1.is_none();
         let flat: Vec<u32> = numbers.iter().copied().filter(flat).collect();
-        let placed = work.machine.map(&flat, |&i| flattened(work, &delaunay, &found, i));
+        let far = 2.0 * surface.diagonal();
+        let placed = work.machine.map(&flat, |&i| flattened(work, &delaunay, &found, far, i));
         let (mut centres, of): (Vec<P>, Vec<_>) = found.into_iter().unzip();
         let mut labels = Labels { of: of.into_iter().map(|l| l.unwrap_or(Labels::OUT)).collect() };
         for (&i, (centre, label)) in flat.iter().zip(placed) {
@@ -176,40 +162,37 @@ impl<P: Space> Restricted<P> {
         surface.crossing(from, to, a).or_else(nearest)
     }
 
-    /// What is around each of these edges (ends ascending, sorted).
-    pub(super) fn rings<M: Machine<P> + Sync>(
+    /// For each of these edges (ends ascending, sorted) the face with the largest surface ball around it whose dual edge crosses
+    /// the surface an even number of times and is no face of the boundary for that.
+    pub(super) fn crossed_twice<M: Machine<P> + Sync>(
         &self,
         work: &Work<'_, P, M>,
         surface: &Surface<P>,
         edges: &[[u32; 2]],
-    ) -> Vec<Ring<P>> {
-        let mut rings: Vec<Ring<P>> = vec![Ring { face: None, vertices: Vec::new() }; edges.len()];
+    ) -> Vec<Option<Face<P>>> {
+        let mut largest: Vec<Option<Face<P>>> = vec![None; edges.len()];
         let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
         for (i, cell) in (0u32..).zip(&self.delaunay.cells) {
             let mut row = [0; 4];
             row.copy_from_slice(cell.as_ref());
             for (slot, &j) in self.delaunay.neighbours[i as usize].as_ref().iter().enumerate() {
+                if label(j) != label(i) || j != u32::MAX && j < i {
+                    continue;
+                }
                 let mut face: Vec<u32> = row.iter().copied().filter(|&v| v != row[slot]).collect();
                 face.sort_unstable();
-                let around =
-                    [([0, 1], 2), ([0, 2], 1), ([1, 2], 0)].map(|(e, x)| (e.map(|k| face[k]), face[x]));
-                let around =
-                    around.into_iter().filter_map(|(e, x)| edges.binary_search(&e).ok().zip(Some(x)));
-                for (e, x) in around {
-                    rings[e].vertices.push(x);
-                    if label(j) != label(i) || j != u32::MAX && j < i {
-                        continue;
+                let around = [[face[0], face[1]], [face[0], face[2]], [face[1], face[2]]];
+                for e in around.into_iter().filter_map(|e| edges.binary_search(&e).ok()) {
+                    let Some(new) = self.face(work, surface, i, slot, false) else { break };
+                    let order =
+                        |f: &Face<P>| new.radius.total_cmp(&f.radius).then(f.vertices.cmp(&new.vertices));
+                    if largest[e].is_none_or(|f| order(&f).is_gt()) {
+                        largest[e] = Some(new);
                     }
-                    let Some(new) = self.face(work, surface, i, slot, false) else { continue };
-                    rings[e].offer(new);
                 }
             }
         }
-        for ring in &mut rings {
-            ring.vertices.sort_unstable();
-            ring.vertices.dedup();
-        }
-        rings
+        largest
     }
 
     /// Do cells of two components share the face?
@@ -242,13 +225,27 @@ fn label_at<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, at: P) -> u32
     }
 }
 
-/// The centre of a flat cell, and its label. It is taken to be that of its largest face's circle (if that is on the surface, a little to
-/// the outside, so that no flat cell stays on the boundary), or the nearest place on the axis that keeps it between the
-/// centres of the neighbours below and above.
+/// How far above a face the centre of the flat cell over it is: on the side that the exact sign of the cell says, beyond all
+/// else; if the apex is on the face's circle but for rounding, to either side and near.
+fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -> [f64; 2] {
+    let power = dist2(apex, ball.centre) - ball.radius2;
+    if power.abs() <= CIRCULAR * ball.radius2 {
+        return [ASIDE, -ASIDE].map(|t| t * ball.radius2.sqrt());
+    }
+    let [a, b, c] = face;
+    let side = |p: P| orientation(&[a, b, c, p]);
+    let is_above = side(apex) == side(ball.centre + axis * ball.radius2.sqrt());
+    [if is_above == (power > 0.0) { far } else { -far }; 2]
+}
+
+/// The centre of a flat cell, and its label. If its corners are on a circle but for rounding, the centre is taken to be the
+/// circle's (if that is on the surface, a little to the outside, so that no flat cell stays on the boundary), else it is far off; it
+/// stays between the centres of the neighbours below and above.
 fn flattened<P: Space, M: Machine<P> + Sync>(
     work: &Work<'_, P, M>,
     delaunay: &Triangulation<P::Cell>,
     centres: &[(P, Option<u32>)],
+    far: f64,
     i: u32,
 ) -> (P, u32) {
     let mut cell = delaunay.cells[i as usize];
@@ -278,8 +275,9 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
             range[0] = range[0].max(at);
         }
     }
-    let radius = ball.radius2.sqrt();
-    let places = [ASIDE, -ASIDE].map(|t| (t * radius).max(range[0]).min(range[1]));
+    let apex = cell.as_ref().iter().map(|&v| work.vertices.points[v as usize]).find(|p| !face.contains(p));
+    let heights = heights(face, apex.unwrap_or(face[0]), axis, &ball, far);
+    let places = heights.map(|t| t.max(range[0]).min(range[1]));
     let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(work, ball.centre + axis * t)));
     if q.1 > p.1 { q } else { p }
 }
