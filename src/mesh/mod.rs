@@ -15,13 +15,14 @@ pub mod view;
 
 use std::time::Instant;
 
-use septet_meshing::conformity::{self, Conformity};
+use septet_meshing::conformity::{self, Conformity, Follow};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
-use septet_meshing::generate::remesh::{DEFAULT_PARTS, Deviation, Kept, Options, remesh};
+use septet_meshing::generate::remesh::{DEFAULT_PARTS, Kept, Options, remesh};
 use septet_meshing::generate::{self, Failure, Rules};
 use septet_meshing::improve::{Target, improve};
+use septet_meshing::input::Kind;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
@@ -53,8 +54,13 @@ pub enum Boundary {
 }
 
 impl Boundary {
-    /// What is kept if nothing is asked for.
-    pub const DEFAULT: Boundary = Boundary::Exact;
+    /// What is kept if nothing is asked for: of a complex all that it states, of a surface what it describes.
+    pub fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Complex => Boundary::Exact,
+            Kind::Surface => Boundary::Remesh,
+        }
+    }
 }
 
 /// The shape of a singularity.
@@ -156,9 +162,14 @@ pub enum MeshError {
 }
 
 impl MeshRequest {
-    /// Is the surface remeshed?
-    pub fn remeshes(&self) -> bool {
-        self.boundary.unwrap_or(Boundary::DEFAULT) == Boundary::Remesh
+    /// What is kept of the boundary of such a domain.
+    pub fn boundary_of(&self, kind: Kind) -> Boundary {
+        self.boundary.unwrap_or_else(|| Boundary::of(kind))
+    }
+
+    /// Is this domain remeshed?
+    pub fn remeshes<P: Triangulate>(&self, domain: &Domain<P>) -> bool {
+        self.boundary_of(domain.kind) == Boundary::Remesh
     }
 
     /// The largest radius-edge ratio away from the boundary: `1/(1-L)`.
@@ -239,9 +250,12 @@ impl Promise {
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
     let _span = stage_span(request.seed, "conformity");
-    match request.boundary.unwrap_or(Boundary::DEFAULT) {
+    match request.boundary_of(domain.kind) {
         Boundary::Exact => conformity::check(domain, mesh),
-        Boundary::Remesh => conformity::check_remeshed(domain, mesh),
+        Boundary::Remesh => {
+            let follow = Follow { feature_angle: request.feature_angle, distance: request.max_distance };
+            conformity::check_remeshed(domain, mesh, &follow)
+        }
     }
 }
 
@@ -255,7 +269,7 @@ pub fn sizes<P: Triangulate>(
 ) -> Result<SizeFunction<P>, MeshError> {
     let _span = stage_span(request.seed, "sizes");
     let mut options = request.size_options(domain)?;
-    if !request.remeshes() {
+    if !request.remeshes(domain) {
         return Ok(SizeFunction::new(domain, &options)?);
     }
     let wishes = &mut options.wishes;
@@ -279,7 +293,7 @@ pub fn assess<P: Triangulate>(
     worst: usize,
 ) -> Quality<P> {
     let _span = stage_span(request.seed, "quality");
-    if !request.remeshes() {
+    if !request.remeshes(domain) {
         return measure(domain, mesh, size, worst);
     }
     let features = Features::new(domain);
@@ -350,11 +364,6 @@ pub fn make<P: Triangulate>(
     request: &MeshRequest,
     owned: usize,
 ) -> Result<Made<P>, MeshError> {
-    if request.remeshes() && request.improve {
-        return Err(MeshError::Unsupported(
-            "--improve goes with --boundary exact: it moves points in facets",
-        ));
-    }
     let at = |x| size.at(x);
     let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
     let mut machine = machine(request);
@@ -366,7 +375,7 @@ pub fn make<P: Triangulate>(
             return Err(MeshError::Memory { forecast, limit, points });
         }
     }
-    let made = if request.remeshes() {
+    let made = if request.remeshes(domain) {
         let options = Options { distance: request.max_distance };
         remesh(domain, rules, request.feature_angle, options, &mut machine)
     } else {
@@ -387,7 +396,8 @@ pub fn make<P: Triangulate>(
     if request.improve {
         let _span = stage_span(request.seed, "improve");
         let start = Instant::now();
-        let target = Target { ratio: request.radius_edge(), ..Target::default() };
+        let fixed = request.remeshes(domain);
+        let target = Target { ratio: request.radius_edge(), fixed, ..Target::default() };
         let done = improve(domain, &mut mesh, &target);
         stages.push(StageLine {
             name: "improve".to_string(),
@@ -409,15 +419,6 @@ fn machine(request: &MeshRequest) -> Counted {
         transport: request.transport,
         ..Config::default()
     })
-}
-
-/// How far the boundary of a remeshed surface is from it.
-pub fn deviation<P: Triangulate>(
-    domain: &Domain<P>,
-    mesh: &Mesh<P>,
-    request: &MeshRequest,
-) -> Option<Deviation> {
-    request.remeshes().then(|| Deviation::of(domain, mesh, &machine(request)))
 }
 
 /// Points that cells of 32 bits can have.

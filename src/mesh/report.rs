@@ -10,7 +10,7 @@ use serde::Serialize;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
-use septet_meshing::generate::remesh::Deviation;
+use septet_meshing::input::Kind;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::ratio::Bounds;
 use septet_meshing::quality::{Place, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
@@ -82,11 +82,12 @@ pub struct MeshReport {
 }
 
 /// The distance between the boundary of a remeshed surface and the surface, in the unit of the file: of sampled places of the
-/// one from the other, of vertices of the other from the one, and what was asked for.
+/// one from the other, of vertices of the other from the one; edges of the boundary below half the size; and what was asked for.
 #[derive(Debug, Serialize)]
 struct DeviationReport {
     of_boundary: f64,
     of_surface: f64,
+    finer_edges: u64,
     asked: Option<f64>,
 }
 
@@ -242,8 +243,6 @@ pub struct Judged<'a, P: Triangulate> {
     pub quality: &'a Quality<P>,
     /// Its conformity.
     pub conformity: &'a Conformity,
-    /// Of a remeshed surface: how far the boundary is from it.
-    pub deviation: Option<Deviation>,
     /// The runs of the machine.
     pub record: &'a Record,
     /// Its picture, if there is one.
@@ -253,8 +252,7 @@ pub struct Judged<'a, P: Triangulate> {
 impl MeshReport {
     /// The report of a mesh.
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, deviation, record, picture } =
-            *judged;
+        let Judged { domain, request, mesh, stages, quality, conformity, record, picture } = *judged;
         let id = around.first_id;
         let places = ["free", "near", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
@@ -268,7 +266,7 @@ impl MeshReport {
         MeshReport {
             schema: MESH_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
-            parameters: parameters(request, around),
+            parameters: parameters(domain.kind, request, around),
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
@@ -278,9 +276,10 @@ impl MeshReport {
             features: features.collect(),
             quality: quality_report(domain, quality, id),
             conformity: conformity_report(conformity),
-            deviation: deviation.map(|d| DeviationReport {
+            deviation: conformity.deviation.map(|d| DeviationReport {
                 of_boundary: d.of_boundary,
                 of_surface: d.of_surface,
+                finer_edges: d.finer,
                 asked: request.max_distance,
             }),
             view: picture.cloned(),
@@ -311,7 +310,7 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
     }
 }
 
-fn parameters(request: &MeshRequest, around: &Surroundings<'_>) -> ParameterReport {
+fn parameters(kind: Kind, request: &MeshRequest, around: &Surroundings<'_>) -> ParameterReport {
     let (transport, delivery_seed) = match request.transport {
         Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
         Transport::Channel { .. } => ("channel", None),
@@ -319,7 +318,7 @@ fn parameters(request: &MeshRequest, around: &Surroundings<'_>) -> ParameterRepo
     ParameterReport {
         input: around.input.to_owned(),
         outputs: around.outputs.iter().map(|o| o.display().to_string()).collect(),
-        boundary: match request.boundary.unwrap_or(Boundary::DEFAULT) {
+        boundary: match request.boundary_of(kind) {
             Boundary::Exact => "exact",
             Boundary::Remesh => "remesh",
         },
@@ -349,8 +348,8 @@ fn domain_report<P: Triangulate>(domain: &Domain<P>) -> DomainReport {
     DomainReport {
         dimension: P::DIM,
         kind: match domain.kind {
-            septet_meshing::input::Kind::Complex => "complex",
-            septet_meshing::input::Kind::Surface => "surface",
+            Kind::Complex => "complex",
+            Kind::Surface => "surface",
         },
         points: domain.points().len(),
         corners: domain.corners.len(),

@@ -28,9 +28,10 @@ pub fn figures<P: Point>(quality: &Quality<P>, promise: Promise) -> Vec<(String,
 
 /// A few lines for people: the promise and what came of it, the angles.
 pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
-    let Judged { request, mesh, quality, conformity, deviation, .. } = *judged;
+    let Judged { domain, request, mesh, quality, conformity, .. } = *judged;
     let promise = Promise::of(request.lipschitz).free;
-    let promised = if request.remeshes() { String::new() } else { format!(" of {promise:.4} promised") };
+    let promised =
+        if request.remeshes(domain) { String::new() } else { format!(" of {promise:.4} promised") };
     let [free, near, outside] = &quality.places;
     let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };
     let verdict = match conformity.defects.len() {
@@ -45,11 +46,17 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
             free.most.upper, promised, free.cells, near.most.upper, near.cells
         ),
     ];
-    if let Some(deviation) = deviation {
+    if let Some(deviation) = conformity.deviation {
         lines.push(format!(
             "  the boundary is up to {:.3e} from the surface, the surface's vertices up to {:.3e} from it",
             deviation.of_boundary, deviation.of_surface
         ));
+        if deviation.finer > 0 {
+            lines.push(format!(
+                "  {} edges of the boundary are below half the size: sheets as thin, ridges as close, or the distance need it",
+                deviation.finer
+            ));
+        }
     }
     if outside.cells > 0 {
         lines.push(format!(

@@ -335,7 +335,6 @@ fn the_report_says_what_was_found() {
         stages: &stages,
         quality: &quality,
         conformity: &conformity,
-        deviation: None,
         record: &Record::default(),
         picture: None,
     };

@@ -283,6 +283,39 @@ fn meshes_that_cannot_be_made_leave_nothing() {
     place.good("mesh cube.poly -o m.vtu --size 1 --max-memory 1G");
 }
 
+/// Surfaces are made anew unless they are to be kept; complexes are kept.
+#[test]
+fn surfaces_are_remeshed_by_default() {
+    let place = Place::new();
+    for name in ["cube.off", "cube.stl", "cube.poly"] {
+        place.file(name, fs::read(root("domains/good").join(name)).unwrap());
+    }
+    let report = |line: &str| {
+        place.good(&format!("mesh {line} --size 1 -o m.1.ele --json m.json"));
+        let json = place.json("m.json");
+        assert_eq!(json["conformity"]["passed"], true, "{line}");
+        (json["parameters"]["boundary"].clone(), json["deviation"].clone())
+    };
+    for line in
+        ["cube.off", "cube.stl", "cube.off --boundary remesh", "cube.off --max-distance 0.1 --improve"]
+    {
+        let (boundary, deviation) = report(line);
+        assert_eq!(boundary, "remesh", "{line}");
+        let [of_boundary, of_surface] = ["of_boundary", "of_surface"].map(|k| deviation[k].as_f64().unwrap());
+        // All of a cube's ridges are kept, so there is nothing but rounding between it and its boundary.
+        assert!(of_boundary < 1e-12 && of_surface < 1e-12, "{line}: {deviation}");
+    }
+    for line in ["cube.off --boundary exact", "cube.poly"] {
+        let (boundary, deviation) = report(line);
+        assert!(boundary == "exact" && deviation.is_null(), "{line}: {boundary} {deviation}");
+    }
+    for line in ["cube.off --boundary exact", "cube.poly"] {
+        place.fails(&format!("mesh {line} --max-distance 0.1 -o n.vtu"), 2, &["--max-distance", "remesh"]);
+    }
+    place.fails("mesh cube.poly --boundary remesh -o n.vtu", 1, &["closed surfaces"]);
+    assert!(!place.path("n.vtu").exists());
+}
+
 /// A mesh of the plane.
 #[test]
 fn maps_become_meshes() {

@@ -14,13 +14,12 @@ use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_na
 use septet::mesh::show::{figures, summary};
 use septet::mesh::tables::TABLES;
 use septet::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet::mesh::{Made, MeshError, MeshRequest, Promise, assess, conform, deviation, make, sizes};
+use septet::mesh::{Made, MeshError, MeshRequest, Promise, assess, conform, make, sizes};
 use septet::meshing::check;
 use septet::meshing::conformity::Conformity;
 use septet::meshing::defect::Defect;
 use septet::meshing::domain::Domain;
 use septet::meshing::facet::Triangulate;
-use septet::meshing::generate::remesh::Deviation;
 use septet::meshing::input::Input;
 use septet::meshing::mesh::{Mesh, StageLine};
 use septet::meshing::quality::Quality;
@@ -100,7 +99,6 @@ struct Found<P: Triangulate> {
     record: Record,
     conformity: Conformity,
     quality: Quality<P>,
-    deviation: Option<Deviation>,
     picture: Option<MeshPicture>,
     mesh_seconds: f64,
 }
@@ -129,6 +127,9 @@ impl Job<'_> {
         let (args, request, talk) = (self.args, &self.request, self.talk);
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
+        if request.max_distance.is_some() && !request.remeshes(domain) {
+            return Err(options::exact_has_no_distance());
+        }
         let mut files = Vec::new();
         let found = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
         let broken = self.broken(&found.conformity);
@@ -154,7 +155,6 @@ impl Job<'_> {
             stages: &found.stages,
             quality: &found.quality,
             conformity: &found.conformity,
-            deviation: found.deviation,
             record: &found.record,
             picture: found.picture.as_ref(),
         };
@@ -178,13 +178,12 @@ impl Job<'_> {
             return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
         }
         let quality = assess(domain, &mesh, &size, request, WORST);
-        let deviation = deviation(domain, &mesh, request);
         let cells = mesh.cells.len();
         let picture = (cells <= most as usize).then(|| MeshPicture::of(domain, &mesh, &size, owners));
         if picture.is_none() && most > 0 {
             talk.note(format!("note: no picture in the report: {cells} cells, more than --view {most}"));
         }
-        Ok(Found { mesh, stages, record, conformity, quality, deviation, picture, mesh_seconds })
+        Ok(Found { mesh, stages, record, conformity, quality, picture, mesh_seconds })
     }
 
     /// The report, the figures and the tables, and a few lines for people.

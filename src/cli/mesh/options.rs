@@ -16,13 +16,15 @@ use crate::cli::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 A piecewise linear complex (.poly, .smesh) may have internal and dangling pieces; a surface (.stl .off .ply .obj)
-must be closed. Exit code 3 and the list of all defects if the domain has any; 4 if the mesh does not conform to it.
+must be closed, and its faces are made anew unless --boundary exact keeps them. Exit code 3 and the list of all defects
+if the domain has any; 4 if the mesh does not conform to it.
 
 Examples:
   septet mesh part.poly --check
   septet mesh part.poly -o part.vtu --radius-edge 1.5
   septet mesh part.poly --json part.json --view 100000 && septet report part.json -o part.html
-  septet mesh scan.stl --boundary remesh --size 0.5 -o scan.msh --json -
+  septet mesh scan.stl --size 0.5 --max-distance 0.01 -o scan.msh --json -
+  septet mesh box.off --boundary exact -o box.vtu
   septet mesh part.poly --size-field sizes.csv --min-size 0.01 -o part.1.ele -o part-surface.stl")]
 pub struct MeshArgs {
     /// The domain: .poly .smesh .stl .off .ply .obj, each also .gz
@@ -34,7 +36,8 @@ pub struct MeshArgs {
     /// surface (.off .stl); may be given several times
     #[arg(short, long = "output", value_name = "OUT")]
     pub output: Vec<PathBuf>,
-    /// Keep every segment and facet of the input, or corners and ridges alone [default: exact]
+    /// Keep every segment and facet of the input, or corners and ridges of a surface alone
+    /// [default: exact for .poly and .smesh, remesh for surfaces]
     #[arg(long, value_name = "MODE", value_enum)]
     pub boundary: Option<BoundaryArg>,
     /// Largest distance of neighbouring points
@@ -60,7 +63,7 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true)]
     pub feature_angle: Option<f64>,
     /// Largest distance between the boundary and the surface (with --boundary remesh)
-    /// [default: a tenth of the size, from the centres of faces]
+    /// [default: half the size, a tenth from the centres of faces]
     #[arg(long, value_name = "D", value_parser = length, allow_negative_numbers = true)]
     pub max_distance: Option<f64>,
     /// Remove slivers
@@ -143,10 +146,8 @@ impl MeshArgs {
                 "give a smaller --min-size, or --size alone",
             );
         }
-        if self.max_distance.is_some() && self.boundary != Some(BoundaryArg::Remesh) {
-            let message =
-                "--max-distance goes with --boundary remesh: --boundary exact keeps the surface itself";
-            return usage(message, "add --boundary remesh, or leave the distance out");
+        if self.max_distance.is_some() && self.boundary == Some(BoundaryArg::Exact) {
+            return Err(exact_has_no_distance());
         }
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.threads);
@@ -179,6 +180,12 @@ impl MeshArgs {
 fn shown(text: &str) -> Result<u32, String> {
     let number: Option<u32> = text.parse().ok();
     number.filter(|&n| n <= MOST_CELLS).ok_or_else(|| format!("expected a number of at most {MOST_CELLS}"))
+}
+
+/// A boundary that is kept as it is has no distance from itself.
+pub fn exact_has_no_distance() -> Failure {
+    let message = "--max-distance goes with --boundary remesh: --boundary exact keeps the boundary itself";
+    Failure::new(Code::Usage, message).help("leave the distance out, or add --boundary remesh for a surface")
 }
 
 /// A number with a property.

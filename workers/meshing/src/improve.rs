@@ -32,11 +32,13 @@ pub struct Target {
     pub ratio: f64,
     /// The largest number of sweeps over the bad cells.
     pub sweeps: u32,
+    /// Does the boundary stay as it is, points in facets included?
+    pub fixed: bool,
 }
 
 impl Default for Target {
     fn default() -> Self {
-        Target { angle: 16.0, ratio: 2.0, sweeps: 12 }
+        Target { angle: 16.0, ratio: 2.0, sweeps: 12, fixed: false }
     }
 }
 
@@ -80,7 +82,7 @@ fn sweep<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> I
         for &cell in &bad {
             for v in mesh.cells[cell as usize].as_ref().to_vec() {
                 if quality(mesh, cell) < wanted {
-                    done.moved += u64::from(climb(mesh, &stars, &planes, v, wanted, target.ratio));
+                    done.moved += u64::from(climb(mesh, &stars, &planes, v, wanted, target));
                 }
             }
         }
@@ -183,11 +185,11 @@ fn climb<P: Space>(
     normals: &[P],
     v: u32,
     wanted: f64,
-    bound: f64,
+    target: &Target,
 ) -> bool {
     let normal = match mesh.carriers[v as usize] {
         Carrier::Volume => None,
-        Carrier::Facet(f) if P::DIM == 3 => Some(normals[f as usize]),
+        Carrier::Facet(f) if P::DIM == 3 && !target.fixed => Some(normals[f as usize]),
         _ => return false,
     };
     let star = stars.of(v);
@@ -197,7 +199,7 @@ fn climb<P: Space>(
         star.iter().map(of).fold(0.0, f64::max)
     };
     let start = mesh.points[v as usize];
-    let allowed = bound.max(ratio(mesh));
+    let allowed = target.ratio.max(ratio(mesh));
     let mut best = (worst(mesh), start);
     let mut step = 0.25 * mesh.sizes[v as usize];
     let directions = directions::<P>();

@@ -24,6 +24,7 @@
 //! **Work and depth.** `O(m log m)`, sequential.
 
 mod adjacency;
+mod follow;
 mod shape;
 mod tiles;
 
@@ -41,6 +42,8 @@ pub const SUMS: f64 = 1e-9;
 
 /// How far a point may be off its carrier, relative to the largest coordinate.
 pub const OFF: f64 = 1e-12;
+
+pub use follow::{Deviation, LOOSE};
 
 /// A component of the domain, or nothing of it.
 pub type Beside = Option<u32>;
@@ -255,6 +258,32 @@ pub enum MeshDefect {
         /// Of the mesh.
         found: f64,
     },
+    /// A face of a boundary that follows a surface has cells on both sides.
+    #[error("face {face} has cells on both sides")]
+    Inner {
+        /// The face.
+        face: u32,
+    },
+    /// An edge of the boundary has other than two faces, or the faces at a vertex are more than one fan.
+    #[error("the boundary is no manifold at points {vertices:?}, with {faces} faces")]
+    Pinched {
+        /// The edge, ascending, or the vertex.
+        vertices: Vec<u32>,
+        /// How many faces are there.
+        faces: usize,
+    },
+    /// The boundary and the surface that it follows are too far from each other.
+    #[error("{what} {row} is {distance} from the {}, {allowed} is allowed", if *.what == "face" { "surface" } else { "boundary" })]
+    Astray {
+        /// A face of the mesh, or a vertex of the surface.
+        what: &'static str,
+        /// Which.
+        row: u32,
+        /// How far, in the unit of the file.
+        distance: f64,
+        /// How far it may be.
+        allowed: f64,
+    },
     /// The cells of a component do not add up.
     #[error("component {component}: cells add up to {found}, the domain has {expected}")]
     Volume {
@@ -292,6 +321,8 @@ pub struct Conformity {
     pub measure: [f64; 2],
     /// Length or area of the domain's boundary towards the outside and of the mesh's, in the unit of the file.
     pub boundary: [f64; 2],
+    /// Of a boundary that follows a surface, how far they are from each other.
+    pub deviation: Option<Deviation>,
 }
 
 impl Conformity {
@@ -336,16 +367,36 @@ struct Checker<'a, P: Space> {
 
 /// Compares a mesh with its domain.
 pub fn check<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
-    compare(domain, mesh, true)
+    compare(domain, mesh, None)
 }
 
-/// Compares a mesh whose boundary follows the domain's without being it: parts 1 and 2 of the statement, order, and use. Measures
-/// and boundaries are added up, and nothing is asked of them.
-pub fn check_remeshed<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
-    compare(domain, mesh, false)
+/// What is asked of a boundary that follows a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Follow {
+    /// Edges of the surface that turn by more than this, in degrees, are kept.
+    pub feature_angle: f64,
+    /// The largest [`Deviation`], in the unit of the file; [`LOOSE`] times the size at a face if not said.
+    pub distance: Option<f64>,
 }
 
-fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, exact: bool) -> Conformity {
+/// Compares a mesh whose boundary follows a closed surface of space without being it. Finds nothing only if
+/// 1. and 2. hold as in [`check`];
+/// 3. every face is in one cell and its corners lie on the surface; every edge of faces is in two of them, the faces at
+///    every vertex are one fan: the boundary is a closed 2-manifold;
+/// 4. where other than two ridges meet there is a point of the mesh, and the listed edges join each point on a ridge to the
+///    next, all along the ridges, and are edges of faces;
+/// 5. boundary and surface are no farther from each other than is asked, both ways, in the places that [`Deviation`] looks at;
+/// 6. every component has cells, points are on their carriers to 1e-12 of the largest coordinate, cells use every point, rows
+///    are in canonical order.
+///
+/// *Then the boundary does not cross itself:* cells of a component that have all their facets in common, on opposite sides, but for
+/// those on the boundary, cover space with a degree that changes at the boundary alone, by one, and is nowhere negative.
+/// Measures and boundaries are added up, and nothing else is asked of them.
+pub fn check_remeshed<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: &Follow) -> Conformity {
+    compare(domain, mesh, Some(follow))
+}
+
+fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>) -> Conformity {
     let mut checker = Checker { domain, mesh, points: Vec::new(), found: Conformity::default() };
     checker.found.defects = shape::shape(domain, mesh);
     if !checker.found.is_clean() {
@@ -359,14 +410,15 @@ fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, exact: bool) -> Conform
     checker.cells();
     checker.faces();
     checker.used();
-    if exact {
-        checker.carriers();
+    checker.carriers(follow.is_none());
+    if let Some(follow) = follow {
+        checker.boundaries();
+        checker.follows(follow);
+    } else {
         checker.segments();
         checker.facets();
-    } else {
-        checker.boundaries();
     }
-    checker.volumes(exact);
+    checker.volumes(follow.is_none());
     checker.found
 }
 
@@ -431,6 +483,9 @@ impl<P: Space> Checker<'_, P> {
         let mut sums = vec![Sum::default(); self.domain.components.len()];
         for (cell, &region) in self.mesh.cells.iter().zip(&self.mesh.regions) {
             sums[region as usize].add(measure(&self.corners(cell)));
+        }
+        if !exact {
+            self.has_cells(&sums);
         }
         let mut totals = [Sum::default(); 2];
         for (component, (sum, of)) in sums.into_iter().zip(&self.domain.components).enumerate() {

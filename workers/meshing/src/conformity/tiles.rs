@@ -48,8 +48,8 @@ impl<P: Space> Checker<'_, P> {
         self.found.boundary = sums.map(|s| self.unscaled(s.value(), P::DIM - 1));
     }
 
-    /// Part 6: corners and carriers.
-    pub(super) fn carriers(&mut self) {
+    /// Part 6: corners (`all` of them, or none twice) and carriers.
+    pub(super) fn carriers(&mut self, all: bool) {
         let mut at_corner = vec![0; self.domain.corners.len()];
         let largest = self.domain.points().iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs()));
         let allowed = OFF * largest.fold(0.0, f64::max);
@@ -74,7 +74,7 @@ impl<P: Space> Checker<'_, P> {
                 }
             }
         }
-        for (corner, count) in at_corner.into_iter().enumerate().filter(|c| c.1 != 1) {
+        for (corner, count) in at_corner.into_iter().enumerate().filter(|c| c.1 > 1 || all && c.1 == 0) {
             self.report(MeshDefect::Corner { corner: corner as u32, count });
         }
     }

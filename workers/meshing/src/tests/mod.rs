@@ -4,6 +4,7 @@ mod brute;
 mod conforming;
 mod contacts;
 mod defects;
+mod followed;
 mod good;
 mod meshes;
 mod qualities;

@@ -27,12 +27,14 @@
 //!
 //! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
 
+mod beside;
 mod deviation;
 mod kept;
 mod refine;
 mod restricted;
 mod ridges;
 mod surface;
+mod thin;
 mod topology;
 
 use crate::domain::Domain;
@@ -42,7 +44,6 @@ use super::machine::Machine;
 use super::work::{Rules, Work};
 use super::{Failure, Generated};
 
-pub use deviation::Deviation;
 pub use kept::{Kept, Ridge};
 
 /// The largest distance between a face's centre and the surface, over f, where nothing is asked for.
@@ -54,12 +55,12 @@ pub const DEFAULT_PARTS: f64 = 30.0;
 /// How a surface is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// The largest [`Deviation`], in the unit of the file. If not said, [`DEFAULT_DISTANCE`] times f, from the centres of
-    /// faces to the surface alone.
+    /// The largest [`Deviation`](crate::conformity::Deviation), in the unit of the file. If not said, [`DEFAULT_DISTANCE`] times f, from the centres of
+    /// faces to the surface, and [`LOOSE`](crate::conformity::LOOSE)(crate::conformity::LOOSE) times f both ways.
     pub distance: Option<f64>,
 }
 
-/// Generates the points of the volume in a closed surface and triangulates them. [`Deviation`] says how far the boundary
+/// Generates the points of the volume in a closed surface and triangulates them. [`Deviation`](crate::conformity::Deviation) says how far the boundary
 /// then is from the surface.
 ///
 /// # Errors

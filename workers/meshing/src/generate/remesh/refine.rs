@@ -11,9 +11,11 @@ use super::kept::Kept;
 use super::restricted::{Face, Restricted};
 use super::ridges::Chord;
 use super::surface::Surface;
-use super::topology::{crowded, lost, useful};
+use super::topology::{crowded, lost, unfaced, useful};
 use super::{DEFAULT_DISTANCE, Options};
 use crate::angles::cosine;
+use crate::bvh::Bvh;
+use crate::conformity::LOOSE;
 use crate::domain::Feature;
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::machine::Machine;
@@ -38,6 +40,9 @@ const TURNED: f64 = 0.02;
 /// small angles.
 const SMALLEST: f64 = 1e-6;
 
+/// How often vertices without a face are taken away: those that come back stay.
+const TAKEN: u32 = 3;
+
 /// The generator that follows a surface.
 pub(super) struct Refinement<'a, P: Space, M> {
     pub(super) work: Work<'a, P, M>,
@@ -48,6 +53,8 @@ pub(super) struct Refinement<'a, P: Space, M> {
     /// The ridge of each segment, and its position there.
     pub(super) ridge_of: Vec<Option<(u32, u32)>>,
     pub(super) chords: Vec<Chord<P>>,
+    /// Their boxes.
+    pub(super) chord_tree: Bvh<P>,
 }
 
 impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
@@ -59,7 +66,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let surface = Surface::new(work.domain);
         let scaled = |d| scale(P::splat(d), work.domain.simplices.exponent).coord(0);
         let distance = options.distance.map(scaled);
-        Refinement { work, kept, surface, distance, ridge_of, chords: Vec::new() }
+        let (chords, chord_tree) = (Vec::new(), Bvh::new(Vec::new()));
+        Refinement { work, kept, surface, distance, ridge_of, chords, chord_tree }
     }
 
     /// The largest distance allowed at a place.
@@ -88,8 +96,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Ok(self.finished(made))
     }
 
-    fn finished(self, made: Restricted<P>) -> Generated<P> {
-        let Work { vertices, stages, .. } = self.work;
+    fn finished(self, mut made: Restricted<P>) -> Generated<P> {
+        let Work { mut vertices, stages, .. } = self.work;
         let face = |f: &Face<P>| {
             let cell = &made.delaunay.cells[f.cells[0] as usize];
             let apex = cell.as_ref().iter().copied().find(|v| !f.vertices.contains(v)).unwrap_or_default();
@@ -97,8 +105,22 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             (f.place.facet, facet, [f.cells[0], u32::MAX])
         };
         let mut faces: Vec<_> = made.faces.iter().map(face).collect();
+        let mut pieces: Vec<_> = self.chords.iter().map(|c| (c.segment, c.ends)).collect();
+        let kept = unfaced(&mut vertices.carriers, &made);
+        if kept.contains(&false) {
+            let mut next = 0;
+            let number = |k: &bool| {
+                next += u32::from(*k);
+                next - u32::from(*k)
+            };
+            let number: Vec<u32> = kept.iter().map(number).collect();
+            let renumbered = |v: &mut u32| *v = number[*v as usize];
+            faces.iter_mut().flat_map(|f| f.1.as_mut()).for_each(renumbered);
+            pieces.iter_mut().flat_map(|p| &mut p.1).for_each(renumbered);
+            made.delaunay.cells.iter_mut().flat_map(AsMut::as_mut).for_each(renumbered);
+            vertices.keep(&kept);
+        }
         faces.sort_unstable();
-        let pieces = self.chords.iter().map(|c| (c.segment, c.ends)).collect();
         let Restricted { delaunay, labels, .. } = made;
         Generated { vertices, delaunay, labels, faces, pieces, stages }
     }
@@ -119,7 +141,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     /// Refines until nothing is at fault: first faces and chords, then the boundary's being a manifold, then cells, then
     /// the distance asked for.
     fn refined(&mut self, volume: bool) -> Result<Restricted<P>, Failure<M::Error>> {
-        let mut last = Vec::new();
+        let (mut last, mut taken) = (Vec::new(), 0);
         for _ in 0..ROUNDS {
             let delaunay =
                 self.work.machine.delaunay(&self.work.vertices.points).map_err(Failure::Machine)?;
@@ -131,9 +153,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             if found.is_empty() {
                 found = lost(self, &made);
             }
-            if found.is_empty() {
+            if found.is_empty() && taken < TAKEN {
                 let useful = useful(&made, &self.work.vertices.carriers);
                 if useful.contains(&false) {
+                    taken += 1;
                     self.work.vertices.keep(&useful);
                     self.make_chords();
                     continue;
@@ -198,14 +221,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let mut lacking: Vec<&Chord<P>> = self.chords.iter().filter(lacks).collect();
         lacking.sort_unstable_by_key(|c| ascending(c.ends));
         let ends: Vec<[u32; 2]> = lacking.iter().map(|c| ascending(c.ends)).collect();
-        let twice =
+        let rings =
             if ends.is_empty() { Vec::new() } else { made.crossed_twice(&self.work, &self.surface, &ends) };
-        // It is the surface that is sampled too thinly beside a chord, if it lies in larger surface balls.
-        let of_chord = |(chord, face): (&&Chord<P>, Option<Face<P>>)| match face {
-            Some(face) if face.radius * face.radius > 4.0 * chord.ball.radius2 => self.on_surface(&face),
-            _ => chord.candidate(),
-        };
-        let mut found: Vec<Candidate<P>> = lacking.iter().zip(twice).map(of_chord).collect();
+        let mut found: Vec<Candidate<P>> =
+            lacking.iter().zip(&rings).map(|(chord, ring)| self.for_chord(chord, ring.as_ref())).collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
         let judged = self.work.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];
@@ -232,7 +251,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         }
         let [a, b, c] = face.vertices.map(|v| vertices.points[v as usize]);
         let turned = cosine(P::hull_normal(&[b - a, c - a]), face.place.normal).abs() < TURN;
-        turned && face.radius > TURNED * (self.work.rules.size)(at)
+        turned && face.radius > TURNED * (self.work.rules.size)(at) || self.is_wide(face)
     }
 
     /// Centres of cells inside that are too large, or what they come too close to.
@@ -272,15 +291,19 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
     /// Where the boundary is farther from the surface than was asked for: the faces' s, and vertices of the surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
-        let Some(limit) = self.distance else { return Vec::new() };
         let (machine, points) = (&*self.work.machine, &self.work.vertices.points);
+        let sizes = &self.work.vertices.sizes;
+        let limit = |row: usize| {
+            let sizes = made.faces[row].vertices.map(|v| sizes[v as usize]);
+            self.distance.unwrap_or(LOOSE * sizes[0].max(sizes[1]).max(sizes[2]))
+        };
         let faces: Vec<[P; 3]> = made.faces.iter().map(|f| f.vertices.map(|v| points[v as usize])).collect();
         let far = of_faces(machine, &self.surface, &faces);
         let vertices = of_vertices(machine, self.work.domain, &faces);
-        let faces = made.faces.iter().zip(far).filter(|(_, d)| *d > limit);
-        let mut found: Vec<Candidate<P>> = faces.map(|(f, _)| self.on_surface(f)).collect();
-        for (d, at) in vertices {
-            if d > limit
+        let faces = made.faces.iter().zip(far).enumerate().filter(|(row, (_, d))| *d > limit(*row));
+        let mut found: Vec<Candidate<P>> = faces.map(|(_, (f, _))| self.on_surface(f)).collect();
+        for (d, at, row) in vertices {
+            if d > limit(row)
                 && let Some(place) = self.surface.nearest(at)
             {
                 found.push(self.at_surface(Site { at, size: d }, place.facet));

@@ -1,14 +1,17 @@
 //! The restricted Delaunay triangulation.
 //!
 //! **Statement.** A cell belongs to the component of the domain that its circumcentre lies in, exactly located (an
-//! infinite one lies outside). Faces of the boundary lie between cells of different components, outside among them; the
+//! infinite one lies outside). A cell that is flat but for rounding has its centre anywhere between those of its neighbours;
+//! it is taken to be outside if that is possible. Faces of the boundary lie between cells of different components, outside among them; the
 //! segment between the circumcentres, or the ray that leaves the hull, meets the surface.
 
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
+use septet_geometry::predicates::orientation;
 
 use super::surface::{Place, Surface};
+use crate::generate::balls::Ball;
 use crate::generate::cells::Labels;
 use crate::generate::facets::circumcircle;
 use crate::generate::machine::{Machine, Triangulation};
@@ -41,6 +44,16 @@ pub(super) struct Restricted<P: Point> {
     pub(super) faces: Vec<Face<P>>,
 }
 
+/// Six times its volume over the product of three of its edges, up to which a cell is flat but for rounding: its corners are
+/// rounded off a plane, and its circumcentre may be anywhere on a line.
+const FLAT: f64 = 1e-10;
+
+/// How far off the circle of the others, relative to its squared radius, a corner of a flat cell may be to be on it.
+const CIRCULAR: f64 = 1e-6;
+
+/// How far to the side of a flat cell's circle, over its radius, the cell's centre is taken to be.
+const ASIDE: f64 = 1e-6;
+
 /// Cells that are looked at as one item.
 const CHUNK: usize = 1024;
 
@@ -55,8 +68,16 @@ impl<P: Space> Restricted<P> {
         let chunks: Vec<&[u32]> = numbers.chunks(CHUNK).collect();
         let one = |&i: &u32| located(work, &delaunay.cells[i as usize]);
         let found = work.machine.map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>());
-        let (centres, of): (Vec<P>, Vec<u32>) = found.into_iter().flatten().unzip();
-        let labels = Labels { of };
+        let found: Vec<(P, Option<u32>)> = found.into_iter().flatten().collect();
+        let flat = |&i: &u32| found[i as usize].1.is_none();
+        let flat: Vec<u32> = numbers.iter().copied().filter(flat).collect();
+        let far = 2.0 * surface.diagonal();
+        let placed = work.machine.map(&flat, |&i| flattened(work, &delaunay, &found, far, i));
+        let (mut centres, of): (Vec<P>, Vec<_>) = found.into_iter().unzip();
+        let mut labels = Labels { of: of.into_iter().map(|l| l.unwrap_or(Labels::OUT)).collect() };
+        for (&i, (centre, label)) in flat.iter().zip(placed) {
+            (centres[i as usize], labels.of[i as usize]) = (centre, label);
+        }
         let mut made = Restricted { delaunay, labels, centres, faces: Vec::new() };
         let found = work.machine.map(&chunks, |chunk| {
             chunk.iter().flat_map(|&i| made.faces_of(work, surface, i)).collect::<Vec<_>>()
@@ -100,36 +121,49 @@ impl<P: Space> Restricted<P> {
     ) -> Option<Face<P>> {
         let (cell, j) =
             (&self.delaunay.cells[i as usize], self.delaunay.neighbours[i as usize].as_ref()[slot]);
-        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
         let apex = cell.as_ref()[slot];
         let mut vertices = [0; 3];
         vertices.copy_from_slice(facet_without::<P>(cell, apex).as_ref());
         vertices.sort_unstable();
         let corners = vertices.map(|v| work.vertices.points[v as usize]);
-        let from = self.centres[i as usize];
-        let far = work.vertices.points[apex as usize];
-        let to = match j {
-            u32::MAX => beyond(&corners, far, from, surface.diagonal()),
-            j => self.centres[j as usize],
-        };
         let [a, b, c] = corners;
         let centre = circumcircle(a, b, c).centre;
-        // Rounded alike whichever cell comes first.
-        let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
-        let (from, to) = if swap { (to, from) } else { (from, to) };
-        // Centres of flat cells are badly rounded: their dual edges are put on the axis of the face, so that s is as far from all of
-        // its corners.
-        let normal = P::hull_normal(&[b - a, c - a]);
-        let axis = normal / normal.norm2().sqrt();
-        let [from, to] = [from, to].map(|x| centre + axis * axis.dot(x - centre));
-        let nearest = || if always { surface.nearer(from, to) } else { None };
-        let place = surface.crossing(from, to, a).or_else(nearest)?;
+        let place = self.between(work, surface, [i, j], apex, &corners, always)?;
         let radius = dist2(place.at, a).sqrt();
         Some(Face { vertices, cells: [i, j], place, radius, centre })
     }
 
-    /// For each of these edges (ends ascending, sorted) the face with the largest surface ball around it whose dual edge crosses the
-    /// surface an even number of times and is no face of the boundary for that.
+    /// Where the dual edge of a face between two cells (the second may lie across the hull) meets the surface.
+    fn between<M: Machine<P> + Sync>(
+        &self,
+        work: &Work<'_, P, M>,
+        surface: &Surface<P>,
+        [i, j]: [u32; 2],
+        apex: u32,
+        &[a, b, c]: &[P; 3],
+        always: bool,
+    ) -> Option<Place<P>> {
+        let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
+        let from = self.centres[i as usize];
+        let to = match j {
+            u32::MAX => beyond(&[a, b, c], work.vertices.points[apex as usize], from, surface.diagonal()),
+            j => self.centres[j as usize],
+        };
+        // Rounded alike whichever cell comes first.
+        let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
+        let (from, to) = if swap { (to, from) } else { (from, to) };
+        // Centres of thin cells are badly rounded: their dual edges are put on the axis of the face, so that s is as far from all
+        // of its corners.
+        let centre = circumcircle(a, b, c).centre;
+        let normal = P::hull_normal(&[b - a, c - a]);
+        let axis = normal / normal.norm2().sqrt();
+        let [from, to] = [from, to].map(|x| centre + axis * axis.dot(x - centre));
+        let nearest = || if always { surface.nearer(from, to) } else { None };
+        surface.crossing(from, to, a).or_else(nearest)
+    }
+
+    /// For each of these edges (ends ascending, sorted) the face with the largest surface ball around it whose dual edge crosses
+    /// the surface an even number of times and is no face of the boundary for that.
     pub(super) fn crossed_twice<M: Machine<P> + Sync>(
         &self,
         work: &Work<'_, P, M>,
@@ -167,18 +201,85 @@ impl<P: Space> Restricted<P> {
     }
 }
 
-/// The circumcentre of a cell and the component that it lies in.
-fn located<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, cell: &P::Cell) -> (P, u32) {
+/// The circumcentre of a cell and the component that it lies in; none if the cell is flat but for rounding.
+fn located<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, cell: &P::Cell) -> (P, Option<u32>) {
     // Whatever order a machine gives the vertices, the centre is rounded alike.
     let mut cell = *cell;
     cell.as_mut().sort_unstable();
-    let centre = circumcentre(&work.corners(&cell)[..P::Cell::LEN]);
+    let corners = work.corners(&cell);
+    let centre = circumcentre(&corners[..P::Cell::LEN]);
+    let edges = [1, 2, 3].map(|i| corners[i] - corners[0]);
+    let volume = P::hull_normal(&edges[..2]).dot(edges[2]).abs();
+    let product: f64 = edges.iter().map(|e| e.norm2()).product();
+    if volume * volume <= FLAT * FLAT * product || !centre.norm2().is_finite() {
+        return (centre, None);
+    }
+    (centre, Some(label_at(work, centre)))
+}
+
+fn label_at<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, at: P) -> u32 {
     let domain = work.domain;
-    let label = match centre.norm2().is_finite().then(|| domain.sides.locate(domain.points(), centre)) {
-        Some(Some(Location::Component(c))) if domain.components[c as usize].inside => c,
+    match domain.sides.locate(domain.points(), at) {
+        Some(Location::Component(c)) if domain.components[c as usize].inside => c,
         _ => Labels::OUT,
+    }
+}
+
+/// How far above a face the centre of the flat cell over it is: on the side that the exact sign of the cell says, beyond all
+/// else; if the apex is on the face's circle but for rounding, to either side and near.
+fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -> [f64; 2] {
+    let power = dist2(apex, ball.centre) - ball.radius2;
+    if power.abs() <= CIRCULAR * ball.radius2 {
+        return [ASIDE, -ASIDE].map(|t| t * ball.radius2.sqrt());
+    }
+    let [a, b, c] = face;
+    let side = |p: P| orientation(&[a, b, c, p]);
+    let is_above = side(apex) == side(ball.centre + axis * ball.radius2.sqrt());
+    [if is_above == (power > 0.0) { far } else { -far }; 2]
+}
+
+/// The centre of a flat cell, and its label. If its corners are on a circle but for rounding, the centre is taken to be the
+/// circle's (if that is on the surface, a little to the outside, so that no flat cell stays on the boundary), else it is far off; it
+/// stays between the centres of the neighbours below and above.
+fn flattened<P: Space, M: Machine<P> + Sync>(
+    work: &Work<'_, P, M>,
+    delaunay: &Triangulation<P::Cell>,
+    centres: &[(P, Option<u32>)],
+    far: f64,
+    i: u32,
+) -> (P, u32) {
+    let mut cell = delaunay.cells[i as usize];
+    cell.as_mut().sort_unstable();
+    let face_without = |v: u32| {
+        let mut others = cell.as_ref().iter().copied().filter(|&w| w != v);
+        [(); 3].map(|()| work.vertices.points[others.next().unwrap_or_default() as usize])
     };
-    (centre, label)
+    let normal = |[a, b, c]: [P; 3]| P::hull_normal(&[b - a, c - a]);
+    let faces = cell.as_ref().iter().map(|&v| face_without(v));
+    let Some(face) = faces.max_by(|f, g| normal(*f).norm2().total_cmp(&normal(*g).norm2())) else {
+        return (P::default(), Labels::OUT);
+    };
+    let axis = normal(face) / normal(face).norm2().sqrt();
+    let ball = circumcircle(face[0], face[1], face[2]);
+    let mut range = [f64::NEG_INFINITY, f64::INFINITY];
+    let row = &delaunay.cells[i as usize];
+    for (&v, &j) in row.as_ref().iter().zip(delaunay.neighbours[i as usize].as_ref()) {
+        let Some(&(centre, Some(_))) = centres.get(j as usize) else { continue };
+        let apex = delaunay.cells[j as usize].as_ref().iter().find(|w| !row.as_ref().contains(w));
+        let [a, ..] = face_without(v);
+        let Some(&apex) = apex else { continue };
+        let (side, at) = (axis.dot(work.vertices.points[apex as usize] - a), axis.dot(centre - ball.centre));
+        if side > 0.0 {
+            range[1] = range[1].min(at);
+        } else {
+            range[0] = range[0].max(at);
+        }
+    }
+    let apex = cell.as_ref().iter().map(|&v| work.vertices.points[v as usize]).find(|p| !face.contains(p));
+    let heights = heights(face, apex.unwrap_or(face[0]), axis, &ball, far);
+    let places = heights.map(|t| t.max(range[0]).min(range[1]));
+    let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(work, ball.centre + axis * t)));
+    if q.1 > p.1 { q } else { p }
 }
 
 /// The end of the ray from a circumcentre across a face of the hull.

@@ -7,6 +7,7 @@ use septet_geometry::point::dist2;
 
 use super::kept::Ridge;
 use super::refine::Refinement;
+use crate::bvh::{Bounds, Bvh};
 use crate::generate::Failure;
 use crate::generate::balls::{Ball, Balls};
 use crate::generate::machine::Machine;
@@ -118,6 +119,9 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
                 chords.push(Chord { ends, middle, segment, ball });
             }
         }
+        let points = &self.work.vertices.points;
+        let bounds = |c: &Chord<P>| Bounds::of(c.ends.map(|v| points[v as usize]));
+        self.chord_tree = Bvh::new(chords.iter().map(bounds).collect());
         self.work.pieces = Balls::new(chords.iter().map(|c| c.ball).collect());
         self.chords = chords;
     }

@@ -39,6 +39,9 @@ const PER_AREA: f64 = 2.0 * CANDIDATES as f64;
 /// How far outside of a wall, in barycentric coordinates, a crossing still counts: neighbours overlap by rounding.
 const EDGE: f64 = 1e-9;
 
+/// Where a segment that leaves the surface starts, over its length.
+const AGAIN: f64 = 1e-3;
+
 impl<P: Space> Surface<P> {
     pub(super) fn new(domain: &Domain<P>) -> Self {
         let corners = |w: u32| {
@@ -80,6 +83,20 @@ impl<P: Space> Surface<P> {
             true
         });
         best.map(|(_, wall, x)| self.place(wall, x))
+    }
+
+    /// The squared distance at which the segment from a place of the surface, along `d`, meets it again.
+    pub(super) fn again(&self, at: P, d: P) -> Option<f64> {
+        // The wall itself and those beside it are met where the segment starts.
+        let start = at + d * AGAIN;
+        let mut least: Option<f64> = None;
+        self.tree.visit_along(start, at + d, |wall| {
+            if let Some(x) = crossed(&self.walls[wall as usize], start, at + d) {
+                least = Some(least.map_or(dist2(x, at), |l| l.min(dist2(x, at))));
+            }
+            true
+        });
+        least
     }
 
     /// The place of the surface nearest to a point.

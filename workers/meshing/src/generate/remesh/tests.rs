@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use septet_geometry::measure::{circumcentre, circumradius2};
 
-use super::{DEFAULT_PARTS, Deviation, Kept, Options, remesh};
-use crate::conformity::check_remeshed;
+use super::{DEFAULT_PARTS, Kept, Options, remesh};
+use crate::conformity::{Deviation, Follow, check_remeshed};
 use crate::domain::Domain;
 use crate::generate::{Alone, Failure, Labels, Rules};
+use crate::improve::{Target, improve, least_sine};
 use crate::input::Input;
 use crate::mesh::{Carrier, Mesh};
 use crate::size::{SizeFunction, SizeOptions};
@@ -44,9 +45,9 @@ fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remesh
     let worst = inside.map(ratio).fold(0.0, f64::max);
     let stages = made.stages.clone();
     let mesh = made.into_mesh(&domain);
-    let found = check_remeshed(&domain, &mesh);
+    let found = check_remeshed(&domain, &mesh, &Follow { feature_angle: ANGLE, distance: options.distance });
     assert!(found.is_clean(), "{found:?}");
-    let deviation = Deviation::of(&domain, &mesh, &Alone { seed: 1 });
+    let deviation = found.deviation.unwrap();
     for stage in stages {
         eprintln!("  {stage:?}");
     }
@@ -143,7 +144,7 @@ fn torus(thin: f64, m: u32, n: u32) -> Input<DVec3> {
 fn is_sound(found: &Remeshed, number: i64, limit: f64, area: f64) {
     assert_eq!(euler(&found.mesh), number);
     assert!(found.worst <= 1.0, "{}", found.worst);
-    let Deviation { of_boundary, of_surface } = found.deviation;
+    let Deviation { of_boundary, of_surface, .. } = found.deviation;
     assert!(of_boundary <= limit && of_surface <= limit, "{:?}", found.deviation);
     let scale = 0.5f64.powi(3 * found.domain.simplices.exponent);
     let gap = (volume(&found.mesh) - found.domain.measure() * scale).abs();
@@ -207,6 +208,54 @@ fn only_surfaces_of_space() {
     let rules = Rules { size: &|_| 1.0, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let failure = remesh(&domain, rules, ANGLE, Options::default(), &mut Alone { seed: 1 }).unwrap_err();
     assert!(matches!(failure, Failure::Unsupported(_)));
+}
+
+/// Notches of 40 and 20 degrees: their ridges and facets are kept as they are.
+#[test]
+fn narrow_notches() {
+    for degrees in [40.0f64, 20.0] {
+        let (s, c) = degrees.to_radians().sin_cos();
+        let notched = [[0.0, 0.0], [3.0 * c, 3.0 * s], [-3.0, 3.0], [-3.0, -3.0], [3.0, -3.0], [3.0, 0.0]];
+        let n = notched.len() as u32;
+        let at = |z: f64| notched.iter().map(move |p| DVec3::new(p[0], p[1], z));
+        let points: Vec<DVec3> = at(0.0).chain(at(2.0)).collect();
+        let wall = |i: u32| {
+            let j = (i + 1) % n;
+            [vec![i, j, j + n], vec![i, j + n, i + n]]
+        };
+        // Every corner is seen from the first one.
+        let fan = (1..n - 1).flat_map(|i| [vec![0, i + 1, i], vec![n, n + i, n + i + 1]]);
+        let input = Input::surface(points, (0..n).flat_map(wall).chain(fan));
+        is_sound(&remeshed(&input, Some(0.5), Options::default()), 2, 1e-12, 120.0);
+    }
+}
+
+/// A shell that is thinner than the size: the balls of each side are as small as it is thick.
+#[test]
+fn a_thin_shell() {
+    let all = join(&sphere(4), &sphere(4), DVec3::ZERO, 0.88);
+    let found = remeshed(&all, Some(0.4), Options::default());
+    is_sound(&found, 4, 0.05, 22.5);
+    assert!(found.deviation.finer > 0);
+}
+
+/// Improving leaves the boundary as it is, and does not make the worst cell worse.
+#[test]
+fn improved_within_its_boundary() {
+    let found = remeshed(&torus(0.4, 48, 24), Some(0.15), Options::default());
+    let mut mesh = found.mesh.clone();
+    let target = Target { fixed: true, ..Target::default() };
+    let done = improve(&found.domain, &mut mesh, &target);
+    let follow = Follow { feature_angle: ANGLE, distance: None };
+    let conformity = check_remeshed(&found.domain, &mesh, &follow);
+    assert!(conformity.is_clean(), "{conformity:?}");
+    assert_eq!(conformity.deviation, Some(found.deviation));
+    assert_eq!(mesh.faces, found.mesh.faces);
+    let least = |mesh: &Mesh<DVec3>| {
+        let of = |c: &[u32; 4]| least_sine(&c.map(|v| mesh.points[v as usize]));
+        mesh.cells.iter().map(of).fold(1.0, f64::min)
+    };
+    assert!(done.moved > 0 && done.bad[1] < done.bad[0] && least(&mesh) >= least(&found.mesh), "{done:?}");
 }
 
 /// A prism over a polygon that is nearly round: its rims are ridges, cut into pieces that bend by 60 degrees at most.

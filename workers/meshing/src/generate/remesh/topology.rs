@@ -70,6 +70,19 @@ pub(super) fn useful<P: Point>(made: &Restricted<P>, carriers: &[Carrier]) -> Ve
     useful
 }
 
+/// Vertices on facets that no face has, at the end: those of cells inside are the volume's then. Which vertices are left, with all that no
+/// cell inside has taken away (outside cells have them, and go)?
+pub(super) fn unfaced<P: Point>(carriers: &mut [Carrier], made: &Restricted<P>) -> Vec<bool> {
+    let useful = useful(made, carriers);
+    let mut kept = vec![false; carriers.len()];
+    let inside = (0u32..).zip(&made.delaunay.cells).filter(|(i, _)| made.labels.is_inside(*i));
+    inside.flat_map(|(_, cell)| cell.as_ref()).for_each(|&v| kept[v as usize] = true);
+    for (carrier, _) in carriers.iter_mut().zip(useful).filter(|(_, useful)| !useful) {
+        *carrier = Carrier::Volume;
+    }
+    kept
+}
+
 /// Corners of walls of the shells that the boundary has no face on: too small for the size asked for. A quarter of a shell's
 /// extent apart, so that some dozen stand for it.
 pub(super) fn lost<P: Space, M: Machine<P> + Sync>(

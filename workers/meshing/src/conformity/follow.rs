@@ -1,0 +1,299 @@
+//! Does the boundary of a mesh follow the surface that it was made from?
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use septet_geometry::point::dist2;
+
+use super::{Checker, Follow, MeshDefect, Sum};
+use crate::bvh::{Bounds, Bvh};
+use crate::distance::closest_on_triangle;
+use crate::domain::Feature;
+use crate::mesh::{Carrier, OUTSIDE};
+use crate::sides::Sets;
+use crate::space::{Space, ascending};
+
+/// The largest deviation where none is asked for, over the largest size at a face's corners.
+pub const LOOSE: f64 = 0.5;
+
+/// How far rounding may carry a distance beyond what is allowed, relative to that.
+const SLACK: f64 = 1e-9;
+
+/// How far a boundary and the surface that it follows are from each other, in the unit of the file. Both are lower bounds of
+/// the two halves of the Hausdorff distance, each attained at a place that was looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// The largest distance from the surface, of the middle of each face and of the thirds of its edges.
+    pub of_boundary: f64,
+    /// The largest distance of a vertex of the surface from the boundary.
+    pub of_surface: f64,
+    /// Edges of the boundary that are shorter than half the size at both their ends: what thin sheets, ridges that meet and the
+    /// distance asked for have made of it.
+    pub finer: u64,
+}
+
+/// Triangles to be near to.
+struct Sheet<P: Space> {
+    triangles: Vec<[P; 3]>,
+    tree: Bvh<P>,
+}
+
+impl<P: Space> Sheet<P> {
+    fn new(triangles: Vec<[P; 3]>) -> Self {
+        let tree = Bvh::new(triangles.iter().map(|t| Bounds::of(*t)).collect());
+        Sheet { triangles, tree }
+    }
+
+    /// The nearest triangle and its distance.
+    fn nearest(&self, from: P) -> (f64, usize) {
+        let distance = |t: u32| {
+            let [a, b, c] = self.triangles[t as usize];
+            dist2(closest_on_triangle(a, b, c, from), from)
+        };
+        let mut found = (f64::INFINITY, 0);
+        self.tree.nearest(from, distance, |t, d2| {
+            found = (d2.sqrt(), t as usize);
+            false
+        });
+        found
+    }
+}
+
+/// The ridges as a graph, and the points of the mesh on them.
+struct Ridges {
+    /// The ridges at each vertex.
+    at: BTreeMap<u32, Vec<u32>>,
+    /// The points strictly on each ridge, from its first end on.
+    on: BTreeMap<u32, Vec<u32>>,
+    /// The point that a vertex is.
+    points: BTreeMap<u32, u32>,
+}
+
+impl<P: Space> Checker<'_, P> {
+    /// Parts 3 to 6 of what a boundary that follows a surface has to be.
+    pub(super) fn follows(&mut self, follow: &Follow) {
+        self.outside();
+        let edges = self.manifold();
+        self.ridges(follow.feature_angle, &edges);
+        self.deviates(follow.distance);
+    }
+
+    fn corners_of(&self, face: usize) -> [u32; 3] {
+        let row = self.mesh.faces[face].vertices.as_ref();
+        [0, 1, 2].map(|i| row[i])
+    }
+
+    /// Every face has one cell and corners on the surface, which have no use otherwise.
+    fn outside(&mut self) {
+        let mut used = vec![false; self.points.len()];
+        for row in 0..self.mesh.faces.len() {
+            let face = &self.mesh.faces[row];
+            let (feature, inner) = (Feature::Facet(face.facet), !face.cells.contains(&OUTSIDE));
+            if inner {
+                self.report(MeshDefect::Inner { face: row as u32 });
+            }
+            for point in self.corners_of(row) {
+                used[point as usize] = true;
+                let carrier = self.mesh.carriers[point as usize];
+                if carrier == Carrier::Volume {
+                    self.report(MeshDefect::Carried {
+                        what: "face",
+                        row: row as u32,
+                        feature,
+                        point,
+                        carrier,
+                    });
+                }
+            }
+        }
+        for (point, &carrier) in self.mesh.carriers.iter().enumerate() {
+            if carrier != Carrier::Volume && !used[point] {
+                self.report(MeshDefect::Unused { point: point as u32, what: "face", carrier });
+            }
+        }
+    }
+
+    /// Every edge of the boundary has two faces, every vertex one fan of them. The edges, ascending.
+    fn manifold(&mut self) -> BTreeSet<[u32; 2]> {
+        let mut faces_at: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+        let mut around: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
+        for row in 0..self.mesh.faces.len() {
+            let [a, b, c] = self.corners_of(row);
+            for (edge, apex) in [([a, b], c), ([b, c], a), ([c, a], b)] {
+                *faces_at.entry(ascending(edge)).or_default() += 1;
+                around.entry(apex).or_default().push(edge);
+            }
+        }
+        for (edge, &faces) in faces_at.iter().filter(|(_, faces)| **faces != 2) {
+            self.report(MeshDefect::Pinched { vertices: edge.to_vec(), faces });
+        }
+        for (&vertex, link) in &around {
+            let mut ends: Vec<u32> = link.iter().flatten().copied().collect();
+            ends.sort_unstable();
+            ends.dedup();
+            let place = |v: u32| ends.binary_search(&v).unwrap_or_default() as u32;
+            let mut fans = Sets::new(ends.len());
+            link.iter().for_each(|&[a, b]| fans.join(place(a), place(b)));
+            if (1..ends.len() as u32).any(|i| fans.find(i) != fans.find(0)) {
+                self.report(MeshDefect::Pinched { vertices: vec![vertex], faces: link.len() });
+            }
+        }
+        faces_at.into_keys().collect()
+    }
+
+    /// The listed edges run along all ridges, from each point on them to the next, and are edges of the boundary.
+    fn ridges(&mut self, feature_angle: f64, boundary: &BTreeSet<[u32; 2]>) {
+        let ridges = self.points_on_ridges(feature_angle);
+        let mut expected: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+        let mut covered = BTreeSet::new();
+        for (&segment, on) in &ridges.on {
+            let [a, b] = self.domain.segments[segment as usize].ends();
+            let listed = ridges.points.get(&a).into_iter().chain(on).chain(ridges.points.get(&b));
+            let listed: Vec<u32> = listed.copied().collect();
+            expected.extend(listed.windows(2).map(|w| (ascending([w[0], w[1]]), segment)));
+            let (Some(&first), Some(&last)) = (listed.first(), listed.last()) else { continue };
+            covered.insert(segment);
+            for (end, from) in [(a, first), (b, last)] {
+                if let Some(to) = self.beyond(&ridges, segment, end, &mut covered) {
+                    expected.insert(ascending([from, to]), segment);
+                }
+            }
+        }
+        let listed: BTreeSet<[u32; 2]> = self.mesh.edges.iter().map(|e| ascending(e.vertices)).collect();
+        for (edge, &segment) in expected.iter().filter(|(e, _)| !listed.contains(*e)) {
+            self.report(MeshDefect::Chain { segment, at: Some(edge[0]) });
+        }
+        for &segment in ridges.on.keys().filter(|s| !covered.contains(*s)) {
+            self.report(MeshDefect::Chain { segment, at: None });
+        }
+        for (row, edge) in self.mesh.edges.iter().enumerate() {
+            let edge = ascending(edge.vertices);
+            if !expected.contains_key(&edge) || !boundary.contains(&edge) {
+                self.report(MeshDefect::LooseEdge { edge: row as u32 });
+            }
+        }
+    }
+
+    /// Where ridges meet or end, there is a point of the mesh.
+    fn points_on_ridges(&mut self, feature_angle: f64) -> Ridges {
+        let mut ridges = Ridges { at: BTreeMap::new(), on: BTreeMap::new(), points: BTreeMap::new() };
+        for s in self.domain.ridges(feature_angle) {
+            let ends = self.domain.segments[s as usize].ends();
+            ends.into_iter().for_each(|v| ridges.at.entry(v).or_default().push(s));
+            ridges.on.insert(s, Vec::new());
+        }
+        for (point, &carrier) in (0u32..).zip(&self.mesh.carriers) {
+            let on = match carrier {
+                Carrier::Corner(c) => {
+                    ridges.points.insert(self.domain.corners[c as usize], point);
+                    continue;
+                }
+                Carrier::Segment(s) => ridges.on.get_mut(&s),
+                _ => continue,
+            };
+            match on {
+                Some(on) => on.push(point),
+                None => self.found.defects.push(MeshDefect::Unused { point, what: "ridge", carrier }),
+            }
+        }
+        for (&s, on) in &mut ridges.on {
+            let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
+            let along = |v: u32| (self.points[v as usize] - a).dot(b - a);
+            on.sort_by(|&v, &w| along(v).total_cmp(&along(w)).then(v.cmp(&w)));
+        }
+        for v in ridges.at.iter().filter(|(_, ridges)| ridges.len() != 2).map(|(&v, _)| v) {
+            if let (Ok(corner), None) = (self.domain.corners.binary_search(&v), ridges.points.get(&v)) {
+                self.report(MeshDefect::Corner { corner: corner as u32, count: 0 });
+            }
+        }
+        ridges
+    }
+
+    /// The first point along the ridges that follow a segment beyond one of its ends, which is no point itself.
+    fn beyond(&self, ridges: &Ridges, segment: u32, end: u32, covered: &mut BTreeSet<u32>) -> Option<u32> {
+        let (mut from, mut v) = (segment, end);
+        while !ridges.points.contains_key(&v) {
+            let next = ridges.at[&v].iter().copied().find(|&s| s != from)?;
+            if next == segment {
+                return None;
+            }
+            covered.insert(next);
+            let [a, b] = self.domain.segments[next as usize].ends();
+            let on = &ridges.on[&next];
+            if let Some(&point) = if v == a { on.first() } else { on.last() } {
+                return Some(point);
+            }
+            (from, v) = (next, if v == a { b } else { a });
+        }
+        // Met at once, it is the end of the segment itself.
+        if v == end { None } else { ridges.points.get(&v).copied() }
+    }
+
+    /// Boundary and surface are no farther from each other than allowed.
+    fn deviates(&mut self, distance: Option<f64>) {
+        let corners = |row| self.corners_of(row).map(|v| self.points[v as usize]);
+        let faces = Sheet::new((0..self.mesh.faces.len()).map(corners).collect());
+        let size = |row: usize| {
+            let sizes = self.corners_of(row).map(|v| self.mesh.sizes[v as usize]);
+            distance.unwrap_or(LOOSE * sizes[0].max(sizes[1]).max(sizes[2])) * (1.0 + SLACK)
+        };
+        let walls = self.domain.facets.iter().flat_map(|f| &f.walls);
+        let rows: Vec<[u32; 3]> = walls
+            .map(|&w| {
+                let wall = self.domain.walls()[w as usize];
+                [0, 1, 2].map(|i| wall.as_ref()[i])
+            })
+            .collect();
+        let surface = Sheet::new(rows.iter().map(|w| w.map(|v| self.domain.points()[v as usize])).collect());
+        let mut found = Deviation { finer: self.finer(), ..Deviation::default() };
+        let mut astray = Vec::new();
+        for (row, &[a, b, c]) in faces.triangles.iter().enumerate() {
+            let thirds = [[a, b], [b, c], [c, a]].map(|[p, q]| [(p * 2.0 + q) / 3.0, (p + q * 2.0) / 3.0]);
+            let places = thirds.into_iter().flatten().chain([(a + b + c) / 3.0]);
+            let distance = self.unscaled(places.map(|p| surface.nearest(p).0).fold(0.0, f64::max), 1);
+            found.of_boundary = found.of_boundary.max(distance);
+            if distance > size(row) {
+                astray.push(MeshDefect::Astray {
+                    what: "face",
+                    row: row as u32,
+                    distance,
+                    allowed: size(row),
+                });
+            }
+        }
+        let used: BTreeSet<u32> = rows.into_iter().flatten().collect();
+        for v in used.into_iter().filter(|_| !faces.triangles.is_empty()) {
+            let (distance, row) = faces.nearest(self.domain.points()[v as usize]);
+            let distance = self.unscaled(distance, 1);
+            found.of_surface = found.of_surface.max(distance);
+            if distance > size(row) {
+                astray.push(MeshDefect::Astray { what: "vertex", row: v, distance, allowed: size(row) });
+            }
+        }
+        self.found.defects.extend(astray);
+        self.found.deviation = Some(found);
+    }
+
+    fn finer(&self) -> u64 {
+        let edges: BTreeSet<[u32; 2]> = (0..self.mesh.faces.len())
+            .map(|row| self.corners_of(row))
+            .flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]].map(ascending))
+            .collect();
+        let is_finer = |e: &&[u32; 2]| {
+            let [p, q] = e.map(|v| self.mesh.points[v as usize]);
+            let sizes = e.map(|v| self.mesh.sizes[v as usize]);
+            4.0 * dist2(p, q) < sizes[0].min(sizes[1]).powi(2)
+        };
+        edges.iter().filter(is_finer).count() as u64
+    }
+
+    /// Every component has cells.
+    pub(super) fn has_cells(&mut self, sums: &[Sum]) {
+        for (component, sum) in sums.iter().enumerate() {
+            let of = &self.domain.components[component];
+            if of.inside && sum.value() <= 0.0 {
+                let [expected, found] = [of.measure, sum.value()].map(|x| self.unscaled(x, P::DIM));
+                self.report(MeshDefect::Volume { component: component as u32, expected, found });
+            }
+        }
+    }
+}
