@@ -132,7 +132,9 @@ impl<P: Space> Checker<'_, P> {
             ends.dedup();
             let place = |v: u32| ends.binary_search(&v).unwrap_or_default() as u32;
             let mut fans = Sets::new(ends.len());
-            link.iter().for_each(|&[a, b]| fans.join(place(a), place(b)));
+            for &[a, b] in link {
+                fans.join(place(a), place(b));
+            }
             if (1..ends.len() as u32).any(|i| fans.find(i) != fans.find(0)) {
                 self.report(MeshDefect::Pinched { vertices: vec![vertex], faces: link.len() });
             }
@@ -178,7 +180,9 @@ impl<P: Space> Checker<'_, P> {
         let mut ridges = Ridges { at: BTreeMap::new(), on: BTreeMap::new(), points: BTreeMap::new() };
         for s in self.domain.ridges(feature_angle) {
             let ends = self.domain.segments[s as usize].ends();
-            ends.into_iter().for_each(|v| ridges.at.entry(v).or_default().push(s));
+            for v in ends {
+                ridges.at.entry(v).or_default().push(s);
+            }
             ridges.on.insert(s, Vec::new());
         }
         for (point, &carrier) in (0u32..).zip(&self.mesh.carriers) {

@@ -56,7 +56,7 @@ pub const DEFAULT_PARTS: f64 = 30.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// The largest [`Deviation`](crate::conformity::Deviation), in the unit of the file. If not said, [`DEFAULT_DISTANCE`] times f, from the centres of
-    /// faces to the surface, and [`LOOSE`](crate::conformity::LOOSE)(crate::conformity::LOOSE) times f both ways.
+    /// faces to the surface, and [`LOOSE`](crate::conformity::LOOSE) times f both ways.
     pub distance: Option<f64>,
 }
 
