@@ -67,11 +67,9 @@ impl<P: Space> Surface<P> {
         Place { at, facet: self.facets[wall as usize], normal: P::hull_normal(&[b - a, c - a]) }
     }
 
-    /// Where the segment from p towards q (cut off at twice the box's diagonal) crosses the surface, farthest from `from`.
+    /// Where the segment from p towards q crosses the surface, farthest from `from`.
     pub(super) fn crossing(&self, p: P, q: P, from: P) -> Option<Place<P>> {
-        let along = q - p;
-        let length = along.norm2().sqrt();
-        let q = if length > 2.0 * self.diagonal { p + along * (2.0 * self.diagonal / length) } else { q };
+        let [p, q] = self.near(p, q);
         let mut best: Option<(f64, u32, P)> = None;
         self.tree.visit_along(p, q, |wall| {
             if let Some(x) = crossed(&self.walls[wall as usize], p, q) {
@@ -83,6 +81,24 @@ impl<P: Space> Surface<P> {
             true
         });
         best.map(|(_, wall, x)| self.place(wall, x))
+    }
+
+    /// What of a segment is within twice the box's diagonal of its place nearest to the box's middle: all that can meet the surface.
+    fn near(&self, p: P, q: P) -> [P; 2] {
+        let (bounds, along) = (self.tree.bounds(), q - p);
+        let length = along.norm2().sqrt();
+        let reach = 2.0 * self.diagonal;
+        // Faces whose corners are on a line have no axis, and no numbers on it.
+        if length.is_nan() || length <= reach {
+            return [p, q];
+        }
+        let middle = (bounds.low + bounds.high) * 0.5;
+        let nearest = (along.dot(middle - p) / length).max(0.0).min(length);
+        let at = |s: f64| p + along * (s / length);
+        [
+            if nearest > reach { at(nearest - reach) } else { p },
+            if length - nearest > reach { at(nearest + reach) } else { q },
+        ]
     }
 
     /// The squared distance at which the segment from a place of the surface, along `d`, meets it again.

@@ -210,14 +210,15 @@ fn only_surfaces_of_space() {
     assert!(matches!(failure, Failure::Unsupported(_)));
 }
 
-/// Notches of 40 and 20 degrees: their ridges and facets are kept as they are.
+/// Wedges of 40 degrees, convex and reflex: their ridges and facets are kept as they are.
 #[test]
-fn narrow_notches() {
-    for degrees in [40.0f64, 20.0] {
-        let (s, c) = degrees.to_radians().sin_cos();
-        let notched = [[0.0, 0.0], [3.0 * c, 3.0 * s], [-3.0, 3.0], [-3.0, -3.0], [3.0, -3.0], [3.0, 0.0]];
-        let n = notched.len() as u32;
-        let at = |z: f64| notched.iter().map(move |p| DVec3::new(p[0], p[1], z));
+fn narrow_wedges() {
+    let (s, c) = 40f64.to_radians().sin_cos();
+    let corners = [[0.0, 0.0], [3.0, 0.0], [3.0 * c, 3.0 * s]];
+    let notched = [[0.0, 0.0], [3.0 * c, 3.0 * s], [-3.0, 3.0], [-3.0, -3.0], [3.0, -3.0], [3.0, 0.0]];
+    for polygon in [&corners[..], &notched[..]] {
+        let n = polygon.len() as u32;
+        let at = |z: f64| polygon.iter().map(move |p| DVec3::new(p[0], p[1], z));
         let points: Vec<DVec3> = at(0.0).chain(at(2.0)).collect();
         let wall = |i: u32| {
             let j = (i + 1) % n;
@@ -226,7 +227,9 @@ fn narrow_notches() {
         // Every corner is seen from the first one.
         let fan = (1..n - 1).flat_map(|i| [vec![0, i + 1, i], vec![n, n + i, n + i + 1]]);
         let input = Input::surface(points, (0..n).flat_map(wall).chain(fan));
-        is_sound(&remeshed(&input, Some(0.5), Options::default()), 2, 1e-12, 120.0);
+        for size in [1.0, 0.5] {
+            is_sound(&remeshed(&input, Some(size), Options::default()), 2, 1e-12, 120.0);
+        }
     }
 }
 
