@@ -132,8 +132,8 @@ impl<P: Point> Default for Considered<P> {
     }
 }
 
-/// Stars that consider what they were told one after the other.
-const GROUP: usize = 512;
+/// Stars that are looked at one after the other.
+pub(crate) const GROUP: usize = 512;
 
 /// The cell with its vertices in order, for comparison.
 pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
@@ -159,7 +159,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn send_proposals(&mut self, proposals: Vec<Proposal<P>>) {
         let mut batches: BTreeMap<Rank, Rows<P>> = BTreeMap::new();
         for (to, cell, from) in proposals {
-            self.record_said(self.step, false, (from, to), &cell, &[]);
+            self.record_said(false, (from, to), &cell, &[]);
             if self.table.is_home(to) {
                 self.exchange.proposed.push((to, cell, from));
             } else {
@@ -178,7 +178,7 @@ impl<P: Point> Worker<P> {
         let mut batches: BTreeMap<Rank, Objections<P>> = BTreeMap::new();
         for (to, cell, from, range) in &said.cells {
             let points = &said.points[range.clone()];
-            self.record_said(self.step, true, (*from, *to), cell, points);
+            self.record_said(true, (*from, *to), cell, points);
             if self.table.is_home(*to) {
                 self.exchange.objected.add([*to].into_iter(), cell, *from, points);
                 continue;
@@ -201,21 +201,14 @@ impl<P: Point> Worker<P> {
     }
 
     /// Records what a star of one leaf tells a star of another.
-    fn record_said(
-        &mut self,
-        step: u32,
-        objection: bool,
-        (from, to): (u32, u32),
-        cell: &P::Cell,
-        conflicts: &[u32],
-    ) {
+    fn record_said(&mut self, objection: bool, (from, to): (u32, u32), cell: &P::Cell, conflicts: &[u32]) {
         if self.recorder.is_none() {
             return;
         }
         let leaves = (self.leaf_number(from), self.leaf_number(to));
         let named = cell.as_ref().iter().chain(conflicts).map(|&v| self.table.ids[v as usize]);
         if let Some(recorder) = &mut self.recorder {
-            recorder.said((step, objection), leaves, named, conflicts.len() as u64);
+            recorder.said((self.step, objection), leaves, named, conflicts.len() as u64);
         }
     }
 
@@ -284,20 +277,25 @@ impl<P: Point> Worker<P> {
     /// what they answer.
     fn take_considered(&mut self, considered: Vec<Considered<P>>) -> Said<P> {
         let mut answers = Said::default();
-        let mut leaves: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
+        self.charge_stars(considered.iter().flat_map(|group| group.costs.iter().copied()));
         for group in considered {
             self.exchange.additions.extend(&group.additions);
-            for (home, cost) in group.costs {
-                let entry = leaves.entry(self.leaf_of(home)).or_default();
-                entry.0.beside(cost);
-                entry.1 += 1;
-            }
             answers.append(group.answers);
+        }
+        answers
+    }
+
+    /// Charges one vector step over stars, leaf by leaf.
+    pub(crate) fn charge_stars(&mut self, costs: impl Iterator<Item = (u32, Cost)>) {
+        let mut leaves: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
+        for (home, cost) in costs {
+            let entry = leaves.entry(self.leaf_of(home)).or_default();
+            entry.0.beside(cost);
+            entry.1 += 1;
         }
         for (leaf, (cost, items)) in leaves {
             self.ledger.charge(Phase::Repair, leaf, cost, items);
         }
-        answers
     }
 
     /// One star, and all that is proposed to it.
@@ -371,7 +369,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// The leaf of a home point.
-    pub(crate) fn leaf_of(&self, home: u32) -> NodeId {
+    fn leaf_of(&self, home: u32) -> NodeId {
         let at = self.leaves.partition_point(|leaf| leaf.end <= home);
         self.leaves[at].id
     }

@@ -12,18 +12,15 @@
 //!
 //! **Rounds.** None where the paper's hypothesis holds; about `0.4 log2 n` on uniform sets (measured).
 
-use std::collections::BTreeMap;
-
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::{StarBuilder, Witnesses};
 use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::Message;
 
 use crate::check::Disagreement;
 use crate::config::map_in;
-use crate::exchange::{Proposal, Said, in_order};
+use crate::exchange::{GROUP, Proposal, Said, in_order};
 use crate::links::{difference, link_points};
 use crate::worker::{Worker, finite_cell};
 
@@ -67,9 +64,6 @@ struct Tools<P: Point> {
     witnesses: Witnesses<P>,
     seen: Marks,
 }
-
-/// Stars that are rebuilt one after the other.
-const GROUP: usize = 512;
 
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_repair(&mut self) {
@@ -134,18 +128,10 @@ impl<P: Point> Worker<P> {
             out
         });
         let (mut proposals, mut objections) = (Vec::new(), Said::default());
-        let mut costs: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
         for group in &rebuilt {
             self.take_rebuilt(group, &mut proposals, &mut objections);
-            for star in &group.stars {
-                let entry = costs.entry(self.leaf_of(star.home)).or_default();
-                entry.0.beside(star.cost);
-                entry.1 += 1;
-            }
         }
-        for (leaf, (cost, items)) in costs {
-            self.ledger.charge(Phase::Repair, leaf, cost, items);
-        }
+        self.charge_stars(rebuilt.iter().flat_map(|group| &group.stars).map(|star| (star.home, star.cost)));
         // All ranks step together, so the number of the round is the same on each.
         let round = self.step / 2 + 1;
         if (proposals.is_empty() && objections.is_empty()) || round > self.cap() {

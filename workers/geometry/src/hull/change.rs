@@ -7,10 +7,10 @@
 //! **Work and depth.** With `l` facets and `m` others: the link's vertices are found in O(log l) steps, facets and
 //! neighbours in O(1); then a sweep for each of the `m`. Work O((l + m) log(l + m) + m l).
 
-use super::{Candidate, Image, Side, StarBuilder, enter};
+use super::{Candidate, Side, StarBuilder, enter};
 use crate::complex::INFINITE;
 use crate::cost::Cost;
-use crate::point::{Point, Simplex, dist2, lex_cmp};
+use crate::point::{Point, Simplex};
 use crate::simd::widest;
 
 impl<P: Point> StarBuilder<P> {
@@ -65,20 +65,13 @@ impl<P: Point> StarBuilder<P> {
 
     /// Infinity and the link's vertices, then what is added, by distance.
     fn take_points(&mut self, table: &[P], vertices: &[u32], cost: &mut Cost) {
-        let c = self.centre;
-        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
-        cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
-            let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
-            distance2(a).cmp(&distance2(b)).then_with(by_rank)
-        });
+        self.sort_by_distance(table, cost);
         self.points.clear();
         self.points.push(Candidate::infinity());
         let mut sweep = cost.sweep();
         for &id in vertices[1..].iter().chain(&self.order) {
             sweep.visit();
-            let at = table[id as usize];
-            let rel = at - c;
-            self.points.push(Candidate { image: Image::of(rel, rel.norm2()), at, id });
+            self.points.push(Candidate::of(table, id, self.centre));
         }
         cost.swept_inside(sweep);
     }

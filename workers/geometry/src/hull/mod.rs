@@ -81,6 +81,13 @@ struct Candidate<P> {
 }
 
 impl<P: Point> Candidate<P> {
+    /// A point of the table, as seen from a centre.
+    fn of(table: &[P], id: u32, centre: P) -> Self {
+        let at = table[id as usize];
+        let rel = at - centre;
+        Candidate { image: Image::of(rel, rel.norm2()), at, id }
+    }
+
     /// The vertex at infinity.
     fn infinity() -> Self {
         Candidate { image: Image::of_infinity(), at: P::default(), id: INFINITE }
@@ -124,8 +131,7 @@ impl<P: Point> StarBuilder<P> {
     /// repeats and the centre itself ignored). Returns false, with no link, if the candidates and the
     /// centre span no cell.
     pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
-        let c = table[centre as usize];
-        self.centre = c;
+        self.centre = table[centre as usize];
         self.points.clear();
         self.points.push(Candidate::infinity());
         self.order.clear();
@@ -133,12 +139,7 @@ impl<P: Point> StarBuilder<P> {
         self.loaded.clear();
         self.gone.clear();
         self.order.extend(candidates.iter().filter(|&&i| i != centre));
-        // The bits of squared distances are in the order of the distances.
-        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
-        cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
-            let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
-            distance2(a).cmp(&distance2(b)).then_with(by_rank)
-        });
+        self.sort_by_distance(table, cost);
         let mut more = |this: &mut Self| this.look_at_more(table);
         let first = self.first_simplex(&mut more, cost);
         if let Some(first) = first {
@@ -174,6 +175,17 @@ impl<P: Point> StarBuilder<P> {
         self.link.len()
     }
 
+    /// Sorts the candidates by their distances from the centre, then by rank.
+    fn sort_by_distance(&mut self, table: &[P], cost: &mut Cost) {
+        let c = self.centre;
+        // The bits of squared distances are in the order of the distances.
+        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
+        cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
+            let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
+            distance2(a).cmp(&distance2(b)).then_with(by_rank)
+        });
+    }
+
     /// Takes the next candidates in order; are there any?
     fn look_at_more(&mut self, table: &[P]) -> bool {
         let next = &self.order[self.seen..];
@@ -181,10 +193,7 @@ impl<P: Point> StarBuilder<P> {
         self.seen += next.len();
         for &id in next {
             if self.points.last().is_some_and(|last| last.id != id) {
-                let at = table[id as usize];
-                let rel = at - self.centre;
-                let image = Image::of(rel, rel.norm2());
-                self.points.push(Candidate { image, at, id });
+                self.points.push(Candidate::of(table, id, self.centre));
             }
         }
         !next.is_empty()

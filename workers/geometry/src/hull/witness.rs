@@ -8,7 +8,7 @@
 //! the exact predicates.
 
 use super::Candidate;
-use super::planes::{Image, Planes, Side};
+use super::planes::{Planes, Side};
 use crate::cost::Sweep;
 use crate::point::Point;
 use crate::predicates::{Sign, in_sphere, orientation};
@@ -33,7 +33,7 @@ impl<P: Point> Witnesses<P> {
     pub fn begin(&mut self, table: &[P], centre: u32, points: &[u32], step: &mut Sweep) {
         self.centre = table[centre as usize];
         self.points.clear();
-        step.each(points, |&id| self.points.push(self.candidate(table, id)));
+        step.each(points, |&id| self.points.push(Candidate::of(table, id, self.centre)));
         self.longest = self.points.iter().fold(0.0, |most, p| most.max(p.image.length));
     }
 
@@ -46,7 +46,7 @@ impl<P: Point> Witnesses<P> {
         for &id in cell.as_ref() {
             let at = table[id as usize];
             if at != self.centre && n < P::DIM {
-                others[n] = self.candidate(table, id);
+                others[n] = Candidate::of(table, id, self.centre);
                 n += 1;
                 corners[n] = at;
             }
@@ -76,11 +76,5 @@ impl<P: Point> Witnesses<P> {
                 found.push(p.id);
             }
         });
-    }
-
-    fn candidate(&self, table: &[P], id: u32) -> Candidate<P> {
-        let at = table[id as usize];
-        let rel = at - self.centre;
-        Candidate { image: Image::of(rel, rel.norm2()), at, id }
     }
 }

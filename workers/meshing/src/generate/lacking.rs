@@ -12,7 +12,7 @@ use septet_geometry::point::Simplex;
 use super::cells::is_flat;
 use super::facets::{Plane, Triangles, as_space};
 use super::machine::{Machine, Triangulation};
-use super::segments::Chains;
+use super::segments::{Chains, pieces_of};
 use super::work::Work;
 use crate::domain::Feature;
 use crate::mesh::Carrier;
@@ -52,9 +52,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         triangles: &Triangles,
     ) -> Lacking {
         let (edges, faces) = self.carried(delaunay);
-        let pieces = (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]])));
         let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
-        let pieces = pieces.filter(absent).collect();
+        let pieces = pieces_of(chains).into_iter().filter(absent).collect();
         let absent = |(_, t): &&(u32, [u32; 3])| {
             let mut t = *t;
             t.sort_unstable();

@@ -133,8 +133,7 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     let (chains, triangles) = work.force(&planes, chains, triangles)?;
     let (delaunay, labels) = work.volume(&planes, &chains, &triangles, &cells)?;
     let faces = work.faces(&delaunay, &labels, &planes);
-    let pieces =
-        (0u32..).zip(&chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect();
+    let pieces = segments::pieces_of(&chains);
     Ok(Generated { vertices: work.vertices, delaunay, labels, faces, pieces, stages: work.stages })
 }
 
