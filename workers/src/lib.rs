@@ -46,6 +46,7 @@ mod sets;
 mod independent;
 
 mod piece;
+mod border;
 mod seam;
 mod stars;
 

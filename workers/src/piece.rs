@@ -102,17 +102,48 @@ impl<P: Point> Piece<P> {
         }
     }
 
-    /// Is the cell as large as a look at its own edges lets expect? Cells that bridge a concave part of the
-    /// boundary, and infinite ones, are not: foreign points will undo most of them.
-    pub(crate) fn is_ordinary(reach: &Reach<P>, corners: &[P]) -> bool {
-        let Reach::Ball { radius, .. } = *reach else { return false };
-        let mut least = f64::INFINITY;
-        for (i, &a) in corners.iter().enumerate() {
-            for &b in &corners[..i] {
-                least = least.min(dist2(a, b));
+    /// What holds every point that conflicts with a cell of local numbers: the kernel's sphere where that is hardly larger
+    /// than the cell's own.
+    pub(crate) fn reach(&self, slot: u32, cell: &P::Cell, positions: &[P]) -> Reach<P> {
+        if self.radius_bound(slot) > self.delaunay.extent() / FINEST
+            && let Some(ball) = self.ball(slot)
+        {
+            return ball;
+        }
+        reach_of::<P>(cell, |v| positions[v as usize])
+    }
+
+    /// Goes from an infinite cell and from the cells that hold `places` to neighbours, as long as `goes_on` says yes of a
+    /// cell, given by its slot and its vertices' local numbers. It is asked once of each cell met. False if it says no of
+    /// a cell that the walk starts from: then not all may have been met.
+    pub(crate) fn walk(&self, places: &[P], mut goes_on: impl FnMut(u32, &P::Cell) -> bool) -> bool {
+        let complex = self.delaunay.complex();
+        let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
+        let mut is_new = |slot: u32| {
+            let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
+            let is_new = *word & bit == 0;
+            *word |= bit;
+            is_new
+        };
+        let starts = places.iter().map(|&x| self.delaunay.locate(x, None));
+        let mut stack = Vec::new();
+        for start in std::iter::once(self.delaunay.outer_cell()).chain(starts) {
+            if is_new(start) {
+                if !goes_on(start, &self.cell(start)) {
+                    return false;
+                }
+                stack.push(start);
+            }
+            while let Some(slot) = stack.pop() {
+                for &code in complex.neighbours(slot).as_ref() {
+                    let next = code >> 2;
+                    if is_new(next) && goes_on(next, &self.cell(next)) {
+                        stack.push(next);
+                    }
+                }
             }
         }
-        radius * radius <= ORDINARY * ORDINARY * least
+        true
     }
 
     /// Calls `f` with every cell, infinite ones too, that has vertices at home and foreign ones.
@@ -265,6 +296,23 @@ impl<P: Point> Piece<P> {
 /// Circumradius over shortest edge up to which a cell is ordinary (random points: 2 on average).
 const ORDINARY: f64 = 4.0;
 
+/// The extent of a piece over the smallest radius of which the kernel's sphere, which is in single precision, is larger
+/// by a thousandth at most.
+const FINEST: f64 = 4096.0;
+
+/// Is a cell of local numbers as large as a look at its own edges lets expect? Cells that bridge a concave part of the
+/// boundary, and infinite ones, are not: foreign points will undo most of them.
+pub(crate) fn is_ordinary<P: Point>(reach: &Reach<P>, cell: &P::Cell, positions: &[P]) -> bool {
+    let Reach::Ball { radius, .. } = *reach else { return false };
+    let mut least = f64::INFINITY;
+    for (i, &a) in cell.as_ref().iter().enumerate() {
+        for &b in &cell.as_ref()[..i] {
+            least = least.min(dist2(positions[a as usize], positions[b as usize]));
+        }
+    }
+    radius * radius <= ORDINARY * ORDINARY * least
+}
+
 /// The lexicographically smallest finite vertex of a cell of local numbers.
 pub(crate) fn smallest_of<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
     let mut best = INFINITE;
@@ -292,7 +340,7 @@ fn smallest_at_home<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
 }
 
 /// What holds every point that conflicts with a cell; `corner` gives the position of a finite vertex.
-pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> (Reach<P>, [P; 4]) {
+pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> Reach<P> {
     let mut corners = [P::default(); 4];
     let mut infinite = None;
     for (slot, &v) in cell.as_ref().iter().enumerate() {
@@ -303,12 +351,12 @@ pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> (
         }
     }
     let Some(slot) = infinite else {
-        return (Reach::of_cell(&corners[..=P::DIM]), corners);
+        return Reach::of_cell(&corners[..=P::DIM]);
     };
     // A point beyond, in the place of infinity, makes the cell positive: bring that place to the end.
     corners.swap(slot, P::DIM);
     if slot != P::DIM {
         corners.swap(0, 1);
     }
-    (Reach::of_facet(&corners[..P::DIM]), corners)
+    Reach::of_facet(&corners[..P::DIM])
 }

@@ -16,30 +16,31 @@
 //!
 //! So one sending suffices, whatever `G` is. It is done twice because cells that bridge a concave part of a
 //! piece reach very far: first the vertices of ordinary cells are sent (they are enough to undo most of the
-//! others), then those that the statement asks for and that are not there yet.
+//! others), then those that the statement asks for and that are not there yet. Where no unusual cell of `b` reached,
+//! nothing is asked for any more: a point that conflicts with a cell of `b` in `B + G` conflicts, by the same argument,
+//! with one of `b` in `B`, and if that was ordinary `b` was sent to the point.
 //!
-//! **Rounds.** At most one a shared level, twice. **Work.** One comparison a cell, one clearance a home point and level
+//! **Rounds.** At most one a shared level, twice. **Work.** One clearance a level for each vertex at the border
 //! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), one test a level for each cell whose
 //! ball is not clear of the border by that of a vertex, and the insertion of what comes: `O(n^(1-1/d))` points for
 //! well-spaced sets.
 //!
-//! **Departure** from the walk along the hull: every cell is tested, for the cells that reach out of a piece
-//! need not hang together where the piece surrounds another. The certificate does not rely on any of this.
+//! The cells of a piece that reach out are found by a walk along its border ([`crate::border`]). The certificate does
+//! not rely on any of this.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::hash::BuildHasherDefault;
 
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::{Point, Simplex};
-use septet_geometry::separator::Side;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
+use crate::border::{Outgoing, Unusual, ones, reaches};
 use crate::piece::{Piece, reach_of};
 use crate::table::IdHasher;
-use crate::tree::Split;
 use crate::worker::Worker;
 
 /// What the seams need between their steps.
@@ -47,8 +48,8 @@ use crate::worker::Worker;
 pub(crate) struct Seams {
     /// Foreign points that came and are not inserted yet.
     arrived: Vec<u32>,
-    /// Slots of cells that reach out and were not ordinary.
-    unusual: Vec<u32>,
+    /// Cells that reach out and were not ordinary.
+    unusual: Unusual,
     /// What went where a group is one worker: position on the path, and home point.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
@@ -64,22 +65,31 @@ struct Transit<P> {
 /// Points and cells for one receiver.
 struct Parcel<P> {
     transit: Transit<P>,
-    places: HashMap<u64, u32, BuildHasherDefault<IdHasher>>,
+    /// The position of each point of where it comes from, or [`INFINITE`].
+    places: Vec<u32>,
 }
 
+/// The position of a point that need not go along.
+const LEFT_OUT: u32 = INFINITE - 1;
+
+/// By position on the path and side.
+type Parcels<P> = BTreeMap<(usize, usize), Parcel<P>>;
+
 impl<P: Point> Parcel<P> {
-    fn new(origin: Rank) -> Self {
-        let transit = Transit { origin, points: PointBatch::default(), cells: Vec::new() };
-        Parcel { transit, places: HashMap::default() }
+    /// An empty one, for points and cells of `from`.
+    fn of(from: &Transit<P>) -> Self {
+        let transit = Transit { origin: from.origin, points: PointBatch::default(), cells: Vec::new() };
+        Parcel { transit, places: vec![INFINITE; from.points.len()] }
     }
 
     fn point(&mut self, from: &PointBatch<P>, at: u32) -> u32 {
-        let points = &mut self.transit.points;
-        *self.places.entry(u64::from(at)).or_insert_with(|| {
-            let i = at as usize;
+        let (i, points) = (at as usize, &mut self.transit.points);
+        let place = &mut self.places[i];
+        if *place == INFINITE {
+            *place = points.len() as u32;
             points.push(from.ids[i], from.positions[i], from.owners[i], from.radii2[i]);
-            points.len() as u32 - 1
-        })
+        }
+        *place
     }
 
     /// A cell with all its vertices.
@@ -89,12 +99,6 @@ impl<P: Point> Parcel<P> {
             self.transit.cells.push(place);
         }
     }
-}
-
-fn reaches<P: Point>(split: &Split<P>, reach: &Reach<P>, side: usize) -> bool {
-    let (low, high) = split.boxes[side];
-    let wanted = if side == 0 { Side::Interior } else { Side::Exterior };
-    reach.meets(&split.separator, wanted, low, high)
 }
 
 impl<P: Point> Worker<P> {
@@ -118,62 +122,26 @@ impl<P: Point> Worker<P> {
     }
 
     fn send_ordinary(&mut self) {
-        let (mut ordinary, mut unusual) = (Vec::new(), Vec::new());
-        if let Some(piece) = self.stars.piece().filter(|_| !self.path.is_empty()) {
-            let clear = self.clearances();
-            piece.each_cell(|slot, cell| {
-                // Nearly every cell is far from the border: all of its ball is within twice the radius of a vertex.
-                let clear = clear.get(cell.as_ref()[0] as usize).copied().unwrap_or(0.0);
-                if 2.0 * piece.radius_bound(slot) < clear {
-                    return;
-                }
-                if piece.ball(slot).is_some_and(|ball| !self.leaves_home(&ball)) {
-                    return;
-                }
-                let (reach, corners) = reach_of::<P>(cell, |v| self.table.positions[v as usize]);
-                if !self.leaves_home(&reach) {
-                } else if Piece::is_ordinary(&reach, &corners[..=P::DIM]) {
-                    ordinary.push(*cell);
-                } else {
-                    unusual.push(slot);
-                }
-            });
-        }
+        let (ordinary, unusual) = self.border().map(|mut border| border.survey()).unwrap_or_default();
         self.seams.unusual = unusual;
         self.send_cells_out(&ordinary);
     }
 
-    /// For each home point a distance within which all places are on its sides of all separators.
-    fn clearances(&self) -> Vec<f64> {
-        let home = &self.table.positions[..self.table.home as usize];
-        let least = |x: &P| {
-            let clear = self.path.iter().map(|shared| shared.split.separator.clearance(*x));
-            clear.fold(f64::INFINITY, f64::min)
-        };
-        home.iter().map(least).collect()
-    }
-
-    /// Inserts what came; sends the vertices of all cells that still reach out.
+    /// Inserts what came; sends the vertices of cells that still reach out to where unusual ones did.
     pub(crate) fn begin_seam(&mut self) {
         self.insert_arrived();
         let mut open = Vec::new();
-        if let Some(piece) = self.stars.piece().filter(|_| !self.path.is_empty()) {
-            let mut look = |cell: &P::Cell| {
-                let (reach, _) = reach_of::<P>(cell, |v| self.table.positions[v as usize]);
-                if self.leaves_home(&reach) {
-                    open.push(*cell);
-                }
-            };
+        let unusual = std::mem::take(&mut self.seams.unusual);
+        if let (Some(piece), Some(mut border)) = (self.stars.piece(), self.border()) {
             // The other cells are as they were: a new one has a foreign vertex.
-            piece.each_mixed_cell(|_, cell| look(cell));
-            for &slot in self.seams.unusual.iter().filter(|&&slot| piece.is_live(slot)) {
+            piece.each_mixed_cell(|slot, cell| open.extend(border.outgoing(slot, cell, &unusual)));
+            for &slot in unusual.slots.iter().filter(|&&slot| piece.is_live(slot)) {
                 let cell = piece.cell(slot);
                 if cell.as_ref().iter().all(|&v| v == INFINITE || self.table.is_home(v)) {
-                    look(&cell);
+                    open.extend(border.outgoing(slot, &cell, &unusual));
                 }
             }
         }
-        self.seams.unusual = Vec::new();
         if let Some(mut piece) = self.stars.take_piece() {
             piece.forget_fresh();
             self.stars.set_piece(Some(piece));
@@ -204,54 +172,58 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    fn leaves_home(&self, reach: &Reach<P>) -> bool {
-        self.path.iter().any(|shared| reaches(&shared.split, reach, 1 - shared.mine))
-    }
-
-    /// Sends the vertices of cells, given by local numbers, to where the cells reach.
-    fn send_cells_out(&mut self, cells: &[P::Cell]) {
-        let mut all = Parcel::new(self.rank);
-        let mut places = HashMap::<u64, u32, BuildHasherDefault<IdHasher>>::default();
-        for cell in cells {
-            for &v in cell.as_ref() {
-                let place = if v == INFINITE {
-                    INFINITE
-                } else {
-                    let points = &mut all.transit.points;
-                    *places.entry(u64::from(v)).or_insert_with(|| {
-                        self.table.export(v, points);
-                        points.len() as u32 - 1
-                    })
-                };
-                all.transit.cells.push(place);
+    /// Sends the vertices of cells to where the cells reach.
+    fn send_cells_out(&mut self, cells: &[Outgoing<P::Cell>]) {
+        let mut transit = Transit { origin: self.rank, points: PointBatch::default(), cells: Vec::new() };
+        let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { self.table.positions.len() }];
+        let mut rows: Vec<P::Cell> = Vec::with_capacity(cells.len());
+        for out in cells {
+            let mut row = out.cell;
+            for v in row.as_mut().iter_mut().filter(|v| **v != INFINITE) {
+                let place = &mut places[*v as usize];
+                if *place == INFINITE {
+                    *place = transit.points.len() as u32;
+                    self.table.export(*v, &mut transit.points);
+                }
+                *v = *place;
+            }
+            rows.push(row);
+        }
+        let mut parcels = BTreeMap::new();
+        for (row, out) in rows.iter().zip(cells) {
+            for i in ones(out.levels) {
+                self.pack(&transit, row, (i, 1 - self.path[i].mine), &mut parcels);
             }
         }
-        self.route(&all.transit, 0, true);
+        self.send_parcels(parcels);
     }
 
     /// Sends points on along the path, from a position on it; those that reach this worker's own piece stay.
-    fn route(&mut self, transit: &Transit<P>, start: usize, from_home: bool) {
-        let mut parcels: BTreeMap<(usize, usize), Parcel<P>> = BTreeMap::new();
+    fn route(&mut self, transit: &Transit<P>, start: usize) {
+        let mut parcels: Parcels<P> = BTreeMap::new();
         let mut mine: Vec<bool> = vec![false; transit.points.len()];
         for row in transit.cells.chunks_exact(P::DIM + 1) {
             let mut cell = P::Cell::splat(0);
             cell.as_mut().copy_from_slice(row);
-            let (reach, _) = reach_of::<P>(&cell, |v| transit.points.positions[v as usize]);
-            let stays = self.walk_path(transit, &cell, &reach, (start, from_home), &mut parcels);
-            if stays && !from_home {
+            let reach = reach_of::<P>(&cell, |v| transit.points.positions[v as usize]);
+            if self.walk_path(transit, &cell, &reach, start, &mut parcels) {
                 for &v in row.iter().filter(|&&v| v != INFINITE) {
                     mine[v as usize] = true;
                 }
             }
         }
-        for ((i, side), parcel) in parcels {
+        self.send_parcels(parcels);
+        for at in (0..mine.len()).filter(|&at| mine[at]) {
+            self.arrive(transit, at);
+        }
+    }
+
+    fn send_parcels(&mut self, parcels: Parcels<P>) {
+        for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| p.transit.points.len() > 0) {
             let shared = &self.path[i];
             let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
             let Transit { origin, points, cells } = parcel.transit;
             self.out.send(to, node, 0, Body::Seam { origin, points, cells: Bulk(cells) });
-        }
-        for at in (0..mine.len()).filter(|&at| mine[at]) {
-            self.arrive(transit, at);
         }
     }
 
@@ -261,8 +233,8 @@ impl<P: Point> Worker<P> {
         transit: &Transit<P>,
         cell: &P::Cell,
         reach: &Reach<P>,
-        (start, from_home): (usize, bool),
-        parcels: &mut BTreeMap<(usize, usize), Parcel<P>>,
+        start: usize,
+        parcels: &mut Parcels<P>,
     ) -> bool {
         for i in start..self.path.len() {
             let shared = &self.path[i];
@@ -270,14 +242,12 @@ impl<P: Point> Worker<P> {
             if reaches(&shared.split, reach, 1 - mine) {
                 self.pack(transit, cell, (i, 1 - mine), parcels);
             }
-            if !from_home {
-                let reached = reaches(&self.path[i].split, reach, mine);
-                if reached && !goes_on {
-                    self.pack(transit, cell, (i, mine), parcels);
-                }
-                if !reached || !goes_on {
-                    return false;
-                }
+            let reached = reaches(&self.path[i].split, reach, mine);
+            if reached && !goes_on {
+                self.pack(transit, cell, (i, mine), parcels);
+            }
+            if !reached || !goes_on {
+                return false;
             }
         }
         true
@@ -288,23 +258,24 @@ impl<P: Point> Worker<P> {
         transit: &Transit<P>,
         cell: &P::Cell,
         to: (usize, usize),
-        parcels: &mut BTreeMap<(usize, usize), Parcel<P>>,
+        parcels: &mut Parcels<P>,
     ) {
         let child = &self.path[to.0].children[to.1];
+        let parcel = parcels.entry(to).or_insert_with(|| Parcel::of(transit));
         if child.ranks > 1 && !child.leaf {
-            let parcel = parcels.entry(to).or_insert_with(|| Parcel::new(transit.origin));
             parcel.cell(&transit.points, cell);
             return;
         }
         // Nobody further down has to know why: the points alone, those of the sender's home, each once.
         for &v in cell.as_ref().iter().filter(|&&v| v != INFINITE) {
-            if transit.points.owners[v as usize] != transit.origin {
+            if parcel.places[v as usize] != INFINITE {
                 continue;
             }
             let key = transit.points.ids[v as usize] << 6 | to.0 as u64;
-            if self.seams.sent.insert(key) {
-                let parcel = parcels.entry(to).or_insert_with(|| Parcel::new(transit.origin));
+            if transit.points.owners[v as usize] == transit.origin && self.seams.sent.insert(key) {
                 parcel.point(&transit.points, v);
+            } else {
+                parcel.places[v as usize] = LEFT_OUT;
             }
         }
     }
@@ -347,7 +318,7 @@ impl<P: Point> Worker<P> {
             if start == self.path.len() {
                 (0..transit.points.len()).for_each(|at| self.arrive(&transit, at));
             } else {
-                self.route(&transit, start, false);
+                self.route(&transit, start);
             }
         }
     }

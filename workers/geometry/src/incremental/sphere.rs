@@ -151,6 +151,11 @@ impl<P: Point> Frame<P> {
         self.farthest = larger(distance, self.farthest);
     }
 
+    /// No point is farther from the origin, in the coordinates of the points.
+    pub(super) fn extent(&self) -> f64 {
+        self.farthest / self.scale
+    }
+
     /// A number above the radius of a finite cell's ball, not a number without a sphere. The ball's centre is at
     /// most a radius farther from the origin than a vertex, so with [`Frame::ball`]'s bound a little more of the
     /// radius covers all of its rounding.
