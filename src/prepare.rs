@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::predicates::smallest_outside;
+use septet_geometry::predicates::{raises_dimension, smallest_outside};
 use septet_geometry::range::{Digits, RangeError, all_finite, scale};
 use septet_workers::view::shown_hash;
 
@@ -118,17 +118,22 @@ pub(crate) fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prep
     })
 }
 
-/// The digits of all coordinates, if all are finite; and is one of them -0.0?
+/// The digits of all coordinates, or more where even these fit, if all are finite; and is one of them -0.0?
 fn survey<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
     let block = |points: &[P]| {
         let is_negative_zero = |x: f64| x.to_bits() == (-0.0f64).to_bits();
-        let found = points.iter().any(|p| (0..P::DIM).any(|i| is_negative_zero(p.coord(i))));
-        (Digits::of(points), found)
+        let any = |found, p: &P| (0..P::DIM).fold(found, |found, i| found | is_negative_zero(p.coord(i)));
+        (Digits::at_most(points), points.iter().fold(false, any))
     };
-    let join = |a: (Option<Digits>, bool), b: (Option<Digits>, bool)| {
-        (a.0.zip(b.0).map(|(a, b)| a.join(b)), a.1 || b.1)
+    let join = |a: Option<Digits>, b: Option<Digits>| a.zip(b).map(|(a, b)| a.join(b));
+    let none = || Some(Digits::NONE);
+    let blocks = || points.par_chunks(BLOCK);
+    let (most, found) = blocks().map(block).reduce(|| (none(), false), |a, b| (join(a.0, b.0), a.1 | b.1));
+    let digits = match most {
+        Some(most) if !most.fit() => blocks().map(Digits::of).reduce(none, join),
+        fits => fits,
     };
-    points.par_chunks(BLOCK).map(block).reduce(|| (Some(Digits::NONE), false), join)
+    (digits, found)
 }
 
 pub(crate) fn without_negative_zero<P: Point>(mut p: P) -> P {
@@ -147,11 +152,19 @@ fn renumber(error: RangeError, kept: Option<&[u64]>) -> RangeError {
     }
 }
 
-/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block.
+/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block. Nearly always the
+/// `d + 1` smallest points are the frame.
 fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
+    let basis = |frame: &[usize]| -> Vec<P> { frame.iter().map(|&i| points[i]).collect() };
+    for next in smallest(points, P::DIM + 1) {
+        if !raises_dimension(&basis(&frame), points[next]) {
+            break;
+        }
+        frame.push(next);
+    }
     while frame.len() <= P::DIM {
-        let basis: Vec<P> = frame.iter().map(|&i| points[i]).collect();
+        let basis = basis(&frame);
         let of_block =
             |(block, points): (usize, &[P])| smallest_outside(&basis, points).map(|i| block * BLOCK + i);
         let smaller = |a: usize, b: usize| if lex_cmp(&points[b], &points[a]).is_lt() { b } else { a };
@@ -162,6 +175,32 @@ fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
         }
     }
     frame
+}
+
+/// The lexicographically smallest points, in order; of coincident ones the first.
+fn smallest<P: Point>(points: &[P], count: usize) -> Vec<usize> {
+    let order = |a: &usize, b: &usize| lex_cmp(&points[*a], &points[*b]).then(a.cmp(b));
+    let of_block = |(block, members): (usize, &[P])| {
+        let mut found: Vec<usize> = Vec::with_capacity(count + 1);
+        let mut most = f64::INFINITY;
+        for (i, x) in members.iter().enumerate() {
+            if x.coord(0) > most {
+                continue;
+            }
+            let at = block * BLOCK + i;
+            let place = found.partition_point(|known| order(known, &at).is_lt());
+            found.insert(place, at);
+            found.truncate(count);
+            if found.len() == count {
+                most = points[found[count - 1]].coord(0);
+            }
+        }
+        found
+    };
+    let mut all: Vec<usize> = points.par_chunks(BLOCK).enumerate().flat_map_iter(of_block).collect();
+    all.sort_unstable_by(order);
+    all.truncate(count);
+    all
 }
 
 /// Bits of the tables for each point.

@@ -10,8 +10,8 @@ use septet_protocol::ids::{Phase, Rank};
 
 use super::replay::Replay;
 
-/// Balls and points found, by home leaf, that reach a group.
-type Reaching = BTreeMap<u32, (u64, u64)>;
+/// Balls, entries of what they find, and points named there, by home leaf, that reach a group.
+type Reaching = BTreeMap<u32, [u64; 3]>;
 
 /// A batch under way.
 struct Batch {
@@ -29,11 +29,11 @@ fn reaching(replay: &Replay<'_>, phase: Phase) -> Vec<Reaching> {
     let numbers: BTreeMap<u64, usize> =
         replay.place.groups.iter().enumerate().map(|(at, g)| (g.node.0, at)).collect();
     let mut table = vec![Reaching::new(); replay.place.groups.len()];
-    for &(p, leaf, node, balls, points) in &replay.log.reach {
+    for &(p, leaf, node, balls, entries, points) in &replay.log.reach {
         if p == phase as u8
             && let Some(&at) = numbers.get(&node)
         {
-            table[at].insert(leaf, (balls, points));
+            table[at].insert(leaf, [balls, entries, points]);
         }
     }
     table
@@ -94,9 +94,9 @@ fn set_out(replay: &Replay<'_>, table: &[Reaching], rank: Rank) -> Leaving {
     out
 }
 
-fn sum(table: &Reaching, leaves: &BTreeSet<u32>) -> (u64, u64) {
+fn sum(table: &Reaching, leaves: &BTreeSet<u32>) -> [u64; 3] {
     let rows = leaves.iter().filter_map(|leaf| table.get(leaf));
-    rows.fold((0, 0), |sum, row| (sum.0 + row.0, sum.1 + row.1))
+    rows.fold([0; 3], |sum, row| [0, 1, 2].map(|i| sum[i] + row[i]))
 }
 
 /// Balls of a phase, and their answers. Returns for each rank with balls abroad the round in which it takes
@@ -140,8 +140,10 @@ pub(super) fn queries(replay: &mut Replay<'_>, phase: Phase) -> BTreeMap<Rank, u
         }
         for at in complete {
             let batch = &batches[at];
-            let (balls, points) = sum(&table[batch.group], &batch.leaves);
-            let bytes = sizes.answer + balls * sizes.one_answer + points * sizes.point;
+            let [balls, entries, points] = sum(&table[batch.group], &batch.leaves);
+            let groups = batch.leaves.len() as u64 * sizes.answer_group;
+            let lists = balls * sizes.one_answer + entries * sizes.entry;
+            let bytes = sizes.answer + groups + lists + points * sizes.point;
             replay.send(phase, round, (batch.to, batch.from), bytes);
             answered.push(at);
         }
@@ -160,8 +162,9 @@ fn post(
     arriving: &mut Vec<usize>,
 ) {
     for ((group, to), (leaves, accounts)) in out {
-        let (balls, _) = sum(&table[group], &leaves);
-        let bytes = replay.sizes.query + balls * replay.sizes.one_query;
+        let [balls, ..] = sum(&table[group], &leaves);
+        let groups = leaves.len() as u64 * replay.sizes.query_group;
+        let bytes = replay.sizes.query + groups + balls * replay.sizes.one_query;
         replay.send(phase, round, (from, to), bytes);
         for &account in &accounts {
             batches[account].outstanding += 1;
@@ -184,7 +187,7 @@ pub(super) fn ghosts(replay: &mut Replay<'_>) {
         let mut next: BTreeMap<Rank, Leaving> = BTreeMap::new();
         for (from, out) in leaving {
             for ((group, to), (leaves, _)) in out {
-                let points = sum(&table[group], &leaves).0;
+                let [points, ..] = sum(&table[group], &leaves);
                 let bytes = replay.sizes.ghosts + points * replay.sizes.point;
                 replay.send(Phase::Sets, round, (from, to), bytes);
                 walk(replay, &table, (group, to), &leaves, None, next.entry(to).or_default());

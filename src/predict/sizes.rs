@@ -5,7 +5,7 @@ use septet_geometry::separator::SEPARATOR_WORDS;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::{
-    Body, Child, ListBatch, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch, Summary, Verdict,
+    AnswerBatch, Body, Child, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch, Summary, Verdict,
 };
 use septet_workers::choice::ALPHAS;
 
@@ -28,8 +28,13 @@ pub(super) struct Sizes {
     pub(super) moved: u64,
     pub(super) query: u64,
     pub(super) one_query: u64,
+    /// One leaf whose balls are in a batch.
+    pub(super) query_group: u64,
     pub(super) answer: u64,
     pub(super) one_answer: u64,
+    pub(super) answer_group: u64,
+    /// One entry of a list.
+    pub(super) entry: u64,
     pub(super) summary: u64,
     pub(super) children: u64,
     pub(super) frame: u64,
@@ -73,19 +78,26 @@ impl Sizes {
         let child = Child { population: 0, first: 0, ranks: 0, leaf: false };
         let summary = || Summary { max_radius2: 0.0, smallest: points::<P>(1) };
         let corners = || Bulk(vec![P::splat(0.0); 4]);
-        let queries = |n: usize| QueryBatch {
+        let queries = |n: usize, groups: usize| QueryBatch {
             slots: Bulk(vec![0; n]),
             centres: Bulk(vec![P::splat(0.0); n]),
             radii2: Bulk(vec![0.0; n]),
+            groups: Bulk(vec![0; groups]),
             probe: false,
             wanted: 0,
         };
-        let lists =
-            |n: usize| ListBatch { slots: Bulk(vec![0; n]), counts: Bulk(vec![0; n]), points: none() };
+        let answers = |n: usize, groups: usize, entries: usize| AnswerBatch {
+            slots: Bulk(vec![0; n]),
+            counts: Bulk(vec![0; n]),
+            groups: Bulk(vec![0; groups]),
+            sizes: Bulk(vec![0; groups]),
+            places: Bulk(vec![0; entries]),
+            points: none(),
+        };
         let (block, ghosts) = (length(Body::Block(none())), length(Body::Ghosts(none())));
         let homeless = PointBatch::homeless(vec![0], vec![P::splat(0.0)]);
-        let query = length(Body::Query(queries(0)));
-        let answer = length(Body::Answer(lists(0)));
+        let query = length(Body::Query(queries(0, 0)));
+        let answer = length(Body::Answer(answers(0, 0, 0)));
         Sizes {
             start: length(Body::Start { population: 0, frame: points::<P>(P::DIM + 1) }),
             block,
@@ -99,9 +111,12 @@ impl Sizes {
             retry: length::<P>(Body::Decision { verdict: Verdict::Retry, boxes: Bulk(Vec::new()) }),
             moved: length(Body::Move(none())),
             query,
-            one_query: length(Body::Query(queries(1))) - query,
+            one_query: length(Body::Query(queries(1, 0))) - query,
+            query_group: length(Body::Query(queries(0, 1))) - query,
             answer,
-            one_answer: length(Body::Answer(lists(1))) - answer,
+            one_answer: length(Body::Answer(answers(1, 0, 0))) - answer,
+            answer_group: length(Body::Answer(answers(0, 1, 0))) - answer,
+            entry: length(Body::Answer(answers(0, 0, 1))) - answer,
             summary: length(Body::Summary(summary())),
             children: length(Body::Children(Box::new([summary(), summary()]))),
             frame: length(Body::Frame(none())),

@@ -16,7 +16,7 @@ use septet::Config;
 use septet::config::{Correction, Partition, Workers};
 use septet::generate::Kind;
 use septet::protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet::protocol::message::{Body, Message, PointBatch};
+use septet::protocol::message::{AnswerBatch, Body, ListBatch, Message, PointBatch};
 use septet::protocol::transport::{Delivery, Transport, TransportError};
 use septet::run_on;
 use septet::workers::config::WorkerConfig;
@@ -92,7 +92,8 @@ fn records(body: &Body<DVec3>) -> Vec<&PointBatch<DVec3>> {
         | Body::Propose { points, .. }
         | Body::Object { points, .. }
         | Body::Region { points, .. } => vec![points],
-        Body::Answer(list) | Body::Lists(list) => vec![&list.points],
+        Body::Answer(answer) => vec![&answer.points],
+        Body::Lists(list) => vec![&list.points],
         Body::Summary(summary) => vec![&summary.smallest],
         Body::Children(both) => both.iter().map(|s| &s.smallest).collect(),
         _ => Vec::new(),
@@ -152,8 +153,8 @@ impl Memory {
             Body::Items { slots, .. } => {
                 self.awaited.extend(slots.iter().map(|&slot| (m.from, slot, m.to)));
             }
-            Body::Answer(list) | Body::Lists(list) => {
-                for &slot in list.slots.iter() {
+            Body::Answer(AnswerBatch { slots, .. }) | Body::Lists(ListBatch { slots, .. }) => {
+                for &slot in slots.iter() {
                     if !self.awaited.remove(&(m.to, slot, m.from)) {
                         return Some(format!("{} answers {} of {} again, or unasked", m.from, slot, m.to));
                     }

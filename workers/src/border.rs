@@ -108,9 +108,7 @@ impl<P: Point> Border<'_, P> {
     ) -> bool {
         let mut levels = self.near(slot, cell);
         if let Some(Reach::Ball { centre, radius }) = self.piece.ball(slot) {
-            levels = self.filter(levels, |s| {
-                s.split.separator.reaches(centre, radius, side_of(1 - s.mine))
-            });
+            levels = self.filter(levels, |s| s.split.separator.reaches(centre, radius, side_of(1 - s.mine)));
         }
         if levels == 0 {
             return false;
@@ -132,7 +130,12 @@ impl<P: Point> Border<'_, P> {
     }
 
     /// A cell with a vertex at home as it goes out, if it reaches out to where the unusual ones of its vertices did.
-    pub(crate) fn outgoing(&mut self, slot: u32, cell: &P::Cell, unusual: &Unusual) -> Option<Outgoing<P::Cell>> {
+    pub(crate) fn outgoing(
+        &mut self,
+        slot: u32,
+        cell: &P::Cell,
+        unusual: &Unusual,
+    ) -> Option<Outgoing<P::Cell>> {
         let levels = cell.as_ref().iter().filter_map(|&v| unusual.levels.get(v as usize));
         let levels = levels.fold(0, |all, levels| all | levels);
         if levels == 0 {
@@ -160,8 +163,8 @@ impl<P: Point> Border<'_, P> {
         }
         // All of the ball is within twice its radius of the vertex. What is not a number is not less.
         let across = 2.0 * self.piece.radius_bound(slot);
-        let near = |(i, clear): (usize, &f64)| u64::from(!(across < *clear)) << i;
-        clear.iter().enumerate().map(near).fold(0, |a, b| a | b)
+        let is_clear = |clear: f64| across < clear;
+        clear.iter().enumerate().fold(0, |near, (i, &clear)| near | u64::from(!is_clear(clear)) << i)
     }
 
     /// Those of some places on the path where what holds a cell's conflicts may hold a point of the other side.
@@ -201,3 +204,6 @@ fn centres<P: Point>(path: &[Shared<P>]) -> Option<Vec<P>> {
     }
     Some(centres)
 }
+
+#[cfg(test)]
+mod tests;

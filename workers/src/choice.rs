@@ -78,7 +78,7 @@ impl<P: Point> Worker<P> {
 
     /// Sends the sample's outcome once all its balls are back.
     fn report_samples(&mut self) {
-        if self.exchange.sample_sent || self.engine.done.homes.len() < self.exchange.samples {
+        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples {
             return;
         }
         self.exchange.sample_sent = true;

@@ -25,6 +25,7 @@ pub mod partition;
 
 mod grow;
 
+mod answers;
 mod query;
 
 mod walk;
@@ -45,8 +46,8 @@ mod sets;
 
 mod independent;
 
-mod piece;
 mod border;
+mod piece;
 mod seam;
 mod stars;
 

@@ -42,8 +42,9 @@ impl<P: Point> Worker<P> {
             let goes = split.reaches(centre, radius2, other);
             self.engine.visit(id, goes);
             if goes {
-                forwards.add(self, &[(at, other)], centre, radius2);
-                self.engine.await_answer(home, radius2);
+                let leaf = u64::from(self.leaf_number(home));
+                forwards.add(self, &[(at, other)], centre, radius2, leaf);
+                self.engine.await_answer(home, centre, radius2);
             }
         }
         forwards.send(self);

@@ -19,17 +19,18 @@
 
 use std::collections::BTreeMap;
 
+use septet_geometry::complex::NONE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::{Found, keep_nearest};
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::message::{Body, ListBatch, Message, PointBatch, QueryBatch};
+use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
 
+use crate::answers::{Asked, empty_answer};
 use crate::config::map_in;
 use crate::forwards::Forwards;
-use crate::table::Table;
 use crate::walk::{Counts, Probe};
 use crate::worker::Worker;
 
@@ -59,53 +60,63 @@ pub(crate) struct Ball {
 }
 
 #[derive(Clone, Debug)]
-struct Pending {
-    /// The batch it came in, and the sender's name of it; none for an own ball.
+struct Pending<P> {
+    /// The batch it came in, and its position there; none for an own ball.
     origin: Option<(u32, u32)>,
     home: u32,
     outstanding: u32,
+    centre: P,
     radius2: f64,
     list: Vec<Found>,
 }
 
-/// Queries that came in one message: answered in one message, when the last of them is.
-#[derive(Clone, Debug)]
-struct Asked<P> {
-    from: Rank,
-    outstanding: u32,
-    answer: ListBatch<P>,
-}
-
-/// Home points and what they found.
+/// Home points and what they found, in parts as they were completed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Done {
-    pub(crate) homes: Vec<u32>,
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Part {
+    homes: Vec<u32>,
     lists: Lists<Found>,
 }
 
-impl Done {
+impl Part {
     fn push(&mut self, home: u32, list: &[Found]) {
         self.homes.push(home);
         self.lists.push(list.iter().copied());
     }
+}
 
-    fn append(&mut self, other: Done) {
-        self.homes.extend(other.homes);
-        self.lists.append(other.lists);
+impl Done {
+    /// Number of lists.
+    pub(crate) fn len(&self) -> usize {
+        self.parts.iter().map(|part| part.homes.len()).sum()
+    }
+
+    /// A list that is complete, in the last part.
+    fn push(&mut self, home: u32, list: &[Found]) {
+        if self.parts.is_empty() {
+            self.parts.push(Part::default());
+        }
+        if let Some(last) = self.parts.last_mut() {
+            last.push(home, list);
+        }
     }
 
     /// In the order in which they were complete.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &[Found])> {
-        self.homes.iter().copied().zip(self.lists.iter())
+        self.parts.iter().flat_map(|part| part.homes.iter().copied().zip(part.lists.iter()))
     }
 
     /// The lists of the home points `0..homes`, in that order.
     pub(crate) fn by_home(&self, homes: u32) -> impl Iterator<Item = &[Found]> {
-        let mut places = vec![None; homes as usize];
-        for (place, &home) in self.homes.iter().enumerate() {
-            places[home as usize] = Some(place);
+        let mut lists = vec![&[][..]; homes as usize];
+        for (home, list) in self.iter() {
+            lists[home as usize] = list;
         }
-        places.into_iter().map(|place| place.map_or(&[][..], |at| &self.lists[at]))
+        lists.into_iter()
     }
 }
 
@@ -113,8 +124,10 @@ impl Done {
 #[derive(Clone, Debug)]
 pub(crate) struct Engine<P> {
     ask: Ask,
-    pending: Vec<Pending>,
-    asked: Vec<Asked<P>>,
+    pending: Vec<Pending<P>>,
+    asked: Vec<Asked>,
+    /// For each point of the table [`NONE`], between answers.
+    marks: Vec<u32>,
     /// Home points whose lists are complete.
     pub(crate) done: Done,
     down: BTreeMap<NodeId, Sweep>,
@@ -137,8 +150,9 @@ impl<P> Engine<P> {
     }
 
     /// Keeps a home point's ball until its one answer comes.
-    pub(crate) fn await_answer(&mut self, home: u32, radius2: f64) {
-        self.pending.push(Pending { origin: None, home, outstanding: 1, radius2, list: Vec::new() });
+    pub(crate) fn await_answer(&mut self, home: u32, centre: P, radius2: f64) {
+        let list = Vec::new();
+        self.pending.push(Pending { origin: None, home, outstanding: 1, centre, radius2, list });
     }
 
     /// The name of the query that is kept next.
@@ -153,6 +167,7 @@ impl<P> Default for Engine<P> {
             ask: Ask::default(),
             pending: Vec::new(),
             asked: Vec::new(),
+            marks: Vec::new(),
             done: Done::default(),
             down: BTreeMap::new(),
             up: BTreeMap::new(),
@@ -161,9 +176,30 @@ impl<P> Default for Engine<P> {
     }
 }
 
-/// Of a group of balls: those that stay with what they found, those that leave with what they found and their ways
-/// out, and what was counted.
-type Walked<'a> = (Done, Vec<(&'a Ball, Vec<Found>, Vec<Way>)>, Counts);
+/// Balls that leave, with what they found and their ways out.
+#[derive(Default)]
+struct Leaving {
+    balls: Vec<u32>,
+    found: Lists<Found>,
+    ways: Lists<Way>,
+}
+
+impl Leaving {
+    fn push(&mut self, ball: usize, found: &[Found], ways: &[Way]) {
+        self.balls.push(ball as u32);
+        self.found.push(found.iter().copied());
+        self.ways.push(ways.iter().copied());
+    }
+
+    /// Position, what was found, ways.
+    fn iter(&self) -> impl Iterator<Item = (usize, &[Found], &[Way])> {
+        let lists = self.found.iter().zip(self.ways.iter());
+        self.balls.iter().zip(lists).map(|(&ball, (found, ways))| (ball as usize, found, ways))
+    }
+}
+
+/// Of a group of balls: those that stay with what they found, those that leave, and what was counted.
+type Walked = (Part, Leaving, Counts);
 
 impl<P: Point> Worker<P> {
     /// Sends the balls of home points on their way; `known` has what their own leaf holds, if it was asked.
@@ -172,9 +208,9 @@ impl<P: Point> Worker<P> {
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let walked = map_in(&self.pool, &groups, |group| {
             let mut walk = self.walk();
-            let (mut done, mut leaving) = (Done::default(), Vec::new());
+            let (mut done, mut leaving) = (Part::default(), Leaving::default());
             let (mut found, mut ways) = (Vec::new(), Vec::new());
-            for ball in *group {
+            for (at, ball) in group.iter().enumerate() {
                 walk.start(ball.leaf);
                 let start = Probe {
                     centre: self.table.positions[ball.home as usize],
@@ -183,6 +219,7 @@ impl<P: Point> Worker<P> {
                 };
                 found.clear();
                 found.extend_from_slice(known.map_or(&[][..], |lists| &lists[ball.home as usize]));
+                ways.clear();
                 if walk.along_path(0, &start, &mut ways)
                     && let Some((_, tree)) = &self.tree
                 {
@@ -192,27 +229,29 @@ impl<P: Point> Worker<P> {
                 if ways.is_empty() {
                     done.push(ball.home, &found);
                 } else {
-                    leaving.push((ball, found.clone(), std::mem::take(&mut ways)));
+                    leaving.push(at, &found, &ways);
                 }
             }
             (done, leaving, walk.into_counts()) as Walked
         });
         let mut forwards = Forwards::new(ask);
-        for (done, leaving, counts) in walked {
-            self.engine.done.append(done);
+        for ((done, leaving, counts), group) in walked.into_iter().zip(groups) {
+            self.engine.done.parts.push(done);
             self.count_walk(&counts);
             if let (Some(recorder), Some(reached)) = (&mut self.recorder, counts.reach.reached) {
                 recorder.reached(self.phase, reached);
             }
-            for (ball, list, ways) in leaving {
+            for (at, found, ways) in leaving.iter() {
+                let ball = &group[at];
                 let centre = self.table.positions[ball.home as usize];
-                forwards.add(self, &ways, centre, ball.radius2);
+                forwards.add(self, ways, centre, ball.radius2, ball.leaf as u64);
                 self.engine.pending.push(Pending {
                     origin: None,
                     home: ball.home,
                     outstanding: ways.len() as u32,
+                    centre,
                     radius2: ball.radius2,
-                    list,
+                    list: found.to_vec(),
                 });
             }
         }
@@ -249,7 +288,7 @@ impl<P: Point> Worker<P> {
                 false
             }
             Body::Answer(batch) => {
-                lists.push(std::mem::replace(batch, empty_lists()));
+                lists.push(std::mem::replace(batch, empty_answer()));
                 false
             }
             _ => true,
@@ -267,17 +306,17 @@ impl<P: Point> Worker<P> {
 
     /// Answers every batch whose last query is done: as many answers as there were questions.
     fn answer_batches(&mut self) {
-        for asked in &mut self.engine.asked {
-            if asked.outstanding == 0 && !asked.answer.slots.is_empty() {
-                let answer = std::mem::replace(&mut asked.answer, empty_lists());
-                self.out.send(asked.from, NodeId::ROOT, 0, Body::Answer(answer));
-            }
+        let Engine { asked, marks, .. } = &mut self.engine;
+        marks.resize(self.table.ids.len().max(marks.len()), NONE);
+        for asked in asked.iter_mut().filter(|asked| asked.is_complete()) {
+            let answer = asked.take(&self.table, marks);
+            self.out.send(asked.from(), NodeId::ROOT, 0, Body::Answer(answer));
         }
     }
 
     /// Keeps account of a batch of queries; returns its number.
-    fn ask_for(&mut self, from: Rank, queries: usize) -> u32 {
-        self.engine.asked.push(Asked { from, outstanding: queries as u32, answer: empty_lists() });
+    fn ask_for(&mut self, from: Rank, batch: &QueryBatch<P>) -> u32 {
+        self.engine.asked.push(Asked::of(from, batch));
         self.engine.asked.len() as u32 - 1
     }
 
@@ -293,86 +332,95 @@ impl<P: Point> Worker<P> {
         }
         let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
         let mut walk = self.walk();
-        let mut results = Vec::with_capacity(batch.slots.len());
-        for (&centre, &radius2) in batch.centres.iter().zip(&batch.radii2.0) {
+        let mut results = Leaving::default();
+        let (mut found, mut ways) = (Vec::new(), Vec::new());
+        for (i, (&centre, &radius2)) in batch.centres.iter().zip(&batch.radii2.0).enumerate() {
             let ball = Probe { centre, radius2, home: None };
-            let (mut found, mut ways) = (Vec::new(), Vec::new());
+            found.clear();
+            ways.clear();
             if walk.along_path(start, &ball, &mut ways)
                 && let Some((_, tree)) = &self.tree
             {
                 walk.down(tree, &ball, &mut found);
             }
             keep_nearest(&mut found, batch.wanted as usize, radius2);
-            results.push((found, ways));
+            results.push(i, &found, &ways);
         }
         self.count_walk(&walk.into_counts());
-        let asked = self.ask_for(from, results.len());
-        for (i, (found, ways)) in results.into_iter().enumerate() {
-            let (slot, radius2) = (batch.slots[i], batch.radii2[i]);
+        let asked = self.ask_for(from, batch);
+        let mut groups =
+            (0u64..).zip(&batch.groups.0).flat_map(|(at, &n)| std::iter::repeat_n(at, n as usize));
+        for (i, found, ways) in results.iter() {
+            let group = groups.next().unwrap_or_default();
             if ways.is_empty() {
-                self.engine.asked[asked as usize].outstanding -= 1;
-                answer_list(&self.table, slot, &found, &mut self.engine.asked[asked as usize].answer);
-            } else {
-                forwards.add(self, &ways, batch.centres[i], radius2);
-                self.engine.pending.push(Pending {
-                    origin: Some((asked, slot)),
-                    home: u32::MAX,
-                    outstanding: ways.len() as u32,
-                    radius2,
-                    list: found,
-                });
+                self.engine.asked[asked as usize].answer(i as u32, found);
+                continue;
             }
+            let (centre, radius2) = (batch.centres[i], batch.radii2[i]);
+            forwards.add(self, ways, centre, radius2, u64::from(asked + 1) << 32 | group);
+            self.engine.pending.push(Pending {
+                origin: Some((asked, i as u32)),
+                home: u32::MAX,
+                outstanding: ways.len() as u32,
+                centre,
+                radius2,
+                list: found.to_vec(),
+            });
         }
     }
 
     /// Passes queries for a node that turned out a leaf on to the rank that holds it.
     fn relay_queries(&mut self, from: Rank, node: NodeId, holder: Rank, batch: &QueryBatch<P>) {
         let mut on = batch.clone();
-        let asked = self.ask_for(from, batch.slots.len());
-        for (slot, (&theirs, &radius2)) in on.slots.iter_mut().zip(batch.slots.iter().zip(&batch.radii2.0)) {
+        let asked = self.ask_for(from, batch);
+        for (i, slot) in on.slots.iter_mut().enumerate() {
             *slot = self.engine.pending.len() as u32;
             self.engine.pending.push(Pending {
-                origin: Some((asked, theirs)),
+                origin: Some((asked, i as u32)),
                 home: u32::MAX,
                 outstanding: 1,
-                radius2,
+                centre: batch.centres[i],
+                radius2: batch.radii2[i],
                 list: Vec::new(),
             });
         }
         self.out.send(holder, node, 0, Body::Query(on));
     }
 
-    fn on_answer(&mut self, batch: &ListBatch<P>) {
-        let mut at = 0;
-        for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
-            let end = at + count as usize;
-            let Some(pending) = self.engine.pending.get_mut(slot as usize) else { return };
-            let centre = match pending.origin {
-                None => Some(self.table.positions[pending.home as usize]),
-                Some(_) => None,
-            };
-            for i in at..end.min(batch.points.len()) {
-                let b = &batch.points;
-                // Its own leaves were not asked: no home point is among them.
-                let (number, _) = self.table.receive(b.ids[i], b.positions[i], b.owners[i]);
-                // Answers carry the squared distance in the place of a radius.
-                let d2 = centre.map_or(b.radii2[i], |c| dist2(b.positions[i], c));
-                pending.list.push((d2, number));
-            }
-            at = end;
-            pending.outstanding -= 1;
-            if pending.outstanding == 0 {
-                let mut list = std::mem::take(&mut pending.list);
-                keep_nearest(&mut list, self.engine.ask.wanted as usize, pending.radius2);
-                match pending.origin {
-                    None => self.engine.done.push(pending.home, &list),
-                    Some((asked, slot)) => {
-                        let asked = &mut self.engine.asked[asked as usize];
-                        asked.outstanding -= 1;
-                        answer_list(&self.table, slot, &list, &mut asked.answer);
-                    }
+    fn on_answer(&mut self, batch: &AnswerBatch<P>) {
+        let points = &batch.points;
+        // Their own leaves were not asked: no home point is among them.
+        let each = points.ids.iter().zip(&points.positions.0).zip(&points.owners.0);
+        let numbers: Vec<u32> = each.map(|((&id, &x), &owner)| self.table.receive(id, x, owner).0).collect();
+        let mut lists = batch.slots.iter().zip(&batch.counts.0);
+        let (mut places, mut rest) = (batch.places.0.as_slice(), 0..points.len());
+        for (&queries, &size) in batch.groups.iter().zip(&batch.sizes.0) {
+            let begin = rest.start;
+            rest.start = (begin + size as usize).min(rest.end);
+            for (&slot, &count) in lists.by_ref().take(queries as usize) {
+                let (list, after) = places.split_at((count as usize).min(places.len()));
+                places = after;
+                let Some(pending) = self.engine.pending.get_mut(slot as usize) else { return };
+                pending.list.reserve_exact(list.len());
+                let at = list.iter().map(|&place| begin + place as usize).filter(|&at| at < rest.start);
+                let found = at.map(|at| (dist2(points.positions[at], pending.centre), numbers[at]));
+                pending.list.extend(found);
+                pending.outstanding -= 1;
+                if pending.outstanding == 0 {
+                    self.complete(slot);
                 }
             }
+        }
+    }
+
+    /// A query whose answers are all there.
+    fn complete(&mut self, slot: u32) {
+        let pending = &mut self.engine.pending[slot as usize];
+        let mut list = std::mem::take(&mut pending.list);
+        keep_nearest(&mut list, self.engine.ask.wanted as usize, pending.radius2);
+        match pending.origin {
+            None => self.engine.done.push(pending.home, &list),
+            Some((asked, query)) => self.engine.asked[asked as usize].answer(query, &list),
         }
     }
 
@@ -411,25 +459,12 @@ impl<P: Point> Worker<P> {
     }
 }
 
-fn answer_list<P: Point>(table: &Table<P>, slot: u32, list: &[Found], batch: &mut ListBatch<P>) {
-    batch.slots.push(slot);
-    batch.counts.push(list.len() as u32);
-    for &(d2, number) in list {
-        let i = number as usize;
-        batch.points.push(table.ids[i], table.positions[i], table.owners[i], d2);
-    }
-}
-
-/// An empty batch of lists.
-pub(crate) fn empty_lists<P>() -> ListBatch<P> {
-    ListBatch { slots: Bulk(Vec::new()), counts: Bulk(Vec::new()), points: PointBatch::default() }
-}
-
 pub(crate) fn empty_queries<P>() -> QueryBatch<P> {
     QueryBatch {
         slots: Bulk(Vec::new()),
         centres: Bulk(Vec::new()),
         radii2: Bulk(Vec::new()),
+        groups: Bulk(Vec::new()),
         probe: false,
         wanted: 0,
     }

@@ -219,7 +219,7 @@ impl<P: Point> Worker<P> {
     }
 
     fn send_parcels(&mut self, parcels: Parcels<P>) {
-        for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| p.transit.points.len() > 0) {
+        for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| !p.transit.points.is_empty()) {
             let shared = &self.path[i];
             let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
             let Transit { origin, points, cells } = parcel.transit;
@@ -253,13 +253,7 @@ impl<P: Point> Worker<P> {
         true
     }
 
-    fn pack(
-        &mut self,
-        transit: &Transit<P>,
-        cell: &P::Cell,
-        to: (usize, usize),
-        parcels: &mut Parcels<P>,
-    ) {
+    fn pack(&mut self, transit: &Transit<P>, cell: &P::Cell, to: (usize, usize), parcels: &mut Parcels<P>) {
         let child = &self.path[to.0].children[to.1];
         let parcel = parcels.entry(to).or_insert_with(|| Parcel::of(transit));
         if child.ranks > 1 && !child.leaf {

@@ -24,7 +24,6 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 
 use crate::leader::{by_node, decide_sets};
-use crate::query::empty_lists;
 use crate::tree::{Split, Tree};
 use crate::worker::Worker;
 
@@ -437,4 +436,9 @@ impl Item {
         }
         all.unwrap_or_default()
     }
+}
+
+/// An empty batch of lists.
+fn empty_lists<P>() -> ListBatch<P> {
+    ListBatch { slots: Bulk(Vec::new()), counts: Bulk(Vec::new()), points: PointBatch::default() }
 }

@@ -2,7 +2,7 @@
 //!
 //! It is an instrument: it decides nothing and is charged nothing. See [`septet_protocol::tasks`].
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use septet_geometry::neighbourhood::{Found, keep_nearest};
 use septet_geometry::point::Point;
@@ -18,8 +18,25 @@ use crate::worker::Worker;
 /// are told exactly.
 pub const BLOCKS: u32 = 4096;
 
-/// Balls or points of a leaf that reach a node off their way home, and points found there for them.
-pub(crate) type Reached = BTreeMap<(u32, NodeId), (u64, u64)>;
+/// Balls or points of a leaf that reach a node off their way home, entries of the lists found there for them, and the
+/// points that these name.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reaching {
+    balls: u64,
+    entries: u64,
+    points: HashSet<u32>,
+}
+
+impl Reaching {
+    fn join(&mut self, other: Reaching) {
+        self.balls += other.balls;
+        self.entries += other.entries;
+        self.points.extend(other.points);
+    }
+}
+
+/// By leaf and node.
+pub(crate) type Reached = BTreeMap<(u32, NodeId), Reaching>;
 
 /// Step, objection or proposal, speaker's and listener's leaf.
 type Speech = (u32, bool, u32, u32);
@@ -44,7 +61,7 @@ impl Reach {
     /// A point, or a ball that has found nothing, reaches a node.
     pub(crate) fn visit(&mut self, node: NodeId) {
         if let Some(reached) = &mut self.reached {
-            reached.entry((self.origin, node)).or_default().0 += 1;
+            reached.entry((self.origin, node)).or_default().balls += 1;
         }
     }
 
@@ -54,8 +71,9 @@ impl Reach {
             let mut nearest = below.to_vec();
             keep_nearest(&mut nearest, wanted, radius2);
             let entry = reached.entry((self.origin, node)).or_default();
-            entry.0 += 1;
-            entry.1 += nearest.len() as u64;
+            entry.balls += 1;
+            entry.entries += nearest.len() as u64;
+            entry.points.extend(nearest.iter().map(|found| found.1));
         }
     }
 }
@@ -65,7 +83,7 @@ impl Reach {
 pub(crate) struct Recorder {
     pub(crate) log: TaskLog,
     reverse: BTreeMap<(u32, u32), u64>,
-    reach: BTreeMap<(u8, u32, NodeId), (u64, u64)>,
+    reach: BTreeMap<(u8, u32, NodeId), Reaching>,
     /// Cells, conflicts, ids of the points named.
     said: BTreeMap<Speech, (u64, u64, BTreeSet<u64>)>,
     checks: u32,
@@ -112,10 +130,8 @@ impl Recorder {
     }
 
     pub(crate) fn reached(&mut self, phase: Phase, reached: Reached) {
-        for ((leaf, node), (balls, points)) in reached {
-            let entry = self.reach.entry((phase as u8, leaf, node)).or_default();
-            entry.0 += balls;
-            entry.1 += points;
+        for ((leaf, node), here) in reached {
+            self.reach.entry((phase as u8, leaf, node)).or_default().join(here);
         }
     }
 
@@ -145,7 +161,10 @@ impl Recorder {
         let mut log = std::mem::take(&mut self.log);
         log.reverse = std::mem::take(&mut self.reverse).into_iter().map(|((a, b), n)| (a, b, n)).collect();
         let reach = std::mem::take(&mut self.reach);
-        log.reach = reach.into_iter().map(|((p, l, node), (b, n))| (p, l, node.0, b, n)).collect();
+        let row = |((phase, leaf, node), here): ((u8, u32, NodeId), Reaching)| {
+            (phase, leaf, node.0, here.balls, here.entries, here.points.len() as u64)
+        };
+        log.reach = reach.into_iter().map(row).collect();
         let said = std::mem::take(&mut self.said).into_iter();
         log.exchange = said
             .map(|((step, objection, from, to), (cells, conflicts, points))| {

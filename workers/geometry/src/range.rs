@@ -85,6 +85,33 @@ impl Digits {
         finite.then_some(digits)
     }
 
+    /// The same or more, with one comparison a coordinate: all that a coordinate of this size may use. Nothing if one of
+    /// them is not finite.
+    pub fn at_most<P: Point>(points: &[P]) -> Option<Self> {
+        let (mut least, mut most) = (u64::MAX, 0);
+        for p in points {
+            for i in 0..P::DIM {
+                let size = p.coord(i).abs().to_bits();
+                most = most.max(size);
+                // Zero, which uses none, becomes the largest number.
+                least = least.min(size.wrapping_sub(1));
+            }
+        }
+        if most >= f64::INFINITY.to_bits() {
+            return None;
+        }
+        if most == 0 {
+            return Some(Digits::NONE);
+        }
+        let biased = |size: u64| (size >> 52).max(1) as i32;
+        Some(Digits { low: biased(least + 1) - 1075, high: biased(most) - 1022 })
+    }
+
+    /// Are they in the exact range?
+    pub fn fit(self) -> bool {
+        self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST)
+    }
+
     /// Those of both.
     #[must_use]
     pub fn join(self, other: Digits) -> Self {
@@ -97,7 +124,7 @@ impl Digits {
     /// A spread that no scaling brings into the range; it names the first point that has the lowest bit and the
     /// last that has the highest.
     pub fn exponent<P: Point>(self, points: &[P]) -> Result<i32, RangeError> {
-        if self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST) {
+        if self.fit() {
             return Ok(0);
         }
         let bits = self.high - self.low;

@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 4;
+pub const PROTOCOL_VERSION: u16 = 5;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -124,13 +124,33 @@ pub struct QueryBatch<P> {
     pub centres: Bulk<P>,
     /// Squared radii.
     pub radii2: Bulk<f64>,
+    /// Numbers of queries that follow each other and are of balls of one leaf.
+    pub groups: Bulk<u32>,
     /// Follow the centre's side only (the punt), instead of all that the ball reaches.
     pub probe: bool,
     /// How many nearest points are wanted, ties included.
     pub wanted: u32,
 }
 
-/// Lists of points, one list a slot: answers to queries, or neighbours found elsewhere.
+/// Answers to queries: a list a slot, of points that the lists of a group share.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
+pub struct AnswerBatch<P> {
+    /// The receiver's name of each list.
+    pub slots: Bulk<u32>,
+    /// Length of each list.
+    pub counts: Bulk<u32>,
+    /// Number of lists in each group.
+    pub groups: Bulk<u32>,
+    /// Number of points of each group.
+    pub sizes: Bulk<u32>,
+    /// All lists, one after the other: positions among the points of the group.
+    pub places: Bulk<u32>,
+    /// The points of all groups, one after the other.
+    pub points: PointBatch<P>,
+}
+
+/// Lists of points, one list a slot: neighbours found elsewhere.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct ListBatch<P> {
@@ -315,7 +335,7 @@ pub enum Body<P> {
     /// Balls that look for points below this node.
     Query(QueryBatch<P>),
     /// The points they found.
-    Answer(ListBatch<P>),
+    Answer(AnswerBatch<P>),
     /// Leader to the parent's leader: what the subproblem holds.
     Summary(Summary<P>),
     /// Leader to members: what both children hold.

@@ -35,8 +35,9 @@ pub struct TaskLog {
     pub first_blocks: Vec<Vec<(u32, u32)>>,
     /// For each node and attempt: its samples.
     pub samples: Vec<SampleRow>,
-    /// Phase, home leaf, node off the way home; balls or points that reach it, points found there for them.
-    pub reach: Vec<(u8, u32, u64, u64, u64)>,
+    /// Phase, home leaf, node off the way home; balls or points that reach it, entries of the lists found there for
+    /// them, points that these name.
+    pub reach: Vec<(u8, u32, u64, u64, u64, u64)>,
     /// Was the supergraph chosen by a sample?
     pub chosen: bool,
     /// Edges of nearest neighbours that are told to their other end: leaf, leaf of the other end, number.

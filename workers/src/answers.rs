@@ -1,0 +1,102 @@
+//! Answers to balls that came from elsewhere: lists of points, each point once for all balls of one leaf.
+//!
+//! **Statement.** Balls of one leaf travel together and find much the same points. An answer has the points that the
+//! lists of one leaf's balls name, each once, and the lists as places among them. Distances are not sent: whoever
+//! asked has the centre, and there is one expression for them. So what is sent depends on leaves, and not on how
+//! many of them a worker has.
+
+use septet_geometry::complex::NONE;
+use septet_geometry::lists::Lists;
+use septet_geometry::neighbourhood::Found;
+use septet_geometry::point::Point;
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::Rank;
+use septet_protocol::message::{AnswerBatch, PointBatch, QueryBatch};
+
+use crate::table::Table;
+
+/// Queries that came in one message: answered in one message, when the last of them is.
+#[derive(Clone, Debug)]
+pub(crate) struct Asked {
+    from: Rank,
+    outstanding: u32,
+    /// The sender's names of the queries; how many each group has.
+    slots: Vec<u32>,
+    groups: Vec<u32>,
+    /// The lists that are complete, and which of them is a query's.
+    lists: Lists<Found>,
+    places: Vec<u32>,
+}
+
+impl Asked {
+    /// Those of a batch, of which none is answered.
+    pub(crate) fn of<P>(from: Rank, batch: &QueryBatch<P>) -> Self {
+        let queries = batch.slots.len();
+        Asked {
+            from,
+            outstanding: queries as u32,
+            slots: batch.slots.0.clone(),
+            groups: batch.groups.0.clone(),
+            lists: Lists::default(),
+            places: vec![NONE; queries],
+        }
+    }
+
+    /// Who asked.
+    pub(crate) fn from(&self) -> Rank {
+        self.from
+    }
+
+    /// Enters the list of a query, by its position in the batch.
+    pub(crate) fn answer(&mut self, query: u32, list: &[Found]) {
+        self.outstanding -= 1;
+        self.places[query as usize] = self.lists.len() as u32;
+        self.lists.push(list.iter().copied());
+    }
+
+    /// Is it to be sent?
+    pub(crate) fn is_complete(&self) -> bool {
+        self.outstanding == 0 && !self.slots.is_empty()
+    }
+
+    /// The answer, once; `marks` has a [`NONE`] for every point of the table, before and after.
+    pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, marks: &mut [u32]) -> AnswerBatch<P> {
+        let lists = std::mem::take(&mut self.lists);
+        let mut answer = AnswerBatch { groups: Bulk(std::mem::take(&mut self.groups)), ..empty_answer() };
+        let (mut places, mut named) = (self.places.iter(), Vec::new());
+        for &queries in &answer.groups.0 {
+            for &place in places.by_ref().take(queries as usize) {
+                let list = &lists[place as usize];
+                answer.counts.push(list.len() as u32);
+                for &(_, number) in list {
+                    let mark = &mut marks[number as usize];
+                    if *mark == NONE {
+                        *mark = named.len() as u32;
+                        named.push(number);
+                    }
+                    answer.places.push(*mark);
+                }
+            }
+            answer.sizes.push(named.len() as u32);
+            for number in named.drain(..) {
+                marks[number as usize] = NONE;
+                let i = number as usize;
+                answer.points.push(table.ids[i], table.positions[i], table.owners[i], f64::INFINITY);
+            }
+        }
+        answer.slots = Bulk(std::mem::take(&mut self.slots));
+        answer
+    }
+}
+
+/// An answer to nothing.
+pub(crate) fn empty_answer<P>() -> AnswerBatch<P> {
+    AnswerBatch {
+        slots: Bulk(Vec::new()),
+        counts: Bulk(Vec::new()),
+        groups: Bulk(Vec::new()),
+        sizes: Bulk(Vec::new()),
+        places: Bulk(Vec::new()),
+        points: PointBatch::default(),
+    }
+}
