@@ -142,19 +142,28 @@ impl<P: Point> Walk<'_, P> {
         }
         let (pairs, visits) = &mut self.counts.at_leaf[at];
         *visits += 1;
-        let mut limit2 = ball.radius2;
-        let single = self.ask.wanted == 1;
         let homes = leaf.start as usize..leaf.end as usize;
-        pairs.each_distance(self.homes, homes, ball.centre, limit2, |at, d2| {
-            // No two points coincide: distance zero is the centre itself.
+        // No two points coincide: distance zero is the centre itself.
+        let mut keep = |at: usize, d2: f64| {
             if d2 > 0.0 {
-                if single {
-                    limit2 = d2;
-                }
                 found.push((d2, leaf.start + at as u32));
             }
-            limit2
-        });
+            d2 > 0.0
+        };
+        let (centre, mut limit2) = (ball.centre, ball.radius2);
+        if self.ask.wanted == 1 {
+            pairs.each_distance(self.homes, homes, centre, limit2, |at, d2| {
+                if keep(at, d2) {
+                    limit2 = d2;
+                }
+                limit2
+            });
+        } else {
+            pairs.each_distance_sorted(self.homes, homes, centre, limit2, |at, d2| {
+                keep(at, d2);
+                limit2
+            });
+        }
     }
 }
 

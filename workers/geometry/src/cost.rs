@@ -448,9 +448,7 @@ impl Sweep {
         items.iter().for_each(f);
     }
 
-    /// Processes the distances of a point to all others of a range that is sorted by the first coordinate: see
-    /// [`Columns::each_within`]. The machine looks at all of them, in one step, and that is what is charged; a processor
-    /// looks at those whose first coordinates are within the limit.
+    /// Processes the distances of a point to all others of a range: see [`Columns::each_within`].
     #[inline]
     pub fn each_distance<P: Point>(
         &mut self,
@@ -461,10 +459,23 @@ impl Sweep {
         near: impl FnMut(usize, f64) -> f64,
     ) {
         self.items += range.len() as u64;
-        let first = range.start;
-        let within = points.window(range, centre, limit2);
-        let skipped = within.start - first;
-        let mut near = near;
+        points.each_within(range, centre, limit2, near);
+    }
+
+    /// The same of a range that is sorted by the first coordinate. The machine looks at all of it, in one step, and that
+    /// is what is charged; a processor looks at those whose first coordinates are within the limit.
+    #[inline]
+    pub fn each_distance_sorted<P: Point>(
+        &mut self,
+        points: &Columns<P>,
+        range: std::ops::Range<usize>,
+        centre: P,
+        limit2: f64,
+        mut near: impl FnMut(usize, f64) -> f64,
+    ) {
+        self.items += range.len() as u64;
+        let within = points.window(range.clone(), centre, limit2);
+        let skipped = within.start - range.start;
         points.each_within(within, centre, limit2, |at, d2| near(skipped + at, d2));
     }
 
