@@ -41,7 +41,7 @@ pub(crate) struct Border<'a, P: Point> {
     positions: &'a [P],
     home: u32,
     /// For each home point and separator a radius within which no ball crosses, or -1; 0 until asked for.
-    clear: Vec<f64>,
+    pub(crate) clear: Vec<f64>,
 }
 
 /// Cells that reach out and are not ordinary.
@@ -71,12 +71,15 @@ pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &Reach<P>, side: usize)
 }
 
 impl<P: Point> Worker<P> {
-    /// What the cells of the piece look out to, if there is a piece and another one.
-    pub(crate) fn border(&self) -> Option<Border<'_, P>> {
+    /// What the cells of the piece look out to, if there is a piece and another one. `clear` is empty, or what the border
+    /// knew before.
+    pub(crate) fn border(&self, mut clear: Vec<f64>) -> Option<Border<'_, P>> {
         let piece = self.stars.piece().filter(|_| !self.path.is_empty())?;
         let home = self.table.home;
-        // Pages of zeros that nobody asks for cost nothing.
-        let clear = vec![0.0; self.path.len() * home as usize];
+        if clear.is_empty() {
+            // Pages of zeros that nobody asks for cost nothing.
+            clear = vec![0.0; self.path.len() * home as usize];
+        }
         Some(Border { path: &self.path, piece, positions: &self.table.positions, home, clear })
     }
 }

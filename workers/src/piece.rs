@@ -149,18 +149,23 @@ impl<P: Point> Piece<P> {
     /// Calls `f` with every cell, infinite ones too, that has vertices at home and foreign ones.
     pub(crate) fn each_mixed_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
         let complex = self.delaunay.complex();
+        let mut look = |slot: u32, cell: &P::Cell| {
+            let is_foreign = |&v: &u32| v >= self.home && v != INFINITE;
+            if cell.as_ref().iter().any(is_foreign) && cell.as_ref().iter().any(|&v| v < self.home) {
+                f(slot, &self.local(cell));
+            }
+        };
+        if self.fresh.len() > complex.slots() as usize {
+            complex.entries().for_each(|(slot, cell, _)| look(slot, cell));
+            return;
+        }
         let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
         // A cell with a foreign vertex was made when there were foreign points.
         for &slot in &self.fresh {
             let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
-            if *word & bit != 0 || !complex.is_live(slot) {
-                continue;
-            }
-            *word |= bit;
-            let cell = complex.cell(slot);
-            let is_foreign = |&v: &u32| v >= self.home && v != INFINITE;
-            if cell.as_ref().iter().any(is_foreign) && cell.as_ref().iter().any(|&v| v < self.home) {
-                f(slot, &self.local(cell));
+            if *word & bit == 0 && complex.is_live(slot) {
+                *word |= bit;
+                look(slot, complex.cell(slot));
             }
         }
     }

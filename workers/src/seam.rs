@@ -50,6 +50,8 @@ pub(crate) struct Seams {
     arrived: Vec<u32>,
     /// Cells that reach out and were not ordinary.
     unusual: Unusual,
+    /// What the border knew of home points.
+    clear: Vec<f64>,
     /// What went where a group is one worker: position on the path, and home point.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
@@ -122,8 +124,12 @@ impl<P: Point> Worker<P> {
     }
 
     fn send_ordinary(&mut self) {
-        let (ordinary, unusual) = self.border().map(|mut border| border.survey()).unwrap_or_default();
-        self.seams.unusual = unusual;
+        let (mut ordinary, mut unusual, mut clear) = (Vec::new(), Unusual::default(), Vec::new());
+        if let Some(mut border) = self.border(Vec::new()) {
+            (ordinary, unusual) = border.survey();
+            clear = border.clear;
+        }
+        (self.seams.unusual, self.seams.clear) = (unusual, clear);
         self.send_cells_out(&ordinary);
     }
 
@@ -131,8 +137,9 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_seam(&mut self) {
         self.insert_arrived();
         let mut open = Vec::new();
-        let unusual = std::mem::take(&mut self.seams.unusual);
-        if let (Some(piece), Some(mut border)) = (self.stars.piece(), self.border()) {
+        let (unusual, clear) =
+            (std::mem::take(&mut self.seams.unusual), std::mem::take(&mut self.seams.clear));
+        if let (Some(piece), Some(mut border)) = (self.stars.piece(), self.border(clear)) {
             // The other cells are as they were: a new one has a foreign vertex.
             piece.each_mixed_cell(|slot, cell| open.extend(border.outgoing(slot, cell, &unusual)));
             for &slot in unusual.slots.iter().filter(|&&slot| piece.is_live(slot)) {
