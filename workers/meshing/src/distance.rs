@@ -24,6 +24,8 @@ struct Item {
     feature: u32,
     vertices: [u32; 3],
     len: usize,
+    /// The wall that it is; `u32::MAX` if it is none, or not known as one.
+    wall: u32,
 }
 
 /// A feature met at a distance.
@@ -47,13 +49,43 @@ pub struct LocalSize {
 /// The features of a domain, ready for queries.
 #[derive(Clone, Debug)]
 pub struct Features<P: Space> {
-    points: Vec<P>,
     /// All features in order: corners, segments, facets.
     all: Vec<Feature>,
     /// The corners of each, ascending.
     corners: Vec<Vec<u32>>,
     items: Vec<Item>,
+    shapes: Vec<Shape<P>>,
     tree: Bvh<P>,
+    /// Are these all features of a domain?
+    whole: bool,
+}
+
+/// A simplex by its coordinates.
+#[derive(Clone, Copy, Debug)]
+struct Shape<P> {
+    /// Its corners; beyond their number the last one again.
+    corners: [P; 3],
+    len: usize,
+    /// A ball that holds it.
+    centre: P,
+    radius: f64,
+}
+
+impl<P: Point> Shape<P> {
+    fn new(corners: [P; 3], len: usize) -> Self {
+        let box_of = Bounds::of(corners);
+        let centre = box_of.low * 0.5 + box_of.high * 0.5;
+        let reach2 = corners.iter().map(|&c| (c - centre).norm2()).fold(0.0, f64::max);
+        Shape { corners, len, centre, radius: reach2.sqrt() * ROUNDING }
+    }
+}
+
+/// What is said to be beyond a distance is beyond it by this factor, so that rounding does not matter.
+const ROUNDING: f64 = 1.0 + 1e-12;
+
+/// The simplices by their coordinates.
+fn shapes<P: Point>(points: &[P], items: &[Item]) -> Vec<Shape<P>> {
+    items.iter().map(|i| Shape::new(i.vertices.map(|v| points[v as usize]), i.len)).collect()
 }
 
 impl<P: Space> Features<P> {
@@ -67,22 +99,22 @@ impl<P: Space> Features<P> {
             match feature {
                 Feature::Corner(c) => {
                     let vertices = [domain.corners[c as usize]; 3];
-                    items.push(Item { feature: feature_number, vertices, len: 1 });
+                    items.push(Item { feature: feature_number, vertices, len: 1, wall: u32::MAX });
                 }
                 Feature::Segment(s) => {
                     let [a, b] = domain.segments[s as usize].ends();
-                    items.push(Item { feature: feature_number, vertices: [a, b, b], len: 2 });
+                    items.push(Item { feature: feature_number, vertices: [a, b, b], len: 2, wall: u32::MAX });
                 }
                 Feature::Facet(f) => items.extend(domain.facets[f as usize].walls.iter().map(|&wall| {
-                    let wall = domain.walls()[wall as usize];
+                    let corners = domain.walls()[wall as usize];
                     let mut vertices = [0; 3];
-                    vertices[..P::DIM].copy_from_slice(wall.as_ref());
-                    Item { feature: feature_number, vertices, len: 3 }
+                    vertices[..P::DIM].copy_from_slice(corners.as_ref());
+                    Item { feature: feature_number, vertices, len: 3, wall }
                 })),
             }
         }
         let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&i.vertices[..i.len])).collect());
-        Features { points: domain.points().to_vec(), all, corners, items, tree }
+        Features { shapes: shapes(domain.points(), &items), all, corners, items, tree, whole: true }
     }
 
     /// Corners (one vertex) and chains of edges (more), each with its name. Two are disjoint if they share no end.
@@ -92,7 +124,7 @@ impl<P: Space> Features<P> {
             let mut ends = vec![chain[0], chain[chain.len() - 1]];
             ends.sort_unstable();
             ends.dedup();
-            let item = |vertices: [u32; 3], len| Item { feature: number, vertices, len };
+            let item = |vertices: [u32; 3], len| Item { feature: number, vertices, len, wall: u32::MAX };
             if chain.len() == 1 {
                 items.push(item([chain[0]; 3], 1));
             }
@@ -101,7 +133,12 @@ impl<P: Space> Features<P> {
             corners.push(ends);
         }
         let tree = Bvh::new(items.iter().map(|i| domain.simplices.bounds(&i.vertices[..i.len])).collect());
-        Features { points: domain.points().to_vec(), all, corners, items, tree }
+        Features { shapes: shapes(domain.points(), &items), all, corners, items, tree, whole: false }
+    }
+
+    /// Are these all features of the domain that they were made of?
+    pub fn is_whole(&self) -> bool {
+        self.whole
     }
 
     /// How many simplices the features are made of.
@@ -119,19 +156,26 @@ impl<P: Space> Features<P> {
         self.all[number as usize]
     }
 
+    /// The wall that a simplex is, if it is one of a facet's.
+    pub fn wall(&self, item: u32) -> Option<u32> {
+        Some(self.items[item as usize].wall).filter(|&w| w != u32::MAX)
+    }
+
     /// Have two features, by their numbers, no point in common?
     pub fn are_disjoint(&self, a: u32, b: u32) -> bool {
-        let (mut few, mut many) = (&self.corners[a as usize], &self.corners[b as usize]);
+        let (mut few, mut many) = (&self.corners[a as usize][..], &self.corners[b as usize][..]);
         if few.len() > many.len() {
             std::mem::swap(&mut few, &mut many);
+        }
+        if many.len() <= 4 {
+            return !few.iter().any(|v| many.contains(v));
         }
         few.iter().all(|v| many.binary_search(v).is_err())
     }
 
     /// The point of a simplex closest to `q`, rounded.
     pub fn closest(&self, item: u32, q: P) -> P {
-        let Item { vertices, len, .. } = self.items[item as usize];
-        let [a, b, c] = vertices.map(|v| self.points[v as usize]);
+        let Shape { corners: [a, b, c], len, .. } = self.shapes[item as usize];
         match len {
             1 => a,
             2 => closest_on_segment(a, b, q),
@@ -139,11 +183,17 @@ impl<P: Space> Features<P> {
         }
     }
 
+    /// Is a simplex farther than a distance for certain? A test by its ball; "no" says nothing.
+    pub fn is_beyond(&self, item: u32, q: P, distance: f64) -> bool {
+        let Shape { centre, radius, .. } = self.shapes[item as usize];
+        let reach = (distance + radius) * ROUNDING;
+        (q - centre).norm2() > reach * reach
+    }
+
     /// The middle of a simplex: the mean of its vertices, rounded.
     pub fn middle(&self, item: u32) -> P {
-        let Item { vertices, len, .. } = self.items[item as usize];
-        let sum = vertices[..len].iter().fold(P::splat(0.0), |sum, &v| sum + self.points[v as usize]);
-        sum / len as f64
+        let Shape { corners, len, .. } = self.shapes[item as usize];
+        corners[..len].iter().fold(P::splat(0.0), |sum, &c| sum + c) / len as f64
     }
 
     /// The squared distance to a simplex.
@@ -222,15 +272,23 @@ pub fn closest_on_segment<P: Point>(a: P, b: P, q: P) -> P {
 
 /// The point of a closed triangle closest to `q`.
 pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
-    let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
-    let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
-    let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
     let (u, v, e) = (b - a, c - a, q - a);
     let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
     let det = uu * vv - uv * uv;
     let (eu, ev) = (e.dot(u), e.dot(v));
     let (x, y) = ((eu * vv - ev * uv) / det, (ev * uu - eu * uv) / det);
+    let inside = x >= 0.0 && y >= 0.0 && x + y <= 1.0;
+    let foot = a + u * x + v * y;
+    if inside && det > THIN * uu * vv {
+        return foot;
+    }
+    let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
+    let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
+    let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
     // Of a thin triangle x and y can be far off; what they name is in the triangle all the same, and the edges
     // are close.
-    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 { nearer(best, a + u * x + v * y) } else { best }
+    if inside { nearer(best, foot) } else { best }
 }
+
+/// The squared sine below which an angle of a triangle is taken for thin: above, x and y are good to 1e-12.
+const THIN: f64 = 1e-4;

@@ -114,13 +114,23 @@ fn proved_bounds_hold() {
     bounds_hold(&busy(), 0.5, 0.25);
 }
 
+/// The terms of a tree without drops.
+fn undropped<'a, P: Space>(
+    features: &'a Features<P>,
+    options: &SizeOptions<P>,
+    user: &'a User<P>,
+) -> Terms<'a, P> {
+    let (slope, loss) = (options.lipschitz, options.loss);
+    Terms { features, domain: None, user, slope, loss, drops: false }
+}
+
 /// Without drops: balanced, whole, and lfs within its bounds of the side.
 fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let options = SizeOptions::new(lipschitz);
     let features = Features::new(domain);
     let user = User::new(lipschitz, &Wishes::default());
     let cube = Cube::around(&features.bounds());
-    let grown = tree(&features, &options, &user, false).unwrap().0;
+    let grown = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: Key| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -166,7 +176,7 @@ fn drops_and_filters_lose_nothing() {
     let features = Features::new(&domain);
     let user = User::new(0.25, &Wishes::default());
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = tree(&features, &options, &user, false).unwrap().0;
+    let whole = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
     // Both satisfy the statement, so neither is more than a loss away from the other.
@@ -250,7 +260,7 @@ proptest! {
     fn trees_of_cones(cones in cones(), slope in 0.01..0.99f64, at in prop::collection::vec(
         (-20.0..20.0f64, -20.0..20.0f64, -20.0..20.0f64), 20)) {
         let tree = Cones::new(slope, cones.clone());
-        let filtered = tree.clone().filtered();
+        let filtered = tree.clone().filtered(&One);
         prop_assert!(filtered.all().len() <= cones.len());
         let at: Vec<DVec3> = at.into_iter().map(DVec3::from).chain(cones.iter().map(|c| c.at)).collect();
         for &x in &at {
