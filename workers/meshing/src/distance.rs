@@ -78,6 +78,12 @@ impl<P: Point> Shape<P> {
         let reach2 = corners.iter().map(|&c| (c - centre).norm2()).fold(0.0, f64::max);
         Shape { corners, len, centre, radius: reach2.sqrt() * ROUNDING }
     }
+
+    /// Is it farther than a distance for certain?
+    fn is_beyond(&self, q: P, distance: f64) -> bool {
+        let reach = (distance + self.radius) * ROUNDING;
+        (q - self.centre).norm2() > reach * reach
+    }
 }
 
 /// What is said to be beyond a distance is beyond it by this factor, so that rounding does not matter.
@@ -185,9 +191,7 @@ impl<P: Space> Features<P> {
 
     /// Is a simplex farther than a distance for certain? A test by its ball; "no" says nothing.
     pub fn is_beyond(&self, item: u32, q: P, distance: f64) -> bool {
-        let Shape { centre, radius, .. } = self.shapes[item as usize];
-        let reach = (distance + radius) * ROUNDING;
-        (q - centre).norm2() > reach * reach
+        self.shapes[item as usize].is_beyond(q, distance)
     }
 
     /// The middle of a simplex: the mean of its vertices, rounded.
@@ -292,3 +296,51 @@ pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
 
 /// The squared sine below which an angle of a triangle is taken for thin: above, x and y are good to 1e-12.
 const THIN: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    fn place() -> impl Strategy<Value = DVec3> {
+        (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64).prop_map(DVec3::from)
+    }
+
+    proptest! {
+        /// No point of a fine grid in the triangle is nearer, and the point found is one of the triangle, thin ones too.
+        #[test]
+        fn the_closest_point_of_a_triangle(
+            corners in [place(), place(), place()], q in place(), flat in prop::option::of(1e-9..1e-2f64),
+        ) {
+            let [a, b, mut c] = corners;
+            if let Some(flat) = flat {
+                c = a + (b - a) * 0.3 + (c - a) * flat;
+            }
+            let found = closest_on_triangle(a, b, c, q);
+            let distance = found.distance(q);
+            let inner = (0..=40).flat_map(|i| (0..=40 - i).map(move |j| [i, j].map(|k| f64::from(k) / 40.0)));
+            for [s, t] in inner {
+                let there = a + (b - a) * s + (c - a) * t;
+                prop_assert!(distance <= there.distance(q) + 1e-11);
+            }
+            let normal = (b - a).cross(c - a);
+            let beside = |p: DVec3, r: DVec3| (r - p).cross(found - p).dot(normal) / normal.length_squared();
+            for (p, r) in [(a, b), (b, c), (c, a)] {
+                prop_assert!(beside(p, r) >= -1e-6 && (found - p).dot(normal).abs() <= 1e-9 * normal.length());
+            }
+        }
+
+        /// What is said to be beyond a distance is.
+        #[test]
+        fn beyond_is_beyond(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
+            let mut corners = corners;
+            corners[len - 1..].fill(corners[len - 1]);
+            let shape = Shape::new(corners, len);
+            let [a, b, c] = corners;
+            let closest = if len == 3 { closest_on_triangle(a, b, c, q) } else { closest_on_segment(a, b, q) };
+            prop_assert!(len == 1 || !shape.is_beyond(q, far) || closest.distance(q) > far);
+            prop_assert!(len > 1 || !shape.is_beyond(q, far) || a.distance(q) > far);
+        }
+    }
+}

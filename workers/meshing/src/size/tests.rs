@@ -293,3 +293,52 @@ proptest! {
         }
     }
 }
+
+/// Maps items from the last one to the first.
+struct Backwards;
+
+impl Cores for Backwards {
+    fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
+        let mut mapped: Vec<U> = items.iter().rev().map(f).collect();
+        mapped.reverse();
+        mapped
+    }
+}
+
+#[test]
+fn the_order_of_the_cores_is_nobodys_concern() {
+    let domain = busy();
+    let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
+    let one = SizeFunction::of_features(&domain, &features, &options, &One).unwrap();
+    let other = SizeFunction::of_features(&domain, &features, &options, &Backwards).unwrap();
+    assert_eq!(one.cones(), other.cones());
+    assert_eq!(one.levels(), other.levels());
+}
+
+/// A cell is left out only if nothing of the domain is in it, and there are such cells.
+#[test]
+fn what_lies_outside_is_left_out() {
+    let domain = slit();
+    let features = Features::new(&domain);
+    let user = User::new(0.25, &Wishes::default());
+    let options = SizeOptions::new(0.25);
+    let terms = Terms { drops: true, ..undropped(&features, &options, &user) };
+    let cells = |grown: &Grown<Cone<DVec2>>| grown.levels.iter().map(|l| l.split).sum::<u64>();
+    let everywhere = tree(terms, options.cells, &One).unwrap().0;
+    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &One).unwrap().0;
+    assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
+    let cube = Cube::around(&features.bounds());
+    let far = |key: Key| {
+        let cell = cube.cell(key);
+        let nearest = domain.features().map(|f| features.distance(f, cell.centre));
+        !domain.is_inside(cell.centre) && nearest.fold(f64::INFINITY, f64::min) > cell.radius() * 1.001
+    };
+    assert!(everywhere.leaves.iter().any(|&(key, _)| far(key)));
+    assert!(!within.leaves.iter().any(|&(key, _)| far(key)));
+    // In the domain both say the same, but for what is lost.
+    let [narrow, wide] = [within, everywhere].map(|grown| grown.leaves.into_iter().map(|(_, cone)| cone));
+    let (narrow, wide) = (Cones::new(0.25, narrow.collect()), Cones::new(0.25, wide.collect()));
+    for x in places(&domain, 300).into_iter().filter(|&x| domain.is_inside(x)) {
+        assert!(narrow.at(x) >= wide.at(x) * (1.0 - 1e-12), "{x:?}");
+    }
+}
