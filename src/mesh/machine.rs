@@ -9,6 +9,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex};
+use septet_meshing::cores::Cores;
 use septet_meshing::generate::{Machine, Stage, Triangulation};
 use septet_meshing::mesh::StageLine;
 use septet_meshing::points::conflicts::Site;
@@ -183,6 +184,16 @@ impl<P: Point> Machine<P> for Counted {
         Ok(made.into_iter().map(Option::unwrap_or_default).collect())
     }
 
+    fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
+        AllCores.map(items, f)
+    }
+}
+
+/// All cores there are, for what needs no machine.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AllCores;
+
+impl Cores for AllCores {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
         items.par_iter().map(f).collect()
     }

@@ -33,7 +33,7 @@ use thiserror::Error;
 
 use crate::config::{Config, Transport, Workers};
 use field::SizeField;
-use machine::Counted;
+use machine::{AllCores, Counted};
 use record::Record;
 
 /// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
@@ -270,7 +270,7 @@ pub fn sizes<P: Triangulate>(
     let _span = stage_span(request.seed, "sizes");
     let mut options = request.size_options(domain)?;
     if !request.remeshes(domain) {
-        return Ok(SizeFunction::new(domain, &options)?);
+        return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
     }
     let wishes = &mut options.wishes;
     if wishes.most.is_none() && wishes.field.is_empty() && wishes.singularities.is_empty() {
@@ -280,7 +280,7 @@ pub fn sizes<P: Triangulate>(
         wishes.most = Some(diagonal / DEFAULT_PARTS);
     }
     let kept = Kept::new(domain, request.feature_angle);
-    Ok(SizeFunction::of_features(domain, &kept.features(domain), &options)?)
+    Ok(SizeFunction::of_features(domain, &kept.features(domain), &options, &AllCores)?)
 }
 
 /// How good a mesh is that was asked for so. Of a remeshed surface nothing is promised about radius-edge ratios, and the

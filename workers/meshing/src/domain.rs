@@ -205,6 +205,11 @@ impl<P: Space> Domain<P> {
         }
     }
 
+    /// Does a point lie strictly inside, if a wall of the domain can be seen from it, past its own plane?
+    pub fn is_inside_by(&self, wall: u32, q: P) -> bool {
+        self.components[self.sides.towards(self.points(), wall, q) as usize].inside
+    }
+
     /// Joins edges in a row into segments.
     fn make_segments(&mut self, edges: &BTreeMap<[u32; 2], (BTreeSet<u32>, i64)>) {
         let mut at: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();

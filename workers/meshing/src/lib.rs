@@ -31,6 +31,8 @@ pub mod angles;
 
 pub mod distance;
 
+pub mod cores;
+
 pub mod octree;
 
 pub mod size;

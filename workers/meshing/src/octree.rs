@@ -17,6 +17,7 @@ use septet_geometry::point::Point;
 use thiserror::Error;
 
 use crate::bvh::Bounds;
+use crate::cores::Cores;
 
 /// Levels below the root: positions have 30 bits.
 pub const DEEPEST: u8 = 30;
@@ -103,11 +104,11 @@ pub enum Verdict<Load, Leaf> {
 }
 
 /// How cells are judged.
-pub trait Rule<P: Point> {
+pub trait Rule<P: Point>: Sync {
     /// What a cell hands down to its children.
-    type Load;
+    type Load: Send + Sync;
     /// What a cell that stays is kept with.
-    type Leaf;
+    type Leaf: Send;
 
     /// Judges a cell by what its parent hands down.
     fn judge(&self, cell: &Cell<P>, handed: &Self::Load) -> Verdict<Self::Load, Self::Leaf>;
@@ -152,7 +153,7 @@ pub enum TooFine {
     },
 }
 
-/// Grows a tree.
+/// Grows a tree. The parents of a level are mapped, each to its children's verdicts, and these taken in order.
 ///
 /// # Errors
 /// [`TooFine`], as soon as there are more than `limit` cells.
@@ -161,13 +162,12 @@ pub fn grow<P: Point, R: Rule<P>>(
     rule: &R,
     root: &R::Load,
     limit: u64,
+    cores: &impl Cores,
 ) -> Result<Grown<R::Leaf>, TooFine> {
     let mut grown = Grown { leaves: Vec::new(), levels: Vec::new() };
     let mut cells = 1;
-    let mut split = Vec::new();
-    let mut level = Level::default();
-    judge(cube, rule, (Key::ROOT, root), &mut grown, &mut level, &mut split);
-    grown.levels.push(level);
+    let first = rule.judge(&cube.cell(Key::ROOT), root);
+    let mut split = grown.take([(Key::ROOT, first)]);
     while let Some(&(first, _)) = split.first() {
         if first.level == DEEPEST {
             return Err(TooFine::Levels { at: first });
@@ -176,49 +176,50 @@ pub fn grow<P: Point, R: Rule<P>>(
         if cells > limit {
             return Err(TooFine::Cells { limit });
         }
-        let (mut next, mut level) = (Vec::new(), Level::default());
-        for (key, load) in &split {
-            for i in 0..1 << P::DIM {
-                let child = (key.child::<P>(i), load);
-                judge(cube, rule, child, &mut grown, &mut level, &mut next);
-            }
-        }
-        grown.levels.push(level);
-        split = next;
+        let judged = cores.map(&split, |(key, load)| {
+            let children = (0..1 << P::DIM).map(|i| key.child::<P>(i));
+            children.map(|child| (child, rule.judge(&cube.cell(child), load))).collect::<Vec<_>>()
+        });
+        split = grown.take(judged.into_iter().flatten());
     }
     Ok(grown)
 }
 
-fn judge<P: Point, R: Rule<P>>(
-    cube: &Cube<P>,
-    rule: &R,
-    (key, handed): (Key, &R::Load),
-    grown: &mut Grown<R::Leaf>,
-    level: &mut Level,
-    split: &mut Vec<(Key, R::Load)>,
-) {
-    match rule.judge(&cube.cell(key), handed) {
-        Verdict::Split(load) => {
-            level.split += 1;
-            split.push((key, load));
+impl<Leaf> Grown<Leaf> {
+    /// Takes a level; what is to be divided comes back.
+    fn take<Load>(
+        &mut self,
+        judged: impl IntoIterator<Item = (Key, Verdict<Load, Leaf>)>,
+    ) -> Vec<(Key, Load)> {
+        let (mut split, mut level) = (Vec::new(), Level::default());
+        for (key, verdict) in judged {
+            match verdict {
+                Verdict::Split(load) => {
+                    level.split += 1;
+                    split.push((key, load));
+                }
+                Verdict::Keep(leaf) => {
+                    level.kept += 1;
+                    self.leaves.push((key, leaf));
+                }
+                Verdict::Drop => level.dropped += 1,
+            }
         }
-        Verdict::Keep(leaf) => {
-            level.kept += 1;
-            grown.leaves.push((key, leaf));
-        }
-        Verdict::Drop => level.dropped += 1,
+        self.levels.push(level);
+        split
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cores::One;
     use glam::{DVec2, DVec3};
 
     /// Splits by a function.
     struct By<F>(F, f64);
 
-    impl<P: Point, F: Fn(P) -> f64> Rule<P> for By<F> {
+    impl<P: Point, F: Fn(P) -> f64 + Sync> Rule<P> for By<F> {
         type Load = ();
         type Leaf = ();
         fn judge(&self, cell: &Cell<P>, (): &()) -> Verdict<(), ()> {
@@ -244,17 +245,17 @@ mod tests {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let near =
             |p: DVec2| 1e-4 + p.distance(DVec2::new(0.301, 0.777)).min(p.distance(DVec2::new(0.9, 0.1)));
-        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20).unwrap();
+        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &One).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 10);
         let area: f64 = grown.leaves.iter().map(|&(k, ())| cube.cell(k).side.powi(2)).sum();
         assert_eq!(area, 1.0);
         // The bound is not there for nothing.
-        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20).unwrap();
+        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20, &One).unwrap();
         assert!(!balanced(&cube, &grown.leaves));
 
         let cube = Cube { low: DVec3::splat(-1.0), side: 4.0 };
         let near = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::new(0.3, 0.8, 0.5));
-        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20).unwrap();
+        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &One).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 4);
     }
 
@@ -262,9 +263,9 @@ mod tests {
     fn limits_are_kept() {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let even = By(|_: DVec2| 0.01, 1.0);
-        assert_eq!(grow(&cube, &even, &(), 100), Err(TooFine::Cells { limit: 100 }));
+        assert_eq!(grow(&cube, &even, &(), 100, &One), Err(TooFine::Cells { limit: 100 }));
         let point = By(|p: DVec2| p.distance(DVec2::new(1.0 / 3.0, 0.5)), 1.0);
-        assert!(matches!(grow(&cube, &point, &(), 1 << 20), Err(TooFine::Levels { .. })));
+        assert!(matches!(grow(&cube, &point, &(), 1 << 20, &One), Err(TooFine::Levels { .. })));
     }
 
     #[test]

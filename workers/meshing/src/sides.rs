@@ -269,6 +269,11 @@ impl<P: Space> Sides<P> {
         [0, 1].map(|s| self.component[(2 * wall + s) as usize])
     }
 
+    /// The component on the side of a wall on which a point lies that is not in its plane.
+    pub fn towards(&self, points: &[P], wall: u32, q: P) -> u32 {
+        self.component[self.side_towards(points, wall, q) as usize]
+    }
+
     /// Does an odd number of walls lie between the component and the outside? A property of closed surfaces.
     pub fn is_odd(&self, component: u32) -> bool {
         self.odd[component as usize]

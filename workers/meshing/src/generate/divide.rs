@@ -3,12 +3,19 @@
 //! **Statement.** A piece that ends at one corner is divided at a distance from it that is a power of two, other pieces
 //! in the middle: so pieces at a corner end on common spheres whatever their angle, and leave each other's ends outside
 //! of their balls (Ruppert's concentric shells). A triangle is divided at the centre of its circle, unless that lies
-//! behind a piece of the facet, or in the ball of any piece: then the piece is divided.
+//! behind a piece of the facet, or in the ball of any piece: then the piece is divided. A triangle between a corner and
+//! two places of one shell is divided on the shell.
 //!
 //! *Why never at another place.* If no point of a facet lies in the balls of its pieces, the centres of its triangles lie in
 //! the facet or in such a ball. If one does, a centre may lie beyond the border, with a piece between; a place
 //! that is then chosen in the triangle itself, its middle say, comes closer and closer to the piece, whose ball it lies in, and there
 //! is no end of it.
+//!
+//! *Why on the shell.* Balls through a corner cut a sphere around it in caps, so such a triangle has a witness iff some cap through its
+//! other two vertices holds no vertex of the shell, whatever the radius of the shell. The centre of its circle lies in the balls of its own
+//! pieces (at less than a right angle), or of others at the corner; were these divided, all pieces there would have to follow, and the same
+//! triangle would be there again, half as large, without end. Places of the shell lie in no ball of a piece that ends at the corner and on the shell or within. Parts of arcs
+//! are powers of two from a segment on, as pieces are from a corner on, for the same reason.
 //!
 //! **Source.** Ruppert (1995), section 5; Chew (1993).
 
@@ -39,6 +46,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let plane = &planes[f as usize];
+            if let Some(site) = self.on_shell(f, plane, chains, t) {
+                return (site, Carrier::Facet(f));
+            }
             let behind = self.behind(f, plane, chains, [(a + b + c) / 3.0, centre]);
             let held = || self.pieces.holding(centre).first().map(|&i| all[i as usize]);
             if let Some((s, piece)) = behind.or_else(held) {
@@ -48,6 +58,28 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             (Site { at, size: radius2.sqrt() }, Carrier::Facet(f))
         });
         pieces.chain(triangles).collect()
+    }
+
+    /// The place that divides a triangle between a corner and its shell: on the shell.
+    fn on_shell(&self, f: u32, plane: &Plane, chains: &Chains, t: [u32; 3]) -> Option<Site<P>> {
+        let at = |v: u32| self.vertices.points[v as usize];
+        let flat = |v: u32| plane.of(as_space(at(v)));
+        let carrier = |v: u32| self.vertices.carriers[v as usize];
+        let [i, j, k] = [0, 1, 2].map(|i| [t[i], t[(i + 1) % 3], t[(i + 2) % 3]]);
+        [i, j, k].into_iter().filter(|[v, ..]| matches!(carrier(*v), Carrier::Corner(_))).find_map(
+            |[v, a, b]| {
+                let on_segment = |v: u32| matches!(carrier(v), Carrier::Segment(_));
+                // Counted from the end that is shared with other facets.
+                let (a, b) = if on_segment(a) || !on_segment(b) { (a, b) } else { (b, a) };
+                let (from, to) = (flat(a) - flat(v), flat(b) - flat(v));
+                let place = between(from, to, on_segment(a) != on_segment(b))?;
+                let x = from_space(plane.lift(flat(v) + place));
+                let clear = plane.holds(plane.of(as_space(x)))
+                    && self.behind(f, plane, chains, [(at(v) + at(a) + at(b)) / 3.0, x]).is_none()
+                    && !self.pieces.hold(x);
+                clear.then(|| Site { at: x, size: 0.5 * dist2(x, at(a)).min(dist2(x, at(b))).sqrt() })
+            },
+        )
     }
 
     /// The first piece of a facet's segments that a way in the facet's plane crosses.
@@ -85,6 +117,32 @@ fn crossing([from, to]: [DVec2; 2], [p, q]: [DVec2; 2]) -> Option<f64> {
     let along = |x: DVec2| (to - from).perp_dot(x - from);
     let (s, t) = (beside(from), beside(to));
     ((s > 0.0) != (t > 0.0) && (along(p) > 0.0) != (along(q) > 0.0)).then(|| s / (s - t))
+}
+
+/// How different distances from a corner may be on one shell, as a part of them.
+const SHELL: f64 = 1e-6;
+
+/// The cosine of an angle that is taken for a straight one.
+const STRAIGHT: f64 = -0.99;
+
+/// A place between two places on a circle around the origin, less than a straight angle apart: in the middle, or, counted from
+/// the first one, where the chord over the radius is a power of two.
+fn between(from: DVec2, to: DVec2, by_powers: bool) -> Option<DVec2> {
+    let (r, s) = (from.length(), to.length());
+    if (r - s).abs() > SHELL * r || from.dot(to) <= STRAIGHT * r * r {
+        return None;
+    }
+    let middle = (from + to).normalize() * r;
+    if !by_powers {
+        return Some(middle);
+    }
+    // Of a chord c the cosine is 1 - c^2 / 2 over the unit circle.
+    let chord = (to - from).length() / r;
+    let part = shell(chord) * chord;
+    let cosine = 1.0 - 0.5 * part * part;
+    let sine = (1.0 - cosine * cosine).sqrt();
+    let left = from.perp_dot(to).signum();
+    Some(from * cosine + from.perp() * (left * sine))
 }
 
 /// Where a piece that begins at a corner is divided: at the power of two nearest to half of its length, as a part of it.

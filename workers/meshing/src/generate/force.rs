@@ -23,8 +23,6 @@
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 
-use septet_geometry::point::dist2;
-
 use super::balls::{Ball, Balls};
 use super::facets::{Plane, ROUNDING, Triangles};
 use super::lacking::Lacking;
@@ -143,10 +141,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     /// The pieces whose balls hold vertices.
     pub(super) fn encroached(&self, near: &Near<'_, P>, chains: &Chains) -> Vec<(u32, [u32; 2])> {
         let pieces = pieces_of(chains);
-        let empty = self.machine.map(&pieces, |&(_, piece)| {
-            let [p, q] = piece.map(|v| self.vertices.points[v as usize]);
-            near.is_empty(&Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) })
-        });
+        let empty = self
+            .machine
+            .map(&pieces, |&(_, piece)| near.is_empty(piece.map(|v| self.vertices.points[v as usize])));
         pieces.into_iter().zip(empty).filter(|(_, empty)| !empty).map(|(piece, _)| piece).collect()
     }
 

@@ -283,3 +283,21 @@ fn the_order_of_a_machines_cells_does_not_matter() {
     assert!(alone.cells.len() > 1000);
     assert!(alone == other);
 }
+
+/// A facet with a blunt corner, at which a segment on either side comes close to its middle: from the corner the arc between
+/// the facet's edges has no cap without an end of a segment, on spheres of any radius.
+#[test]
+fn a_corner_with_segments_on_both_sides_of_a_facet() {
+    for opening in [0.9, 1.4, 2.5] {
+        let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., 0.2], [2.5, 0., -0.2]];
+        let mut input = Input::new(crate::input::Kind::Complex, points.map(DVec3::from).to_vec());
+        for triangle in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3], [0, 1, 4], [0, 2, 4], [1, 2, 4]] {
+            facet(&mut input, &[&triangle]);
+        }
+        let (domain, made) = meshed(&input, 0.5, None);
+        is_sound(&domain, &made);
+        let shortest =
+            made.delaunay.cells.iter().map(|c| shortest_edge2(&c.map(|v| made.vertices.points[v as usize])));
+        assert!(shortest.fold(f64::INFINITY, f64::min) > 1e-6);
+    }
+}

@@ -13,7 +13,7 @@
 //!
 //! **Work and depth.** What lies in the balls and their boxes.
 
-use septet_geometry::point::Point;
+use septet_geometry::point::{Point, dist2};
 
 use super::balls::Ball;
 use super::facets::circumcircle;
@@ -49,12 +49,13 @@ impl<'a, P: Point> Near<'a, P> {
         });
     }
 
-    /// Does the ball hold no vertex?
-    pub(super) fn is_empty(&self, ball: &Ball<P>) -> bool {
+    /// Does the smallest ball of a piece hold no vertex? Its own ends are not in it, however rounding has it.
+    pub(super) fn is_empty(&self, ends: [P; 2]) -> bool {
+        let [p, q] = ends;
         let mut empty = true;
-        self.inside(ball, |_| {
-            empty = false;
-            false
+        self.inside(&Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }, |x| {
+            empty = ends.contains(&x);
+            empty
         });
         empty
     }

@@ -11,6 +11,7 @@ use septet_geometry::point::Point;
 
 use super::conflicts::Site;
 use crate::bvh::Bounds;
+use crate::cores::One;
 use crate::octree::{Cell, Cube, Grown, Key, Rule, TooFine, Verdict, grow};
 
 /// A candidate's identity.
@@ -64,7 +65,7 @@ pub struct Sizing<'a, P> {
     /// The Lipschitz constant.
     pub lipschitz: f64,
     /// The function.
-    pub at: &'a dyn Fn(P) -> f64,
+    pub at: &'a (dyn Fn(P) -> f64 + Sync),
 }
 
 impl<P: Point> Rule<P> for Sizing<'_, P> {
@@ -87,7 +88,7 @@ pub fn cells<P: Point>(
     limit: u64,
 ) -> Result<(Cube<P>, Grown<()>), TooFine> {
     let cube = Cube::around(bounds);
-    let grown = grow(&cube, sizing, &(), limit)?;
+    let grown = grow(&cube, sizing, &(), limit, &One)?;
     Ok((cube, grown))
 }
 

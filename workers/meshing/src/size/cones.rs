@@ -14,6 +14,7 @@ use std::cmp::Ordering;
 use septet_geometry::point::Point;
 
 use crate::bvh::Bounds;
+use crate::cores::Cores;
 
 /// A cone: the value at its tip, and where that is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,9 @@ pub struct Cone<P> {
     /// The value there; it may be negative.
     pub size: f64,
 }
+
+/// Cones that are looked at in one go.
+const BLOCK: usize = 1024;
 
 /// Cones in a leaf of the tree.
 const LEAF: usize = 4;
@@ -138,11 +142,13 @@ impl<P: Point> Cones<P> {
 
     /// Without the cones whose tips lie above another cone: nowhere are they the least.
     #[must_use]
-    pub fn filtered(self) -> Self {
+    pub fn filtered(self, cores: &impl Cores) -> Self {
         // Strictly above, so of a chain of cones above each other the last one stays.
-        let stays = |c: &&Cone<P>| !self.any_below(c.at, c.size);
-        let cones = self.tips.iter().filter(stays).copied().collect();
-        Cones::new(self.slope, cones)
+        let stays = |cones: &&[Cone<P>]| -> Vec<Cone<P>> {
+            cones.iter().filter(|c| !self.any_below(c.at, c.size)).copied().collect()
+        };
+        let blocks: Vec<&[Cone<P>]> = self.tips.chunks(BLOCK).collect();
+        Cones::new(self.slope, cores.map(&blocks, stays).concat())
     }
 }
 

@@ -7,29 +7,50 @@
 //! down the two simplices that made `lfs(m)`: they bound `lfs(m')` by u at once, and only simplices within
 //! `u + |m m'|` of m are looked at. Distances are rounded, so limits are raised by a part in 10^9.
 //!
+//! A cell is *clear* if no simplex is closer to m than r. It then lies on one side of everything, and so do the cells
+//! inside it: m is located once, by the nearest simplex if that is a wall alone, by a line if not.
+//!
 //! The cell is
 //! - *kept*, with the cone of height `lfs(m) - (1+L) r` at m, if `(1+L) r <= loss * max(lfs(m), least)`;
 //! - *dropped*, if that cone lies nowhere below the user's function; or nowhere below a cone that stands in any case,
 //!   that of the middle y of one of the nearest simplices, of height `(1 - loss/2) lfs(y)`; or above another cone that
 //!   the cell can see: `lfs(y) <= u` in a point y, and the cell's cone at m is above `u + L |m y|`. Such y lie on the
-//!   way to the two simplices that make `lfs(m)`, and u is the distance of the farther one;
+//!   way to the two simplices that make `lfs(m)`, and u is the distance of the farther one. Where cells are left out, y is
+//!   on a simplex, or the cell lies inside of the domain and no simplex is closer to m than y;
+//! - *left out*, if all walls are among the simplices, and the cell is clear and lies outside of the domain;
 //! - else *split*.
 //!
 //! **Work and depth.** `O(k log k)` for a cell that looks at k simplices.
 
 use super::cones::Cone;
 use super::user::User;
+use crate::cores::Cores;
 use crate::distance::{Features, Search};
+use crate::domain::Domain;
 use crate::octree::{Cell, Rule, Verdict};
 use crate::space::Space;
 
+/// What the rule is about.
+#[derive(Clone, Copy)]
+pub(super) struct Terms<'a, P: Space> {
+    /// Whose local feature size.
+    pub features: &'a Features<P>,
+    /// The domain, if all its walls are among the features.
+    pub domain: Option<&'a Domain<P>>,
+    /// The user's function.
+    pub user: &'a User<P>,
+    /// L.
+    pub slope: f64,
+    /// How far g may stay below f*.
+    pub loss: f64,
+    /// Are cells dropped or left out? If not, the tree is whole and balanced.
+    pub drops: bool,
+}
+
 /// The rule.
 pub(super) struct Local<'a, P: Space> {
-    features: &'a Features<P>,
-    slope: f64,
-    loss: f64,
-    user: &'a User<P>,
-    /// For each simplex the cone at its middle that stands in any case; nothing if no cells are dropped (for a whole, balanced tree).
+    terms: Terms<'a, P>,
+    /// For each simplex the cone at its middle that stands in any case; nothing if no cells are dropped.
     middles: Vec<Cone<P>>,
 }
 
@@ -41,6 +62,18 @@ pub(super) struct Handed<P> {
     pair: Option<[u32; 2]>,
     /// Distances from the centre and simplices, ascending.
     near: Vec<(f64, u32)>,
+    /// Does it lie inside of the domain for certain?
+    inside: bool,
+}
+
+/// What a cell knows about its centre.
+struct Known {
+    /// lfs there.
+    size: f64,
+    /// The two simplices that make it.
+    pair: Option<[u32; 2]>,
+    /// All that are no farther, ascending.
+    near: Vec<(f64, u32)>,
 }
 
 /// Simplices whose middles a cell looks at.
@@ -50,36 +83,22 @@ const LOOKS: usize = 16;
 const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl<'a, P: Space> Local<'a, P> {
-    /// The rule for a slope, a loss and the user's function.
-    pub fn new(features: &'a Features<P>, [slope, loss]: [f64; 2], user: &'a User<P>, drops: bool) -> Self {
-        let middle = |i: u32| {
-            let at = features.middle(i);
-            Cone { at, size: (1.0 - 0.5 * loss) * features.local_size(at).radius }
+    /// The rule.
+    pub fn new(terms: Terms<'a, P>, cores: &impl Cores) -> Self {
+        let middle = |&i: &u32| {
+            let at = terms.features.middle(i);
+            Cone { at, size: (1.0 - 0.5 * terms.loss) * terms.features.local_size(at).radius }
         };
-        let middles = if drops { (0..features.item_count()).map(middle).collect() } else { Vec::new() };
-        Local { features, slope, loss, user, middles }
+        let items: Vec<u32> =
+            if terms.drops { (0..terms.features.item_count()).collect() } else { Vec::new() };
+        let middles = cores.map(&items, middle);
+        Local { terms, middles }
     }
 
     /// What the root is handed: everything.
     pub fn root(&self, centre: P) -> Handed<P> {
-        let near = (0..self.features.item_count()).map(|i| (0.0, i)).collect();
-        Handed { centre, pair: None, near }
-    }
-
-    /// A bound on lfs at `y` by two disjoint simplices.
-    fn by_pair(&self, pair: [u32; 2], y: P) -> f64 {
-        let d2 = pair.map(|i| self.features.dist2(i, y));
-        d2[0].max(d2[1]).sqrt()
-    }
-
-    /// lfs at `m`, the two simplices that make it, and all that are no farther, ascending.
-    fn size(&self, m: P, handed: &Handed<P>) -> (f64, Option<[u32; 2]>, Vec<(f64, u32)>) {
-        let known = handed.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
-        let near = self.within(m, handed, known);
-        let mut search = Search::default();
-        let found = near.iter().find_map(|&(d, i)| Some((d, search.meet(self.features, i)?)));
-        let (size, pair) = found.map_or((f64::INFINITY, None), |(d, pair)| (d, Some(pair)));
-        (size, pair, near)
+        let near = (0..self.terms.features.item_count()).map(|i| (0.0, i)).collect();
+        Handed { centre, pair: None, near, inside: false }
     }
 
     /// The cones that stand in any case.
@@ -87,29 +106,76 @@ impl<'a, P: Space> Local<'a, P> {
         &self.middles
     }
 
-    /// Is a cone above `m` nowhere below one that stands, or above `lfs(y) + L |m y|` for one of some points y? Those that cost
-    /// least are asked first.
-    fn is_above(&self, height: f64, m: P, pair: Option<[u32; 2]>, near: &[(f64, u32)]) -> bool {
-        let Some(pair) = pair else { return false };
-        let cone = |y: P, size: f64| size + self.slope * (y - m).norm2().sqrt();
-        let mut looks = near.iter().take(LOOKS).map(|&(_, i)| self.middles[i as usize]);
-        if looks.any(|c| height > cone(c.at, c.size)) {
-            return true;
-        }
-        let ends = pair.map(|i| self.features.closest(i, m));
-        let towards = [ends[1], (ends[0] + ends[1]) * 0.5];
-        let mut steps = towards.into_iter().flat_map(|t| [1.0, 0.75, 0.5].map(|part| m + (t - m) * part));
-        steps.any(|y| height > cone(y, self.by_pair(pair, y)))
+    /// A bound on lfs at `y` by two disjoint simplices.
+    fn by_pair(&self, pair: [u32; 2], y: P) -> f64 {
+        let d2 = pair.map(|i| self.terms.features.dist2(i, y));
+        d2[0].max(d2[1]).sqrt()
+    }
+
+    /// What `m` knows.
+    fn know(&self, m: P, handed: &Handed<P>) -> Known {
+        let bound = handed.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
+        let near = self.within(m, handed, bound);
+        let mut search = Search::default();
+        let found = near.iter().find_map(|&(d, i)| Some((d, search.meet(self.terms.features, i)?)));
+        let (size, pair) = found.map_or((f64::INFINITY, None), |(d, pair)| (d, Some(pair)));
+        Known { size, pair, near }
     }
 
     /// The simplices within a distance.
     fn within(&self, m: P, handed: &Handed<P>, reach: f64) -> Vec<(f64, u32)> {
+        let features = self.terms.features;
         let moved = (m - handed.centre).norm2().sqrt();
-        let close = handed.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING);
-        let all = close.map(|&(_, i)| (self.features.dist2(i, m).sqrt(), i));
-        let mut near: Vec<(f64, u32)> = all.filter(|n| n.0 <= reach).collect();
+        let mut near = Vec::with_capacity(handed.near.len().min(64));
+        for &(_, i) in handed.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING) {
+            if !features.is_beyond(i, m, reach) {
+                let distance = features.dist2(i, m).sqrt();
+                if distance <= reach {
+                    near.push((distance, i));
+                }
+            }
+        }
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near
+    }
+
+    /// Is a cone above `m` nowhere below one that stands?
+    fn is_above_standing(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
+        let mut looks = near.iter().take(LOOKS).map(|&(_, i)| self.middles[i as usize]);
+        looks.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
+    }
+
+    /// Is a cone above `m` above `lfs(y) + L |m y|` for one of some points y?
+    fn is_above(&self, height: f64, m: P, known: &Known, inside: bool) -> bool {
+        let Some(pair) = known.pair else { return false };
+        let (features, slope) = (self.terms.features, self.terms.slope);
+        let below = |y: P| height > self.by_pair(pair, y) + slope * (y - m).norm2().sqrt();
+        let ends = pair.map(|i| features.closest(i, m));
+        if below(ends[1]) {
+            return true;
+        }
+        let free = match self.terms.domain {
+            None => f64::INFINITY,
+            Some(_) if inside => known.near.first().map_or(f64::INFINITY, |n| n.0),
+            Some(_) => 0.0,
+        };
+        let towards = [ends[1], (ends[0] + ends[1]) * 0.5];
+        let mut steps = towards.into_iter().flat_map(|t| [1.0, 0.75, 0.5].map(|part| m + (t - m) * part));
+        steps.any(|y| (y - m).norm2() * ROUNDING < free * free && below(y))
+    }
+
+    /// Does a cell lie inside of the domain for certain (yes), outside (no), or is it not clear?
+    fn side(&self, cell: &Cell<P>, handed: &Handed<P>, near: &[(f64, u32)]) -> Option<bool> {
+        let domain = self.terms.domain?;
+        if handed.inside {
+            return Some(true);
+        }
+        let &(nearest, item) = near.first().filter(|n| n.0 > cell.radius() * ROUNDING)?;
+        let alone = near.get(1).is_none_or(|n| n.0 > nearest * ROUNDING);
+        match self.terms.features.wall(item) {
+            Some(wall) if alone => Some(domain.is_inside_by(wall, cell.centre)),
+            _ => Some(domain.is_inside(cell.centre)),
+        }
     }
 }
 
@@ -118,18 +184,26 @@ impl<P: Space> Rule<P> for Local<'_, P> {
     type Leaf = Cone<P>;
 
     fn judge(&self, cell: &Cell<P>, handed: &Handed<P>) -> Verdict<Handed<P>, Cone<P>> {
+        let Terms { user, slope, loss, drops, .. } = self.terms;
         let m = cell.centre;
-        let (size, pair, near) = self.size(m, handed);
-        let error = (1.0 + self.slope) * cell.radius();
-        let cone = Cone { at: m, size: size - error };
-        let drops = !self.middles.is_empty();
-        if drops && (cone.size >= self.user.at(m) || self.is_above(cone.size, m, pair, &near)) {
-            return Verdict::Drop;
+        let known = self.know(m, handed);
+        let error = (1.0 + slope) * cell.radius();
+        let cone = Cone { at: m, size: known.size - error };
+        let mut inside = false;
+        if drops {
+            if cone.size >= user.at(m) || self.is_above_standing(cone.size, m, &known.near) {
+                return Verdict::Drop;
+            }
+            let side = self.side(cell, handed, &known.near);
+            inside = side == Some(true);
+            if side == Some(false) || self.is_above(cone.size, m, &known, inside) {
+                return Verdict::Drop;
+            }
         }
-        if error <= self.loss * size.max(self.user.least) {
+        if error <= loss * known.size.max(user.least) {
             return Verdict::Keep(cone);
         }
-        let near = self.within(m, handed, (size + 2.0 * cell.radius()) * ROUNDING);
-        Verdict::Split(Handed { centre: m, pair, near })
+        let near = self.within(m, handed, (known.size + 2.0 * cell.radius()) * ROUNDING);
+        Verdict::Split(Handed { centre: m, pair: known.pair, near, inside })
     }
 }

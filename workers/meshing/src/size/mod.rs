@@ -1,19 +1,22 @@
 //! The size function: how far apart points of the mesh are to be.
 //!
-//! **Statement.** Let Q be a cube around the domain, and `f*(x) = inf_{y in Q} (lfs(y) + L |x - y|)`, the largest
-//! L-Lipschitz function that is nowhere above the local feature size. A tree of cells gives finitely many cones
-//! whose least value g satisfies
+//! **Statement.** Let Q be a part of the space that holds the domain, and `f*(x) = inf_{y in Q} (lfs(y) + L |x - y|)`, the
+//! largest L-Lipschitz function that is nowhere in Q above the local feature size. A tree of cells gives finitely many
+//! cones whose least value g satisfies
 //! ```text
 //! (1 - loss) f*(x) <= g(x) <= f*(x) <= lfs(x),    L lfs(x) <= f*(x)
 //! ```
-//! for all x in Q, and the size function is `f(x) = max(least, min(user(x), regions(x), g(x)))`: L-Lipschitz, because
+//! for all x in Q. Q is a cube around the domain without the cells that lie outside of it and meet no feature (the
+//! sizes of a narrow gap between two parts of a surface are nobody's concern but those parts'); where the features are not all
+//! those of the domain, it is the cube. The size function is `f(x) = max(least, min(user(x), regions(x), g(x)))`: L-Lipschitz, because
 //! all its parts are. (With a smallest size the first inequality holds for `max(least, .)` of both sides.)
 //!
 //! *Proof.* Let m be the centre of a cell, r its radius, y a point in it. lfs is 1-Lipschitz, so the cell's cone
 //! satisfies `a + L |x - m| = lfs(m) - (1+L) r + L |x - m| <= lfs(y) + L |x - y|`. If every cell were kept, this
 //! would say `g <= f*`. A cell is dropped (see `local`) for the user's function or the cone at the middle of a
 //! simplex, which f has anyway, or because some z has `lfs(z) + L |m - z|` strictly below a; then
-//! `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z takes over; values fall strictly, so no cell
+//! `lfs(z) + L |x - z|` is below `a + L |x - m|`, and the cell of z takes over: it is not outside of Q, since z lies on a
+//! feature, or on the same side of all of them as m, where m is inside of the domain. Values fall strictly, so no cell
 //! comes twice, and the last one is kept. A kept cell has `(1+L) r <= loss lfs(m)`, so `a >= (1 - loss) lfs(m)` and
 //! its cone is at least `(1 - loss) f*(x)`; so are the cones of the middles. Last, lfs(y) is at least
 //! `lfs(x) - |x - y|`, so `lfs(y) + L |x - y| >= L lfs(x)` as long as L is at most 1. QED.
@@ -42,12 +45,13 @@ pub mod user;
 use septet_geometry::range::scale;
 use thiserror::Error;
 
+use crate::cores::{Cores, One};
 use crate::distance::Features;
 use crate::domain::Domain;
 use crate::octree::{Cube, Grown, Key, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
-use local::Local;
+use local::{Local, Terms};
 use regions::Regions;
 use user::{Singularity, User, Wishes};
 
@@ -111,7 +115,7 @@ impl<P: Space> SizeFunction<P> {
     /// # Errors
     /// [`SizeError`], for options out of range and for domains that are too fine for the number of cells.
     pub fn new(domain: &Domain<P>, options: &SizeOptions<P>) -> Result<Self, SizeError> {
-        Self::of_features(domain, &Features::new(domain), options)
+        Self::of_features(domain, &Features::new(domain), options, &One)
     }
 
     /// Makes that of some features of a domain. Outside of their box it is L-Lipschitz still, and the statement is
@@ -123,6 +127,7 @@ impl<P: Space> SizeFunction<P> {
         domain: &Domain<P>,
         features: &Features<P>,
         options: &SizeOptions<P>,
+        cores: &impl Cores,
     ) -> Result<Self, SizeError> {
         let wishes = scaled(options, domain.simplices.exponent)?;
         let user = User::new(options.lipschitz, &wishes);
@@ -131,9 +136,12 @@ impl<P: Space> SizeFunction<P> {
             let regions = Regions::new(options.lipschitz, domain);
             return Ok(SizeFunction { user, regions, cones, levels: Vec::new() });
         }
-        let (grown, mut cones) = tree(features, options, &user, true)?;
+        let (slope, loss) = (options.lipschitz, options.loss);
+        let whole = features.is_whole().then_some(domain);
+        let terms = Terms { features, domain: whole, user: &user, slope, loss, drops: true };
+        let (grown, mut cones) = tree(terms, options.cells, cores)?;
         cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
-        let cones = Cones::new(options.lipschitz, cones).filtered();
+        let cones = Cones::new(options.lipschitz, cones).filtered(cores);
         let regions = Regions::new(options.lipschitz, domain);
         Ok(SizeFunction { user, regions, cones, levels: grown.levels })
     }
@@ -165,15 +173,14 @@ type Standing<P> = Vec<Cone<P>>;
 
 /// The tree with its cones, and the cones that stand in any case.
 fn tree<P: Space>(
-    features: &Features<P>,
-    options: &SizeOptions<P>,
-    user: &User<P>,
-    drops: bool,
+    terms: Terms<'_, P>,
+    limit: u64,
+    cores: &impl Cores,
 ) -> Result<(Grown<Cone<P>>, Standing<P>), TooFine> {
-    let rule = Local::new(features, [options.lipschitz, options.loss], user, drops);
-    let cube = Cube::around(&features.bounds());
-    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), options.cells)?;
-    let standing = rule.middles().iter().filter(|c| c.size < user.at(c.at));
+    let rule = Local::new(terms, cores);
+    let cube = Cube::around(&terms.features.bounds());
+    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), limit, cores)?;
+    let standing = rule.middles().iter().filter(|c| c.size < terms.user.at(c.at));
     let standing = standing.copied().collect();
     Ok((grown, standing))
 }

@@ -114,13 +114,23 @@ fn proved_bounds_hold() {
     bounds_hold(&busy(), 0.5, 0.25);
 }
 
+/// The terms of a tree without drops.
+fn undropped<'a, P: Space>(
+    features: &'a Features<P>,
+    options: &SizeOptions<P>,
+    user: &'a User<P>,
+) -> Terms<'a, P> {
+    let (slope, loss) = (options.lipschitz, options.loss);
+    Terms { features, domain: None, user, slope, loss, drops: false }
+}
+
 /// Without drops: balanced, whole, and lfs within its bounds of the side.
 fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let options = SizeOptions::new(lipschitz);
     let features = Features::new(domain);
     let user = User::new(lipschitz, &Wishes::default());
     let cube = Cube::around(&features.bounds());
-    let grown = tree(&features, &options, &user, false).unwrap().0;
+    let grown = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: Key| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -166,7 +176,7 @@ fn drops_and_filters_lose_nothing() {
     let features = Features::new(&domain);
     let user = User::new(0.25, &Wishes::default());
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = tree(&features, &options, &user, false).unwrap().0;
+    let whole = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
     // Both satisfy the statement, so neither is more than a loss away from the other.
@@ -250,7 +260,7 @@ proptest! {
     fn trees_of_cones(cones in cones(), slope in 0.01..0.99f64, at in prop::collection::vec(
         (-20.0..20.0f64, -20.0..20.0f64, -20.0..20.0f64), 20)) {
         let tree = Cones::new(slope, cones.clone());
-        let filtered = tree.clone().filtered();
+        let filtered = tree.clone().filtered(&One);
         prop_assert!(filtered.all().len() <= cones.len());
         let at: Vec<DVec3> = at.into_iter().map(DVec3::from).chain(cones.iter().map(|c| c.at)).collect();
         for &x in &at {
@@ -281,5 +291,54 @@ proptest! {
             let rise = (size.at(x) - size.at(y)).abs();
             prop_assert!(rise <= slope * x.distance(y) * (1.0 + 1e-12) + 1e-14);
         }
+    }
+}
+
+/// Maps items from the last one to the first.
+struct Backwards;
+
+impl Cores for Backwards {
+    fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
+        let mut mapped: Vec<U> = items.iter().rev().map(f).collect();
+        mapped.reverse();
+        mapped
+    }
+}
+
+#[test]
+fn the_order_of_the_cores_is_nobodys_concern() {
+    let domain = busy();
+    let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
+    let one = SizeFunction::of_features(&domain, &features, &options, &One).unwrap();
+    let other = SizeFunction::of_features(&domain, &features, &options, &Backwards).unwrap();
+    assert_eq!(one.cones(), other.cones());
+    assert_eq!(one.levels(), other.levels());
+}
+
+/// A cell is left out only if nothing of the domain is in it, and there are such cells.
+#[test]
+fn what_lies_outside_is_left_out() {
+    let domain = slit();
+    let features = Features::new(&domain);
+    let user = User::new(0.25, &Wishes::default());
+    let options = SizeOptions::new(0.25);
+    let terms = Terms { drops: true, ..undropped(&features, &options, &user) };
+    let cells = |grown: &Grown<Cone<DVec2>>| grown.levels.iter().map(|l| l.split).sum::<u64>();
+    let everywhere = tree(terms, options.cells, &One).unwrap().0;
+    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &One).unwrap().0;
+    assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
+    let cube = Cube::around(&features.bounds());
+    let far = |key: Key| {
+        let cell = cube.cell(key);
+        let nearest = domain.features().map(|f| features.distance(f, cell.centre));
+        !domain.is_inside(cell.centre) && nearest.fold(f64::INFINITY, f64::min) > cell.radius() * 1.001
+    };
+    assert!(everywhere.leaves.iter().any(|&(key, _)| far(key)));
+    assert!(!within.leaves.iter().any(|&(key, _)| far(key)));
+    // In the domain both say the same, but for what is lost.
+    let [narrow, wide] = [within, everywhere].map(|grown| grown.leaves.into_iter().map(|(_, cone)| cone));
+    let (narrow, wide) = (Cones::new(0.25, narrow.collect()), Cones::new(0.25, wide.collect()));
+    for x in places(&domain, 300).into_iter().filter(|&x| domain.is_inside(x)) {
+        assert!(narrow.at(x) >= wide.at(x) * (1.0 - 1e-12), "{x:?}");
     }
 }

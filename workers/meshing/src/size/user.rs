@@ -11,6 +11,7 @@
 use septet_geometry::point::Point;
 
 use super::cones::{Cone, Cones};
+use crate::cores::One;
 use crate::distance::closest_on_segment;
 
 /// Where the size falls to a value.
@@ -68,7 +69,7 @@ impl<P: Point> User<P> {
         User {
             most: wishes.most.unwrap_or(f64::INFINITY),
             least: wishes.least.unwrap_or(0.0),
-            field: Cones::new(slope, wishes.field.clone()).filtered(),
+            field: Cones::new(slope, wishes.field.clone()).filtered(&One),
             singularities: wishes.singularities.clone(),
         }
     }

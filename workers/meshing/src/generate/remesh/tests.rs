@@ -33,7 +33,7 @@ fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remesh
     let bounds = crate::bvh::Bounds::of(input.points.iter().copied());
     wishes.wishes.most = size.or(Some(bounds.extent().length() / DEFAULT_PARTS));
     let kept = Kept::new(&domain, ANGLE);
-    let f = SizeFunction::of_features(&domain, &kept.features(&domain), &wishes).unwrap();
+    let f = SizeFunction::of_features(&domain, &kept.features(&domain), &wishes, &crate::cores::One).unwrap();
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let made = remesh(&domain, rules, ANGLE, options, &mut Alone { seed: 1 }).unwrap();
