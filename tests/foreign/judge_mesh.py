@@ -1,8 +1,10 @@
-"""Judges a mesh of a .poly file by the files that TetGen and Triangle would write, with Python's integers alone.
+"""Judges a mesh of a .poly file, or of a closed surface in an .off file, by the files that TetGen and Triangle would
+write, with Python's integers alone.
 
 Usage: judge_mesh.py DOMAIN.poly MESH MEASURE [FACETS]
+       judge_mesh.py DOMAIN.off MESH
 with MESH.node, MESH.ele, MESH.edge and in space MESH.face, the volume (area) of the domain, and the numbers, from 1,
-of facets that lie outside of it. It shares no code with septet, not even a reader.
+of facets that lie outside of it. A surface says its volume itself. It shares no code with septet, not even a reader.
 
 Exact: every cell is positive; two cells that share a facet lie on opposite sides of it; no facet has three; a facet of
 one cell is a face of the mesh (in the plane: lies on a segment), and cells with different attributes share faces only.
@@ -54,6 +56,9 @@ class Domain:
 
     def __init__(self, path):
         table = rows(path)
+        if path.endswith(".off"):
+            self.read_surface(table)
+            return
         self.points, self.dimension, at = read_nodes(table)
         if not self.points:
             self.points, self.dimension, _ = read_nodes(rows(path[:-4] + "node"))
@@ -83,6 +88,79 @@ class Domain:
                 if len(loop) > 1:
                     ends = loop[1:] + loop[:1] if len(loop) > 2 else loop[1:]
                     self.segments += list(zip(loop, ends))
+
+
+    def read_surface(self, table):
+        """Triangles, those of one plane that share an edge being one facet; edges of one line in a row one segment. `volume` is what they enclose."""
+        self.dimension = 3
+        header = table[0][1:] or table[1]
+        at = 1 if table[0][1:] else 2
+        count, faces = int(header[0]), int(header[1])
+        self.points = {i: [float(x) for x in row[:3]] for i, row in enumerate(table[at:at + count])}
+        triangles = [tuple(map(int, row[1:4])) for row in table[at + count:at + count + faces]]
+        whole, scale = integers(list(self.points.values()))
+        six = sum(determinant([whole[v] for v in t]) for t in triangles)
+        self.volume = Fraction(abs(six), 6 * scale**3)
+        beside = defaultdict(list)
+        for number, t in enumerate(triangles):
+            for i in range(3):
+                beside[tuple(sorted((t[i], t[i - 1])))].append(number)
+        group = list(range(len(triangles)))
+
+        def leader(i):
+            while group[i] != i:
+                i = group[i]
+            return i
+
+        for a, b in beside.values():
+            corners = list(dict.fromkeys(triangles[a] + triangles[b]))
+            first = whole[corners[0]]
+            if determinant([[x - y for x, y in zip(whole[v], first)] for v in corners[1:]]) == 0:
+                group[max(leader(a), leader(b))] = min(leader(a), leader(b))
+        borders = defaultdict(list)
+        for number, t in enumerate(triangles):
+            for i in range(3):
+                ends = beside[tuple(sorted((t[i - 1], t[i])))]
+                if leader(ends[0]) != leader(ends[1]):
+                    borders[leader(number)].append((t[i - 1], t[i]))
+        self.facets = [loops_of(edges) for edges in borders.values()]
+        edges = {tuple(sorted(edge)) for edges in borders.values() for edge in edges}
+        self.segments = joined(edges, whole)
+
+
+def joined(edges, whole):
+    """Segments: edges in a row on one line, where no other edge ends, are one."""
+    at = defaultdict(set)
+    for a, b in edges:
+        at[a].add(b)
+        at[b].add(a)
+    for v in list(at):
+        if len(at[v]) != 2:
+            continue
+        a, b = at[v]
+        p, q = ([x - y for x, y in zip(whole[end], whole[v])] for end in (a, b))
+        cross = [p[i - 2] * q[i - 1] - p[i - 1] * q[i - 2] for i in range(3)]
+        if not any(cross) and b not in at[a]:
+            for end, other in ((a, b), (b, a)):
+                at[end].remove(v)
+                at[end].add(other)
+            del at[v]
+    return sorted({tuple(sorted((a, b))) for a in at for b in at[a]})
+
+
+def loops_of(edges):
+    """Directed edges, joined to closed loops."""
+    after = defaultdict(list)
+    for a, b in edges:
+        after[a].append(b)
+    loops = []
+    for start in list(after):
+        while after[start]:
+            loop = [start]
+            while (to := after[loop[-1]].pop()) != start:
+                loop.append(to)
+            loops.append(loop)
+    return loops
 
 
 class Mesh:
@@ -226,13 +304,13 @@ def check_facets(domain, mesh, taken, outside):
 
 
 def main():
-    path, stem, expected = sys.argv[1:4]
+    path, stem = sys.argv[1:3]
     outside = {int(number) for number in sys.argv[4:]}
     domain = Domain(path)
     d = domain.dimension
     mesh = Mesh(stem, d)
     sides, found = check_cells(mesh, d)
-    expected = Fraction(expected)
+    expected = Fraction(sys.argv[3]) if len(sys.argv) > 3 else domain.volume
     if abs(found - expected) > expected * Fraction(1, 10**9):
         fail(f"the cells have {float(found)!r} in place of {float(expected)!r}")
     edges = {tuple(sorted(e)) for e in mesh.edges}
