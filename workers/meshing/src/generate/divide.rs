@@ -3,8 +3,8 @@
 //! **Statement.** A piece that ends at one corner is divided at a distance from it that is a power of two, other pieces
 //! in the middle: so pieces at a corner end on common spheres whatever their angle, and leave each other's ends outside
 //! of their balls (Ruppert's concentric shells). A triangle is divided at the centre of its circle, unless that lies
-//! behind a piece of the facet, or in the ball of any piece: then the piece is divided. A triangle between a corner and
-//! two places of one shell is divided on the shell.
+//! behind a piece of the facet, or in the ball of any piece: then the piece is divided. Where that
+//! piece ends at a corner of the triangle, whose other two vertices lie on one shell, it is divided on the shell in its place.
 //!
 //! *Why never at another place.* If no point of a facet lies in the balls of its pieces, the centres of its triangles lie in
 //! the facet or in such a ball. If one does, a centre may lie beyond the border, with a piece between; a place
@@ -14,8 +14,9 @@
 //! *Why on the shell.* Balls through a corner cut a sphere around it in caps, so such a triangle has a witness iff some cap through its
 //! other two vertices holds no vertex of the shell, whatever the radius of the shell. The centre of its circle lies in the balls of its own
 //! pieces (at less than a right angle), or of others at the corner; were these divided, all pieces there would have to follow, and the same
-//! triangle would be there again, half as large, without end. Places of the shell lie in no ball of a piece that ends at the corner and on the shell or within. Parts of arcs
-//! are powers of two from a segment on, as pieces are from a corner on, for the same reason.
+//! triangle would be there again, half as large, without end. Places of the shell lie in no ball of a piece that ends at the
+//! corner and on the shell or within. Parts of arcs are powers of two from a segment on, as pieces are from a corner on, for
+//! the same reason. Arcs are not made shorter than a 32nd of the radius: then something nearer to the corner is in the way.
 //!
 //! **Source.** Ruppert (1995), section 5; Chew (1993).
 
@@ -46,13 +47,11 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let plane = &planes[f as usize];
-            if let Some(site) = self.on_shell(f, plane, chains, t) {
-                return (site, Carrier::Facet(f));
-            }
             let behind = self.behind(f, plane, chains, [(a + b + c) / 3.0, centre]);
             let held = || self.pieces.holding(centre).first().map(|&i| all[i as usize]);
             if let Some((s, piece)) = behind.or_else(held) {
-                return self.halved(s, piece);
+                let site = self.on_shell(f, plane, chains, t, piece);
+                return site.map_or_else(|| self.halved(s, piece), |site| (site, Carrier::Facet(f)));
             }
             let at = from_space(plane.lift(plane.of(as_space(centre))));
             (Site { at, size: radius2.sqrt() }, Carrier::Facet(f))
@@ -60,26 +59,32 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         pieces.chain(triangles).collect()
     }
 
-    /// The place that divides a triangle between a corner and its shell: on the shell.
-    fn on_shell(&self, f: u32, plane: &Plane, chains: &Chains, t: [u32; 3]) -> Option<Site<P>> {
+    /// The place on the shell that divides a triangle between a corner and its shell, if a piece at that corner is in the
+    /// way of the centre.
+    fn on_shell(
+        &self,
+        f: u32,
+        plane: &Plane,
+        chains: &Chains,
+        t: [u32; 3],
+        piece: [u32; 2],
+    ) -> Option<Site<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let flat = |v: u32| plane.of(as_space(at(v)));
         let carrier = |v: u32| self.vertices.carriers[v as usize];
-        let [i, j, k] = [0, 1, 2].map(|i| [t[i], t[(i + 1) % 3], t[(i + 2) % 3]]);
-        [i, j, k].into_iter().filter(|[v, ..]| matches!(carrier(*v), Carrier::Corner(_))).find_map(
-            |[v, a, b]| {
-                let on_segment = |v: u32| matches!(carrier(v), Carrier::Segment(_));
-                // Counted from the end that is shared with other facets.
-                let (a, b) = if on_segment(a) || !on_segment(b) { (a, b) } else { (b, a) };
-                let (from, to) = (flat(a) - flat(v), flat(b) - flat(v));
-                let place = between(from, to, on_segment(a) != on_segment(b))?;
-                let x = from_space(plane.lift(flat(v) + place));
-                let clear = plane.holds(plane.of(as_space(x)))
-                    && self.behind(f, plane, chains, [(at(v) + at(a) + at(b)) / 3.0, x]).is_none()
-                    && !self.pieces.hold(x);
-                clear.then(|| Site { at: x, size: 0.5 * dist2(x, at(a)).min(dist2(x, at(b))).sqrt() })
-            },
-        )
+        let on_segment = |v: u32| matches!(carrier(v), Carrier::Segment(_));
+        let shared = |v: u32| piece.contains(&v) && matches!(carrier(v), Carrier::Corner(_));
+        let i = t.iter().position(|&v| shared(v))?;
+        let [v, a, b] = [t[i], t[(i + 1) % 3], t[(i + 2) % 3]];
+        // Counted from the end that is shared with other facets.
+        let (a, b) = if on_segment(a) || !on_segment(b) { (a, b) } else { (b, a) };
+        let place = between(flat(a) - flat(v), flat(b) - flat(v), on_segment(a) != on_segment(b))?;
+        let x = from_space(plane.lift(flat(v) + place));
+        let way = [(at(v) + at(a) + at(b)) / 3.0, x];
+        let clear = plane.holds(plane.of(as_space(x)))
+            && self.behind(f, plane, chains, way).is_none()
+            && !self.pieces.hold(x);
+        clear.then(|| Site { at: x, size: 0.5 * dist2(x, at(a)).min(dist2(x, at(b))).sqrt() })
     }
 
     /// The first piece of a facet's segments that a way in the facet's plane crosses.
@@ -122,6 +127,9 @@ fn crossing([from, to]: [DVec2; 2], [p, q]: [DVec2; 2]) -> Option<f64> {
 /// How different distances from a corner may be on one shell, as a part of them.
 const SHELL: f64 = 1e-6;
 
+/// The shortest chord over the radius that is divided.
+const SHORT: f64 = 1.0 / 32.0;
+
 /// The cosine of an angle that is taken for a straight one.
 const STRAIGHT: f64 = -0.99;
 
@@ -132,12 +140,14 @@ fn between(from: DVec2, to: DVec2, by_powers: bool) -> Option<DVec2> {
     if (r - s).abs() > SHELL * r || from.dot(to) <= STRAIGHT * r * r {
         return None;
     }
-    let middle = (from + to).normalize() * r;
+    let chord = (to - from).length() / r;
+    if chord < SHORT {
+        return None;
+    }
     if !by_powers {
-        return Some(middle);
+        return Some((from + to).normalize() * r);
     }
     // Of a chord c the cosine is 1 - c^2 / 2 over the unit circle.
-    let chord = (to - from).length() / r;
     let part = shell(chord) * chord;
     let cosine = 1.0 - 0.5 * part * part;
     let sine = (1.0 - cosine * cosine).sqrt();

@@ -19,7 +19,9 @@
 //! two facets meets both planes in circumcircles, which are empty. What no proof is known for is that points come
 //! no closer to the segment: each row of triangles may ask for a finer one below. At angles of some ten degrees they do not,
 //! below one degree they do. So after [`PATIENT`] rounds wider balls will do, and more and more, which is what the Delaunay
-//! triangulation asks for itself; and if that has no end either, the features are an error.
+//! triangulation asks for itself; and if that has no end either, the features are an error. Where such files fail: several facets at one
+//! corner within some ten degrees of each other, between segments more than 90 degrees apart (folds and creases of scans): arcs on shells
+//! ([`super::divide`]) part most of them, but nothing says that arcs of neighbouring facets, each finer for the other, have an end.
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 

@@ -288,8 +288,8 @@ fn the_order_of_a_machines_cells_does_not_matter() {
 /// the facet's edges has no cap without an end of a segment, on spheres of any radius.
 #[test]
 fn a_corner_with_segments_on_both_sides_of_a_facet() {
-    for opening in [0.9, 1.4, 2.5] {
-        let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., 0.2], [2.5, 0., -0.2]];
+    for (opening, rise) in [(0.9, 0.2), (1.4, 0.5), (1.4, 0.9)] {
+        let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., rise], [2.5, 0., -rise]];
         let mut input = Input::new(crate::input::Kind::Complex, points.map(DVec3::from).to_vec());
         for triangle in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3], [0, 1, 4], [0, 2, 4], [1, 2, 4]] {
             facet(&mut input, &[&triangle]);
