@@ -23,7 +23,11 @@
 //! **Departures.** The surface is refined before the volume is sampled, so that the volume's points stay out of the
 //! surface balls. Where 1 to 4 need it (ridges and sheets closer than f), points are closer than f: f bounds radii
 //! from above everywhere, spacing from below only where the surface lets it. Ridges are not protected by weights: at
-//! ridges that meet at small angles the refinement may not end, so rounds are limited and the features named.
+//! ridges that meet at small angles the refinement may not end, so rounds are limited and the features named. Where such
+//! files fail: a ridge runs at a few degrees beside another one (a fold of a scan, a mouth or an ear that was closed), so that the
+//! two are closer to each other than the chords are long. Faces are then spanned across the fold, turned against the surface at s; the points
+//! put at s are held by the fold's other side and call for the next, some tenth of a size apart, however many rounds there are.
+//! `--feature-angle` keeps fewer ridges, `--boundary exact` all triangles.
 //!
 //! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
 
