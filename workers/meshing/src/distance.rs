@@ -335,7 +335,8 @@ mod tests {
         #[test]
         fn beyond_is_beyond(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
             let mut corners = corners;
-            corners[len - 1..].fill(corners[len - 1]);
+            let last = corners[len - 1];
+            corners[len - 1..].fill(last);
             let shape = Shape::new(corners, len);
             let [a, b, c] = corners;
             let closest = if len == 3 { closest_on_triangle(a, b, c, q) } else { closest_on_segment(a, b, q) };
