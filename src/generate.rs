@@ -4,19 +4,20 @@
 //! clock, no threads, no library function beyond the square root on any path. All kinds live in the
 //! unit square or cube.
 
-mod completion;
 mod draw;
+mod faces;
 mod kind;
 mod search;
 mod shapes;
 mod sizing;
 mod spaced;
+pub(crate) mod unit;
 
 use glam::{DVec2, DVec3};
 pub use kind::{Kind, parse_sample};
-use septet_geometry::incremental::IncrementalError;
-use septet_geometry::point::Point;
+use sizing::Sizing;
 use thiserror::Error;
+use unit::Unit;
 
 use crate::model::Points;
 
@@ -40,6 +41,18 @@ pub struct Request {
 pub struct Spacing {
     /// The Lipschitz constant of the size function; 0 for constant size.
     pub lipschitz: f64,
+    dimension: usize,
+    sizing: Sizing,
+}
+
+impl Spacing {
+    /// The size function at a place; in the plane its third coordinate does not count.
+    pub fn size(&self, [x, y, z]: [f64; 3]) -> f64 {
+        match self.dimension {
+            2 => self.sizing.at(&DVec2::new(x, y)),
+            _ => self.sizing.at(&DVec3::new(x, y, z)),
+        }
+    }
 }
 
 /// A generated set.
@@ -91,9 +104,15 @@ pub enum GenerateError {
         /// What is wrong with it.
         reason: String,
     },
-    /// The completion of an f-spaced set met a triangulation error.
-    #[error("an f-spaced set could not be triangulated")]
-    Triangulation(#[from] IncrementalError),
+    /// The machine that makes an f-spaced set failed.
+    #[error("an f-spaced set could not be made")]
+    Machine(#[from] crate::Error),
+    /// An f-spaced set could not be completed.
+    #[error("an f-spaced set could not be completed: {reason}; this is a fault of septet")]
+    Incomplete {
+        /// What went wrong.
+        reason: String,
+    },
 }
 
 /// Reports progress: what is being done, how much of it is done, and how much there is.
@@ -136,7 +155,7 @@ fn check(request: &Request) -> Result<(), GenerateError> {
     Ok(())
 }
 
-fn typed<P: Point>(
+fn typed<P: Unit>(
     request: &Request,
     wrap: fn(Vec<P>) -> Points,
     progress: &mut Progress,
@@ -146,7 +165,8 @@ fn typed<P: Point>(
     let spaced = request.kind.is_spaced();
     let points = if spaced {
         let found = search::spaced_set::<P>(request, progress)?;
-        spacing = Some(Spacing { lipschitz: found.sizing.slope });
+        let sizing = found.sizing;
+        spacing = Some(Spacing { lipschitz: sizing.slope, dimension: P::DIM, sizing });
         notes = found.notes;
         found.points
     } else {

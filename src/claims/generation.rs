@@ -5,16 +5,14 @@
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Simplex;
-use septet_meshing::check;
-use septet_meshing::facet::Triangulate;
 use septet_meshing::generate::{Failure, Rules, Stage, generate};
-use septet_meshing::input::{Input, InputFacet, InputSegment, Kind};
 use septet_meshing::mesh::Mesh;
 use septet_meshing::size::cones::Cone;
 use septet_meshing::size::{SizeFunction, SizeOptions};
 
 use crate::Config;
 use crate::config::{Alpha, Transport, Workers};
+use crate::generate::unit::Unit;
 use crate::mesh::machine::Counted;
 use crate::run::simulate;
 
@@ -115,36 +113,9 @@ impl Sample {
     }
 }
 
-/// The unit square or cube.
-trait Unit: Triangulate {
-    fn input() -> Input<Self>;
-}
-
-impl Unit for DVec2 {
-    fn input() -> Input<Self> {
-        let corners = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(DVec2::from);
-        let mut input = Input::new(Kind::Complex, corners.to_vec());
-        input.segments = (0..4).map(|i| InputSegment { ends: [i, (i + 1) % 4], marker: 0 }).collect();
-        input
-    }
-}
-
-impl Unit for DVec3 {
-    fn input() -> Input<Self> {
-        let bit = |i: u32, k: u32| f64::from(i >> k & 1);
-        let corners = (0..8).map(|i| DVec3::new(bit(i, 0), bit(i, 1), bit(i, 2))).collect();
-        let mut input = Input::new(Kind::Complex, corners);
-        for square in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
-            let polygons = vec![square.to_vec()];
-            input.facets.push(InputFacet { polygons, holes: Vec::new(), marker: 0 });
-        }
-        input
-    }
-}
-
 fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimError> {
     let refused = |reason: String| ClaimError::Mesh { reason };
-    let domain = check(&P::input()).map_err(|defects| refused(format!("{} defects", defects.len())))?;
+    let domain = P::domain().map_err(|defects| refused(format!("{} defects", defects.len())))?;
     let mut options = SizeOptions::new(lipschitz);
     options.wishes.most = Some(size);
     options.wishes.field = vec![Cone { at: P::splat(0.5), size: 0.1 * size }];

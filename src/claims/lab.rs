@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use crate::config::{Alpha, Config, Correction, Fault, Transport, Workers, alpha_of_spacing};
 use crate::count::{Counts, count};
 use crate::experiment::{Line, of_counts};
-use crate::generate::{Generated, Kind, Request, generate};
+use crate::generate::{Generated, Kind, Request, Spacing, generate};
 use crate::model::Points;
 use crate::run::{Run, simulate};
 use crate::view::MOST_POINTS;
@@ -73,13 +73,22 @@ pub(super) struct Specimen {
     pub(super) seed: u64,
     pub(super) d: usize,
     pub(super) points: Vec<X>,
-    /// Constant of the set's spacing.
-    pub(super) lipschitz: Option<f64>,
+    /// The set's spacing.
+    pub(super) spacing: Option<Spacing>,
     /// The alpha that the set's spacing gives, or the default.
     pub(super) alpha: f64,
     /// Squared distances to the nearest point, by all pairs.
     pub(super) nearest2: Vec<f64>,
     pub(super) run: Run,
+}
+
+impl Specimen {
+    /// Is a place of the unit square or cube farther than `f/(1-L)` from the boundary, so that none of the balls that
+    /// protect it holds the place? Of a set without a spacing none is.
+    pub(super) fn is_free(&self, x: &X) -> bool {
+        let gap = x[..self.d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
+        self.spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
+    }
 }
 
 /// The place of experiments.
@@ -228,15 +237,14 @@ impl<'a> Lab<'a> {
             self.run(sample, seed, |config| Config { keep_graph: true, view: MOST_POINTS, ..config })?;
         let set = self.set(sample, seed)?;
         let points = coordinates(&set.points);
-        let lipschitz = set.spacing.map(|s| s.lipschitz);
         let specimen = Rc::new(Specimen {
             name: sample.name(),
             seed,
             d: sample.d,
             nearest2: kth_nearest2(&points, 1),
             points,
-            lipschitz,
-            alpha: lipschitz.map_or(2.5, alpha_of_spacing),
+            spacing: set.spacing,
+            alpha: set.spacing.map_or(2.5, |s| alpha_of_spacing(s.lipschitz)),
             run,
         });
         self.specimens.insert(key, specimen.clone());

@@ -22,7 +22,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 3, after Definition 3.1",
         statement: "in the plane the smallest angle is at least asin(1/(2C))",
         reading: Reading::AsPrinted,
-        experiment: "Angles, from their sides, of triangles with circumcentres in the domain; C = 1/(1-L) beforehand",
+        experiment: "Angles, from their sides, of triangles with free circumcentres, farther than f/(1-L) from the \
+                     boundary; C = 1/(1-L) beforehand",
         bound: "1 as a quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
         judge: angle,
     },
@@ -32,11 +33,12 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "P is an alpha-density embedding of DT(P) for an alpha of d and C alone",
         reading: Reading::AsRead {
             instead: "alpha = 2(1+L)/(1-L) for maximal f-spaced sets with an L-Lipschitz f where circumcentres lie in \
-                      the domain, 1.25 times that at the boundary",
+                      the domain, outside of the balls that protect its boundary; 1.25 times that at the boundary",
             because: "the proof's constant D^K has hundreds of digits",
         },
-        experiment: "Longest edge over nearest neighbour, at vertices with all circumcentres inside and at all",
-        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all, an observation with 10 % to spare",
+        experiment: "Longest edge over nearest neighbour, at vertices with all circumcentres free, farther than f/(1-L) \
+                     from the boundary, and at all",
+        bound: "2(1+L)/(1-L) in the interior, a theorem; 1.25 times that at all, an observation with 6 % to spare",
         judge: alpha,
     },
     Claim {
@@ -44,7 +46,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.3",
         statement: "radius vectors from p at an angle below alpha_0 have lengths within a factor C_1",
         reading: Reading::AsPrinted,
-        experiment: "Pairs of cells at a vertex, circumcentres in the domain, alpha_0 = asin(1/(2C))/2, C = 1/(1-L) \
+        experiment: "Pairs of cells at a vertex, circumcentres free, alpha_0 = asin(1/(2C))/2, C = 1/(1-L) \
                      beforehand; the largest R / r",
         bound: "C_1 = 2 cos alpha_0: the lemma's L >= 1/C and the law of sines give it",
         judge: radius_vectors,
@@ -54,7 +56,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.4",
         statement: "cells whose radii are within C_1 have edges within 2 C_1 C",
         reading: Reading::AsPrinted,
-        experiment: "Pairs of cells at a vertex, circumcentres in the domain, C = 1/(1-L) beforehand: E/e over 2 C R/r",
+        experiment: "Pairs of cells at a vertex, circumcentres free, C = 1/(1-L) beforehand: E/e over 2 C R/r",
         bound: "1, a theorem; 1e-9 for rounding",
         judge: |lab| edge_ratios(lab, false),
     },
@@ -94,15 +96,10 @@ fn ratio_of(shapes: &[Shape]) -> f64 {
     shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
 }
 
-/// The radius-edge ratio that a maximal set with an L-Lipschitz spacing has where circumcentres lie in the domain,
+/// The radius-edge ratio that a maximal set with an L-Lipschitz spacing has where circumcentres are free,
 /// `1 / (1 - L)`: known before anything is measured.
 fn beforehand(specimen: &Specimen) -> f64 {
-    specimen.lipschitz.map_or(f64::NAN, |l| 1.0 / (1.0 - l) * (1.0 + ROUNDING))
-}
-
-/// Does the circumcentre lie in the domain, the unit cube?
-fn is_inside(shape: &Shape, d: usize) -> bool {
-    shape.centre[..d].iter().all(|x| (0.0..=1.0).contains(x))
+    specimen.spacing.map_or(f64::NAN, |s| 1.0 / (1.0 - s.lipschitz) * (1.0 + ROUNDING))
 }
 
 fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
@@ -110,8 +107,9 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     for specimen in specimens(lab)?.into_iter().filter(|s| s.d == 2) {
         let Specimen { points, run, .. } = &*specimen;
         let shapes = shapes(points, run.cells(), 2);
-        let inside = run.cells().chunks_exact(3).zip(&shapes).filter(|(_, shape)| is_inside(shape, 2));
-        let angles: Vec<f64> = inside
+        let free =
+            run.cells().chunks_exact(3).zip(&shapes).filter(|(_, shape)| specimen.is_free(&shape.centre));
+        let angles: Vec<f64> = free
             .map(|(row, _)| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()))
             .collect();
         let smallest = angles.iter().copied().fold(f64::INFINITY, f64::min);
@@ -144,11 +142,11 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let Specimen { points, nearest2, run, d, seed, .. } = &*specimen;
-        let Some(lipschitz) = specimen.lipschitz else { continue };
+        let Some(lipschitz) = specimen.spacing.map(|s| s.lipschitz) else { continue };
         let shapes = shapes(points, run.cells(), *d);
         let interior: Vec<bool> = stars(points.len(), run.cells(), *d)
             .iter()
-            .map(|star| star.iter().all(|&cell| is_inside(&shapes[cell as usize], *d)))
+            .map(|star| star.iter().all(|&cell| specimen.is_free(&shapes[cell as usize].centre)))
             .collect();
         let (mut needed, mut at_all) = (0.0f64, 0.0f64);
         for (i, j) in edges(run.cells(), *d) {
@@ -176,11 +174,11 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Calls `f` for all pairs of cells at every vertex, those with circumcentres in the domain: the vertex, and the cells.
+/// Calls `f` for all pairs of cells at every vertex, those with free circumcentres: the vertex, and the cells.
 fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
     let d = specimen.d;
     for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {
-        star.retain(|&cell| is_inside(&shapes[cell as usize], d));
+        star.retain(|&cell| specimen.is_free(&shapes[cell as usize].centre));
         for (k, &a) in star.iter().enumerate() {
             for &b in &star[..k] {
                 f(v, a, b);

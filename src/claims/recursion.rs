@@ -1,7 +1,7 @@
 //! Sections 4.3 and 4.4: the graph by divide and conquer, and the sizes of its parts.
 
 use crate::Config;
-use crate::config::{GraphKind, SeparatorSets, alpha_of_spacing};
+use crate::config::{GraphKind, SeparatorSets};
 use crate::experiment::of_run;
 use crate::generate::Kind;
 
@@ -53,7 +53,7 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let sample = Sample::new(kind, n, d);
         let specimen = lab.specimen(sample, lab.seed())?;
         // What the spacing gives, whatever the machine says that it took.
-        let alpha = specimen.lipschitz.map_or(2.5, alpha_of_spacing);
+        let alpha = specimen.alpha;
         let expected = pairs(&specimen.points, &specimen.nearest2, density(alpha));
         for (sets, name) in [
             (SeparatorSets::Both, "both"),

@@ -231,7 +231,8 @@ impl From<GenerateError> for Failure {
             GenerateError::TooMany { .. } => {
                 Failure::new(Code::Limit, error.to_string()).help("ask for fewer points")
             }
-            GenerateError::Triangulation(_) => Failure::new(Code::Failed, error.to_string()),
+            GenerateError::Machine(error) => error.into(),
+            GenerateError::Incomplete { .. } => Failure::new(Code::Failed, error.to_string()),
             _ => Failure::new(Code::Usage, error.to_string()).help("see `septet generate --help`"),
         }
     }

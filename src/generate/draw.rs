@@ -20,8 +20,6 @@ pub(super) enum Purpose {
     Count = 2,
     /// Centres of clusters.
     Centres = 3,
-    /// Candidates on edges, faces and in the volume: one stream per dimension from here on.
-    Candidates = 16,
 }
 
 /// A stream of draws.
@@ -30,13 +28,8 @@ pub(super) struct Draw(ChaCha8Rng);
 impl Draw {
     /// The stream of one seed and purpose.
     pub fn new(seed: u64, purpose: Purpose) -> Self {
-        Self::sub(seed, purpose, 0)
-    }
-
-    /// The `part`-th stream of a purpose that has several.
-    pub fn sub(seed: u64, purpose: Purpose, part: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(purpose as u64 + part);
+        rng.set_stream(purpose as u64);
         Draw(rng)
     }
 
@@ -143,7 +136,7 @@ mod tests {
             Draw::new(1, Purpose::Points).bits(),
             Draw::new(2, Purpose::Points).bits(),
             Draw::new(1, Purpose::Count).bits(),
-            Draw::sub(1, Purpose::Candidates, 2).bits(),
+            Draw::new(1, Purpose::Centres).bits(),
         ];
         all.dedup();
         all.sort_unstable();

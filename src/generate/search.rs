@@ -5,16 +5,17 @@
 //! by bisection and corrected by what a first, smaller set of the same slope came to; a set within 5 %
 //! of the request is accepted, after at most [`TRIALS`] trials the nearest one.
 //!
-//! **Work.** O(n) per trial.
+//! **Work.** That of a set of n points per trial.
 //!
 //! **Departures.** With the slope L given, a set graded to a point has only O(L^-d log(1/least))
 //! points. Beyond that the slope is lowered, which keeps f L-Lipschitz; the slope used is reported.
 
 use septet_geometry::point::Point;
 
+use super::faces::Face;
 use super::sizing::{Centre, Sizing};
-use super::spaced::{self, Face};
-use super::{GenerateError, Kind, Progress, Request};
+use super::unit::Unit;
+use super::{GenerateError, Kind, Progress, Request, spaced};
 
 /// Accepted relative difference from the number asked for.
 const TOLERANCE: f64 = 0.05;
@@ -24,7 +25,7 @@ const TRIALS: usize = 4;
 
 /// Points per `f^k` on faces of dimension `k`, in the plane and in space. Below the full dimension,
 /// what the boundary adds to the interior count.
-const DENSITY: [[f64; 4]; 2] = [[1.0, 0.58, 0.6965, 0.0], [1.0, 0.98, 0.265, 0.7613]];
+const DENSITY: [[f64; 4]; 2] = [[1.0, 0.21, 0.711, 0.0], [1.0, -0.085, 0.332, 0.741]];
 
 /// The size of the set that calibrates the estimate for larger ones.
 const PILOT: f64 = 20_000.0;
@@ -40,7 +41,7 @@ pub(super) struct Found<P> {
 }
 
 /// Builds the f-spaced set of a checked request.
-pub(super) fn spaced_set<P: Point>(
+pub(super) fn spaced_set<P: Unit>(
     request: &Request,
     progress: &mut Progress,
 ) -> Result<Found<P>, GenerateError> {

@@ -3,14 +3,15 @@
 //! **Statement.** The generator of the plane, in the plane of each facet and on all facets at once: candidates in the
 //! cells of a quadtree of its own, outside of the balls of the segments' pieces; a maximal independent set with all
 //! earlier points fixed; then circumcentres of triangles of the facet's Delaunay triangulation that are too
-//! large, again outside of those balls, until there is none.
+//! large, lifted out of those balls where they lie in one, until there is none.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::{Point, dist2};
 
 use super::balls::{Ball, Balls};
+use super::lift::Flats;
 use super::machine::Machine;
-use super::segments::Chains;
+use super::segments::{Chains, pieces_of};
 use super::work::{CANDIDATES, SIDE, Work};
 use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
@@ -118,11 +119,12 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         self.sample(found.into_iter().flatten().collect())?;
         let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
         let mut stale: Vec<u32> = (0..planes.len() as u32).collect();
+        let flats = Flats { pieces: pieces_of(chains), triangles: &Vec::new() };
         loop {
             self.triangulate_facets(planes, chains, &stale, &mut triangles)?;
             let found = self
                 .machine
-                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &triangles[f as usize]));
+                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &triangles[f as usize], &flats));
             let before = self.vertices.len();
             if self.complete(found.into_iter().flatten().collect(), false)? == 0 {
                 break;
@@ -235,18 +237,25 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         found
     }
 
-    fn centres_in(&self, f: u32, plane: &Plane, triangles: &[[u32; 3]]) -> Vec<(Site<P>, Carrier)> {
+    fn centres_in(
+        &self,
+        f: u32,
+        plane: &Plane,
+        triangles: &[[u32; 3]],
+        flats: &Flats<'_>,
+    ) -> Vec<(Site<P>, Carrier)> {
         let mut found = Vec::new();
         for t in triangles {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let largest = t.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
-            if !self.rules.is_too_large(centre, radius2.sqrt(), largest) || self.pieces.hold(centre) {
+            if !self.rules.is_too_large(centre, radius2.sqrt(), largest) {
                 continue;
             }
+            let Some(centre) = self.lifted(centre, flats) else { continue };
             let q = plane.of(as_space(centre));
             let at = from_space(plane.lift(q));
-            if plane.holds(q) && dist2(at, a) > 0.0 {
+            if plane.holds(q) && dist2(at, a) > 0.0 && !self.pieces.hold(at) {
                 found.push((self.rules.site(at), Carrier::Facet(f)));
             }
         }

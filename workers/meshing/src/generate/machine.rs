@@ -4,6 +4,7 @@ use glam::DVec2;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex, lex_cmp};
+use septet_geometry::priority::{compare, priority};
 
 use crate::points::conflicts::{Site, Sites};
 use crate::points::independent::{Independent, by_rounds};
@@ -27,7 +28,7 @@ pub trait Machine<P: Point> {
 
     /// The maximal independent set of the conflict graph that contains the first `fixed` sites and is otherwise
     /// the greedy one of a random order that depends on nothing but the places; its other members. No two sites
-    /// coincide.
+    /// coincide. Machines that take the order of [`septet_geometry::priority`] make the same points.
     ///
     /// # Errors
     /// The machine's own.
@@ -66,9 +67,7 @@ impl<P: Point> Machine<P> for Alone {
         let earlier = Sites::new(earlier);
         let barred: Vec<bool> = new.iter().map(|s| !earlier.against(s).is_empty()).collect();
         let graph = Sites::new(new).graph();
-        let priorities: Vec<u64> = new.iter().map(|s| hashed(self.seed, s.at)).collect();
-        let keyed: Vec<(u64, u32)> = priorities.into_iter().zip(0..).collect();
-        let mut set = by_rounds(&graph, &keyed, &barred);
+        let mut set = by_rounds(&graph, &ranks(self.seed, new), &barred);
         set.members.iter_mut().for_each(|m| *m += fixed as u32);
         Ok(set)
     }
@@ -108,13 +107,16 @@ impl<P: Point> Machine<P> for Alone {
     }
 }
 
-fn hashed<P: Point>(seed: u64, at: P) -> u64 {
-    (0..P::DIM).fold(seed, |h, i| {
-        let mut z = h ^ at.coord(i).to_bits().wrapping_add(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    })
+/// The place of each site in the order of priorities.
+fn ranks<P: Point>(seed: u64, sites: &[Site<P>]) -> Vec<u32> {
+    let mut order: Vec<((u64, P), u32)> =
+        sites.iter().zip(0..).map(|(s, i)| ((priority(seed, s.at), s.at), i)).collect();
+    order.sort_unstable_by(|a, b| compare(a.0, b.0));
+    let mut ranks = vec![0; sites.len()];
+    for ((_, site), rank) in order.into_iter().zip(0..) {
+        ranks[site as usize] = rank;
+    }
+    ranks
 }
 
 /// Keeps the first of each group of coincident sites; sites come out in lexicographic order of their places.

@@ -28,7 +28,8 @@
 //! **Source.** Section 5 of the paper; Ruppert (1995), Shewchuk (1998), Spielman, Teng and Ungor (2007).
 //!
 //! **Departures.** Features come in the order of their dimension, each completed before the next begins, so a
-//! centre that lies in a ball of what is complete is given up and not replaced: that is where g comes from. Where
+//! centre that lies in a ball of what is complete does not divide that: it is lifted out of the ball ([`lift`]), or given up if
+//! there is no room or features meet at less than 90 degrees, which is where g comes from. Where
 //! features meet at less than 90 degrees, pieces whose balls hold a point, and triangles without a ball of little more than
 //! their radius that holds none, are divided although that spaces points more closely than f ([`force`]). The balls that are
 //! found so are closed to the points of the volume too, so 1 holds with them in the place of the smallest ones.
@@ -43,6 +44,7 @@ mod facets;
 mod finish;
 mod force;
 mod lacking;
+mod lift;
 mod machine;
 pub mod remesh;
 mod segments;
@@ -126,6 +128,7 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     let mut work = Work::new(domain, rules, machine);
     // What is too fine is refused before any work.
     let cells = volume::sampling_cells(domain, &rules).ok_or(Failure::TooMany(rules.most))?;
+    work.lifts = domain.small_angles(90.0).is_empty();
     let planes = work.planes();
     let chains = work.segments().map_err(Failure::Machine)?;
     let triangles =

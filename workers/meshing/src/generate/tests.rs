@@ -301,3 +301,28 @@ fn a_corner_with_segments_on_both_sides_of_a_facet() {
         assert!(shortest.fold(f64::INFINITY, f64::min) > 1e-6);
     }
 }
+
+/// Far from a facet's border centres in its balls are lifted, and no ball is left wider than 5/4 of the size.
+#[test]
+fn balls_above_a_facet_are_at_most_five_quarters_wide() {
+    let domain = crate::check(&cube()).unwrap();
+    let size = 0.25;
+    let mut judged = 0;
+    for seed in 1..4 {
+        let rules = Rules { size: &|_| size, lipschitz: 0.0, seed, most: 1 << 24 };
+        let made = generate(&domain, rules, &mut Alone { seed }).unwrap();
+        for cell in &made.delaunay.cells {
+            let corners = cell.map(|v| made.vertices.points[v as usize]);
+            let (centre, radius) = (circumcentre(&corners), circumradius2(&corners).sqrt());
+            let mut gaps = centre.to_array().map(|x| x.min(4.0 - x));
+            gaps.sort_unstable_by(f64::total_cmp);
+            if gaps[1] < 3.0 * size {
+                continue;
+            }
+            let most = if gaps[0] > size { 1.0 } else { 1.25 };
+            assert!(radius <= most * size * (1.0 + 1e-6), "{radius} at {centre}");
+            judged += usize::from(gaps[0] <= size);
+        }
+    }
+    assert!(judged > 2000, "{judged} cells");
+}

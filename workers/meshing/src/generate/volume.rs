@@ -2,7 +2,7 @@
 //!
 //! **Statement.** Candidates in the cells of an octree (quadtree in the plane), inside of the domain and outside of
 //! the balls of pieces and triangles; a maximal independent set with all earlier points fixed; then circumcentres
-//! of cells that are too large, again outside of those balls, until there is none.
+//! of cells that are too large, lifted out of those balls where they lie in one, until there is none.
 
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Point, Simplex, dist2};
@@ -11,8 +11,9 @@ use super::balls::{Ball, Balls};
 use super::cells::Labels;
 use super::facets::{Plane, Triangles, circumcircle};
 use super::lacking::Lacking;
+use super::lift::Flats;
 use super::machine::{Machine, Triangulation};
-use super::segments::Chains;
+use super::segments::{Chains, pieces_of};
 use super::work::{CANDIDATES, Rules, SIDE, Work};
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
@@ -43,6 +44,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         cells: &[(Cell<P>, bool)],
     ) -> Result<Filled<P>, Failure<M::Error>> {
         self.begin("volume");
+        let flats = Flats { pieces: pieces_of(chains), triangles };
         let first = self.vertices.len();
         let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
         self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
@@ -59,8 +61,11 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let labels = self.labels(&delaunay, planes);
             let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
             let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
-            let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels));
-            let found = found.into_iter().flatten().collect();
+            let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels, &flats));
+            let (lifted, mut found): (Vec<_>, Vec<_>) =
+                found.into_iter().flatten().partition(|(_, lifted)| *lifted);
+            found.extend(self.free(lifted));
+            let found = found.into_iter().map(|(site, _)| (site, Carrier::Volume)).collect();
             if self.complete(found, true).map_err(Failure::Machine)? == 0 {
                 return Ok((delaunay, labels));
             }
@@ -103,7 +108,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Is the place outside of all balls?
-    fn is_open(&self, at: P) -> bool {
+    pub(super) fn is_open(&self, at: P) -> bool {
         !self.pieces.hold(at) && !self.triangles.hold(at) && !self.closed.hold(at)
     }
 
@@ -114,12 +119,14 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         free.map(|at| (self.rules.site(at), Carrier::Volume)).collect()
     }
 
+    /// The centres of cells that are too large, and those that had to be lifted.
     fn centres_of(
         &self,
         cells: &[u32],
         delaunay: &Triangulation<P::Cell>,
         labels: &Labels,
-    ) -> Vec<(Site<P>, Carrier)> {
+        flats: &Flats<'_>,
+    ) -> Vec<(Site<P>, bool)> {
         let mut found = Vec::new();
         for &i in cells.iter().filter(|&&i| labels.is_inside(i)) {
             // Whatever order a machine gives the vertices, the centre is rounded alike.
@@ -133,10 +140,13 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             }
             let centre = circumcentre(&corners[..P::Cell::LEN]);
             let radius = dist2(centre, corners[0]).sqrt();
-            let is_free = || self.is_open(centre) && self.domain.is_inside(centre);
-            if radius.is_finite() && self.rules.is_too_large(centre, radius, largest) && is_free() {
-                found.push((self.rules.site(centre), Carrier::Volume));
+            if !radius.is_finite() || !self.rules.is_too_large(centre, radius, largest) {
+                continue;
             }
+            let open = self.is_open(centre);
+            let place = if open { Some(centre) } else { self.lifted(centre, flats) };
+            let inside = place.filter(|&x| self.domain.is_inside(x));
+            found.extend(inside.map(|x| (self.rules.site(x), !open)));
         }
         found
     }

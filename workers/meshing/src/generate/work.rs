@@ -82,6 +82,8 @@ pub(super) struct Work<'a, P: Space, M> {
     pub(super) triangles: Balls<P>,
     /// Balls that are closed to points of the volume.
     pub(super) closed: Balls<P>,
+    /// Are centres lifted out of balls?
+    pub(super) lifts: bool,
 }
 
 impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
@@ -106,6 +108,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
             pieces,
             triangles,
             closed,
+            lifts: false,
         }
     }
 
