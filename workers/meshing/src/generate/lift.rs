@@ -53,6 +53,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
 
     /// Those of the lifted centres that no vertex is in conflict with.
     pub(super) fn free(&self, lifted: Vec<(Site<P>, bool)>) -> Vec<(Site<P>, bool)> {
+        if lifted.is_empty() {
+            return lifted;
+        }
         let places: Vec<Site<P>> = lifted.iter().map(|l| l.0).collect();
         let (near, vertices) = (Sites::new(&places), self.vertices.sites());
         let chunks: Vec<&[Site<P>]> = vertices.chunks(4096).collect();
