@@ -1,8 +1,8 @@
 //! Point sets to try things on: random, degenerate, clustered, and f-spaced with a known constant.
 //!
-//! A set is a function of (kind, number, dimension, seed, Lipschitz constant) and nothing else: no
-//! clock, no threads, no library function beyond the square root on any path. All kinds live in the
-//! unit square or cube.
+//! A set is a function of (kind, number, dimension, seed, Lipschitz constant) and nothing else: no clock decides
+//! anything, no number of threads, no library function beyond the square root. All kinds live in the unit square or
+//! cube; the f-spaced ones are made on the machine (`spaced`).
 
 mod draw;
 mod faces;

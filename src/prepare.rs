@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::predicates::{raises_dimension, smallest_outside};
+use septet_geometry::predicates::smallest_outside;
 use septet_geometry::range::{Digits, RangeError, all_finite, scale};
 use septet_workers::view::shown_hash;
 
@@ -152,19 +152,11 @@ fn renumber(error: RangeError, kept: Option<&[u64]>) -> RangeError {
     }
 }
 
-/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block. Nearly always the
-/// `d + 1` smallest points are the frame.
+/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block.
 fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
-    let basis = |frame: &[usize]| -> Vec<P> { frame.iter().map(|&i| points[i]).collect() };
-    for next in smallest(points, P::DIM + 1) {
-        if !raises_dimension(&basis(&frame), points[next]) {
-            break;
-        }
-        frame.push(next);
-    }
     while frame.len() <= P::DIM {
-        let basis = basis(&frame);
+        let basis: Vec<P> = frame.iter().map(|&i| points[i]).collect();
         let of_block =
             |(block, points): (usize, &[P])| smallest_outside(&basis, points).map(|i| block * BLOCK + i);
         let smaller = |a: usize, b: usize| if lex_cmp(&points[b], &points[a]).is_lt() { b } else { a };
@@ -175,32 +167,6 @@ fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
         }
     }
     frame
-}
-
-/// The lexicographically smallest points, in order; of coincident ones the first.
-fn smallest<P: Point>(points: &[P], count: usize) -> Vec<usize> {
-    let order = |a: &usize, b: &usize| lex_cmp(&points[*a], &points[*b]).then(a.cmp(b));
-    let of_block = |(block, members): (usize, &[P])| {
-        let mut found: Vec<usize> = Vec::with_capacity(count + 1);
-        let mut most = f64::INFINITY;
-        for (i, x) in members.iter().enumerate() {
-            if x.coord(0) > most {
-                continue;
-            }
-            let at = block * BLOCK + i;
-            let place = found.partition_point(|known| order(known, &at).is_lt());
-            found.insert(place, at);
-            found.truncate(count);
-            if found.len() == count {
-                most = points[found[count - 1]].coord(0);
-            }
-        }
-        found
-    };
-    let mut all: Vec<usize> = points.par_chunks(BLOCK).enumerate().flat_map_iter(of_block).collect();
-    all.sort_unstable_by(order);
-    all.truncate(count);
-    all
 }
 
 /// Bits of the tables for each point.

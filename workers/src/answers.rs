@@ -11,7 +11,7 @@ use septet_geometry::neighbourhood::Found;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
-use septet_protocol::message::{AnswerBatch, PointBatch, QueryBatch};
+use septet_protocol::message::{AnswerBatch, QueryBatch};
 
 use crate::table::Table;
 
@@ -62,7 +62,7 @@ impl Asked {
     /// The answer, once; `marks` has a [`NONE`] for every point of the table, before and after.
     pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, marks: &mut [u32]) -> AnswerBatch<P> {
         let lists = std::mem::take(&mut self.lists);
-        let mut answer = AnswerBatch { groups: Bulk(std::mem::take(&mut self.groups)), ..empty_answer() };
+        let mut answer = AnswerBatch { groups: Bulk(std::mem::take(&mut self.groups)), ..Default::default() };
         let (mut places, mut named) = (self.places.iter(), Vec::new());
         for &queries in &answer.groups.0 {
             for &place in places.by_ref().take(queries as usize) {
@@ -86,17 +86,5 @@ impl Asked {
         }
         answer.slots = Bulk(std::mem::take(&mut self.slots));
         answer
-    }
-}
-
-/// An answer to nothing.
-pub(crate) fn empty_answer<P>() -> AnswerBatch<P> {
-    AnswerBatch {
-        slots: Bulk(Vec::new()),
-        counts: Bulk(Vec::new()),
-        groups: Bulk(Vec::new()),
-        sizes: Bulk(Vec::new()),
-        places: Bulk(Vec::new()),
-        points: PointBatch::default(),
     }
 }

@@ -49,7 +49,7 @@ pub(crate) struct Border<'a, P: Point> {
 pub(crate) struct Unusual {
     /// Their slots.
     pub(crate) slots: Vec<u32>,
-    /// For each home point where those of its star reach: bits as in [`Outgoing`]. Empty if there are none.
+    /// For each home point where those of its star reach: bits as in [`Outgoing`].
     pub(crate) levels: Vec<u64>,
 }
 

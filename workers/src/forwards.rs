@@ -6,7 +6,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, QueryBatch};
 
-use crate::query::{Ask, Way, empty_queries};
+use crate::query::{Ask, Way};
 use crate::worker::Worker;
 
 /// Replicas that leave, batched by child and member.
@@ -31,7 +31,7 @@ impl<P: Point> Forwards<P> {
             let shared = &worker.path[i];
             let to = shared.member_below(worker.rank, side);
             let key = (shared.id.child(side), to);
-            let (batch, last) = self.batches.entry(key).or_insert_with(|| (empty_queries(), group));
+            let (batch, last) = self.batches.entry(key).or_insert_with(|| (QueryBatch::default(), group));
             match batch.groups.last_mut() {
                 Some(size) if *last == group => *size += 1,
                 _ => batch.groups.push(1),

@@ -125,21 +125,18 @@ impl<P: Point> Piece<P> {
             *word |= bit;
             is_new
         };
-        let starts = places.iter().map(|&x| self.delaunay.locate(x, None));
-        let mut stack = Vec::new();
-        for start in std::iter::once(self.delaunay.outer_cell()).chain(starts) {
-            if is_new(start) {
-                if !goes_on(start, &self.cell(start)) {
-                    return false;
-                }
-                stack.push(start);
-            }
-            while let Some(slot) = stack.pop() {
-                for &code in complex.neighbours(slot).as_ref() {
-                    let next = code >> 2;
-                    if is_new(next) && goes_on(next, &self.cell(next)) {
-                        stack.push(next);
-                    }
+        let mut stack = vec![self.delaunay.outer_cell()];
+        stack.extend(places.iter().map(|&x| self.delaunay.locate(x, None)));
+        // All are asked before the walk, which might meet one of them first.
+        stack.retain(|&start| is_new(start));
+        if !stack.iter().all(|&start| goes_on(start, &self.cell(start))) {
+            return false;
+        }
+        while let Some(slot) = stack.pop() {
+            for &code in complex.neighbours(slot).as_ref() {
+                let next = code >> 2;
+                if is_new(next) && goes_on(next, &self.cell(next)) {
+                    stack.push(next);
                 }
             }
         }

@@ -24,11 +24,10 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::{Found, keep_nearest};
 use septet_geometry::point::{Point, dist2};
-use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
 
-use crate::answers::{Asked, empty_answer};
+use crate::answers::Asked;
 use crate::config::map_in;
 use crate::forwards::Forwards;
 use crate::walk::{Counts, Probe};
@@ -176,15 +175,15 @@ impl<P> Default for Engine<P> {
     }
 }
 
-/// Balls that leave, with what they found and their ways out.
+/// Balls that were looked at, with what they found and their ways out.
 #[derive(Default)]
-struct Leaving {
+struct LookedAt {
     balls: Vec<u32>,
     found: Lists<Found>,
     ways: Lists<Way>,
 }
 
-impl Leaving {
+impl LookedAt {
     fn push(&mut self, ball: usize, found: &[Found], ways: &[Way]) {
         self.balls.push(ball as u32);
         self.found.push(found.iter().copied());
@@ -199,7 +198,7 @@ impl Leaving {
 }
 
 /// Of a group of balls: those that stay with what they found, those that leave, and what was counted.
-type Walked = (Part, Leaving, Counts);
+type Walked = (Part, LookedAt, Counts);
 
 impl<P: Point> Worker<P> {
     /// Sends the balls of home points on their way; `known` has what their own leaf holds, if it was asked.
@@ -208,7 +207,7 @@ impl<P: Point> Worker<P> {
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let walked = map_in(&self.pool, &groups, |group| {
             let mut walk = self.walk();
-            let (mut done, mut leaving) = (Part::default(), Leaving::default());
+            let (mut done, mut leaving) = (Part::default(), LookedAt::default());
             let (mut found, mut ways) = (Vec::new(), Vec::new());
             for (at, ball) in group.iter().enumerate() {
                 walk.start(ball.leaf);
@@ -284,11 +283,11 @@ impl<P: Point> Worker<P> {
         let mut lists = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
             Body::Query(batch) => {
-                queries.push((m.from, m.node, std::mem::replace(batch, empty_queries())));
+                queries.push((m.from, m.node, std::mem::take(batch)));
                 false
             }
             Body::Answer(batch) => {
-                lists.push(std::mem::replace(batch, empty_answer()));
+                lists.push(std::mem::take(batch));
                 false
             }
             _ => true,
@@ -332,7 +331,7 @@ impl<P: Point> Worker<P> {
         }
         let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
         let mut walk = self.walk();
-        let mut results = Leaving::default();
+        let mut results = LookedAt::default();
         let (mut found, mut ways) = (Vec::new(), Vec::new());
         for (i, (&centre, &radius2)) in batch.centres.iter().zip(&batch.radii2.0).enumerate() {
             let ball = Probe { centre, radius2, home: None };
@@ -357,7 +356,8 @@ impl<P: Point> Worker<P> {
                 continue;
             }
             let (centre, radius2) = (batch.centres[i], batch.radii2[i]);
-            forwards.add(self, ways, centre, radius2, u64::from(asked + 1) << 32 | group);
+            // One leaf's balls come in one batch.
+            forwards.add(self, ways, centre, radius2, u64::from(asked) << 32 | group);
             self.engine.pending.push(Pending {
                 origin: Some((asked, i as u32)),
                 home: u32::MAX,
@@ -456,16 +456,5 @@ impl<P: Point> Worker<P> {
     /// Forgets all queries and asks for something else.
     pub(crate) fn ask_afresh(&mut self, ask: Ask) {
         self.engine = Engine { ask, ..Engine::default() };
-    }
-}
-
-pub(crate) fn empty_queries<P>() -> QueryBatch<P> {
-    QueryBatch {
-        slots: Bulk(Vec::new()),
-        centres: Bulk(Vec::new()),
-        radii2: Bulk(Vec::new()),
-        groups: Bulk(Vec::new()),
-        probe: false,
-        wanted: 0,
     }
 }

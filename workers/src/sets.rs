@@ -344,7 +344,7 @@ impl<P: Point> Worker<P> {
             let Some((to, slot)) = item.origin.filter(|_| item.outstanding == 0) else { continue };
             item.origin = None;
             let list = item.united(&mut self.sets.unions);
-            let batch = answers.entry(to).or_insert_with(empty_lists);
+            let batch = answers.entry(to).or_default();
             batch.slots.push(slot);
             batch.counts.push(list.len() as u32);
             for n in list {
@@ -361,7 +361,7 @@ impl<P: Point> Worker<P> {
         let mut received = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
             Body::Lists(batch) => {
-                received.push(std::mem::replace(batch, empty_lists()));
+                received.push(std::mem::take(batch));
                 false
             }
             _ => true,
@@ -436,9 +436,4 @@ impl Item {
         }
         all.unwrap_or_default()
     }
-}
-
-/// An empty batch of lists.
-fn empty_lists<P>() -> ListBatch<P> {
-    ListBatch { slots: Bulk(Vec::new()), counts: Bulk(Vec::new()), points: PointBatch::default() }
 }

@@ -115,7 +115,7 @@ impl<P: Copy> PointBatch<P> {
 }
 
 /// Balls that look for points. `slots` are the sender's names of them.
-#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct QueryBatch<P> {
     /// The sender's name of each query, returned with its answer.
@@ -133,7 +133,7 @@ pub struct QueryBatch<P> {
 }
 
 /// Answers to queries: a list a slot, of points that the lists of a group share.
-#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct AnswerBatch<P> {
     /// The receiver's name of each list.
@@ -151,7 +151,7 @@ pub struct AnswerBatch<P> {
 }
 
 /// Lists of points, one list a slot: neighbours found elsewhere.
-#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+#[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct ListBatch<P> {
     /// The receiver's name of each list.

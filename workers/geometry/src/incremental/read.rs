@@ -48,7 +48,8 @@ impl<P: Point> Incremental<P> {
         self.frame.ball(self.cells.slots[cell as usize].sphere())
     }
 
-    /// No vertex is farther from the origin of the rounded spheres, which is among the vertices.
+    /// No vertex is farther than this from the origin of the rounded spheres, each coordinate of which is a median of
+    /// the first points'.
     pub fn extent(&self) -> f64 {
         self.frame.extent()
     }

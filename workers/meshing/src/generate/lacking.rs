@@ -7,7 +7,6 @@
 //! **Work and depth.** `O(m log m)`: edges and faces are sorted.
 
 use septet_geometry::incremental::facet_without;
-use septet_geometry::point::Simplex;
 
 use super::cells::is_flat;
 use super::facets::{Plane, Triangles, as_space};
@@ -72,7 +71,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         let carriers = &self.vertices.carriers;
         let (mut edges, mut faces) = (Vec::new(), Vec::new());
         let on_segment = |v: u32| matches!(carriers[v as usize], Carrier::Corner(_) | Carrier::Segment(_));
-        for (cell, across) in delaunay.cells.iter().zip(&delaunay.neighbours) {
+        for cell in &delaunay.cells {
             let vertices = cell.as_ref();
             for (i, &a) in vertices.iter().enumerate().filter(|(_, v)| on_segment(**v)) {
                 edges.extend(vertices[..i].iter().filter(|&&b| on_segment(b)).map(|&b| [a.min(b), a.max(b)]));
@@ -94,7 +93,6 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                     faces.push(row);
                 }
             }
-            debug_assert_eq!(across.as_ref().len(), P::Cell::LEN);
         }
         edges.sort_unstable();
         edges.dedup();
