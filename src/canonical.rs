@@ -4,6 +4,9 @@
 //! and third) stand in the order that keeps the orientation positive. Rows are sorted. So the bytes written
 //! depend on the triangulation alone.
 
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use septet_geometry::point::Point;
@@ -37,6 +40,43 @@ pub(crate) struct Cells {
     pub(crate) leaf: Option<Vec<u64>>,
 }
 
+/// Cells in the order in which they came, until someone asks for the canonical one: they are sorted once, in place.
+#[derive(Debug)]
+pub(crate) struct Given {
+    space: usize,
+    numbers: usize,
+    cells: Mutex<Cells>,
+    sorted: OnceLock<Cells>,
+}
+
+impl Given {
+    /// Cells of `space + 1` vertices.
+    pub(crate) fn new(space: usize, cells: Cells) -> Self {
+        Given { space, numbers: cells.rows.len(), cells: Mutex::new(cells), sorted: OnceLock::new() }
+    }
+
+    /// Number of cells.
+    pub(crate) fn len(&self) -> usize {
+        self.numbers / (self.space + 1)
+    }
+
+    /// The cells in canonical order.
+    pub(crate) fn sorted(&self) -> &Cells {
+        self.sorted.get_or_init(|| {
+            let cells = std::mem::take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner));
+            if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
+        })
+    }
+}
+
+impl Clone for Given {
+    /// Of the sorted cells: others may be on their way from one order to the other.
+    fn clone(&self) -> Self {
+        let sorted = OnceLock::from(self.sorted().clone());
+        Given { space: self.space, numbers: self.numbers, cells: Mutex::default(), sorted }
+    }
+}
+
 /// Brings positively oriented cells into canonical order.
 pub(crate) fn canonicalise<P: Point>(mut cells: Cells) -> Cells {
     let rows: &mut [P::Row] = bytemuck::cast_slice_mut(&mut cells.rows);
@@ -58,7 +98,6 @@ pub(crate) fn canonicalise<P: Point>(mut cells: Cells) -> Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec2, DVec3};
 
     #[test]
     fn rows_keep_their_orientation() {
@@ -79,6 +118,9 @@ mod tests {
         assert_eq!(sorted.rows, [1, 2, 3, 4, 5, 6]);
         assert_eq!(sorted.owner, Some(vec![8, 7]));
         let cells = Cells { rows: vec![9, 8, 7, 6, 0, 1, 2, 3], owner: None, leaf: None };
-        assert_eq!(canonicalise::<DVec3>(cells).rows, [0, 1, 2, 3, 6, 7, 8, 9]);
+        let given = Given::new(3, cells);
+        assert_eq!((given.len(), given.clone().len()), (2, 2));
+        assert_eq!(given.clone().sorted().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
+        assert_eq!(given.sorted().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
     }
 }

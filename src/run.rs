@@ -16,7 +16,7 @@ use septet_protocol::transport::TransportError;
 use septet_workers::config::{Correction, Stop, Task, Wanted, WorkerConfig};
 use septet_workers::transport::{TransportKind, launch};
 
-use crate::canonical::{Cells, canonicalise};
+use crate::canonical::{Cells, Given};
 use crate::config::{Config, ConfigError, Workers};
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::{Error, Refutation};
@@ -100,7 +100,7 @@ pub struct Run {
     pub points: Accounting,
     /// The cells, as the workers made them.
     store: Store,
-    /// The cells as they are exported: made when first asked for.
+    /// The cells of pieces as they are exported: made when first asked for.
     canonical: OnceLock<Cells>,
     /// Edges of the supergraph as pairs of input indices, smaller first, sorted, if kept.
     pub graph: Option<Vec<(u64, u64)>>,
@@ -139,8 +139,8 @@ pub struct Run {
 /// Cells before they are exported.
 #[derive(Clone, Debug)]
 enum Store {
-    /// Rows of input indices: already in canonical order.
-    Rows(Cells),
+    /// Rows of input indices.
+    Rows(Given),
     /// Pieces, with the owner of each cell to be exported or not.
     Pieces(Pieces, bool),
 }
@@ -149,7 +149,7 @@ impl Run {
     /// Number of cells.
     pub fn cell_count(&self) -> usize {
         match &self.store {
-            Store::Rows(cells) => cells.rows.len() / (self.space + 1),
+            Store::Rows(given) => given.len(),
             Store::Pieces(pieces, _) => pieces.len(),
         }
     }
@@ -162,8 +162,8 @@ impl Run {
         }
     }
 
-    /// Cells in canonical order: `space + 1` input indices a row. After [`triangulate`] the first call sorts
-    /// them and keeps them (32 bytes a tetrahedron beside the pieces).
+    /// Cells in canonical order: `space + 1` input indices a row. The first call sorts them and keeps them: after
+    /// [`triangulate`] 32 bytes a tetrahedron beside the pieces.
     pub fn cells(&self) -> &[u64] {
         &self.exported().rows
     }
@@ -180,7 +180,7 @@ impl Run {
 
     fn exported(&self) -> &Cells {
         match &self.store {
-            Store::Rows(cells) => cells,
+            Store::Rows(given) => given.sorted(),
             Store::Pieces(pieces, with_owner) => self.canonical.get_or_init(|| match self.space {
                 2 => pieces.canonical::<DVec2>(*with_owner),
                 _ => pieces.canonical::<DVec3>(*with_owner),
@@ -370,7 +370,7 @@ fn flat_result<P: Point>(
         space: P::DIM,
         dimension: ready.dimension,
         points: Accounting::of(input, ready),
-        store: Store::Rows(Cells::default()),
+        store: Store::Rows(Given::new(P::DIM, Cells::default())),
         canonical: OnceLock::new(),
         graph: None,
         hull_facets: 0,
@@ -440,7 +440,7 @@ fn finish<P: Point>(
             owner: with_owner.then_some(collected.owner),
             leaf: with_owner.then_some(collected.leaves),
         };
-        (Store::Rows(canonicalise::<P>(cells)), seconds)
+        (Store::Rows(Given::new(P::DIM, cells)), seconds)
     } else {
         // Stars that do not agree send no cells.
         let hull_facets = if collected.pieces.is_empty() { 0 } else { merged.hull_facets };

@@ -7,7 +7,6 @@
 
 use septet_geometry::complex::NONE;
 use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::Found;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
@@ -24,7 +23,7 @@ pub(crate) struct Asked {
     slots: Vec<u32>,
     groups: Vec<u32>,
     /// The lists that are complete, and which of them is a query's.
-    lists: Lists<Found>,
+    lists: Lists<u32>,
     places: Vec<u32>,
 }
 
@@ -48,10 +47,10 @@ impl Asked {
     }
 
     /// Enters the list of a query, by its position in the batch.
-    pub(crate) fn answer(&mut self, query: u32, list: &[Found]) {
+    pub(crate) fn answer(&mut self, query: u32, list: impl IntoIterator<Item = u32>) {
         self.outstanding -= 1;
         self.places[query as usize] = self.lists.len() as u32;
-        self.lists.push(list.iter().copied());
+        self.lists.push(list);
     }
 
     /// Is it to be sent?
@@ -68,7 +67,7 @@ impl Asked {
             for &place in places.by_ref().take(queries as usize) {
                 let list = &lists[place as usize];
                 answer.counts.push(list.len() as u32);
-                for &(_, number) in list {
+                for &number in list {
                     let mark = &mut marks[number as usize];
                     if *mark == NONE {
                         *mark = named.len() as u32;

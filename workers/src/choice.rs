@@ -14,7 +14,6 @@ use septet_geometry::cost::Cost;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::measure::circumradius2;
-use septet_geometry::neighbourhood::Found;
 use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::codec::Bulk;
@@ -134,14 +133,12 @@ pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
 fn needed_alphas<P: Point>(table: &Table<P>, sampled: &Done) -> Vec<f64> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
-    let star = |(home, list): (u32, &[Found])| {
+    let star = |(home, farthest2, candidates): (u32, f64, &[u32])| {
         let nearest2 = table.radii2[home as usize];
         // A list cut short knows its surroundings only that far.
-        let full = list.len() < MOST_CANDIDATES as usize;
-        let farthest2 = list.iter().map(|f| f.0).fold(0.0, f64::max);
+        let full = candidates.len() < MOST_CANDIDATES as usize;
         let known2 = if full { nearest2 * ALPHAS[3] * ALPHAS[3] } else { farthest2 };
-        let candidates: Vec<u32> = list.iter().map(|f| f.1).collect();
-        if !builder.build(&table.positions, home, &candidates, &mut Cost::default()) {
+        if !builder.build(&table.positions, home, candidates, &mut Cost::default()) {
             return f64::INFINITY;
         }
         facets.clear();

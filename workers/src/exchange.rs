@@ -10,10 +10,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use septet_geometry::blocks::Blocks;
 use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::Witnesses;
-use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::Found;
+use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -28,7 +28,9 @@ use crate::worker::Worker;
 #[derive(Debug)]
 pub(crate) struct Exchange<P: Point> {
     /// The k-nearest lists between their phases.
-    pub(crate) knn: Lists<Found>,
+    pub(crate) knn: NearestLists,
+    /// The home points of each leaf in blocks, while such lists are looked for.
+    pub(crate) blocks: Vec<Blocks<P>>,
     /// Number of sampled stars, and whether their outcome is sent.
     pub(crate) samples: usize,
     pub(crate) sample_sent: bool,
@@ -50,7 +52,8 @@ pub(crate) struct Exchange<P: Point> {
 impl<P: Point> Default for Exchange<P> {
     fn default() -> Self {
         Exchange {
-            knn: Lists::default(),
+            knn: NearestLists::default(),
+            blocks: Vec::new(),
             samples: 0,
             sample_sent: false,
             additions: Vec::new(),

@@ -6,7 +6,7 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::measure::circumradius2;
+use septet_geometry::measure::diameter_is_at_most;
 use septet_geometry::point::{Point, Simplex, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
@@ -85,7 +85,9 @@ impl<P: Point> Worker<P> {
         let smaller = |v: u32| lex_cmp(&positions[v as usize], &at).is_lt();
         let mut own = Merged::default();
         let mut has_smaller = false;
-        let mut largest2: f64 = 0.0;
+        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
+        let mut provable = !self.exchange.repaired.contains(&home);
+        own.repaired = u64::from(!provable);
         // Of every facet each vertex is looked at.
         sweep.visit_lanes(P::DIM * self.stars.link(home).len());
         sweep.each(self.stars.link(home), |facet| {
@@ -94,21 +96,20 @@ impl<P: Point> Worker<P> {
             if let Some(cell) = finite_cell::<P>(home, facet) {
                 own.stars = 1;
                 own.cells += u64::from(!below);
-                let mut corners = [at; 4];
-                for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
-                    *corner = positions[v as usize];
-                }
-                largest2 = largest2.max(circumradius2(&corners[..=P::DIM]));
+                provable = provable && {
+                    let mut corners = [at; 4];
+                    for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
+                        *corner = positions[v as usize];
+                    }
+                    diameter_is_at_most(&corners[..=P::DIM], known)
+                };
             } else {
                 own.hull_facets += u64::from(!below);
-                largest2 = f64::INFINITY;
+                provable = false;
             }
         });
-        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
         own.minima = u64::from(!has_smaller);
-        own.repaired = u64::from(self.exchange.repaired.contains(&home));
-        let provable = largest2.is_finite() && 4.0 * largest2 <= known * known;
-        own.local = u64::from(own.repaired == 0 && provable);
+        own.local = u64::from(provable);
         own
     }
 

@@ -60,9 +60,9 @@ impl<P: Point> Worker<P> {
         for (node, cost, items) in charges {
             self.ledger.charge_correction(level, node, cost, items);
         }
-        for (home, list) in done.iter() {
+        for (home, nearest2, _) in done.iter() {
             let radius2 = &mut self.table.radii2[home as usize];
-            *radius2 = list.iter().fold(*radius2, |least, found| least.min(found.0));
+            *radius2 = radius2.min(nearest2);
         }
     }
 

@@ -3,17 +3,20 @@
 
 use std::collections::BTreeMap;
 
-use septet_geometry::cost::{Cost, Marks, Sweep};
+use septet_geometry::blocks::Blocks;
+use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::{Found, keep_nearest, nearest_direct};
-use septet_geometry::point::Point;
+use septet_geometry::neighbourhood::{NearestLists, nearest_direct, nearest_in_blocks};
+use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::config::{Correction, SetRule, map_in};
 use crate::query::{Ask, Ball};
+use crate::sets::SetEngine;
+use crate::table::Table;
 use crate::worker::Worker;
 
 /// A ball with a radius above this multiple of its leaf's median probes first.
@@ -22,30 +25,22 @@ const PUNT_RADIUS: f64 = 4.0;
 impl<P: Point> Worker<P> {
     /// Radii inside every leaf.
     pub(crate) fn begin_radii(&mut self) {
-        let lists = self.leaf_lists(1, Phase::Radii);
-        for (radius2, list) in self.table.radii2.iter_mut().zip(lists.iter()) {
-            *radius2 = list.first().map_or(f64::INFINITY, |f| f.0);
-        }
-    }
-
-    /// For every home point, its `k` nearest in its leaf.
-    fn leaf_lists(&mut self, k: usize, phase: Phase) -> Lists<Found> {
         let (table, site, fault) = (&self.table, self.out.site(), self.config.fault);
         let results = map_in(&self.pool, &self.leaves, |leaf| {
-            let _span = site.subproblem(phase, leaf.id, "leaf lists", leaf.home_len());
+            let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.home_len());
             let members: Vec<u32> = leaf.home().collect();
             let mut cost = Cost::ZERO;
             let all = |_| f64::INFINITY;
-            let lists = nearest_direct(&table.positions, &members, &members, k, all, &mut cost);
+            let nearest = nearest_direct(&table.positions, &members, &members, 1, all, &mut cost);
             let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
-            (lists, cost, (members.len() * members.len()) as u64)
+            (nearest.kth2, cost)
         });
-        let mut lists = Lists::default();
-        for (leaf, (found, cost, items)) in self.leaves.iter().zip(results) {
-            self.ledger.charge(phase, leaf.id, cost, items);
-            lists.append(found);
+        let mut radii2 = Vec::with_capacity(self.table.home as usize);
+        for (leaf, (nearest2, cost)) in self.leaves.iter().zip(results) {
+            self.ledger.charge(Phase::Radii, leaf.id, cost, leaf.home_len() * leaf.home_len());
+            radii2.extend(nearest2);
         }
-        lists
+        self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
     }
 
     /// The punt: balls far larger than their leaf's median.
@@ -81,11 +76,9 @@ impl<P: Point> Worker<P> {
         if phase == Phase::Neighbours && self.config.correction == Correction::Naive {
             return self.finish_correction();
         }
-        for (home, list) in self.land(phase).iter() {
+        for (home, nearest2, _) in self.land(phase).iter() {
             let radius2 = &mut self.table.radii2[home as usize];
-            for &(d2, _) in list {
-                *radius2 = radius2.min(d2);
-            }
+            *radius2 = radius2.min(nearest2);
         }
     }
 
@@ -101,39 +94,45 @@ impl<P: Point> Worker<P> {
         self.finish_choice();
         let k = self.k();
         self.adjacency = Lists::default();
-        let lists = self.leaf_lists(k, Phase::KnnRadii);
-        self.exchange.knn = lists;
-    }
-
-    /// Squared distance of the k-th of a list, infinite if it is short.
-    fn kth(&self, list: &[Found]) -> f64 {
-        let k = self.k();
-        if list.len() < k { f64::INFINITY } else { list.iter().map(|f| f.0).fold(0.0, f64::max) }
+        let site = self.out.site();
+        let results = map_in(&self.pool, &self.leaves, |leaf| {
+            let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.home_len());
+            let blocks = Blocks::of(&self.table.positions[leaf.start as usize..leaf.end as usize]);
+            let mut cost = Cost::ZERO;
+            let nearest = nearest_in_blocks(&blocks, leaf.start, k, &mut cost);
+            (blocks, nearest, cost)
+        });
+        let items = results.iter().map(|(_, nearest, _)| nearest.lists.items()).sum();
+        self.exchange.knn = NearestLists::with_capacity(self.table.home as usize, items);
+        for (leaf, (blocks, nearest, cost)) in self.leaves.iter().zip(results) {
+            self.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.home_len() * leaf.home_len());
+            self.exchange.knn.append(nearest);
+            self.exchange.blocks.push(blocks);
+        }
     }
 
     /// The punt of the k-nearest balls.
     pub(crate) fn begin_knn_probe(&mut self) {
-        let radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
-        // The lists stay for the balls that follow: a probe's own list is looked up when it lands.
-        let balls = self.balls(|_, home| radii[home as usize], true);
+        // The lists stay for the balls that follow: only radii come of a probe.
+        let balls = self.balls(|worker, home| worker.exchange.knn.kth2[home as usize], true);
         let wanted = self.k() as u32;
-        self.launch(Ask { wanted, probe: true, own_leaf: false }, &balls, None);
+        let nearest = std::mem::take(&mut self.exchange.knn);
+        self.launch(Ask { wanted, probe: true, own_leaf: false }, &balls, Some(&nearest));
+        self.exchange.knn = nearest;
     }
 
     /// All k-nearest balls. A ball starts from its own leaf's list alone: what a probe found is found
     /// again, so that no leaf answers twice; only the radius it gave is kept.
     pub(crate) fn begin_knn(&mut self) {
-        let mut radii: Vec<f64> = self.exchange.knn.iter().map(|list| self.kth(list)).collect();
-        let k = self.k();
-        for (home, list) in self.land(Phase::KnnProbe).iter() {
-            let (at, mut list) = (home as usize, list.to_vec());
-            list.extend_from_slice(&self.exchange.knn[at]);
-            radii[at] = radii[at].min(keep_nearest(&mut list, k, f64::INFINITY));
+        let nearest = std::mem::take(&mut self.exchange.knn);
+        let mut radii = nearest.kth2.clone();
+        for (home, kth2, _) in self.land(Phase::KnnProbe).iter() {
+            let radius2 = &mut radii[home as usize];
+            *radius2 = radius2.min(kth2);
         }
-        let lists = std::mem::take(&mut self.exchange.knn);
         let balls = self.balls(|_, home| radii[home as usize], false);
         let wanted = self.k() as u32;
-        self.launch(Ask { wanted, probe: false, own_leaf: false }, &balls, Some(&lists));
+        self.launch(Ask { wanted, probe: false, own_leaf: false }, &balls, Some(&nearest));
     }
 
     /// Keeps the k-nearest lists as graph neighbours, and their radii.
@@ -142,10 +141,12 @@ impl<P: Point> Worker<P> {
             return;
         }
         let done = self.land(Phase::Knn);
-        let mut adjacency = Lists::default();
-        for (home, list) in done.by_home(self.table.home).enumerate() {
-            self.table.radii2[home] = self.kth(list);
-            adjacency.push(list.iter().map(|f| f.1));
+        self.exchange.blocks = Vec::new();
+        let items = done.iter().map(|found| found.2.len()).sum();
+        let mut adjacency = Lists::with_capacity(self.table.home as usize, items);
+        for (home, (kth2, list)) in done.by_home(self.table.home).enumerate() {
+            self.table.radii2[home] = kth2;
+            adjacency.push(list.iter().copied());
         }
         self.adjacency = adjacency;
         if self.config.sets == SetRule::Ghost {
@@ -156,12 +157,19 @@ impl<P: Point> Worker<P> {
     /// The other end of every edge: `j` is told that it is among the nearest of `i`.
     fn send_reverse(&mut self) {
         let mut batches: BTreeMap<Rank, (PointBatch<P>, Vec<u64>)> = BTreeMap::new();
-        for leaf in &self.leaves {
+        let leaf_of = self.leaf_numbers();
+        let mut recorder = self.recorder.take();
+        self.sets.told = vec![Sweep::default(); self.leaves.len()];
+        for (leaf, number) in self.leaves.iter().zip(0u32..) {
             let mut edges = Sweep::default();
             for home in leaf.home() {
                 edges.each(&self.adjacency[home as usize], |&j| {
                     if self.table.is_home(j) {
-                        self.sets.reverse.push((j, home));
+                        let to = leaf_of[j as usize];
+                        self.sets.tell(&self.table, (j, home), to);
+                        if let Some(recorder) = &mut recorder {
+                            recorder.reverse(number, to);
+                        }
                     } else {
                         let (points, targets) = batches.entry(self.table.owners[j as usize]).or_default();
                         self.table.export(home, points);
@@ -173,16 +181,20 @@ impl<P: Point> Worker<P> {
             cost.swept(edges);
             self.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
         }
-        if let Some(mut recorder) = self.recorder.take() {
-            for &(j, i) in &self.sets.reverse {
-                recorder.reverse(self.leaf_number(i), self.leaf_number(j));
-            }
-            self.recorder = Some(recorder);
-        }
+        self.recorder = recorder;
         for (to, (points, targets)) in batches {
             let body = Body::Reverse { points, targets: Bulk(targets) };
             self.out.send(to, NodeId::ROOT, 0, body);
         }
+    }
+
+    /// The leaf of each home point.
+    fn leaf_numbers(&self) -> Vec<u32> {
+        let mut leaf_of = Vec::with_capacity(self.table.home as usize);
+        for (at, leaf) in (0u32..).zip(&self.leaves) {
+            leaf_of.extend(leaf.home().map(|_| at));
+        }
+        leaf_of
     }
 
     pub(crate) fn on_reverse(&mut self, inbox: &mut Vec<Message<P>>) {
@@ -194,38 +206,55 @@ impl<P: Point> Worker<P> {
             }
             _ => true,
         });
+        if received.is_empty() {
+            return;
+        }
+        let leaf_of = self.leaf_numbers();
         for (points, targets) in received {
             // The sender's own points.
             let numbers = self.table.receive_all(&points);
             for (number, target) in numbers.into_iter().zip(targets) {
                 if let Some(home) = self.table.find_home(target) {
-                    self.sets.reverse.push((home, number));
+                    self.sets.tell(&self.table, (home, number), leaf_of[home as usize]);
                 }
             }
         }
     }
 }
 
+impl SetEngine {
+    /// A home point of a leaf is told who is joined to it. All points as near as the last in its list are in the list, so
+    /// by their distance it sees whether it knows.
+    fn tell<P: Point>(&mut self, table: &Table<P>, edge: (u32, u32), leaf: u32) {
+        let [home, other] = [edge.0, edge.1].map(|i| table.positions[i as usize]);
+        self.told[leaf as usize].visit();
+        if dist2(home, other) > table.radii2[edge.0 as usize] {
+            self.reverse.push(edge);
+        }
+    }
+}
+
 impl<P: Point> Worker<P> {
-    /// The edges of every leaf's points from both ends, multiple edges deleted: those that were told are sorted
+    /// The edges of every leaf's points from both ends, each once: those that were told and are not known are sorted
     /// by the point they are told to.
     pub(crate) fn unite_reverse(&mut self) {
-        let told = std::mem::take(&mut self.sets.reverse);
+        let (told, leaf_of) = (std::mem::take(&mut self.sets.told), self.leaf_numbers());
+        let items = self.adjacency.items() + self.sets.reverse.len();
         // Delivery to the leaves; within each the order is charged.
-        let mut told_to = vec![Vec::new(); self.leaves.len()];
-        let mut leaf_of = Vec::with_capacity(self.table.home as usize);
-        for (at, leaf) in (0u32..).zip(&self.leaves) {
-            leaf_of.extend(leaf.home().map(|_| at));
+        let mut unknown = vec![Vec::new(); self.leaves.len()];
+        for edge in std::mem::take(&mut self.sets.reverse) {
+            unknown[leaf_of[edge.0 as usize] as usize].push(edge);
         }
-        for edge in told {
-            told_to[leaf_of[edge.0 as usize] as usize].push(edge);
-        }
-        let mut united = Lists::default();
-        let (mut list, mut seen) = (Vec::new(), Marks::new(self.table.positions.len()));
-        for (leaf, told) in self.leaves.iter().zip(told_to) {
+        let mut united = Lists::with_capacity(self.table.home as usize, items);
+        let mut list = Vec::new();
+        for ((leaf, unknown), told) in self.leaves.iter().zip(unknown).zip(told) {
             let mut cost = Cost::ZERO;
-            let own =
-                cost.sorted_by_place(&told, |edge| (edge.0 - leaf.start) as usize, leaf.home_len() as usize);
+            cost.swept(told);
+            let own = cost.sorted_by_place(
+                &unknown,
+                |edge| (edge.0 - leaf.start) as usize,
+                leaf.home_len() as usize,
+            );
             let homes: Vec<u32> = leaf.home().collect();
             let mut rest = own.as_slice();
             cost.map_nested(&homes, |&home, inner| {
@@ -233,8 +262,9 @@ impl<P: Point> Worker<P> {
                 rest = others;
                 list.clear();
                 list.extend_from_slice(&self.adjacency[home as usize]);
-                list.extend(segment.iter().map(|edge| edge.1));
-                inner.distinct_numbers(&mut list, &mut seen);
+                let mut added = Sweep::default();
+                added.each(segment, |edge| list.push(edge.1));
+                inner.swept_inside(added);
                 united.push(list.iter().copied());
             });
             self.ledger.charge(Phase::Graph, leaf.id, cost, 0);

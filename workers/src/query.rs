@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use septet_geometry::complex::NONE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::{Found, keep_nearest};
+use septet_geometry::neighbourhood::{Found, NearestLists, keep_nearest};
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
@@ -66,7 +66,8 @@ struct Pending<P> {
     outstanding: u32,
     centre: P,
     radius2: f64,
-    list: Vec<Found>,
+    /// What was found so far, none of it farther than the radius.
+    list: Vec<u32>,
 }
 
 /// Home points and what they found, in parts as they were completed.
@@ -78,13 +79,13 @@ pub(crate) struct Done {
 #[derive(Clone, Debug, Default)]
 struct Part {
     homes: Vec<u32>,
-    lists: Lists<Found>,
+    nearest: NearestLists,
 }
 
 impl Part {
-    fn push(&mut self, home: u32, list: &[Found]) {
+    fn push(&mut self, home: u32, kth2: f64, list: impl IntoIterator<Item = u32>) {
         self.homes.push(home);
-        self.lists.push(list.iter().copied());
+        self.nearest.push(kth2, list);
     }
 }
 
@@ -95,25 +96,27 @@ impl Done {
     }
 
     /// A list that is complete, in the last part.
-    fn push(&mut self, home: u32, list: &[Found]) {
+    fn push(&mut self, home: u32, kth2: f64, list: impl IntoIterator<Item = u32>) {
         if self.parts.is_empty() {
             self.parts.push(Part::default());
         }
         if let Some(last) = self.parts.last_mut() {
-            last.push(home, list);
+            last.push(home, kth2, list);
         }
     }
 
-    /// In the order in which they were complete.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, &[Found])> {
-        self.parts.iter().flat_map(|part| part.homes.iter().copied().zip(part.lists.iter()))
+    /// In the order in which they were complete: home point, squared distance of the last one wanted, infinite if there
+    /// are fewer, and the nearest.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, f64, &[u32])> {
+        let numbered = self.parts.iter().flat_map(|part| part.homes.iter().zip(part.nearest.iter()));
+        numbered.map(|(&home, (kth2, list))| (home, kth2, list))
     }
 
-    /// The lists of the home points `0..homes`, in that order.
-    pub(crate) fn by_home(&self, homes: u32) -> impl Iterator<Item = &[Found]> {
-        let mut lists = vec![&[][..]; homes as usize];
-        for (home, list) in self.iter() {
-            lists[home as usize] = list;
+    /// Of the home points `0..homes`, in that order, squared distance of the last one wanted and the nearest.
+    pub(crate) fn by_home(&self, homes: u32) -> impl Iterator<Item = (f64, &[u32])> {
+        let mut lists = vec![(f64::INFINITY, &[][..]); homes as usize];
+        for (home, kth2, list) in self.iter() {
+            lists[home as usize] = (kth2, list);
         }
         lists.into_iter()
     }
@@ -132,6 +135,7 @@ pub(crate) struct Engine<P> {
     down: BTreeMap<NodeId, Sweep>,
     up: BTreeMap<NodeId, Sweep>,
     pairs: BTreeMap<NodeId, Sweep>,
+    scratch: Vec<Found>,
 }
 
 impl<P> Engine<P> {
@@ -171,6 +175,7 @@ impl<P> Default for Engine<P> {
             down: BTreeMap::new(),
             up: BTreeMap::new(),
             pairs: BTreeMap::new(),
+            scratch: Vec::new(),
         }
     }
 }
@@ -179,19 +184,19 @@ impl<P> Default for Engine<P> {
 #[derive(Default)]
 struct LookedAt {
     balls: Vec<u32>,
-    found: Lists<Found>,
+    found: Lists<u32>,
     ways: Lists<Way>,
 }
 
 impl LookedAt {
-    fn push(&mut self, ball: usize, found: &[Found], ways: &[Way]) {
+    fn push(&mut self, ball: usize, found: impl IntoIterator<Item = u32>, ways: &[Way]) {
         self.balls.push(ball as u32);
-        self.found.push(found.iter().copied());
+        self.found.push(found);
         self.ways.push(ways.iter().copied());
     }
 
     /// Position, what was found, ways.
-    fn iter(&self) -> impl Iterator<Item = (usize, &[Found], &[Way])> {
+    fn iter(&self) -> impl Iterator<Item = (usize, &[u32], &[Way])> {
         let lists = self.found.iter().zip(self.ways.iter());
         self.balls.iter().zip(lists).map(|(&ball, (found, ways))| (ball as usize, found, ways))
     }
@@ -202,7 +207,7 @@ type Walked = (Part, LookedAt, Counts);
 
 impl<P: Point> Worker<P> {
     /// Sends the balls of home points on their way; `known` has what their own leaf holds, if it was asked.
-    pub(crate) fn launch(&mut self, ask: Ask, balls: &[Ball], known: Option<&Lists<Found>>) {
+    pub(crate) fn launch(&mut self, ask: Ask, balls: &[Ball], known: Option<&NearestLists>) {
         self.ask_afresh(ask);
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let walked = map_in(&self.pool, &groups, |group| {
@@ -217,18 +222,21 @@ impl<P: Point> Worker<P> {
                     home: Some(self.leaves[ball.leaf].id),
                 };
                 found.clear();
-                found.extend_from_slice(known.map_or(&[][..], |lists| &lists[ball.home as usize]));
                 ways.clear();
                 if walk.along_path(0, &start, &mut ways)
                     && let Some((_, tree)) = &self.tree
                 {
                     walk.down(tree, &start, &mut found);
                 }
-                keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
+                let own = known.map_or(&[][..], |nearest| &nearest.lists[ball.home as usize]);
+                let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
+                found.extend(own.iter().map(at_of));
+                let kth2 = keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
+                let list = found.iter().map(|found| found.1);
                 if ways.is_empty() {
-                    done.push(ball.home, &found);
+                    done.push(ball.home, kth2, list);
                 } else {
-                    leaving.push(at, &found, &ways);
+                    leaving.push(at, list, &ways);
                 }
             }
             (done, leaving, walk.into_counts()) as Walked
@@ -343,7 +351,7 @@ impl<P: Point> Worker<P> {
                 walk.down(tree, &ball, &mut found);
             }
             keep_nearest(&mut found, batch.wanted as usize, radius2);
-            results.push(i, &found, &ways);
+            results.push(i, found.iter().map(|found| found.1), &ways);
         }
         self.count_walk(&walk.into_counts());
         let asked = self.ask_for(from, batch);
@@ -352,7 +360,7 @@ impl<P: Point> Worker<P> {
         for (i, found, ways) in results.iter() {
             let group = groups.next().unwrap_or_default();
             if ways.is_empty() {
-                self.engine.asked[asked as usize].answer(i as u32, found);
+                self.engine.asked[asked as usize].answer(i as u32, found.iter().copied());
                 continue;
             }
             let (centre, radius2) = (batch.centres[i], batch.radii2[i]);
@@ -403,8 +411,7 @@ impl<P: Point> Worker<P> {
                 let Some(pending) = self.engine.pending.get_mut(slot as usize) else { return };
                 pending.list.reserve_exact(list.len());
                 let at = list.iter().map(|&place| begin + place as usize).filter(|&at| at < rest.start);
-                let found = at.map(|at| (dist2(points.positions[at], pending.centre), numbers[at]));
-                pending.list.extend(found);
+                pending.list.extend(at.map(|at| numbers[at]));
                 pending.outstanding -= 1;
                 if pending.outstanding == 0 {
                     self.complete(slot);
@@ -415,12 +422,17 @@ impl<P: Point> Worker<P> {
 
     /// A query whose answers are all there.
     fn complete(&mut self, slot: u32) {
-        let pending = &mut self.engine.pending[slot as usize];
-        let mut list = std::mem::take(&mut pending.list);
-        keep_nearest(&mut list, self.engine.ask.wanted as usize, pending.radius2);
+        let Engine { pending, scratch, done, asked, ask, .. } = &mut self.engine;
+        let pending = &mut pending[slot as usize];
+        let positions = &self.table.positions;
+        let list = std::mem::take(&mut pending.list);
+        scratch.clear();
+        scratch.extend(list.into_iter().map(|j| (dist2(positions[j as usize], pending.centre), j)));
+        let kth2 = keep_nearest(scratch, ask.wanted as usize, pending.radius2);
+        let list = scratch.iter().map(|found| found.1);
         match pending.origin {
-            None => self.engine.done.push(pending.home, &list),
-            Some((asked, query)) => self.engine.asked[asked as usize].answer(query, &list),
+            None => done.push(pending.home, kth2, list),
+            Some((of, query)) => asked[of as usize].answer(query, list),
         }
     }
 

@@ -46,8 +46,10 @@ type Leaving<P> = BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)>;
 /// The state of the recursion, keyed by subproblem.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SetEngine {
-    /// Edges whose other end is told: a home point, and who is joined to it.
+    /// Edges whose other end is told and does not know them: a home point, and who is joined to it.
     pub(crate) reverse: Vec<(u32, u32)>,
+    /// Of each leaf, the edges that its points were told.
+    pub(crate) told: Vec<Sweep>,
     /// Ghost descents' steps, by node.
     pub(crate) sweeps: BTreeMap<NodeId, Sweep>,
     items: Vec<Item>,

@@ -259,11 +259,8 @@ impl<P: Point> Worker<P> {
         let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
         let all = |_| f64::INFINITY;
         let positions = &self.table.positions;
-        let lists = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
-        rows.into_iter()
-            .zip(lists.iter())
-            .map(|(row, list)| (row, list.iter().map(|f| f.1).collect()))
-            .collect()
+        let nearest = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
+        rows.into_iter().zip(nearest.lists.iter()).map(|(row, list)| (row, list.to_vec())).collect()
     }
 }
 

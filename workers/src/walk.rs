@@ -1,5 +1,6 @@
 //! Balls on their way through what one worker knows of the tree: its path of shared nodes, and its own piece.
 
+use septet_geometry::blocks::Blocks;
 use septet_geometry::columns::Columns;
 use septet_geometry::cost::Sweep;
 use septet_geometry::neighbourhood::Found;
@@ -16,6 +17,8 @@ pub(crate) struct Walk<'a, P: Point> {
     path: &'a [Shared<P>],
     leaves: &'a [Leaf<P>],
     homes: &'a Columns<P>,
+    /// Of each leaf, if there are lists to be found.
+    blocks: &'a [Blocks<P>],
     ask: Ask,
     counts: Counts,
 }
@@ -142,28 +145,21 @@ impl<P: Point> Walk<'_, P> {
         }
         let (pairs, visits) = &mut self.counts.at_leaf[at];
         *visits += 1;
+        if let Some(blocks) = self.blocks.get(at) {
+            pairs.each_in_blocks(blocks, ball.centre, ball.radius2, leaf.start, found);
+            return;
+        }
         let homes = leaf.start as usize..leaf.end as usize;
-        // No two points coincide: distance zero is the centre itself.
-        let mut keep = |at: usize, d2: f64| {
+        let mut limit2 = ball.radius2;
+        let nearest_only = self.ask.wanted == 1;
+        pairs.each_distance(self.homes, homes, ball.centre, limit2, |at, d2| {
+            // No two points coincide: distance zero is the centre itself.
             if d2 > 0.0 {
                 found.push((d2, leaf.start + at as u32));
+                limit2 = if nearest_only { d2 } else { limit2 };
             }
-            d2 > 0.0
-        };
-        let (centre, mut limit2) = (ball.centre, ball.radius2);
-        if self.ask.wanted == 1 {
-            pairs.each_distance(self.homes, homes, centre, limit2, |at, d2| {
-                if keep(at, d2) {
-                    limit2 = d2;
-                }
-                limit2
-            });
-        } else {
-            pairs.each_distance_sorted(self.homes, homes, centre, limit2, |at, d2| {
-                keep(at, d2);
-                limit2
-            });
-        }
+            limit2
+        });
     }
 }
 
@@ -174,6 +170,7 @@ impl<P: Point> Worker<P> {
             path: &self.path,
             leaves: &self.leaves,
             homes: self.table.columns(),
+            blocks: &self.exchange.blocks,
             ask: self.engine.ask(),
             counts: Counts {
                 shared: vec![Default::default(); self.path.len()],

@@ -76,18 +76,6 @@ impl<P: Point> Columns<P> {
         self.len() == 0
     }
 
-    /// Of a range that is sorted by the first coordinate, the part that holds all points no farther than the limit. With
-    /// `r` the root of the limit, rounded up by more than a squared difference is rounded down, such a point's first
-    /// coordinate is between `c - r` and `c + r`, and the next floats outside are no nearer than those.
-    pub fn window(&self, range: Range<usize>, centre: P, limit2: f64) -> Range<usize> {
-        let x = &self.axes[0][range.clone()];
-        let (c, r) = (centre.coord(0), limit2.sqrt() * (1.0 + 8.0 * f64::EPSILON));
-        let (low, high) = ((c - r).next_down(), (c + r).next_up());
-        let begin = x.partition_point(|&x| x < low);
-        let end = begin + x[begin..].partition_point(|&x| x <= high);
-        range.start + begin..range.start + end
-    }
-
     /// Calls `near` with the position, counted from the beginning of `range`, and the squared distance of every
     /// point of the range no farther than the limit, in order; `near` returns the limit for those that follow.
     #[inline]
@@ -197,23 +185,6 @@ mod tests {
     #[test]
     fn distances_of_the_plane_are_those_of_pairs() {
         distances_are_those_of_pairs::<DVec2>();
-    }
-
-    #[test]
-    fn windows_hold_all_within_the_limit() {
-        for kind in KINDS {
-            let mut points = set::<DVec3>(kind, 200, 5);
-            points.sort_by(crate::point::lex_cmp);
-            let columns = Columns::of(points.iter().copied());
-            for (i, &centre) in points.iter().enumerate() {
-                for limit2 in [0.0, dist2(centre, points[i * 7 % points.len()]), f64::INFINITY] {
-                    let window = columns.window(i / 3..points.len(), centre, limit2);
-                    for (at, &x) in points.iter().enumerate().skip(i / 3) {
-                        assert!(dist2(x, centre) > limit2 || window.contains(&at), "{kind}");
-                    }
-                }
-            }
-        }
     }
 
     #[test]

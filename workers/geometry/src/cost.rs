@@ -20,7 +20,9 @@ use std::cmp::Ordering;
 
 pub use marks::{Marks, Places};
 
+use crate::blocks::Blocks;
 use crate::columns::{Columns, Rows};
+use crate::neighbourhood::Found;
 use crate::point::Point;
 
 /// Work and depth so far. See the module's text for the rules.
@@ -219,38 +221,24 @@ impl Cost {
             .collect()
     }
 
-    /// All pairs of a row with every column: one vector step over `rows * cols` pairs, the column
-    /// values replicated by a copy-scan, and one segmented reduction that leaves one result a row.
-    /// `f` sees every pair once, in order, and keeps the row's state.
-    pub fn pairs<R, C, S>(
-        &mut self,
-        rows: &[R],
-        cols: &[C],
-        mut start: impl FnMut(&R) -> S,
-        mut f: impl FnMut(&mut S, &R, usize, &C),
-    ) -> Vec<S> {
-        let pairs = rows.len() * cols.len();
-        self.scan_step(pairs);
-        self.step(pairs);
-        self.scan_step(pairs);
-        rows.iter()
-            .map(|row| {
-                let mut state = start(row);
-                for (j, col) in cols.iter().enumerate() {
-                    f(&mut state, row, j, col);
-                }
-                state
-            })
-            .collect()
-    }
-
-    /// All pairs like [`Cost::pairs`], of points and their distances: `keep` sees those columns that matter to a row.
+    /// All pairs of a row's point with every column's: one vector step over `rows * cols` pairs, the column values
+    /// replicated by a copy-scan, and one segmented reduction that leaves one result a row. `keep` sees those columns
+    /// that matter to a row.
     pub fn near_pairs<P: Point>(&mut self, rows: &[P], cols: &Columns<P>, keep: &mut impl Rows) {
         let pairs = rows.len() * cols.len();
         self.scan_step(pairs);
         self.step(pairs);
         self.scan_step(pairs);
         cols.each_row(rows, keep);
+    }
+
+    /// The same of all pairs of some points, where a processor looks at those whose blocks are within the limit.
+    pub fn pairs_in_blocks<P: Point>(&mut self, points: &Blocks<P>, keep: &mut impl Rows) {
+        let pairs = points.len() * points.len();
+        self.scan_step(pairs);
+        self.step(pairs);
+        self.scan_step(pairs);
+        points.each_row(keep);
     }
 
     /// A step over items that a caller walks itself, one call of [`Sweep::visit`] an item; charged
@@ -462,21 +450,19 @@ impl Sweep {
         points.each_within(range, centre, limit2, near);
     }
 
-    /// The same of a range that is sorted by the first coordinate. The machine looks at all of it, in one step, and that
-    /// is what is charged; a processor looks at those whose first coordinates are within the limit.
+    /// Finds the points within the limit of a centre ([`Blocks::find_within`]). The machine looks at all, in one step, and
+    /// that is what is charged; a processor looks at those whose blocks are within it.
     #[inline]
-    pub fn each_distance_sorted<P: Point>(
+    pub fn each_in_blocks<P: Point>(
         &mut self,
-        points: &Columns<P>,
-        range: std::ops::Range<usize>,
+        blocks: &Blocks<P>,
         centre: P,
         limit2: f64,
-        mut near: impl FnMut(usize, f64) -> f64,
+        start: u32,
+        found: &mut Vec<Found>,
     ) {
-        self.items += range.len() as u64;
-        let within = points.window(range.clone(), centre, limit2);
-        let skipped = within.start - range.start;
-        points.each_within(within, centre, limit2, |at, d2| near(skipped + at, d2));
+        self.items += blocks.len() as u64;
+        blocks.find_within(centre, limit2, start, found);
     }
 
     /// Number of items so far.

@@ -8,6 +8,8 @@ pub mod cost;
 
 pub mod columns;
 
+pub mod blocks;
+
 pub mod simd;
 
 pub mod lists;

@@ -19,6 +19,16 @@ impl<T> Default for Lists<T> {
 }
 
 impl<T> Lists<T> {
+    /// No lists, with room for so many of so many items in all.
+    pub fn with_capacity(lists: usize, items: usize) -> Self {
+        Lists { items: Vec::with_capacity(items), ends: Vec::with_capacity(lists) }
+    }
+
+    /// Number of items in all lists.
+    pub fn items(&self) -> usize {
+        self.items.len()
+    }
+
     /// Number of lists.
     pub fn len(&self) -> usize {
         self.ends.len()

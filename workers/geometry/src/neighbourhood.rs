@@ -14,6 +14,7 @@
 
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
+use crate::blocks::Blocks;
 use crate::columns::{Columns, LANES, Rows, one_by_one};
 use crate::cost::Cost;
 use crate::lists::Lists;
@@ -22,18 +23,77 @@ use crate::point::{Point, dist2};
 /// A neighbour found: squared distance and position in the caller's table.
 pub type Found = (f64, u32);
 
+/// The nearest points of many, ties included: for each the squared distance of the last that was wanted, infinite if
+/// there are fewer, and their positions in the caller's table. Distances are not kept: there is one expression for them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NearestLists {
+    /// Squared distances of the `k`-th nearest.
+    pub kth2: Vec<f64>,
+    /// The nearest of each.
+    pub lists: Lists<u32>,
+}
+
+impl NearestLists {
+    /// No lists, with room for so many of so many numbers in all.
+    pub fn with_capacity(lists: usize, items: usize) -> Self {
+        NearestLists { kth2: Vec::with_capacity(lists), lists: Lists::with_capacity(lists, items) }
+    }
+
+    /// Adds what one point has.
+    #[inline]
+    pub fn push(&mut self, kth2: f64, list: impl IntoIterator<Item = u32>) {
+        self.kth2.push(kth2);
+        self.lists.push(list);
+    }
+
+    /// Adds all of another.
+    pub fn append(&mut self, mut other: NearestLists) {
+        self.kth2.append(&mut other.kth2);
+        self.lists.append(other.lists);
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.kth2.len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.kth2.is_empty()
+    }
+
+    /// Squared distance of the `k`-th, and the nearest, of each.
+    pub fn iter(&self) -> impl Iterator<Item = (f64, &[u32])> {
+        self.kth2.iter().copied().zip(self.lists.iter())
+    }
+}
+
 /// Keeps the entries no farther than the `k`-th nearest (ties included) and no farther than `limit2`.
 /// Returns the `k`-th squared distance, or infinity if there are fewer than `k`.
 pub fn keep_nearest(list: &mut Vec<Found>, k: usize, limit2: f64) -> f64 {
-    list.retain(|e| e.0 <= limit2);
+    let farthest =
+        |list: &[Found]| list.iter().fold(0.0, |most, found| if found.0 > most { found.0 } else { most });
+    let mut most = farthest(list);
+    if most > limit2 {
+        list.retain(|e| e.0 <= limit2);
+        most = farthest(list);
+    }
     if k == 0 || list.len() < k {
         return f64::INFINITY;
     }
     if list.len() == k {
-        return list.iter().fold(0.0, |most, found| if found.0 > most { found.0 } else { most });
+        return most;
     }
     let kth = list.select_nth_unstable_by_key(k - 1, |e| e.0.to_bits()).1.0;
-    list.retain(|e| e.0 <= kth);
+    // Behind it stand those that are no nearer.
+    let mut kept = k;
+    for at in k..list.len() {
+        if list[at].0 == kth {
+            list.swap(kept, at);
+            kept += 1;
+        }
+    }
+    list.truncate(kept);
     kth
 }
 
@@ -47,7 +107,7 @@ pub fn nearest_direct<P: Point>(
     k: usize,
     limit2: impl Fn(usize) -> f64,
     cost: &mut Cost,
-) -> Lists<Found> {
+) -> NearestLists {
     let at = |&i: &u32| table[i as usize];
     let points: Vec<P> = rows.iter().map(at).collect();
     let columns = Columns::of(cols.iter().map(at));
@@ -55,6 +115,30 @@ pub fn nearest_direct<P: Point>(
     let mut nearest = Nearest::new(rows, cols, k, bounds);
     cost.near_pairs(&points, &columns, &mut nearest);
     nearest.lists
+}
+
+/// For every point of a set the `k` nearest others, ties included, as [`nearest_direct`] of the set with itself; in
+/// the order of the slice that the blocks were made of, whose first point has this number.
+pub fn nearest_in_blocks<P: Point>(
+    blocks: &Blocks<P>,
+    start: u32,
+    k: usize,
+    cost: &mut Cost,
+) -> NearestLists {
+    let members: Vec<u32> = blocks.order().iter().map(|i| start + i).collect();
+    let mut nearest = Nearest::new(&members, &members, k, vec![f64::INFINITY; members.len()]);
+    nearest.lists = NearestLists::with_capacity(members.len(), members.len() * k.min(members.len()));
+    cost.pairs_in_blocks(blocks, &mut nearest);
+    let mut place_of = vec![0; members.len()];
+    for (place, &i) in blocks.order().iter().enumerate() {
+        place_of[i as usize] = place;
+    }
+    let found = nearest.lists;
+    let mut lists = NearestLists::with_capacity(found.len(), found.lists.items());
+    for place in place_of {
+        lists.push(found.kth2[place], found.lists[place].iter().copied());
+    }
+    lists
 }
 
 /// The `k` nearest columns of row after row.
@@ -78,7 +162,7 @@ struct Nearest<'a> {
     list: Vec<Found>,
     found: usize,
     scratch: Vec<u64>,
-    lists: Lists<Found>,
+    lists: NearestLists,
 }
 
 impl<'a> Nearest<'a> {
@@ -97,7 +181,7 @@ impl<'a> Nearest<'a> {
             list: vec![(0.0, 0); full_at(k) + LANES],
             found: 0,
             scratch: Vec::new(),
-            lists: Lists::default(),
+            lists: NearestLists::default(),
         }
     }
 
@@ -195,7 +279,7 @@ impl Rows for Nearest<'_> {
                 }
             }
         }
-        self.lists.push(self.list[..self.found].iter().map(|&(d2, column)| (d2, self.cols[column as usize])));
+        self.lists.push(kth, self.list[..self.found].iter().map(|found| self.cols[found.1 as usize]));
     }
 }
 

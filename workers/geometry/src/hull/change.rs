@@ -28,7 +28,8 @@ impl<P: Point> StarBuilder<P> {
     ) -> bool {
         self.centre = table[centre as usize];
         self.places.make_room(table.len());
-        let mut numbers = vec![INFINITE];
+        let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
+        numbers.push(INFINITE);
         numbers.extend(link.iter().flat_map(AsRef::as_ref));
         let entries = numbers.len();
         numbers.extend(added.iter().filter(|&&v| v != centre));

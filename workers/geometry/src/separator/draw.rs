@@ -12,8 +12,9 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
 use super::{Separator, Side};
+use crate::columns::{Columns, Rows};
 use crate::cost::Cost;
-use crate::point::{Point, dist2, lex_cmp};
+use crate::point::{Point, lex_cmp};
 
 /// Expected number of samples of a subproblem that has more points than this.
 pub const SAMPLE_TARGET: u64 = 400;
@@ -309,6 +310,32 @@ struct Scored<P> {
     score: f64,
 }
 
+/// Squared distance of each sample to the nearest other one. Coincident samples, at distance zero, do not bound each
+/// other's balls.
+#[derive(Default)]
+struct NearestOthers {
+    squares: Vec<f64>,
+    least: f64,
+}
+
+impl Rows for NearestOthers {
+    fn begin(&mut self, _: usize) -> f64 {
+        self.least = f64::INFINITY;
+        self.least
+    }
+
+    fn near(&mut self, _: usize, distance2: f64) -> f64 {
+        if distance2 > 0.0 {
+            self.least = distance2;
+        }
+        self.least
+    }
+
+    fn end(&mut self, _: usize) {
+        self.squares.push(self.least);
+    }
+}
+
 /// Scores surfaces on the samples and their nearest-neighbour balls.
 struct Judge<P> {
     /// Samples in local coordinates.
@@ -321,18 +348,9 @@ struct Judge<P> {
 impl<P: Point> Judge<P> {
     fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
         let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
-        // Coincident samples, at distance zero, do not bound each other's balls.
-        let nearest = cost.pairs(
-            &local,
-            &local,
-            |_| f64::INFINITY,
-            |least, &p, _, &q| {
-                let d = dist2(p, q);
-                let d = if d > 0.0 { d } else { f64::INFINITY };
-                *least = if d < *least { d } else { *least };
-            },
-        );
-        let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest).collect();
+        let mut nearest = NearestOthers::default();
+        cost.near_pairs(&local, &Columns::of(local.iter().copied()), &mut nearest);
+        let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest.squares).collect();
         let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
         let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
         Judge { local, balls, thinning: root(fraction, P::DIM, cost) }

@@ -1,0 +1,248 @@
+//! Points in blocks of eight that lie together: the few of many that are near a point.
+//!
+//! **Statement.** A set is halved along the longest side of its bounding box, at a multiple of eight, until a part is
+//! one block (a k-d tree, Bentley 1975). A block whose box is farther than the limit holds no point within it: the
+//! distance to a box is found by the expression of [`dist2`](crate::point::dist2) from gaps that are no larger than the
+//! differences of coordinates, and rounding is monotone. So what is found is what all pairs would give, bit for bit.
+//!
+//! **Work and depth.** The machine looks at all pairs in one vector step, and that is what its primitives charge
+//! ([`Cost::pairs_in_blocks`](crate::cost::Cost::pairs_in_blocks), [`Sweep::each_in_blocks`](crate::cost::Sweep::each_in_blocks)).
+//! A processor looks at the boxes, eight at a time, and at the blocks within the limit.
+
+#![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+
+use std::marker::PhantomData;
+
+use crate::columns::{LANES, Rows};
+use crate::neighbourhood::Found;
+use crate::point::Point;
+use crate::simd::widest;
+
+/// Points in blocks, by their positions in a slice.
+#[derive(Clone, Debug)]
+pub struct Blocks<P> {
+    /// Position of each point in the slice, block by block.
+    order: Vec<u32>,
+    /// Coordinates in that order; behind the last point, and in blocks that are not, no numbers.
+    axes: [Vec<f64>; 3],
+    /// Least and greatest coordinates of each block, in groups of eight blocks.
+    boxes: Vec<[[f64; LANES]; 6]>,
+    marker: PhantomData<P>,
+}
+
+impl<P: Point> Blocks<P> {
+    /// Puts points into blocks.
+    pub fn of(points: &[P]) -> Self {
+        let mut order: Vec<u32> = (0..points.len() as u32).collect();
+        divide(points, &mut order);
+        let groups = order.len().div_ceil(LANES * LANES);
+        let axes = std::array::from_fn(|axis| {
+            if axis >= P::DIM {
+                return Vec::new();
+            }
+            let mut column: Vec<f64> = order.iter().map(|&i| points[i as usize].coord(axis)).collect();
+            column.resize(groups * LANES * LANES, f64::NAN);
+            column
+        });
+        let mut boxes = vec![[[0.0; LANES]; 6]; groups];
+        for (number, block) in order.chunks(LANES).enumerate() {
+            let (low, high) = bounds(points, block);
+            for axis in 0..P::DIM {
+                let sides = &mut boxes[number / LANES];
+                sides[axis][number % LANES] = low.coord(axis);
+                sides[3 + axis][number % LANES] = high.coord(axis);
+            }
+        }
+        Blocks { order, axes, boxes, marker: PhantomData }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Are there none?
+    pub fn is_empty(&self) -> bool {
+        self.order.is_empty()
+    }
+
+    /// The points' positions in the slice, block by block.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// The points within the limit of each point in turn, to `keep`: rows and columns are places in [`Blocks::order`].
+    pub(crate) fn each_row(&self, keep: &mut impl Rows) {
+        widest(
+            #[inline(always)]
+            || {
+                for row in 0..self.len() {
+                    let limit2 = keep.begin(row);
+                    let at = [0, 1, 2].map(|axis| if axis < P::DIM { self.axes[axis][row] } else { 0.0 });
+                    self.each_block(at, limit2, |first, distances2, limit2| {
+                        keep.near_together(first, distances2, limit2)
+                    });
+                    keep.end(row);
+                }
+            },
+        );
+    }
+
+    /// Appends the points no farther than the limit, but for those at `centre` itself: squared distance, and position in
+    /// the slice, counted from `start`.
+    pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut Vec<Found>) {
+        let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
+        widest(
+            #[inline(always)]
+            || {
+                self.each_block(at, limit2, |first, distances2, limit2| {
+                    let mut last = found.len();
+                    found.resize(last + LANES, (0.0, 0));
+                    let numbers = &self.order[first..self.len().min(first + LANES)];
+                    // Without a branch: each is written, and stays if it is near.
+                    for (&d2, &number) in distances2.iter().zip(numbers) {
+                        found[last] = (d2, start + number);
+                        last += usize::from((d2 <= limit2) & (d2 > 0.0));
+                    }
+                    found.truncate(last);
+                    limit2
+                });
+            },
+        );
+    }
+
+    /// Calls `near` with the place of the first point and the squared distances of each block that has one no farther than
+    /// the limit; `near` returns the limit from then on.
+    #[inline(always)]
+    fn each_block(
+        &self,
+        at: [f64; 3],
+        mut limit2: f64,
+        mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
+    ) {
+        let (x, _) = self.axes[0].as_chunks::<LANES>();
+        let (y, _) = self.axes[1].as_chunks::<LANES>();
+        let (z, _) = self.axes[P::DIM - 1].as_chunks::<LANES>();
+        for (group, sides) in self.boxes.iter().enumerate() {
+            let mut within = [0usize; LANES];
+            let mut count = 0;
+            let gaps2: [f64; LANES] = std::array::from_fn(|i| {
+                let gap = |axis: usize| {
+                    greater(greater(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0)
+                };
+                let (x, y) = (gap(0), gap(1));
+                if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
+            });
+            for (i, &gap2) in gaps2.iter().enumerate() {
+                within[count] = group * LANES + i;
+                count += usize::from(gap2 <= limit2);
+            }
+            for &block in &within[..count] {
+                let (x, y, z) = (&x[block], &y[block], &z[block]);
+                let found: [f64; LANES] = std::array::from_fn(|i| {
+                    let (x, y) = (x[i] - at[0], y[i] - at[1]);
+                    if P::DIM == 2 {
+                        x * x + y * y
+                    } else {
+                        let z = z[i] - at[2];
+                        x * x + y * y + z * z
+                    }
+                });
+                if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                    limit2 = near(block * LANES, &found, limit2);
+                }
+            }
+        }
+    }
+}
+
+/// Halves a set until its parts are blocks.
+fn divide<P: Point>(points: &[P], order: &mut [u32]) {
+    if order.len() <= LANES {
+        return;
+    }
+    let (low, high) = bounds(points, order);
+    let side = |axis: usize| high.coord(axis) - low.coord(axis);
+    let axis = (1..P::DIM).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
+    let half = order.len().div_ceil(LANES).div_ceil(2) * LANES;
+    let coord = |&i: &u32| points[i as usize].coord(axis);
+    order.select_nth_unstable_by(half, |a, b| coord(a).total_cmp(&coord(b)));
+    let (below, above) = order.split_at_mut(half);
+    divide(points, below);
+    divide(points, above);
+}
+
+/// The bounding box of some points.
+fn bounds<P: Point>(points: &[P], members: &[u32]) -> (P, P) {
+    let first = points[members[0] as usize];
+    let (mut low, mut high) = (first, first);
+    for &i in members {
+        for axis in 0..P::DIM {
+            let x = points[i as usize].coord(axis);
+            if x < low.coord(axis) {
+                low.set_coord(axis, x);
+            }
+            if x > high.coord(axis) {
+                high.set_coord(axis, x);
+            }
+        }
+    }
+    (low, high)
+}
+
+/// The greater of two numbers: one instruction.
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+    use crate::incremental::tests::nasty::{KINDS, set};
+    use crate::point::dist2;
+
+    fn what_is_found_is_what_all_pairs_give<P: Point>() {
+        for kind in KINDS {
+            for size in [1, 2, 7, 8, 9, 63, 64, 65, 200] {
+                let points = set::<P>(kind, size, 3);
+                let blocks = Blocks::of(&points);
+                let mut places = blocks.order().to_vec();
+                places.sort_unstable();
+                assert!(places.into_iter().eq(0..points.len() as u32), "{kind}");
+                for (i, &centre) in points.iter().enumerate() {
+                    for limit2 in [0.0, dist2(centre, points[i * 7 % points.len()]), f64::INFINITY] {
+                        let mut found = vec![(9.0, 9)];
+                        blocks.find_within(centre, limit2, 100, &mut found);
+                        assert_eq!(found.remove(0), (9.0, 9));
+                        found.sort_by_key(|found| found.1);
+                        let all = points.iter().zip(100..).map(|(&x, number)| (dist2(x, centre), number));
+                        let near: Vec<Found> = all.filter(|&(d2, _)| d2 > 0.0 && d2 <= limit2).collect();
+                        assert_eq!(found, near, "{kind} {size}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn in_space() {
+        what_is_found_is_what_all_pairs_give::<DVec3>();
+    }
+
+    #[test]
+    fn in_the_plane() {
+        what_is_found_is_what_all_pairs_give::<DVec2>();
+    }
+
+    #[test]
+    fn of_nothing() {
+        let blocks = Blocks::<DVec3>::of(&[]);
+        let mut found = Vec::new();
+        blocks.find_within(DVec3::ZERO, f64::INFINITY, 0, &mut found);
+        assert!(blocks.is_empty() && found.is_empty());
+    }
+}
