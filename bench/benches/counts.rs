@@ -13,10 +13,11 @@ use gungraun::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use septet::geometry::blocks::Blocks;
 use septet::geometry::cost::Cost;
 use septet::geometry::hull::StarBuilder;
 use septet::geometry::incremental::Incremental;
-use septet::geometry::neighbourhood::nearest_direct;
+use septet::geometry::neighbourhood::nearest_in_blocks;
 use septet::geometry::point::{Point, dist2};
 use septet::geometry::simd::use_baseline_registers;
 
@@ -102,12 +103,11 @@ fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
     facets
 }
 
-#[library_benchmark(config = at_most(14_196_855))]
+#[library_benchmark(config = at_most(9_245_180))]
 #[bench::uniform(uniform(700))]
 fn nearest(points: Vec<DVec3>) -> usize {
-    let all: Vec<u32> = (0..points.len() as u32).collect();
-    let lists = nearest_direct(&points, &all, &all, 48, |_| f64::INFINITY, &mut Cost::default());
-    let found = lists.iter().map(<[_]>::len).sum();
+    let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 48, &mut Cost::default());
+    let found = nearest.lists.items();
     assert_eq!(found, 48 * points.len());
     found
 }
