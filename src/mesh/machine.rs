@@ -51,6 +51,7 @@ struct Owners {
 struct Taken<'a> {
     task: &'static str,
     points: usize,
+    fixed: usize,
     ledger: &'a Ledger,
     phase_seconds: &'a [(Phase, f64)],
     seconds: f64,
@@ -84,7 +85,8 @@ impl Counted {
         line.bytes += bytes;
         line.work += ledger.phases.iter().map(|p| p.work).sum::<u64>();
         line.depth += ledger.phases.iter().map(|p| p.critical_depth).sum::<u64>();
-        self.record.add(&line.name, taken.task, taken.points as u64, ledger, taken.seconds);
+        let points = [taken.points as u64, taken.fixed as u64];
+        self.record.add(&line.name, taken.task, points, ledger, taken.seconds);
         self.record.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
     }
 
@@ -125,6 +127,7 @@ impl<P: Point> Machine<P> for Counted {
         self.add(&Taken {
             task: INDEPENDENT_SET,
             points: sites.len(),
+            fixed,
             ledger: &run.ledger,
             phase_seconds: &run.phase_seconds,
             seconds: run.seconds,
@@ -140,6 +143,7 @@ impl<P: Point> Machine<P> for Counted {
         self.add(&Taken {
             task: TRIANGULATION,
             points: points.len(),
+            fixed: 0,
             ledger: &run.ledger,
             phase_seconds: &run.phase_seconds,
             seconds: run.total_seconds,

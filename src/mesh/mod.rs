@@ -102,6 +102,8 @@ pub struct MeshRequest {
     pub max_distance: Option<f64>,
     /// Are slivers to be removed?
     pub improve: bool,
+    /// Largest leaf of the partition trees of independent sets; by dimension if none.
+    pub leaf: Option<u64>,
     /// Workers of the machine.
     pub workers: Workers,
     /// Threads that run them.
@@ -417,6 +419,7 @@ fn machine(request: &MeshRequest) -> Counted {
         threads: request.threads,
         seed: request.seed,
         transport: request.transport,
+        leaf: request.leaf,
         ..Config::default()
     })
 }

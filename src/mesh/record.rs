@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use septet_protocol::ids::Phase;
-use septet_protocol::ledger::Ledger;
+use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal};
 
 use crate::run::Traffic;
 
@@ -27,8 +27,18 @@ pub struct RunLine {
     pub task: &'static str,
     /// Points or candidates given to it.
     pub points: u64,
+    /// Those of them that are in the independent set from the start.
+    pub fixed: u64,
     /// Levels of its partition tree.
     pub levels: u32,
+    /// Leaves of the tree.
+    pub leaves: u64,
+    /// Points divided, summed over the nodes that were split: the levels above each point's leaf, summed over points.
+    pub divided: u64,
+    /// Points of the leaves with what came to them across separators, where there is a graph.
+    pub members: Option<u64>,
+    /// Edges of the graph.
+    pub edges: Option<u64>,
     /// Rounds in which something was sent.
     pub rounds: u64,
     /// Messages.
@@ -39,8 +49,21 @@ pub struct RunLine {
     pub work: Option<u64>,
     /// Steps of the longest chain, where operations are counted.
     pub depth: Option<u64>,
+    /// The same of each of its phases, in order; none where operations are not counted.
+    pub phases: Vec<RunPhase>,
     /// Measured seconds.
     pub seconds: f64,
+}
+
+/// What one phase of a run counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct RunPhase {
+    /// The phase.
+    pub phase: &'static str,
+    /// Operations.
+    pub work: u64,
+    /// Its share of the run's longest chain.
+    pub depth: u64,
 }
 
 /// One phase of the machine, over all runs of a stage.
@@ -76,26 +99,38 @@ pub struct Record {
 }
 
 impl Record {
-    /// Adds a run.
+    /// Adds a run, of whose points so many were fixed.
     pub(super) fn add(
         &mut self,
         stage: &str,
         task: &'static str,
-        points: u64,
+        [points, fixed]: [u64; 2],
         ledger: &Ledger,
         seconds: f64,
     ) {
         let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
+        let nodes = &ledger.part.nodes;
+        let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.kind == 0);
+        let of_graph =
+            |count: fn(&NodeFacts) -> u64| counts(task).then(|| leaves.iter().map(|f| count(f)).sum());
+        let phase =
+            |p: &PhaseTotal| RunPhase { phase: p.phase.name(), work: p.work, depth: p.critical_depth };
         self.runs.push(RunLine {
             stage: stage.to_owned(),
             task,
             points,
-            levels: ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0),
+            fixed,
+            levels: nodes.keys().map(|node| node.level()).max().unwrap_or(0),
+            leaves: leaves.len() as u64,
+            divided: inner.iter().map(|facts| facts.population).sum(),
+            members: of_graph(|facts| facts.members),
+            edges: of_graph(|facts| facts.edges),
             rounds,
             messages,
             bytes,
             work: counts(task).then(|| ledger.phases.iter().map(|p| p.work).sum()),
             depth: counts(task).then(|| ledger.phases.iter().map(|p| p.critical_depth).sum()),
+            phases: ledger.phases.iter().filter(|_| counts(task)).map(phase).collect(),
             seconds,
         });
     }

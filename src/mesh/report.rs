@@ -104,6 +104,7 @@ pub(super) struct ParameterReport {
     singularity: Option<&'static str>,
     feature_angle: f64,
     improve: bool,
+    leaf: Option<u64>,
     workers: Option<u32>,
     threads: usize,
     transport: &'static str,
@@ -333,6 +334,7 @@ fn parameters(kind: Kind, request: &MeshRequest, around: &Surroundings<'_>) -> P
         }),
         feature_angle: request.feature_angle,
         improve: request.improve,
+        leaf: request.leaf,
         workers: match request.workers {
             Workers::Count(n) => Some(n),
             Workers::Leaves => None,

@@ -118,6 +118,7 @@ fn request() -> MeshRequest {
         feature_angle: DEFAULT_FEATURE_ANGLE,
         max_distance: None,
         improve: false,
+        leaf: None,
         workers: Workers::Count(2),
         threads: 1,
         transport: Transport::Sim { delivery_seed: 0 },

@@ -34,6 +34,7 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
         feature_angle: DEFAULT_FEATURE_ANGLE,
         max_distance: None,
         improve: false,
+        leaf: None,
         workers: Workers::Count(2),
         threads: 2,
         transport: Transport::Channel { threads: 2 },

@@ -72,6 +72,9 @@ pub struct MeshArgs {
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
     #[arg(long, value_name = "P|leaves", value_parser = workers, allow_negative_numbers = true)]
     pub workers: Option<Workers>,
+    /// Largest leaf of the partition trees of independent sets [default: 4000 in space, 2000 in the plane]
+    #[arg(long, value_name = "M")]
+    pub leaf: Option<u64>,
     /// Threads that run the workers [default: cores]
     #[arg(long, value_name = "T")]
     pub threads: Option<usize>,
@@ -152,7 +155,7 @@ impl MeshArgs {
         let base = Config::default();
         let threads = self.threads.unwrap_or(base.threads);
         let workers = self.workers.unwrap_or(base.workers);
-        Config { workers, threads, ..base }.check()?;
+        Config { workers, threads, leaf: self.leaf, ..base }.check()?;
         let by_ratio = self.radius_edge.map(|b| 1.0 - 1.0 / b);
         Ok(MeshRequest {
             boundary: self.boundary.map(Boundary::from),
@@ -164,6 +167,7 @@ impl MeshArgs {
             feature_angle: self.feature_angle.unwrap_or(DEFAULT_FEATURE_ANGLE),
             max_distance: self.max_distance,
             improve: self.improve,
+            leaf: self.leaf,
             workers,
             threads,
             transport: match self.transport {
