@@ -225,6 +225,49 @@ fn rounds_are_logarithmic_and_messages_are_counted() {
     }
 }
 
+/// The work of a separator's draw from so many samples, at most (`separator::draw` and its tests): it takes some 400 of
+/// them, whatever it divides; 460 is three deviations above.
+const DRAW: f64 = 6.0 * 460.0 * 460.0 + 300.0 * 460.0;
+
+/// Work a site is a constant for each level above it, and constants: counts at sizes that differ by 4 and 16.
+#[test]
+fn work_is_the_same_for_each_level() {
+    const LEAF: u64 = 250;
+    let mut before: Option<[f64; 2]> = None;
+    for n in [2000, 8000, 32_000] {
+        let points = space(Kind::Uniform, n as u64, 12);
+        let run = independent(&points, &vec![even(n, 3, 12.0); n], 0, &threaded(Workers::Count(1), 2, LEAF))
+            .unwrap();
+        let nodes = &run.ledger.part.nodes;
+        let work = |phase| run.ledger.phases.iter().find(|p| p.phase == phase).unwrap().work as f64;
+        let divided: u64 = nodes.values().filter(|f| f.kind != 0).map(|f| f.population).sum();
+        let attempted: u64 = nodes.values().map(|f| f.attempts * f.population).sum();
+        let attempts: u64 = nodes.values().map(|f| f.attempts).sum();
+        let levels = nodes.keys().map(|node| node.level()).max().unwrap();
+        assert!(f64::from(levels) <= 1.5 * (n as f64 / LEAF as f64).log2() + 2.0, "{n}: {levels} levels");
+        // Samples, sides, counts: six steps over the sites of an attempt; then a split, of four.
+        let steps = (6 * attempted + 4 * divided) as f64;
+        let draws = work(Phase::Partition) - steps;
+        assert!(draws > 0.0 && draws <= DRAW * attempts as f64, "{n}: {draws} of {attempts} draws");
+        // Two for each site or copy that comes to a node.
+        let sets = work(Phase::Sets) / divided as f64;
+        assert!((2.0..4.0).contains(&sets), "{n}: {sets} for each site and level");
+        let each = [Phase::Graph, Phase::Independent].map(|phase| work(phase) / n as f64);
+        println!(
+            "{n}: {levels} levels, {:.0} a draw, {sets:.2} a site and level, {each:?}",
+            draws / attempts as f64
+        );
+        // Fewer sites lie at the boundary, and more of them beside a separator; both come to an end.
+        if let Some([graph, rounds]) = before {
+            assert!(
+                each[0] < 1.25 * graph && each[1] < 1.2 * rounds,
+                "{n}: {each:?} after {graph}, {rounds}"
+            );
+        }
+        before = Some(each);
+    }
+}
+
 /// Sites far from 1, and sizes beyond what floats can square.
 #[test]
 fn the_scale_does_not_matter() {

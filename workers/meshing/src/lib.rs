@@ -21,6 +21,8 @@ pub mod contact;
 
 pub mod exact;
 
+mod crossed;
+
 pub mod sides;
 
 pub mod manifold;

@@ -25,7 +25,7 @@ use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation};
 
 use crate::bvh::{Bounds, Bvh};
-use crate::exact::Fraction;
+use crate::crossed::{Line, Met};
 use crate::resolve::Simplices;
 use crate::space::{Crossing, Space};
 
@@ -189,10 +189,11 @@ impl<P: Space> Sides<P> {
             }
             let axis = steepest(normal);
             let Some((from, to)) = self.ends(inner, axis, attempt) else { continue };
-            if let Some(crossed) = self.crossed(points, from, to)
-                && crossed.contains(&wall)
+            if let Some(mut crossed) = self.crossed(points, from, to)
+                && crossed.iter().any(|met| met.wall == wall)
             {
-                return Some((from, crossed));
+                crossed.sort_by(Met::order);
+                return Some((from, crossed.into_iter().map(|met| met.wall).collect()));
             }
         }
         None
@@ -214,19 +215,19 @@ impl<P: Space> Sides<P> {
         outside.then_some((from, to))
     }
 
-    /// The walls that a segment crosses, in order; `None` if it is not in general position.
-    fn crossed(&self, points: &[P], from: P, to: P) -> Option<Vec<u32>> {
+    /// The walls that a segment crosses; `None` if it is not in general position.
+    fn crossed(&self, points: &[P], from: P, to: P) -> Option<Vec<Met<P>>> {
+        let line = Line::through(from, to);
         let mut found = Vec::new();
         for wall in self.tree.meeting(&Bounds::of([from, to])) {
             let corners = P::corners(points, &self.walls[wall as usize]);
             match P::crossing(&corners, from, to) {
                 Crossing::None => {}
                 Crossing::Degenerate => return None,
-                Crossing::Proper => found.push((Fraction::crossing(&corners, from, to), wall)),
+                Crossing::Proper => found.push(Met::new(wall, line, corners)),
             }
         }
-        found.sort();
-        Some(found.into_iter().map(|(_, wall)| wall).collect())
+        Some(found)
     }
 
     fn number(&mut self, sets: &mut Sets) {
@@ -293,7 +294,8 @@ impl<P: Space> Sides<P> {
         (0..ATTEMPTS).find_map(|attempt| {
             let (_, to) = self.ends(q, attempt as usize % P::DIM, attempt)?;
             let crossed = self.crossed(points, q, to)?;
-            let side = crossed.first().map(|&wall| self.side_towards(points, wall, q));
+            let first = crossed.iter().min_by(|a, b| a.order(b));
+            let side = first.map(|met| self.side_towards(points, met.wall, q));
             Some(Location::Component(side.map_or(0, |side| self.component[side as usize])))
         })
     }

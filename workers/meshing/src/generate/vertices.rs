@@ -124,6 +124,10 @@ impl Holders {
     /// Those that hold all of these vertices, ascending.
     pub fn common(&self, carriers: &[Carrier], vertices: &[u32]) -> Vec<u32> {
         let Some((&first, others)) = vertices.split_first() else { return Vec::new() };
+        // Most have a vertex in the volume, which nothing holds.
+        if others.iter().any(|&v| self.of(&carriers[v as usize]).is_empty()) {
+            return Vec::new();
+        }
         let mut common = self.of(&carriers[first as usize]).to_vec();
         for &v in others {
             if common.is_empty() {

@@ -1,0 +1,109 @@
+//! Walls in the order in which a line crosses them.
+//!
+//! **Statement.** A line crosses a wall at a point of it, so between the least and the largest coordinate of the wall's
+//! corners along any axis; and from one end of the line to the other each coordinate grows or falls. *So a wall whose
+//! coordinates along an axis all come before those of another is crossed before it:* a comparison of coordinates as given,
+//! with nothing rounded. Where they overlap the fractions of [`crate::exact`] decide. Both are the order of the same points
+//! on the line, so they agree, and it is one total order (walls crossed at one point by their numbers).
+//!
+//! **Work and depth.** O(1) a comparison; big numbers for walls that lie beside each other, made once a wall.
+
+use std::cell::OnceCell;
+use std::cmp::Ordering;
+
+use septet_geometry::point::Point;
+
+use crate::exact::Fraction;
+
+/// A segment that walls are crossed by, and the axis that it runs along most.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line<P> {
+    from: P,
+    to: P,
+    axis: usize,
+}
+
+impl<P: Point> Line<P> {
+    pub(crate) fn through(from: P, to: P) -> Self {
+        let along = |i: usize| (to.coord(i) - from.coord(i)).abs();
+        Line { from, to, axis: (1..P::DIM).fold(0, |k, i| if along(i) > along(k) { i } else { k }) }
+    }
+}
+
+/// A wall that a line crosses in its inside.
+#[derive(Clone, Debug)]
+pub(crate) struct Met<P> {
+    pub(crate) wall: u32,
+    line: Line<P>,
+    corners: Vec<P>,
+    /// The coordinates of its corners along the line's axis, all times -1 where the line falls.
+    range: [f64; 2],
+    place: OnceCell<Fraction>,
+}
+
+impl<P: Point> Met<P> {
+    pub(crate) fn new(wall: u32, line: Line<P>, corners: Vec<P>) -> Self {
+        let falls = line.to.coord(line.axis) < line.from.coord(line.axis);
+        let range = corners.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
+            let at = corner.coord(line.axis);
+            let at = if falls { -at } else { at };
+            [low.min(at), high.max(at)]
+        });
+        Met { wall, line, corners, range, place: OnceCell::new() }
+    }
+
+    fn place(&self) -> &Fraction {
+        self.place.get_or_init(|| Fraction::crossing(&self.corners, self.line.from, self.line.to))
+    }
+
+    /// Which of two walls on the same line is crossed first?
+    pub(crate) fn order(&self, other: &Self) -> Ordering {
+        if self.range[1] < other.range[0] {
+            Ordering::Less
+        } else if other.range[1] < self.range[0] {
+            Ordering::Greater
+        } else {
+            self.place().cmp(other.place()).then(self.wall.cmp(&other.wall))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, DVec3};
+
+    fn unit(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    #[test]
+    fn walls_apart_come_in_the_order_of_fractions() {
+        let (mut seed, mut apart) = (3, 0);
+        for (from, to) in [(-2.0, 2.0), (2.0, -2.0)] {
+            let line = Line::through(DVec3::new(0.01, 0.02, from), DVec3::new(-0.03, 0.05, to));
+            let mut wall = |number| {
+                let (z, tilt) = (2.0 * unit(&mut seed) - 1.0, 0.3 * unit(&mut seed));
+                let corner = |x: f64, y: f64| DVec3::new(x, y, z + tilt * x);
+                Met::new(number, line, vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.0, 0.5)])
+            };
+            let walls: Vec<Met<DVec3>> = (0..60).map(&mut wall).collect();
+            let mut sorted = walls.clone();
+            sorted.sort_by(Met::order);
+            assert!(sorted.windows(2).all(|w| w[0].place() <= w[1].place()));
+            apart += walls.iter().filter(|a| a.range[1] < sorted[59].range[0]).count();
+        }
+        assert!(apart > 20, "{apart}");
+    }
+
+    #[test]
+    fn one_wall_apart_needs_no_fraction() {
+        let line = Line::through(DVec2::new(0.0, 0.0), DVec2::new(4.0, 1.0));
+        let wall = |number, x: f64| Met::new(number, line, vec![DVec2::new(x, -1.0), DVec2::new(x, 2.0)]);
+        let (near, far) = (wall(5, 1.0), wall(2, 1.0_f64.next_up()));
+        assert!(near.order(&far).is_lt() && far.order(&near).is_gt());
+        assert!(near.place.get().is_none() && far.place.get().is_none());
+        assert!(wall(2, 1.0).order(&near).is_lt());
+    }
+}
