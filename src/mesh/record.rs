@@ -112,7 +112,7 @@ impl Record {
         let nodes = &ledger.part.nodes;
         let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.kind == 0);
         let of_graph =
-            |count: fn(&NodeFacts) -> u64| counts(task).then(|| leaves.iter().map(|f| count(f)).sum());
+            |count: fn(&NodeFacts) -> u64| counts(task).then(|| leaves.iter().copied().map(count).sum());
         let phase =
             |p: &PhaseTotal| RunPhase { phase: p.phase.name(), work: p.work, depth: p.critical_depth };
         self.runs.push(RunLine {
