@@ -4,7 +4,7 @@
 //! whose vertices are all held by one facet is flat but for rounding, and dropped. Cells that share other faces are in
 //! one component of the domain, which is found by where the middle of the largest of them lies.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::shortest_edge2;
 use septet_geometry::point::Simplex;
@@ -46,9 +46,13 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         if common.is_empty() {
             return None;
         }
+        common.into_iter().find(|&f| planes[f as usize].holds(self.middle_of(face, &planes[f as usize])))
+    }
+
+    /// The middle of a face in the plane of a facet.
+    pub(super) fn middle_of(&self, face: &[u32], plane: &Plane) -> DVec2 {
         let sum = face.iter().fold(DVec3::ZERO, |sum, &v| sum + as_space(self.vertices.points[v as usize]));
-        let middle = sum / face.len() as f64;
-        common.into_iter().find(|&f| planes[f as usize].holds(planes[f as usize].of(middle)))
+        plane.of(sum / face.len() as f64)
     }
 
     /// Labels all cells.

@@ -66,15 +66,21 @@ impl Plane {
 
     /// Does the facet hold the place? Rounded, so either answer is right on the border.
     pub(super) fn holds(&self, q: DVec2) -> bool {
+        self.wall_at(q).is_some()
+    }
+
+    /// A wall of the facet that holds the place, by its position in the facet's list. Rounded likewise.
+    pub(super) fn wall_at(&self, q: DVec2) -> Option<usize> {
         let turn = |a: DVec2, b: DVec2| (b - a).perp_dot(q - a);
-        let mut held = false;
+        let mut found = None;
         self.tree.visit(&Bounds::of([q]), |i| {
             let [a, b, c] = self.walls[i as usize];
             let turns = [turn(a, b), turn(b, c), turn(c, a)];
-            held = turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
+            let held = turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0);
+            found = held.then_some(i as usize);
             !held
         });
-        held
+        found
     }
 
     fn meets(&self, bounds: &Bounds<DVec2>) -> bool {

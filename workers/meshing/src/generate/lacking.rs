@@ -4,6 +4,16 @@
 //! points of a facet are on a circle as nearly as can be rounded, the faces that are there may be others than those of
 //! the facet's own triangulation: then it is enough that they tile it.
 //!
+//! Such points are off the facet by rounding, so there may be a cell of all four, with one diagonal above and the other beneath.
+//! It is dropped ([`super::cells`]). That is well on the border of the domain, where what lies on one side does not matter; on a
+//! facet with the domain on both sides it leaves a mesh that does not conform, although all triangles are there: those of the
+//! facet's own triangulation on one of the sides. So there a face beside a dropped cell is *torn*, and lacking as a triangle is.
+//! A place at the centre of the common circle mends it.
+//!
+//! *Once mended it stays so.* A cell in the triangulation of all vertices whose own vertices are on facets has an empty sphere, so
+//! it is in the triangulation of the vertices on facets, too. None of them come once the volume has begun: faces are torn before
+//! that or never.
+//!
 //! **Work and depth.** `O(m log m)`: edges and faces are sorted.
 
 use septet_geometry::incremental::facet_without;
@@ -62,7 +72,45 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         missing.sort_unstable();
         let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, triangles, &faces) };
         missing.retain(|(f, _)| !whole[*f as usize]);
+        missing.extend(self.torn(delaunay, planes));
+        missing.sort_unstable();
+        missing.dedup();
         Lacking { pieces, triangles: missing }
+    }
+
+    /// Faces on facets, with the domain on both sides, of which one is a flat cell's.
+    fn torn(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Triangles {
+        if P::DIM == 2 {
+            return Vec::new();
+        }
+        let flat =
+            |cell: u32| is_flat(&self.flats, &self.vertices.carriers, delaunay.cells[cell as usize].as_ref());
+        let mut torn = Vec::new();
+        for j in (0..delaunay.cells.len() as u32).filter(|&j| flat(j)) {
+            let (cell, across) = (&delaunay.cells[j as usize], delaunay.neighbours[j as usize]);
+            for (&v, &i) in cell.as_ref().iter().zip(across.as_ref()) {
+                if i == u32::MAX || flat(i) {
+                    continue;
+                }
+                let mut row = [0; 3];
+                row.copy_from_slice(facet_without::<P>(cell, v).as_ref());
+                row.sort_unstable();
+                torn.extend(
+                    self.facet_of(&row, planes)
+                        .filter(|&f| self.is_between(f, &row, planes))
+                        .map(|f| (f, row)),
+                );
+            }
+        }
+        torn
+    }
+
+    /// Is the domain on both sides of a face on a facet?
+    fn is_between(&self, f: u32, face: &[u32; 3], planes: &[Plane]) -> bool {
+        let wall = planes[f as usize].wall_at(self.middle_of(face, &planes[f as usize]));
+        let inside = |c: u32| self.domain.components[c as usize].inside;
+        let beside = |wall: usize| self.domain.sides.beside(self.domain.facets[f as usize].walls[wall]);
+        wall.is_some_and(|wall| beside(wall).into_iter().all(inside))
     }
 
     /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
