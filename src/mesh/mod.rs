@@ -24,6 +24,8 @@ use septet_meshing::generate::{self, Failure, Rules};
 use septet_meshing::improve::{Target, improve};
 use septet_meshing::input::Kind;
 use septet_meshing::mesh::{Mesh, StageLine};
+use septet_meshing::quality::balls::Balls;
+pub use septet_meshing::quality::promise::Promise;
 use septet_meshing::quality::zones::Zones;
 use septet_meshing::quality::{Measure, Quality, quality};
 use septet_meshing::size::user::{Singularity, Wishes};
@@ -226,29 +228,6 @@ impl SingularityRequest {
     }
 }
 
-/// The radius-edge bounds that hold where features meet at no less than 90 degrees; the proof is in the generator's
-/// header ([`septet_meshing::generate`]).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Promise {
-    /// Of cells whose circumcentres lie in the domain, farther than `zone * f` from all segments and facets: `1/(1-L)`.
-    pub free: f64,
-    /// Of those nearer: `g/(1-gL)` with `g = sqrt(2)/(1-L)`; none where `g L >= 1`.
-    pub near: Option<f64>,
-    /// The width over f of the zone in which the balls of pieces and of facets' triangles lie: such a ball has a radius
-    /// of at most f at its centre, so one that holds c is no wider than `f(c) / (1-L)`.
-    pub zone: f64,
-}
-
-impl Promise {
-    /// The bounds at this Lipschitz constant.
-    pub fn of(lipschitz: f64) -> Self {
-        let zone = 1.0 / (1.0 - lipschitz);
-        let g = std::f64::consts::SQRT_2 * zone;
-        let near = (g * lipschitz < 1.0).then(|| g / (1.0 - g * lipschitz));
-        Promise { free: 1.0 / (1.0 - lipschitz), near, zone }
-    }
-}
-
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
     let _span = stage_span(request.seed, "conformity");
@@ -300,12 +279,12 @@ pub fn assess<P: Triangulate>(
     }
     let features = Features::new(domain);
     let kept = Kept::new(domain, request.feature_angle).features(domain);
-    let zone = Promise::of(size.lipschitz()).zone;
+    let zone = 1.0 / (1.0 - size.lipschitz());
     let zones = Zones { domain, features: &features, size: &|x| size.at(x), zone };
     let measure = Measure {
         place: &|centre, radius| zones.place(centre, radius),
         local_size: Some(&|x| kept.local_size(x).radius),
-        promised: [None, None],
+        promised: [None; 3],
         worst,
     };
     quality(domain, mesh, &measure)
@@ -319,12 +298,12 @@ pub fn measure<P: Triangulate>(
     worst: usize,
 ) -> Quality<P> {
     let features = Features::new(domain);
-    let promise = Promise::of(size.lipschitz());
-    let zones = Zones { domain, features: &features, size: &|x| size.at(x), zone: promise.zone };
+    let at = |x| size.at(x);
+    let balls = Balls::new(domain, &features, mesh, &at);
     let measure = Measure {
-        place: &|centre, radius| zones.place(centre, radius),
+        place: &|centre, radius| balls.place(centre, radius),
         local_size: Some(&|x| features.local_size(x).radius),
-        promised: [Some(promise.free), promise.near],
+        promised: balls.promise(size.lipschitz()).all(),
         worst,
     };
     quality(domain, mesh, &measure)

@@ -255,7 +255,7 @@ impl MeshReport {
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
         let Judged { domain, request, mesh, stages, quality, conformity, record, picture } = *judged;
         let id = around.first_id;
-        let places = ["free", "near", "outside"].into_iter().zip(&quality.places);
+        let places = ["free", "near", "above", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
             feature: feature_name(domain, f.feature, id),
             cells: f.cells,

@@ -32,7 +32,7 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
     let promise = Promise::of(request.lipschitz).free;
     let promised =
         if request.remeshes(domain) { String::new() } else { format!(" of {promise:.4} promised") };
-    let [free, near, outside] = &quality.places;
+    let [free, near, above, outside] = &quality.places;
     let angle = if P::DIM == 2 { "angles" } else { "dihedral angles" };
     let verdict = match conformity.defects.len() {
         0 => "conforms".to_owned(),
@@ -57,6 +57,12 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
                 deviation.finer
             ));
         }
+    }
+    if above.cells > 0 {
+        lines.push(format!(
+            "  {} cells above facets' triangles larger than the size, radius-edge at most {:.4}",
+            above.cells, above.most.upper
+        ));
     }
     if outside.cells > 0 {
         lines.push(format!(

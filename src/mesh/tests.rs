@@ -351,11 +351,11 @@ fn the_report_says_what_was_found() {
     assert_eq!(json["stages"][0]["points"], 12);
     assert_eq!(json["conformity"]["passed"], true);
     assert_eq!(json["conformity"]["mesh_boundary"], 6.0);
-    let cells: u64 = (0..3).map(|i| json["radius_edge"][i]["cells"].as_u64().unwrap()).sum();
+    let cells: u64 = (0..4).map(|i| json["radius_edge"][i]["cells"].as_u64().unwrap()).sum();
     assert_eq!(cells, 48);
     let counted = json["quality"]["radius_edge"]["counts"].as_array().unwrap();
     assert_eq!(counted.iter().map(|c| c.as_u64().unwrap()).sum::<u64>(), 48);
-    // The cubes' middles are half a size from a facet: in the zones of features, two sizes wide.
+    // The cubes' middles lie in the balls of faces, whose radii are 0.7 times the size.
     assert_eq!(json["radius_edge"][1]["cells"], 48);
     assert!(json["features"][0]["feature"].as_str().unwrap().contains(' '));
     let carried = json["radius_edge"][1]["worst"][0]["vertices"][0][1].as_str().unwrap();
@@ -367,7 +367,7 @@ fn the_report_says_what_was_found() {
     assert_eq!(drawn.len(), 6);
     assert!(drawn[0].0 == "radius-edge.svg" && drawn[0].1.contains("bound 2.0000"));
     let place = |_: DVec3, _: f64| septet_meshing::quality::Place::Free;
-    let other = Measure { place: &place, local_size: None, promised: [Some(0.5), None], worst: 1 };
+    let other = Measure { place: &place, local_size: None, promised: [Some(0.5), None, None], worst: 1 };
     assert_eq!(quality_of(&domain, &mesh, &other).places[0].over, 48);
 }
 

@@ -71,6 +71,7 @@ fn quality(mesh: &MeshData, out: &mut String) {
         let what = match place.place.as_str() {
             "free" => "radius-edge ratio",
             "near" => "radius-edge near the boundary",
+            "above" if place.cells > 0 => "radius-edge above facets' large triangles",
             _ => continue,
         };
         let most = place.most.upper.filter(|_| place.cells > 0);

@@ -6,20 +6,42 @@
 //!
 //! 1. (Gabriel) no point lies in the smallest ball of a segment's piece, nor in that of a facet's triangle, so all of
 //!    them are in the Delaunay triangulation;
-//! 2. (completion) every piece, every facet's triangle and every cell with its centre outside of all those balls has
-//!    a circumradius of at most `(1 - 1e-9) f(centre)`; and all centres of cells lie in the domain.
+//! 2. (completion) every piece, every facet's triangle with its centre outside of all balls of pieces and every cell with its
+//!    centre outside of all those balls has a circumradius of at most `(1 - 1e-9) f(centre)`; and all centres of
+//!    cells lie in the domain.
 //!
-//! Then a cell with centre c outside the balls has `R / l <= 1 / (1 - L)`; one with c in a ball has
-//! `R / l <= g / (1 - g L)`, `g = sqrt(2) / (1 - L)`.
+//! Then a cell with centre c has `R / l <= g / (1 - g L)`, and
 //!
-//! *Proof of the bounds.* A cell's shortest edge ends at some vertex v with `l >= f(v) >= f(c) - L R`; so `R <= g f(c)`
-//! gives `R / l <= g / (1 - g L)`, and the first bound is that for `g = 1`. Let c lie in the smallest ball (m, r) of a
-//! facet's triangle, `r <= f(m)`, and let its projection q into the plane lie in the facet; of the facet's triangles take
-//! for (m, r) the one that holds q: c is in its ball too (the triangles are Delaunay, so powers of q are least there).
-//! With `q = sum a_i v_i` over its corners, `sum a_i |v_i - q|^2 = r^2 - |m - q|^2`, so some corner has
-//! `|v - c|^2 <= |q - c|^2 + r^2 - |m - q|^2 <= 2 (r^2 - |m - q|^2) <= 2 r^2`. The cell's ball is empty, hence
-//! `R <= |v - c| <= sqrt(2) r`. And `r <= f(m) <= f(c) + L r` makes `r <= f(c) / (1 - L)`. If q lies outside of the facet, c lies
-//! in the ball of a piece of its boundary, where the same holds with the nearer of the two ends. QED.
+//! - (free) g = 1 where c lies in no ball;
+//! - (near) `g = sqrt(2) / (1 - L)` where c lies in the ball of a piece, or above a triangle with `r <= f(m)`;
+//! - (above) `g = sqrt(2) k / (1 - k L)` where c lies above a triangle with `r <= k f(m)`, `k >= 1`; and
+//!   `g = max sqrt(4 - 2 d^2) / (1 - L sqrt(3 + 2 d))` over d in `[0, sqrt(2)]` whatever the triangle.
+//!
+//! *Proof.* A cell's shortest edge ends at some vertex v with `l >= f(v) >= f(c) - L R`; so `R <= g f(c)`
+//! gives `R / l <= g / (1 - g L)`. Where c lies in no ball that is completion. Let (p, s) be the ball of a piece, `s <= f(p)`, and (m, r)
+//! that of a triangle.
+//!
+//! 1. *The ball of a piece holds c.* Its foot q on the piece's line lies in the piece, so with the nearer end v
+//!    `|v - q| = s - |p - q|` and `|v - c|^2 = |q - c|^2 + |v - q|^2 <= (s^2 - |p - q|^2) + (s - |p - q|)^2 <= 2 s^2`. The cell's ball is empty, hence
+//!    `R <= |v - c| <= sqrt(2) s`; and `s <= f(p) <= f(c) + L s` makes `s <= f(c) / (1 - L)`.
+//! 2. *That of a triangle holds c, no piece's does, and the foot q of c in the plane lies in the facet.* Of the facet's triangles take
+//!    for (m, r) the one that holds q: c is *above* it. Its ball holds c, too (the triangles are Delaunay, so powers of q are least there).
+//!    With `q = sum a_i v_i` over its corners, `sum a_i |v_i - q|^2 = r^2 - |m - q|^2`, so some corner has
+//!    `|v - c|^2 <= |q - c|^2 + r^2 - d^2 <= 2 (r^2 - d^2)`, `d = |m - q|`; hence `R <= sqrt(2) r`. If `r <= k f(m) <= k (f(c) + L r)`, then
+//!    `r <= k f(c) / (1 - k L)`. That is near for k = 1, and above for any other.
+//! 3. *No such k is known before.* If m lies in no ball of a piece, k = 1 by completion. Else let (p, s) be that piece, its length
+//!    the unit, `s = 1 <= f(p)`. The triangle's circle is empty, so its radius is no more than the distance of m from the nearer end of
+//!    the piece: `r^2 <= 1 + |m - p|^2 <= 2`. So `R^2 <= 2 (r^2 - d^2) <= 4 - 2 d^2`, and
+//!    `|c - p|^2 = |q - p|^2 + |c - q|^2 <= (|m - p| + d)^2 + r^2 - d^2 <= 1 + 2 d + 2`, whence `f(c) >= 1 - L sqrt(3 + 2 d)`.
+//! 4. *q lies outside of the facet: then the ball of a piece holds c.* The way from the triangle to q leaves the facet through a piece
+//!    (through a vertex it does not: those lie in no disc (m, r)), whose line meets the disc in a chord, and the chord is part of the piece, since
+//!    its ends are vertices. The triangle lies on one side of the line, q on the other. If m lay beyond the line, the triangle would lie in
+//!    the part of the disc cut off, which is less than half of it and so in the ball over the chord: its third corner would be in
+//!    the ball of the piece. So m lies on the triangle's side; then the part of the ball (m, r) beyond is less than half of
+//!    it, lies in the ball over the chord, so in that of the piece, and holds c. QED.
+//!
+//! How much larger than f triangles are can be seen ([`crate::quality::balls`]): k is at most `sqrt(2) / (1 - L)`, by `r <= sqrt(2) s` and
+//! `s <= f(m) + L s`. Nothing is promised near the boundary where `g L >= 1`: from L = 0.41 on.
 //!
 //! That circumcentres lie in the domain, and that points on one feature stay out of the balls on another, is
 //! Ruppert's and Shewchuk's lemma for angles of at least 90 degrees: projections onto a facet or line that leave it
@@ -29,7 +51,9 @@
 //!
 //! **Departures.** Features come in the order of their dimension, each completed before the next begins, so a
 //! centre that lies in a ball of what is complete does not divide that: it is lifted out of the ball ([`lift`]), or given up if
-//! there is no room or features meet at less than 90 degrees, which is where g comes from. Where
+//! there is no room or features meet at less than 90 degrees, which is where g comes from. To divide the piece below a triangle that is
+//! larger than f, and so to have k = 1, would place points closer than f: its halves are as long as s, which
+//! can be `r / sqrt(2)`. Where
 //! features meet at less than 90 degrees, pieces whose balls hold a point, and triangles without a ball of little more than
 //! their radius that holds none, are divided although that spaces points more closely than f ([`force`]). The balls that are
 //! found so are closed to the points of the volume too, so 1 holds with them in the place of the smallest ones.
@@ -140,5 +164,7 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     Ok(Generated { vertices: work.vertices, delaunay, labels, faces, pieces, stages: work.stages })
 }
 
+#[cfg(test)]
+mod promises;
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,9 @@
 //! **Work and depth.** O(1) a cell, an edge sort, and what the caller's functions cost; sequential.
 
 pub mod angles;
+pub mod balls;
 pub mod histogram;
+pub mod promise;
 pub mod ratio;
 pub mod zones;
 
@@ -31,10 +33,12 @@ use ratio::Bounds;
 /// Where the circumcentre of a cell lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
-    /// In the domain, outside of every protected zone.
+    /// In the domain, in no ball of a feature ([`balls`]; of a surface that is made anew: outside of its [`zones`]).
     Free,
-    /// In the domain, in the protected zone of a feature.
+    /// In the domain, in a ball of this feature (in its zone).
     Near(Feature),
+    /// In the domain, above a triangle of this facet that is larger than the size at its centre.
+    Above(Feature),
     /// Not in the domain, this feature being nearest; of a flat cell nowhere.
     Outside(Option<Feature>),
 }
@@ -44,7 +48,7 @@ impl Place {
     pub fn feature(self) -> Option<Feature> {
         match self {
             Place::Free => None,
-            Place::Near(feature) => Some(feature),
+            Place::Near(feature) | Place::Above(feature) => Some(feature),
             Place::Outside(feature) => feature,
         }
     }
@@ -56,8 +60,8 @@ pub struct Measure<'a, P> {
     pub place: &'a dyn Fn(P, f64) -> Place,
     /// The local feature size, if f is to be compared with it.
     pub local_size: Option<&'a dyn Fn(P) -> f64>,
-    /// The radius-edge bounds of free and of near cells, if any is promised.
-    pub promised: [Option<f64>; 2],
+    /// The radius-edge bounds of free and near cells and of those above large triangles, if any is promised.
+    pub promised: [Option<f64>; 3],
     /// How many of the worst cells are kept in each list.
     pub worst: usize,
 }
@@ -131,8 +135,8 @@ pub const SLIVER_RATIO: f64 = 2.0;
 pub struct Quality<P> {
     /// Radius-edge ratios of all cells.
     pub ratios: Histogram,
-    /// Of cells with free centres, near and outside ones.
-    pub places: [RadiusEdge<P>; 3],
+    /// Of cells with free centres, near ones, those above large triangles, and outside ones.
+    pub places: [RadiusEdge<P>; 4],
     /// The cells by the feature that their centres are near to, the largest ratio first.
     pub features: Vec<NearFeature>,
     /// All angles in degrees: dihedral ones, in the plane those at corners.
@@ -186,7 +190,7 @@ pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'
 }
 
 fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
-    let [free, near] = measure.promised;
+    let [free, near, above] = measure.promised;
     let place = |promised| RadiusEdge {
         cells: 0,
         most: Bounds { lower: 0.0, upper: 0.0 },
@@ -197,7 +201,7 @@ fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
     let degrees = |bins| Histogram::new(0.0, 180.0, bins);
     Quality {
         ratios: Histogram::new(0.5, 4.5, 80),
-        places: [place(free), place(near), place(None)],
+        places: [place(free), place(near), place(above), place(None)],
         features: Vec::new(),
         angles: degrees(90),
         least_angles: degrees(90),
@@ -273,7 +277,8 @@ impl<P: Space> Work<'_, P> {
         let class = match place {
             Place::Free => 0,
             Place::Near(_) => 1,
-            Place::Outside(_) => 2,
+            Place::Above(_) => 2,
+            Place::Outside(_) => 3,
         };
         let over = self.out.places[class].promised.is_some_and(|bound| !ratio::at_most(corners, bound));
         let kind = &mut self.out.places[class];

@@ -1,4 +1,4 @@
-//! Where circumcentres lie, as the promise of the radius-edge ratio asks.
+//! Where circumcentres lie, by their distance from features.
 //!
 //! **Statement.** A centre c is *near* a feature if it is in the domain and no farther from that feature, the nearest
 //! one, than `zone` times f(c); *free* if it is in the domain and farther; else *outside*. If the nearest feature

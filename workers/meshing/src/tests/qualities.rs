@@ -20,7 +20,7 @@ fn lattice() -> (Domain<DVec3>, Mesh<DVec3>) {
     (domain, mesh)
 }
 
-fn measured(promised: [Option<f64>; 2], zone: f64) -> Quality<DVec3> {
+fn measured(promised: [Option<f64>; 3], zone: f64) -> Quality<DVec3> {
     let (domain, mesh) = lattice();
     let features = Features::new(&domain);
     let zones = Zones { domain: &domain, features: &features, size: &|_| 1.0, zone };
@@ -35,7 +35,7 @@ fn measured(promised: [Option<f64>; 2], zone: f64) -> Quality<DVec3> {
 
 #[test]
 fn a_lattice_has_the_known_numbers() {
-    let q = measured([Some(0.8), None], 0.6);
+    let q = measured([Some(0.8), None, None], 0.6);
     // Paths along three axes: two right angles of 60, two of 45, the others of 90 degrees.
     let exact = 0.75f64.sqrt();
     assert!(q.ratios.least > exact - 1e-12 && q.ratios.most < exact + 1e-12);
@@ -46,8 +46,7 @@ fn a_lattice_has_the_known_numbers() {
     assert_eq!((q.slivers, q.points, q.steepest.slope), ([0; 3], 125, 0.0));
     assert!((q.lengths.least - 1.0).abs() < 1e-15 && (q.lengths.most - 3f64.sqrt()).abs() < 1e-12);
     // Centres are the middles of cubes: 8 of 64 are farther than 0.6 from the boundary.
-    let cells = [q.places[0].cells, q.places[1].cells, q.places[2].cells];
-    assert_eq!(cells, [8 * 6, 56 * 6, 0]);
+    assert_eq!([0, 1, 2, 3].map(|i| q.places[i].cells), [8 * 6, 56 * 6, 0, 0]);
     assert_eq!((q.places[0].over, q.places[1].over), (48, 0));
     let Bounds { lower, upper } = q.places[0].most;
     assert!(lower <= exact && exact <= upper && upper - lower < 1e-13);
@@ -56,7 +55,7 @@ fn a_lattice_has_the_known_numbers() {
     let grading = q.grading.unwrap();
     assert_eq!(grading.total(), 125);
     assert!((grading.least - 0.25).abs() < 1e-12 && (grading.most - 0.5).abs() < 1e-12);
-    assert_eq!(measured([Some(0.9), Some(0.9)], 0.6).places[0].over, 0);
+    assert_eq!(measured([Some(0.9), Some(0.9), None], 0.6).places[0].over, 0);
 }
 
 #[test]
@@ -196,7 +195,7 @@ fn slivers_and_slopes_are_seen() {
     let inner = mesh.points.iter().position(|&p| p == DVec3::splat(2.0)).unwrap();
     mesh.sizes[inner] = 1.5;
     let place = |_: DVec3, _: f64| Place::Free;
-    let measure = Measure { place: &place, local_size: None, promised: [None; 2], worst: 3 };
+    let measure = Measure { place: &place, local_size: None, promised: [None; 3], worst: 3 };
     let q = quality(&domain, &mesh, &measure);
     assert_eq!(q.steepest.slope, 0.5);
     assert!(q.steepest.edge.contains(&(inner as u32)) && q.grading.is_none());

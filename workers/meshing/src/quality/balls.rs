@@ -1,0 +1,139 @@
+//! Where circumcentres lie, as the promise of the radius-edge ratio asks.
+//!
+//! **Statement.** Of every edge on a segment and every face on a facet there is the smallest ball through its corners. A centre in the
+//! domain is *near* if it lies in the ball of an edge, or above a face with `r <= f(m)`; *above* if it lies only above faces
+//! with `r > f(m)`; and *free* if it lies in no ball. Of the faces of one facet whose balls hold it, it is above the one
+//! that its power is least to: the faces are Delaunay, so that one holds its foot. What lies on a ball but for rounding
+//! ([`ROUNDING`]) counts as inside.
+//!
+//! **Work and depth.** Two queries of a tree a cell, and what [`super::zones`] takes.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::point::{Point, dist2};
+
+use super::Place;
+use super::promise::Promise;
+use super::zones::Zones;
+use crate::bvh::{Bounds, Bvh};
+use crate::distance::Features;
+use crate::domain::{Domain, Feature};
+use crate::mesh::Mesh;
+use crate::space::Space;
+use septet_geometry::range::scale;
+
+/// How far beyond a ball, squared and relative to its radius, a centre counts as inside, and how much more than f a radius may be.
+const ROUNDING: f64 = 1e-9;
+
+/// Balls of one kind, each with the feature that its corners lie on and its power to be told by.
+struct Kind<P> {
+    balls: Vec<(P, f64)>,
+    features: Vec<u32>,
+    tree: Bvh<P>,
+}
+
+impl<P: Point> Kind<P> {
+    fn new(balls: Vec<(P, f64)>, features: Vec<u32>) -> Self {
+        let bounds = |&(centre, radius2): &(P, f64)| {
+            let half = P::splat(radius2.sqrt() * (1.0 + ROUNDING));
+            Bounds { low: centre - half, high: centre + half }
+        };
+        Kind { tree: Bvh::new(balls.iter().map(bounds).collect()), balls, features }
+    }
+
+    /// For each feature, ascending, the ball that holds the place and has the least power there.
+    fn holding(&self, x: P) -> BTreeMap<u32, (f64, u32)> {
+        let mut found: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+        self.tree.visit(&Bounds::of([x]), |i| {
+            let (centre, radius2) = self.balls[i as usize];
+            let distance2 = dist2(centre, x);
+            if distance2 < radius2 * (1.0 + ROUNDING) {
+                let new = (distance2 - radius2, i);
+                let least = found.entry(self.features[i as usize]).or_insert(new);
+                if new.0 < least.0 {
+                    *least = new;
+                }
+            }
+            true
+        });
+        found
+    }
+}
+
+/// The balls of a mesh's edges on segments and faces on facets.
+pub struct Balls<'a, P: Space> {
+    zones: Zones<'a, P>,
+    pieces: Kind<P>,
+    triangles: Kind<P>,
+    /// Of every triangle, `r / f(m)`.
+    widths: Vec<f64>,
+}
+
+impl<'a, P: Space> Balls<'a, P> {
+    /// Those of a mesh, with f in the domain's scaled coordinates.
+    pub fn new(
+        domain: &'a Domain<P>,
+        features: &'a Features<P>,
+        mesh: &Mesh<P>,
+        size: &'a dyn Fn(P) -> f64,
+    ) -> Self {
+        let at = |v: u32| scale(mesh.points[v as usize], domain.simplices.exponent);
+        let piece = |ends: &[u32]| {
+            let (p, q) = (at(ends[0]), at(ends[1]));
+            ((p + q) * 0.5, 0.25 * dist2(p, q))
+        };
+        let faces = mesh.faces.iter();
+        let of_faces: Vec<u32> = faces.clone().map(|f| f.facet).collect();
+        let (pieces, triangles) = if P::DIM == 2 {
+            let balls = faces.map(|f| piece(f.vertices.as_ref())).collect();
+            (Kind::new(balls, of_faces), Kind::new(Vec::new(), Vec::new()))
+        } else {
+            let edges = mesh.edges.iter();
+            let of_edges = edges.clone().map(|e| e.segment).collect();
+            let balls = faces.map(|f| circle([0, 1, 2].map(|i| at(f.vertices.as_ref()[i])))).collect();
+            let pieces = edges.map(|e| piece(&e.vertices)).collect();
+            (Kind::new(pieces, of_edges), Kind::new(balls, of_faces))
+        };
+        let widths = triangles.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
+        let zones = Zones { domain, features, size, zone: 0.0 };
+        Balls { zones, pieces, triangles, widths }
+    }
+
+    /// The largest `r / f(m)` of a face on a facet.
+    pub fn widest(&self) -> f64 {
+        self.widths.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// What is promised of such a mesh.
+    pub fn promise(&self, lipschitz: f64) -> Promise {
+        let widest = self.widest();
+        Promise::with(lipschitz, if widest <= 1.0 + ROUNDING { 1.0 } else { widest * (1.0 + ROUNDING) })
+    }
+
+    /// Where a circumcentre of this circumradius lies.
+    pub fn place(&self, centre: P, radius: f64) -> Place {
+        let place = self.zones.place(centre, radius);
+        if let Place::Outside(_) = place {
+            return place;
+        }
+        if let Some((&segment, _)) = self.pieces.holding(centre).first_key_value() {
+            return Place::Near(Feature::Segment(segment));
+        }
+        let above = self.triangles.holding(centre);
+        let complete = |(_, (_, i)): &(&u32, &(f64, u32))| self.widths[*i as usize] <= 1.0 + ROUNDING;
+        match (above.iter().find(complete), above.first_key_value()) {
+            (Some((&facet, _)), _) => Place::Near(Feature::Facet(facet)),
+            (None, Some((&facet, _))) => Place::Above(Feature::Facet(facet)),
+            (None, None) => Place::Free,
+        }
+    }
+}
+
+/// Centre and squared radius of the smallest ball through the corners of a triangle of space.
+fn circle<P: Point>([a, b, c]: [P; 3]) -> (P, f64) {
+    let (u, v) = (b - a, c - a);
+    let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
+    let area = 2.0 * (uu * vv - uv * uv);
+    let to = u * (vv * (uu - uv) / area) + v * (uu * (vv - uv) / area);
+    (a + to, to.norm2())
+}
