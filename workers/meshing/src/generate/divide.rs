@@ -49,7 +49,11 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let plane = &planes[f as usize];
             let behind = self.behind(f, plane, chains, [(a + b + c) / 3.0, centre]);
             let held = || self.pieces.holding(centre).first().map(|&i| all[i as usize]);
-            if let Some((s, piece)) = behind.or_else(held) {
+            let met = behind.or_else(held);
+            if let Some(site) = self.on_cone(f, plane, t, centre, met.map(|(_, piece)| piece)) {
+                return (site, Carrier::Facet(f));
+            }
+            if let Some((s, piece)) = met {
                 let site = self.on_shell(f, plane, chains, t, piece);
                 return site.map_or_else(|| self.halved(s, piece), |site| (site, Carrier::Facet(f)));
             }
@@ -78,7 +82,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         let [v, a, b] = [t[i], t[(i + 1) % 3], t[(i + 2) % 3]];
         // Counted from the end that is shared with other facets.
         let (a, b) = if on_segment(a) || !on_segment(b) { (a, b) } else { (b, a) };
-        let place = between(flat(a) - flat(v), flat(b) - flat(v), on_segment(a) != on_segment(b))?;
+        let place = between(flat(a) - flat(v), flat(b) - flat(v), on_segment(a) != on_segment(b), SHORT)?;
         let x = from_space(plane.lift(flat(v) + place));
         let way = [(at(v) + at(a) + at(b)) / 3.0, x];
         let clear = plane.holds(plane.of(as_space(x)))
@@ -125,7 +129,7 @@ fn crossing([from, to]: [DVec2; 2], [p, q]: [DVec2; 2]) -> Option<f64> {
 }
 
 /// How different distances from a corner may be on one shell, as a part of them.
-const SHELL: f64 = 1e-6;
+pub(super) const SHELL: f64 = 1e-6;
 
 /// The shortest chord over the radius that is divided.
 const SHORT: f64 = 1.0 / 32.0;
@@ -135,13 +139,13 @@ const STRAIGHT: f64 = -0.99;
 
 /// A place between two places on a circle around the origin, less than a straight angle apart: in the middle, or, counted from
 /// the first one, where the chord over the radius is a power of two.
-fn between(from: DVec2, to: DVec2, by_powers: bool) -> Option<DVec2> {
+pub(super) fn between(from: DVec2, to: DVec2, by_powers: bool, shortest: f64) -> Option<DVec2> {
     let (r, s) = (from.length(), to.length());
     if (r - s).abs() > SHELL * r || from.dot(to) <= STRAIGHT * r * r {
         return None;
     }
     let chord = (to - from).length() / r;
-    if chord < SHORT {
+    if chord < shortest {
         return None;
     }
     if !by_powers {
@@ -158,7 +162,12 @@ fn between(from: DVec2, to: DVec2, by_powers: bool) -> Option<DVec2> {
 /// Where a piece that begins at a corner is divided: at the power of two nearest to half of its length, as a part of it.
 fn shell(length: f64) -> f64 {
     let half = 0.5 * length;
-    let below = f64::from_bits(half.to_bits() >> 52 << 52);
+    let below = power_below(half);
     let power = if half > below * std::f64::consts::SQRT_2 { 2.0 * below } else { below };
     power / length
+}
+
+/// The largest power of two that is not above a positive number.
+pub(super) fn power_below(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() >> 52 << 52)
 }

@@ -19,13 +19,15 @@
 //! two facets meets both planes in circumcircles, which are empty. What no proof is known for is that points come
 //! no closer to the segment: each row of triangles may ask for a finer one below. At angles of some ten degrees they do not,
 //! below one degree they do. So after [`PATIENT`] rounds wider balls will do, and more and more, which is what the Delaunay
-//! triangulation asks for itself; and if that has no end either, the features are an error. Where such files fail: several facets at one
-//! corner within some ten degrees of each other, between segments more than 90 degrees apart (folds and creases of scans): arcs on shells
-//! ([`super::divide`]) part most of them, but nothing says that arcs of neighbouring facets, each finer for the other, have an end.
+//! triangulation asks for itself; and if that has no end either, the features are an error. Several facets at one
+//! corner within some ten degrees of each other, between segments more than 90 degrees apart (folds and creases of scans), have triangles at
+//! the corner that come again at half the size: such corners are enclosed ([`super::cones`]). Nothing says that arcs of neighbouring facets, each
+//! finer for the other, have an end everywhere else.
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 
 use super::balls::{Ball, Balls};
+use super::cones::UNENDING;
 use super::facets::{Plane, ROUNDING, Triangles};
 use super::lacking::Lacking;
 use super::machine::Machine;
@@ -89,9 +91,15 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 self.begin("force");
             }
             round += 1;
-            let before = self.vertices.len();
-            self.complete_forced(forced).map_err(Failure::Machine)?;
-            let stale = self.facets_of(before);
+            let corners = if round > UNENDING { self.unending(&lacking) } else { Vec::new() };
+            let stale = if corners.is_empty() {
+                let before = self.vertices.len();
+                self.complete_forced(forced).map_err(Failure::Machine)?;
+                self.facets_of(before)
+            } else {
+                self.enclose(&corners, &chains);
+                (0..planes.len() as u32).collect()
+            };
             chains = self.chains();
             self.pieces = Balls::new(self.balls_of_pieces(&chains));
             self.triangulate_facets(planes, &chains, &stale, &mut by_facet).map_err(Failure::Machine)?;

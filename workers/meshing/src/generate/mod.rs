@@ -63,6 +63,7 @@
 
 mod balls;
 mod cells;
+mod cones;
 mod divide;
 mod facets;
 mod finish;

@@ -73,6 +73,35 @@ fn sharp_wedges_conform() {
     }
 }
 
+/// A corner of seven facets between four segments: two in the plane z = 0, to either side of x, one above and one beneath it.
+fn corner(opening: f64, rise: f64) -> Input<DVec3> {
+    let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., rise], [2.5, 0., -rise]];
+    let mut input = Input::new(Kind::Complex, points.map(DVec3::from).to_vec());
+    for triangle in [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3], [0, 1, 4], [0, 2, 4], [1, 2, 4]] {
+        facet(&mut input, &[&triangle]);
+    }
+    input
+}
+
+#[test]
+fn sharp_corners_have_an_end() {
+    for degrees in [2.5f64, 5.0, 10.0, 20.0, 30.0] {
+        for rise in [0.2, 0.5] {
+            meshes(&corner((0.5 * degrees).to_radians().tan(), rise), 0.5, None, 2);
+        }
+    }
+}
+
+/// The facet in the plane is blunt, and others are within 12 degrees of it: triangles at the corner come again at half the
+/// size, until it is enclosed.
+#[test]
+fn blunt_corners_between_others_have_an_end() {
+    for (opening, rise) in [(2.0, 0.1), (2.5, 0.5), (3.0, 0.5)] {
+        let mesh = &meshes(&corner(opening, rise), 0.5, None, 1)[0];
+        assert!(mesh.points.len() < 30_000, "{opening} {rise}: {} points", mesh.points.len());
+    }
+}
+
 /// A prism with an angle of 270 degrees.
 fn ell() -> Input<DVec3> {
     let mut input = Input::new(Kind::Complex, Vec::new());

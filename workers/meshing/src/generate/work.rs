@@ -1,5 +1,7 @@
 //! What all stages share.
 
+use std::collections::BTreeMap;
+
 use septet_geometry::point::Point;
 
 use super::balls::Balls;
@@ -84,6 +86,8 @@ pub(super) struct Work<'a, P: Space, M> {
     pub(super) closed: Balls<P>,
     /// Are centres lifted out of balls?
     pub(super) lifts: bool,
+    /// The radii of the shells around enclosed corners.
+    pub(super) shells: BTreeMap<u32, f64>,
 }
 
 impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
@@ -109,6 +113,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
             triangles,
             closed,
             lifts: false,
+            shells: BTreeMap::new(),
         }
     }
 
