@@ -30,8 +30,8 @@ use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// Rounds of division before corners are enclosed.
-pub(super) const UNENDING: u32 = 20;
+/// Rounds of division before corners are enclosed. What has an end has it before, mostly, with longer edges.
+pub(super) const UNENDING: u32 = 55;
 
 /// The shortest chord over the radius that is divided on the shell of an enclosed corner.
 const SHORT: f64 = 1.0 / 4096.0;

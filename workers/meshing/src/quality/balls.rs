@@ -11,6 +11,7 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::point::{Point, dist2};
+use septet_geometry::range::scale;
 
 use super::Place;
 use super::promise::Promise;
@@ -20,12 +21,11 @@ use crate::distance::Features;
 use crate::domain::{Domain, Feature};
 use crate::mesh::Mesh;
 use crate::space::Space;
-use septet_geometry::range::scale;
 
 /// How far beyond a ball, squared and relative to its radius, a centre counts as inside, and how much more than f a radius may be.
 const ROUNDING: f64 = 1e-9;
 
-/// Balls of one kind, each with the feature that its corners lie on and its power to be told by.
+/// Balls of one kind, centres and squared radii, each with the feature that its corners lie on.
 struct Kind<P> {
     balls: Vec<(P, f64)>,
     features: Vec<u32>,
