@@ -99,16 +99,19 @@ fn assert_conforms<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, known: &K
 fn assert_promises<P: Triangulate>(quality: &Quality<P>, lipschitz: f64, known: &Known, what: &str) {
     let steepest = quality.steepest.slope;
     assert!(steepest <= lipschitz * (1.0 + 1e-9), "{what}: f has slope {steepest}");
-    let [free, near, outside] = &quality.places;
+    let [free, near, above, outside] = &quality.places;
     assert!(free.promised.is_some_and(|b| (b - 1.0 / (1.0 - lipschitz)).abs() < 1e-12), "{what}");
-    assert_eq!(near.promised.is_some(), lipschitz < 0.4, "{what}: {:?}", near.promised);
-    let over = free.over + near.over;
+    for promised in [near.promised, above.promised] {
+        assert_eq!(promised.is_some(), lipschitz < 0.4, "{what}: {promised:?}");
+    }
+    let over = free.over + near.over + above.over;
     if known.right_angles {
-        assert_eq!(over, 0, "{what}: over the bound, {:?} {:?}", free.worst.first(), near.worst.first());
+        let worst = [free, near, above].map(|place| place.worst.first());
+        assert_eq!(over, 0, "{what}: over the bound, {worst:?}");
         assert_eq!(outside.cells, 0, "{what}: circumcentres outside, {:?}", outside.worst.first());
     } else {
         let named: u64 = quality.features.iter().map(|f| f.over).sum();
-        assert_eq!(named, near.over, "{what}: cells over the bound with no feature");
+        assert_eq!(named, near.over + above.over, "{what}: cells over the bound with no feature");
         assert_eq!(free.over, 0, "{what}: {:?}", free.worst.first());
     }
 }

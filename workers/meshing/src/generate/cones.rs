@@ -55,7 +55,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let radius = self.shell_of(v, chains);
             self.shells.insert(v, radius);
             let at = self.vertices.points[v as usize];
-            for (s, first) in self.firsts(v, chains) {
+            for (s, first) in firsts(v, chains) {
                 let to = self.vertices.points[first as usize];
                 let length = dist2(at, to).sqrt();
                 if length > radius * (1.0 + SHELL) {
@@ -75,17 +75,6 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         self.vertices.keep(&kept);
     }
 
-    /// The segments at a corner and the first vertex on each.
-    fn firsts(&self, v: u32, chains: &Chains) -> Vec<(u32, u32)> {
-        let mut found = Vec::new();
-        for (s, chain) in (0u32..).zip(chains) {
-            for (end, first) in [(chain[0], chain[1]), (chain[chain.len() - 1], chain[chain.len() - 2])] {
-                found.extend((end == v).then_some((s, first)));
-            }
-        }
-        found
-    }
-
     /// A power of two, at most half the distance from what is on no feature of the corner, and no more than the pieces there.
     fn shell_of(&self, v: u32, chains: &Chains) -> f64 {
         let at = self.vertices.points[v as usize];
@@ -95,7 +84,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             .filter(apart)
             .map(|w| dist2(at, self.vertices.points[w as usize]));
         let others = 0.5 * others.fold(f64::INFINITY, f64::min).sqrt();
-        let pieces = self.firsts(v, chains).into_iter();
+        let pieces = firsts(v, chains).into_iter();
         let pieces =
             pieces.map(|(_, w)| dist2(at, self.vertices.points[w as usize])).fold(f64::INFINITY, f64::min);
         power_below(others.min(pieces.sqrt() * (1.0 + SHELL)))
@@ -163,4 +152,15 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
         sides
     }
+}
+
+/// The segments at a corner and the first vertex on each.
+fn firsts(v: u32, chains: &Chains) -> Vec<(u32, u32)> {
+    let mut found = Vec::new();
+    for (s, chain) in (0u32..).zip(chains) {
+        for (end, first) in [(chain[0], chain[1]), (chain[chain.len() - 1], chain[chain.len() - 2])] {
+            found.extend((end == v).then_some((s, first)));
+        }
+    }
+    found
 }
