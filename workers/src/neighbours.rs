@@ -249,7 +249,7 @@ impl<P: Point> Worker<P> {
         let mut list = Vec::new();
         for ((leaf, unknown), told) in self.leaves.iter().zip(unknown).zip(told) {
             let mut cost = Cost::ZERO;
-            cost.swept(told);
+            cost.delivered(told);
             let own = cost.sorted_by_place(
                 &unknown,
                 |edge| (edge.0 - leaf.start) as usize,

@@ -268,6 +268,21 @@ impl Cost {
         self.then(inner);
     }
 
+    /// Charges the delivery of a finished sweep's items to those they are meant for, who drop what they know: the sort by
+    /// receiver, a copy-scan that brings each what its receiver knows, the comparison, and the pack. Nothing, if it had no items.
+    pub fn delivered(&mut self, sweep: Sweep) {
+        let items = sweep.items as usize;
+        if items > 0 {
+            for _ in 0..ceil_log2(sweep.items).max(1) {
+                self.step(items);
+            }
+            self.scan_step(items);
+            self.step(items);
+            self.scan_step(items);
+            self.step(items);
+        }
+    }
+
     /// Sorts the items, equal ones in their present order: a pipelined merge sort (Cole 1988, EREW),
     /// charged as `ceil(log2 m)` vector steps over the items.
     pub fn sort<T>(&mut self, items: &mut [T], compare: impl FnMut(&T, &T) -> Ordering) {

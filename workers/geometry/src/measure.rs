@@ -15,17 +15,17 @@ pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
     if r.is_nan() { f64::INFINITY } else { r }
 }
 
-/// Is the diameter of the circumsphere of a cell of `DIM + 1` points at most `length`? Without a division; never for a flat
-/// one.
+/// Is the diameter of the circumsphere of a cell of `DIM + 1` points at most `length`, which is finite? With one division;
+/// never for a flat one.
 pub fn diameter_is_at_most<P: Point>(cell: &[P], length: f64) -> bool {
     let mut rel = [P::default(); 3];
     for i in 0..P::DIM {
         rel[i] = cell[i + 1] - cell[0];
     }
     let (w, v) = P::sphere_plane(&rel[..P::DIM]);
-    // The radius is |v| / (2 |w|).
-    let reach = w * length;
-    w != 0.0 && v.norm2() <= reach * reach
+    // The circumcentre relative to the first point is v / (2 w); not a number, or infinite, where w is zero.
+    let diameter = v * (1.0 / w);
+    diameter.norm2() <= length * length
 }
 
 /// Circumcentre of a cell of `DIM + 1` points; not finite for a flat one.
@@ -74,8 +74,9 @@ mod tests {
         assert!((radius_edge_ratio(&e) - 1.0 / 3.0f64.sqrt()).abs() < 1e-12);
         assert_eq!(radius_edge_ratio(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0]), f64::INFINITY);
         assert!(!diameter_is_at_most(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0], 1e9));
-        assert!(
-            diameter_is_at_most(&t, 12f64.sqrt() * 1.0001) && !diameter_is_at_most(&t, 12f64.sqrt() * 0.9999)
-        );
+        for unit in [1.0, 1e45, 1e-45] {
+            let (t, width) = (t.map(|x| x * unit), 12f64.sqrt() * unit);
+            assert!(diameter_is_at_most(&t, width * 1.0001) && !diameter_is_at_most(&t, width * 0.9999));
+        }
     }
 }

@@ -3,9 +3,10 @@
 //! **Statement.** Where several facets meet at a corner within some ten degrees of each other, between segments more than 90 degrees
 //! apart, the triangles at the corner come again and again, half as large: the centre of one lies in the ball of a piece that ends
 //! there, so pieces are halved. Such a corner v, found by the triangles that are still lacking at it after [`UNENDING`] rounds, is *enclosed*: a radius
-//! is chosen for good, all of its segments get a point on that shell, and points of facets within are taken away. From then on
+//! is chosen for good, so small that shells do not meet; all of its segments get a point on that shell, and points of facets within are taken away. From then on
 //! what would be placed within, or would halve a piece within, is placed on the shell, in the facet, halfway between the
-//! neighbours it has there (counted in powers of two from a segment on, as in [`super::divide`]).
+//! neighbours it has there (counted in powers of two from a segment on, as in [`super::divide`]); where those are too close
+//! together for that, as elsewhere.
 //!
 //! *Why that ends at the corner.* With nothing but v within the shell, a ball through v and a cap of the shell holds no vertex if the cap
 //! holds none, but for what lies in the lens between them beyond the shell. So what is left is to have arcs of the shell without vertices in
@@ -75,18 +76,24 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         self.vertices.keep(&kept);
     }
 
-    /// A power of two, at most half the distance from what is on no feature of the corner, and no more than the pieces there.
+    /// A power of two, less than half the distance from other corners, points of segments that do not end here and what is on no
+    /// feature of the corner, and no more than the pieces there.
     fn shell_of(&self, v: u32, chains: &Chains) -> f64 {
         let at = self.vertices.points[v as usize];
         let carriers = &self.vertices.carriers;
-        let apart = |w: &u32| self.holders.common(carriers, &[v, *w]).is_empty();
+        let own = firsts(v, chains);
+        let apart = |w: &u32| match carriers[*w as usize] {
+            Carrier::Corner(_) => *w != v,
+            Carrier::Segment(s) => own.iter().all(|&(of, _)| of != s),
+            _ => self.holders.common(carriers, &[v, *w]).is_empty(),
+        };
         let others = (0..self.vertices.len() as u32)
             .filter(apart)
             .map(|w| dist2(at, self.vertices.points[w as usize]));
-        let others = 0.5 * others.fold(f64::INFINITY, f64::min).sqrt();
-        let pieces = firsts(v, chains).into_iter();
+        let others = 0.49 * others.fold(f64::INFINITY, f64::min).sqrt();
+        let pieces = own.iter();
         let pieces =
-            pieces.map(|(_, w)| dist2(at, self.vertices.points[w as usize])).fold(f64::INFINITY, f64::min);
+            pieces.map(|&(_, w)| dist2(at, self.vertices.points[w as usize])).fold(f64::INFINITY, f64::min);
         power_below(others.min(pieces.sqrt() * (1.0 + SHELL)))
     }
 

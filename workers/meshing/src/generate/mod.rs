@@ -1,7 +1,8 @@
 //! Points of a mesh, from corners to the volume, and the mesh that their Delaunay triangulation holds.
 //!
 //! **Statement.** Let f be L-Lipschitz and nowhere above the local feature size, and let no two features meet at less
-//! than 90 degrees. The generator places points that are f-spaced (two are no closer than the smaller of their sizes)
+//! than 90 degrees; and let facets be convex, or else let what shares a corner with one come no nearer to the rest of it
+//! than f (of a convex one the corner is nearest already, by the angle). The generator places points that are f-spaced (two are no closer than the smaller of their sizes)
 //! such that
 //!
 //! 1. (Gabriel) no point lies in the smallest ball of a segment's piece, nor in that of a facet's triangle, so all of
@@ -29,8 +30,9 @@
 //!    With `q = sum a_i v_i` over its corners, `sum a_i |v_i - q|^2 = r^2 - |m - q|^2`, so some corner has
 //!    `|v - c|^2 <= |q - c|^2 + r^2 - d^2 <= 2 (r^2 - d^2)`, `d = |m - q|`; hence `R <= sqrt(2) r`. If `r <= k f(m) <= k (f(c) + L r)`, then
 //!    `r <= k f(c) / (1 - k L)`. That is near for k = 1, and above for any other.
-//! 3. *No such k is known before.* If m lies in no ball of a piece, k = 1 by completion. Else let (p, s) be that piece, its length
-//!    the unit, `s = 1 <= f(p)`. The triangle's circle is empty, so its radius is no more than the distance of m from the nearer end of
+//! 3. *No such k is known before.* If m lies in no ball of a piece, k = 1 by completion. Else let (p, s) be that piece, which is in the
+//!    facet's plane (if m lies outside of the facet, step 4 gives one on its border; else all others are farther from m than
+//!    `s <= f(p)`); let s be the unit, `s = 1 <= f(p)`. The triangle's circle is empty, so its radius is no more than the distance of m from the nearer end of
 //!    the piece: `r^2 <= 1 + |m - p|^2 <= 2`. So `R^2 <= 2 (r^2 - d^2) <= 4 - 2 d^2`, and
 //!    `|c - p|^2 = |q - p|^2 + |c - q|^2 <= (|m - p| + d)^2 + r^2 - d^2 <= 1 + 2 d + 2`, whence `f(c) >= 1 - L sqrt(3 + 2 d)`.
 //! 4. *q lies outside of the facet: then the ball of a piece holds c.* The way from the triangle to q leaves the facet through a piece
@@ -41,7 +43,8 @@
 //!    it, lies in the ball over the chord, so in that of the piece, and holds c. QED.
 //!
 //! How much larger than f triangles are can be seen ([`crate::quality::balls`]): k is at most `sqrt(2) / (1 - L)`, by `r <= sqrt(2) s` and
-//! `s <= f(m) + L s`. Nothing is promised near the boundary where `g L >= 1`: from L = 0.41 on.
+//! `s <= f(m) + L s`. Nothing is promised where `g L >= 1`: near from L = 0.41 on, above whatever the triangle from
+//! L = 0.25 on, and above one of a known k where `k L` is 0.41.
 //!
 //! That circumcentres lie in the domain, and that points on one feature stay out of the balls on another, is
 //! Ruppert's and Shewchuk's lemma for angles of at least 90 degrees: projections onto a facet or line that leave it
@@ -53,7 +56,8 @@
 //! centre that lies in a ball of what is complete does not divide that: it is lifted out of the ball ([`lift`]), or given up if
 //! there is no room or features meet at less than 90 degrees, which is where g comes from. To divide the piece below a triangle that is
 //! larger than f, and so to have k = 1, would place points closer than f: its halves are as long as s, which
-//! can be `r / sqrt(2)`. Where
+//! can be `r / sqrt(2)`. Where four points of a facet inside of the domain are on a circle as nearly as can be rounded, the circle's centre may be
+//! added ([`lacking`]), which is as far from them as the circle's radius, not as f. Where
 //! features meet at less than 90 degrees, pieces whose balls hold a point, and triangles without a ball of little more than
 //! their radius that holds none, are divided although that spaces points more closely than f ([`force`]). The balls that are
 //! found so are closed to the points of the volume too, so 1 holds with them in the place of the smallest ones.
