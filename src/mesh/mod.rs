@@ -299,7 +299,7 @@ pub fn measure<P: Triangulate>(
 ) -> Quality<P> {
     let features = Features::new(domain);
     let at = |x| size.at(x);
-    let balls = Balls::new(domain, &features, mesh, &at);
+    let balls = Balls::new(domain, &features, mesh, &at, size.lipschitz());
     let measure = Measure {
         place: &|centre, radius| balls.place(centre, radius),
         local_size: Some(&|x| features.local_size(x).radius),

@@ -157,7 +157,7 @@ fn keeps(name: &str, input: &Input<DVec3>, lipschitz: f64, seed: u64) -> [u64; 3
     let mesh = generate(&domain, rules, &mut Alone { seed }).unwrap().into_mesh(&domain);
     assert!(crate::conformity::check(&domain, &mesh).is_clean());
     let features = crate::distance::Features::new(&domain);
-    let balls = Balls::new(&domain, &features, &mesh, &at);
+    let balls = Balls::new(&domain, &features, &mesh, &at, lipschitz);
     // Of a triangle whose centre lies in the ball of a piece.
     assert!(balls.widest() <= 2f64.sqrt() / (1.0 - lipschitz), "{}", balls.widest());
     let promised = balls.promise(lipschitz).all();

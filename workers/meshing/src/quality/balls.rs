@@ -4,7 +4,8 @@
 //! domain is *near* if it lies in the ball of an edge, or above a face with `r <= f(m)`; *above* if it lies only above faces
 //! with `r > f(m)`; and *free* if it lies in no ball. Of the faces of one facet whose balls hold it, it is above the one
 //! that its power is least to: the faces are Delaunay, so that one holds its foot. What lies on a ball but for rounding
-//! ([`ROUNDING`]) counts as inside.
+//! ([`ROUNDING`]) counts as inside. Where features meet at less than 90 degrees the generator keeps the volume's points out of larger
+//! balls, which a mesh does not tell: there what lies within `f / (1 - L)` of a feature is near it, too.
 //!
 //! **Work and depth.** Two queries of a tree a cell, and what [`super::zones`] takes.
 
@@ -21,6 +22,9 @@ use crate::distance::Features;
 use crate::domain::{Domain, Feature};
 use crate::mesh::Mesh;
 use crate::space::Space;
+
+/// Features that meet at less than this, in degrees, have larger balls than those that can be told from a mesh.
+const RIGHT: f64 = 90.0;
 
 /// How far beyond a ball, squared and relative to its radius, a centre counts as inside, and how much more than f a radius may be.
 const ROUNDING: f64 = 1e-9;
@@ -70,12 +74,13 @@ pub struct Balls<'a, P: Space> {
 }
 
 impl<'a, P: Space> Balls<'a, P> {
-    /// Those of a mesh, with f in the domain's scaled coordinates.
+    /// Those of a mesh, with f in the domain's scaled coordinates and its Lipschitz constant.
     pub fn new(
         domain: &'a Domain<P>,
         features: &'a Features<P>,
         mesh: &Mesh<P>,
         size: &'a dyn Fn(P) -> f64,
+        lipschitz: f64,
     ) -> Self {
         let at = |v: u32| scale(mesh.points[v as usize], domain.simplices.exponent);
         let piece = |ends: &[u32]| {
@@ -95,7 +100,8 @@ impl<'a, P: Space> Balls<'a, P> {
             (Kind::new(pieces, of_edges), Kind::new(balls, of_faces))
         };
         let widths = triangles.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
-        let zones = Zones { domain, features, size, zone: 0.0 };
+        let zone = if domain.small_angles(RIGHT).is_empty() { 0.0 } else { 1.0 / (1.0 - lipschitz) };
+        let zones = Zones { domain, features, size, zone };
         Balls { zones, pieces, triangles, widths }
     }
 
@@ -124,7 +130,7 @@ impl<'a, P: Space> Balls<'a, P> {
         match (above.iter().find(complete), above.first_key_value()) {
             (Some((&facet, _)), _) => Place::Near(Feature::Facet(facet)),
             (None, Some((&facet, _))) => Place::Above(Feature::Facet(facet)),
-            (None, None) => Place::Free,
+            (None, None) => place,
         }
     }
 }
