@@ -47,8 +47,17 @@ pub fn rss() -> Option<u64> {
     status("VmRSS:")
 }
 
+/// Memory that could be had now without pushing anything out, in bytes, where the system tells.
+pub fn available() -> Option<u64> {
+    entry("/proc/meminfo", "MemAvailable:")
+}
+
 fn status(key: &str) -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    entry("/proc/self/status", key)
+}
+
+fn entry(file: &str, key: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find(|l| l.starts_with(key))?;
     let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kib * 1024)

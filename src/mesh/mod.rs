@@ -13,6 +13,8 @@ pub mod show;
 pub mod tables;
 pub mod view;
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use septet_meshing::conformity::{self, Conformity, Follow};
@@ -34,6 +36,7 @@ use septet_workers::profile::stage_span;
 use thiserror::Error;
 
 use crate::config::{Config, Transport, Workers};
+use crate::memory;
 use field::SizeField;
 use machine::{AllCores, Counted};
 use record::Record;
@@ -84,7 +87,7 @@ pub struct SingularityRequest {
 }
 
 /// What is asked for. Lengths are in the unit of the file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MeshRequest {
     /// What is kept of the boundary; by the kind of the domain if not said.
     pub boundary: Option<Boundary>,
@@ -114,8 +117,10 @@ pub struct MeshRequest {
     pub transport: Transport,
     /// Seed of every random draw.
     pub seed: u64,
-    /// Refuse to start if more memory is expected, in bytes.
+    /// Refuse to start if more memory is expected, in bytes. If not said, a mesh ends where it is sure to need more than there is.
     pub max_memory: Option<u64>,
+    /// Ends the machine's next run with [`Error::Interrupted`](crate::Error::Interrupted) once it is true.
+    pub cancel: Option<Arc<AtomicBool>>,
 }
 
 /// Why there is no mesh.
@@ -145,7 +150,7 @@ pub enum MeshError {
         features: Vec<(Feature, u32)>,
     },
     /// More points than allowed.
-    #[error("the mesh has more than {most} points")]
+    #[error("the mesh needs more than {most} points, for which there is no memory")]
     TooMany {
         /// The limit.
         most: u64,
@@ -348,8 +353,10 @@ pub fn make<P: Triangulate>(
     let at = |x| size.at(x);
     let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
     let mut machine = machine(request);
-    if let Some(limit) = request.max_memory {
+    if let Some(limit) = request.max_memory.or_else(memory::available) {
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
+    }
+    if let Some(limit) = request.max_memory {
         let points = generate::expected_points(domain, rules, &machine);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
@@ -399,6 +406,7 @@ fn machine(request: &MeshRequest) -> Counted {
         seed: request.seed,
         transport: request.transport,
         leaf: request.leaf,
+        cancel: request.cancel.clone(),
         ..Config::default()
     })
 }

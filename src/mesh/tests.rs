@@ -124,6 +124,7 @@ fn request() -> MeshRequest {
         transport: Transport::Sim { delivery_seed: 0 },
         seed: 1,
         max_memory: None,
+        cancel: None,
     }
 }
 
@@ -392,4 +393,24 @@ fn requests_become_wishes() {
     assert_eq!(space.size_options(&domain).unwrap().wishes.field.len(), 1);
     assert_eq!(Promise::of(0.5).free, 2.0);
     assert!(Promise::of(0.06).near.is_some_and(|g| g > 1.5 && g < 1.7), "{:?}", Promise::of(0.06));
+}
+
+#[test]
+fn a_mesh_ends_when_it_is_cancelled() {
+    let domain = cube();
+    let cancel = Some(Arc::new(AtomicBool::new(true)));
+    let request = MeshRequest { size: Some(0.05), cancel, ..request() };
+    let made = generate(&domain, &sizes(&domain, &request).unwrap(), &request);
+    assert!(matches!(made, Err(MeshError::Run(crate::Error::Interrupted))), "{made:?}");
+}
+
+/// What a mesh may need is known before any point is placed.
+#[test]
+fn a_mesh_that_is_too_fine_is_refused() {
+    let domain = cube();
+    let limited = MeshRequest { size: Some(1e-5), max_memory: Some(1 << 28), ..request() };
+    let made = generate(&domain, &sizes(&domain, &limited).unwrap(), &limited);
+    let Err(MeshError::Memory { forecast, limit, .. }) = made else { panic!("{:?}", made.map(|m| m.1)) };
+    assert!(forecast > limit && limit == 1 << 28);
+    assert!(memory::available().is_none_or(|bytes| bytes > 0));
 }

@@ -40,6 +40,7 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
         transport: Transport::Channel { threads: 2 },
         seed: 1,
         max_memory: None,
+        cancel: None,
     }
 }
 

@@ -8,15 +8,13 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::{NearestLists, nearest_direct, nearest_in_blocks};
-use septet_geometry::point::{Point, dist2};
+use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::config::{Correction, SetRule, map_in};
 use crate::query::{Ask, Ball};
-use crate::sets::SetEngine;
-use crate::table::Table;
 use crate::worker::Worker;
 
 /// A ball with a radius above this multiple of its leaf's median probes first.
@@ -218,18 +216,6 @@ impl<P: Point> Worker<P> {
                     self.sets.tell(&self.table, (home, number), leaf_of[home as usize]);
                 }
             }
-        }
-    }
-}
-
-impl SetEngine {
-    /// A home point of a leaf is told who is joined to it. All points as near as the last in its list are in the list, so
-    /// by their distance it sees whether it knows.
-    fn tell<P: Point>(&mut self, table: &Table<P>, edge: (u32, u32), leaf: u32) {
-        let [home, other] = [edge.0, edge.1].map(|i| table.positions[i as usize]);
-        self.told[leaf as usize].visit();
-        if dist2(home, other) > table.radii2[edge.0 as usize] {
-            self.reverse.push(edge);
         }
     }
 }

@@ -2,29 +2,11 @@
 //! the subtree of that piece. Nobody holds the whole tree.
 
 use septet_geometry::neighbourhood::box_dist2;
+pub use septet_geometry::neighbourhood::{Bounds, bounds, join_bounds};
 use septet_geometry::point::Point;
 use septet_geometry::separator::{Separator, Side};
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Child, Summary};
-
-/// Low and high corner of an axis-aligned box.
-pub type Bounds<P> = (P, P);
-
-/// The smallest box, or an empty one (infinite corners reversed), around points.
-pub fn bounds<P: Point>(points: impl Iterator<Item = P>) -> Bounds<P> {
-    let empty = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
-    points.fold(empty, |b, p| join_bounds(b, (p, p)))
-}
-
-/// The smallest box around two boxes.
-pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
-    let (mut low, mut high) = a;
-    for i in 0..P::DIM {
-        low.set_coord(i, low.coord(i).min(b.0.coord(i)));
-        high.set_coord(i, high.coord(i).max(b.1.coord(i)));
-    }
-    (low, high)
-}
 
 /// A split: the separator and the boxes of both children's home points.
 #[derive(Clone, Debug)]

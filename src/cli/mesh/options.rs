@@ -87,7 +87,8 @@ pub struct MeshArgs {
     /// Seed of the order of delivery (with --transport sim) [default: 0]
     #[arg(long, value_name = "S")]
     pub delivery_seed: Option<u64>,
-    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
+    /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024. Without it a mesh
+    /// that is sure to need more than there is ends as soon as that is known
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub max_memory: Option<u64>,
     /// Write the report as JSON, `-` for standard output
@@ -176,6 +177,7 @@ impl MeshArgs {
             },
             seed: self.seed,
             max_memory: self.max_memory,
+            cancel: None,
         })
     }
 }

@@ -15,9 +15,9 @@
 use std::marker::PhantomData;
 
 use crate::columns::{LANES, Rows};
-use crate::neighbourhood::Found;
+use crate::neighbourhood::{Found, bounds};
 use crate::point::Point;
-use crate::simd::widest;
+use crate::simd::{larger, widest};
 
 /// Points in blocks, by their positions in a slice.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ impl<P: Point> Blocks<P> {
         });
         let mut boxes = vec![[[0.0; LANES]; 6]; groups];
         for (number, block) in order.chunks(LANES).enumerate() {
-            let (low, high) = bounds(points, block);
+            let (low, high) = bounds(block.iter().map(|&i| points[i as usize]));
             for axis in 0..P::DIM {
                 let sides = &mut boxes[number / LANES];
                 sides[axis][number % LANES] = low.coord(axis);
@@ -129,7 +129,7 @@ impl<P: Point> Blocks<P> {
             let mut count = 0;
             let gaps2: [f64; LANES] = std::array::from_fn(|i| {
                 let gap = |axis: usize| {
-                    greater(greater(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0)
+                    larger(larger(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0)
                 };
                 let (x, y) = (gap(0), gap(1));
                 if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
@@ -162,7 +162,7 @@ fn divide<P: Point>(points: &[P], order: &mut [u32]) {
     if order.len() <= LANES {
         return;
     }
-    let (low, high) = bounds(points, order);
+    let (low, high) = bounds(order.iter().map(|&i| points[i as usize]));
     let side = |axis: usize| high.coord(axis) - low.coord(axis);
     let axis = (1..P::DIM).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
     let half = order.len().div_ceil(LANES).div_ceil(2) * LANES;
@@ -171,30 +171,6 @@ fn divide<P: Point>(points: &[P], order: &mut [u32]) {
     let (below, above) = order.split_at_mut(half);
     divide(points, below);
     divide(points, above);
-}
-
-/// The bounding box of some points.
-fn bounds<P: Point>(points: &[P], members: &[u32]) -> (P, P) {
-    let first = points[members[0] as usize];
-    let (mut low, mut high) = (first, first);
-    for &i in members {
-        for axis in 0..P::DIM {
-            let x = points[i as usize].coord(axis);
-            if x < low.coord(axis) {
-                low.set_coord(axis, x);
-            }
-            if x > high.coord(axis) {
-                high.set_coord(axis, x);
-            }
-        }
-    }
-    (low, high)
-}
-
-/// The greater of two numbers: one instruction.
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 #[cfg(test)]

@@ -38,6 +38,15 @@ pub fn circumcentre<P: Point>(cell: &[P]) -> P {
     cell[0] + v / (2.0 * w)
 }
 
+/// Centre and squared radius of the smallest ball through three points; not finite if they are on a line.
+pub fn circumcircle<P: Point>([a, b, c]: [P; 3]) -> (P, f64) {
+    let (u, v) = (b - a, c - a);
+    let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
+    let twice = 2.0 * (uu * vv - uv * uv);
+    let offset = u * (vv * (uu - uv) / twice) + v * (uu * (vv - uv) / twice);
+    (a + offset, offset.norm2())
+}
+
 /// Squared length of a cell's shortest edge.
 pub fn shortest_edge2<P: Point>(cell: &[P]) -> f64 {
     let mut least = f64::INFINITY;

@@ -6,6 +6,8 @@
 //!
 //! The choice is made once, when it is first asked for (of x86-64: its baseline, AVX2, AVX-512).
 
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pulp::Arch;
@@ -25,10 +27,14 @@ pub(crate) fn widest<R>(f: impl FnOnce() -> R) -> R {
     if BASELINE.load(Ordering::Relaxed) { f() } else { Arch::new().dispatch(f) }
 }
 
+/// The larger of two numbers, or the second if one is not a number: one instruction.
+#[inline(always)]
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
-
     use super::*;
 
     /// Sums of products whose last digits show whether anything was fused.

@@ -38,6 +38,7 @@
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
 use crate::point::Point;
+use crate::simd::larger;
 
 /// `136 u`.
 const UNIT: f64 = 136.0 * (f64::EPSILON / 2.0);
@@ -230,10 +231,4 @@ impl Planes {
             Side::Undecided
         }
     }
-}
-
-/// The larger of two numbers: one instruction.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }

@@ -37,6 +37,7 @@ use glam::Vec4;
 
 use super::cells::Cell;
 use crate::point::{Point, Simplex};
+use crate::simd::larger;
 
 /// Mark of a cell that is no longer, or soon no longer, in the complex.
 pub(super) const REMOVED: u32 = 1 << 31;
@@ -248,10 +249,4 @@ impl<P: Point> Query<P> {
         sphere.as_mut()[P::DIM] = radius;
         sphere
     }
-}
-
-/// The larger of two numbers, or the second if one is not a number: one instruction.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }

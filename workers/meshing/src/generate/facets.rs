@@ -6,6 +6,7 @@
 //! large, lifted out of those balls where they lie in one, until there is none.
 
 use glam::{DVec2, DVec3};
+use septet_geometry::measure;
 use septet_geometry::point::{Point, dist2};
 
 use super::balls::{Ball, Balls};
@@ -93,13 +94,10 @@ impl Plane {
     }
 }
 
-/// Centre and squared radius of the smallest ball through three points.
+/// The smallest ball through three points.
 pub(super) fn circumcircle<P: Point>(a: P, b: P, c: P) -> Ball<P> {
-    let (u, v) = (b - a, c - a);
-    let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
-    let twice = 2.0 * (uu * vv - uv * uv);
-    let offset = u * (vv * (uu - uv) / twice) + v * (uu * (vv - uv) / twice);
-    Ball { centre: a + offset, radius2: offset.norm2() }
+    let (centre, radius2) = measure::circumcircle([a, b, c]);
+    Ball { centre, radius2 }
 }
 
 /// The triangles of all facets: facet and vertices.

@@ -137,7 +137,9 @@ pub fn expected_points<P: Space, M: Machine<P> + Sync>(
     rules: Rules<'_, P>,
     machine: &M,
 ) -> u64 {
-    let Some(cells) = volume::sampling_cells(domain, &rules) else { return rules.most.saturating_add(1) };
+    let Some(cells) = volume::sampling_cells(domain, &rules, machine) else {
+        return rules.most.saturating_add(1);
+    };
     let share = |(cell, _): &(crate::octree::Cell<P>, bool)| {
         let cubes = cell.side / (rules.size)(cell.centre);
         (0..P::DIM).fold(1.0, |product, _| product * cubes)
@@ -154,9 +156,9 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     rules: Rules<'_, P>,
     machine: &mut M,
 ) -> Result<Generated<P>, Failure<M::Error>> {
-    let mut work = Work::new(domain, rules, machine);
     // What is too fine is refused before any work.
-    let cells = volume::sampling_cells(domain, &rules).ok_or(Failure::TooMany(rules.most))?;
+    let cells = volume::sampling_cells(domain, &rules, &*machine).ok_or(Failure::TooMany(rules.most))?;
+    let mut work = Work::new(domain, rules, machine);
     work.lifts = domain.small_angles(90.0).is_empty();
     let planes = work.planes();
     let chains = work.segments().map_err(Failure::Machine)?;
@@ -169,7 +171,5 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     Ok(Generated { vertices: work.vertices, delaunay, labels, faces, pieces, stages: work.stages })
 }
 
-#[cfg(test)]
-mod promises;
 #[cfg(test)]
 mod tests;

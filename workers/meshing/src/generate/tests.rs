@@ -1,5 +1,7 @@
 //! Meshes by one processor.
 
+mod promises;
+
 use glam::{DVec2, DVec3};
 use septet_geometry::measure::{circumcentre, circumradius2, shortest_edge2};
 

@@ -24,9 +24,18 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
+/// Cells, and whether all of each is known to be in the domain.
+pub(super) type Sampled<P> = Vec<(Cell<P>, bool)>;
+
+/// Cells that are looked at as one item.
+const CHUNK: usize = 1024;
+
+/// Cells that are looked at between two looks at their number.
+const SEVERAL: usize = 1 << 20;
+
 /// Cells for each vertex: sides are at least 0.7 times the size, so there are at most 3 for each `f^d` of space, and no
 /// fewer than a vertex for two of these.
-const CELLS: u64 = 6;
+pub(super) const CELLS: u64 = 6;
 
 /// How often a ball is widened by a fifth until it holds a point.
 const MOST_WIDENINGS: u32 = 40;
@@ -152,41 +161,69 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// Cells no longer than [`SIDE`] says, and whether all of each is known to be in the domain.
+/// Cells no longer than [`SIDE`] says, and whether all of each is known to be in the domain; level by level, those of a level at once.
 ///
 /// Nothing if they are more than [`CELLS`] for each vertex that is allowed: so many points could not be.
-pub(super) fn sampling_cells<P: Space>(
+pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     rules: &Rules<'_, P>,
-) -> Option<Vec<(Cell<P>, bool)>> {
+    machine: &M,
+) -> Option<Sampled<P>> {
     let most = rules.most.saturating_mul(CELLS);
     let points = domain.points();
     let boxes = domain.walls().iter().map(|w| Bounds::of(w.as_ref().iter().map(|&v| points[v as usize])));
     let walls = Bvh::new(boxes.collect());
     let cube = Cube::around(&walls.bounds());
     let (mut found, mut open) = (Vec::new(), vec![(Key::ROOT, false)]);
-    while let Some((key, mut whole)) = open.pop() {
-        let cell = cube.cell(key);
-        if !whole {
-            let half = P::splat(0.5 * cell.side);
-            let mut met = false;
-            walls.visit(&Bounds { low: cell.centre - half, high: cell.centre + half }, |_| {
-                met = true;
-                false
-            });
-            whole = !met && domain.is_inside(cell.centre);
-            if !met && !whole {
-                continue;
+    while !open.is_empty() {
+        let level = std::mem::take(&mut open);
+        for several in level.chunks(SEVERAL) {
+            let chunks: Vec<&[(Key, bool)]> = several.chunks(CHUNK).collect();
+            for (small, divided) in machine.map(&chunks, |chunk| sorted(domain, rules, &walls, &cube, chunk))
+            {
+                found.extend(small);
+                open.extend(divided);
             }
-        }
-        if SIDE * (rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
-            open.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
-        } else {
-            found.push((cell, whole));
-        }
-        if (found.len() + open.len()) as u64 > most {
-            return None;
+            if (found.len() + open.len()) as u64 > most {
+                return None;
+            }
         }
     }
     Some(found)
+}
+
+/// Of some cells those that are small enough, and the parts of the others.
+fn sorted<P: Space>(
+    domain: &Domain<P>,
+    rules: &Rules<'_, P>,
+    walls: &Bvh<P>,
+    cube: &Cube<P>,
+    cells: &[(Key, bool)],
+) -> (Sampled<P>, Vec<(Key, bool)>) {
+    let (mut small, mut divided) = (Vec::new(), Vec::new());
+    for &(key, whole) in cells {
+        let cell = cube.cell(key);
+        let Some(whole) = met(domain, walls, &cell, whole) else { continue };
+        if SIDE * (rules.size)(cell.centre) < cell.side && key.level < DEEPEST {
+            divided.extend((0..1 << P::DIM).map(|i| (key.child::<P>(i), whole)));
+        } else {
+            small.push((cell, whole));
+        }
+    }
+    (small, divided)
+}
+
+/// Is all of a cell in the domain (known for its parent)? Nothing if none of it is.
+fn met<P: Space>(domain: &Domain<P>, walls: &Bvh<P>, cell: &Cell<P>, whole: bool) -> Option<bool> {
+    if whole {
+        return Some(true);
+    }
+    let half = P::splat(0.5 * cell.side);
+    let mut met = false;
+    walls.visit(&Bounds { low: cell.centre - half, high: cell.centre + half }, |_| {
+        met = true;
+        false
+    });
+    let whole = !met && domain.is_inside(cell.centre);
+    (met || whole).then_some(whole)
 }

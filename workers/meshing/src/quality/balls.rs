@@ -11,6 +11,7 @@
 
 use std::collections::BTreeMap;
 
+use septet_geometry::measure::circumcircle;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::range::scale;
 
@@ -95,7 +96,7 @@ impl<'a, P: Space> Balls<'a, P> {
         } else {
             let edges = mesh.edges.iter();
             let of_edges = edges.clone().map(|e| e.segment).collect();
-            let balls = faces.map(|f| circle([0, 1, 2].map(|i| at(f.vertices.as_ref()[i])))).collect();
+            let balls = faces.map(|f| circumcircle([0, 1, 2].map(|i| at(f.vertices.as_ref()[i])))).collect();
             let pieces = edges.map(|e| piece(&e.vertices)).collect();
             (Kind::new(pieces, of_edges), Kind::new(balls, of_faces))
         };
@@ -133,13 +134,4 @@ impl<'a, P: Space> Balls<'a, P> {
             (None, None) => place,
         }
     }
-}
-
-/// Centre and squared radius of the smallest ball through the corners of a triangle of space.
-fn circle<P: Point>([a, b, c]: [P; 3]) -> (P, f64) {
-    let (u, v) = (b - a, c - a);
-    let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
-    let area = 2.0 * (uu * vv - uv * uv);
-    let to = u * (vv * (uu - uv) / area) + v * (uu * (vv - uv) / area);
-    (a + to, to.norm2())
 }

@@ -53,6 +53,8 @@ pub(super) struct Refinement<'a, P: Space, M> {
     /// The ridge of each segment, and its position there.
     pub(super) ridge_of: Vec<Option<(u32, u32)>>,
     pub(super) chords: Vec<Chord<P>>,
+    /// Those that end at each corner.
+    pub(super) at_corners: Vec<Vec<u32>>,
     /// Their boxes.
     pub(super) chord_tree: Bvh<P>,
 }
@@ -66,8 +68,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let surface = Surface::new(work.domain);
         let scaled = |d| scale(P::splat(d), work.domain.simplices.exponent).coord(0);
         let distance = options.distance.map(scaled);
-        let (chords, chord_tree) = (Vec::new(), Bvh::new(Vec::new()));
-        Refinement { work, kept, surface, distance, ridge_of, chords, chord_tree }
+        let (chords, chord_tree, at_corners) = (Vec::new(), Bvh::new(Vec::new()), Vec::new());
+        Refinement { work, kept, surface, distance, ridge_of, chords, at_corners, chord_tree }
     }
 
     /// The largest distance allowed at a place.
@@ -82,14 +84,17 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let walls: Vec<u32> = (0..self.surface.walls()).collect();
         let found = self.work.machine.map(&walls, |&w| {
             let made = self.surface.candidates(w, &self.work.rules, self.work.seed_of(w));
-            made.into_iter().filter(|(site, _)| !self.work.pieces.hold(site.at)).collect::<Vec<_>>()
+            Some(made?.into_iter().filter(|(site, _)| !self.work.pieces.hold(site.at)).collect())
         });
+        let most = self.work.rules.most;
+        let found: Option<Vec<Vec<Candidate<P>>>> = found.into_iter().collect();
+        let found = found.ok_or(Failure::TooMany(most))?;
         self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         let made = self.refined(false)?;
         self.work.triangles = Balls::new(made.faces.iter().map(ball).collect());
         self.work.begin("volume");
-        let most = self.work.rules.most;
-        let cells = sampling_cells(self.work.domain, &self.work.rules).ok_or(Failure::TooMany(most))?;
+        let cells = sampling_cells(self.work.domain, &self.work.rules, &*self.work.machine)
+            .ok_or(Failure::TooMany(most))?;
         let found = self.work.machine.map(&cells, |(cell, whole)| self.work.candidates_of(cell, *whole));
         self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         let made = self.refined(true)?;
@@ -223,8 +228,11 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let ends: Vec<[u32; 2]> = lacking.iter().map(|c| ascending(c.ends)).collect();
         let rings =
             if ends.is_empty() { Vec::new() } else { made.crossed_twice(&self.work, &self.surface, &ends) };
-        let mut found: Vec<Candidate<P>> =
-            lacking.iter().zip(&rings).map(|(chord, ring)| self.for_chord(chord, ring.as_ref())).collect();
+        let mut found: Vec<Candidate<P>> = lacking
+            .iter()
+            .zip(&rings)
+            .flat_map(|(chord, ring)| self.for_chord(chord, ring.as_ref()))
+            .collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
         let judged = self.work.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];

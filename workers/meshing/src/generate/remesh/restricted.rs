@@ -127,6 +127,9 @@ impl<P: Space> Restricted<P> {
         vertices.sort_unstable();
         let corners = vertices.map(|v| work.vertices.points[v as usize]);
         let [a, b, c] = corners;
+        if !always && are_collinear(&corners) {
+            return None;
+        }
         let centre = circumcircle(a, b, c).centre;
         let place = self.between(work, surface, [i, j], apex, &corners, always)?;
         let radius = dist2(place.at, a).sqrt();
@@ -280,6 +283,11 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
     let places = heights.map(|t| t.max(range[0]).min(range[1]));
     let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(work, ball.centre + axis * t)));
     if q.1 > p.1 { q } else { p }
+}
+
+/// Are a face's corners on a line but for rounding? Then its axis, and all along it, is arbitrary.
+fn are_collinear<P: Space>(&[a, b, c]: &[P; 3]) -> bool {
+    P::hull_normal(&[b - a, c - a]).norm2() <= FLAT * FLAT * (b - a).norm2() * (c - a).norm2()
 }
 
 /// The end of the ray from a circumcentre across a face of the hull.

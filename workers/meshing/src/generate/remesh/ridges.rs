@@ -123,6 +123,15 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         let bounds = |c: &Chord<P>| Bounds::of(c.ends.map(|v| points[v as usize]));
         self.chord_tree = Bvh::new(chords.iter().map(bounds).collect());
         self.work.pieces = Balls::new(chords.iter().map(|c| c.ball).collect());
+        self.at_corners = vec![Vec::new(); self.kept.corners.len()];
+        for (c, chord) in (0u32..).zip(&chords) {
+            // Corners are the first vertices.
+            for v in chord.ends {
+                if let Some(at) = self.at_corners.get_mut(v as usize) {
+                    at.push(c);
+                }
+            }
+        }
         self.chords = chords;
     }
 }

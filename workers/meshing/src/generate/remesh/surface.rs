@@ -5,6 +5,7 @@ use septet_geometry::point::dist2;
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
+use crate::generate::volume::CELLS;
 use crate::generate::work::{CANDIDATES, Rules};
 use crate::mesh::Carrier;
 use crate::octree::Key;
@@ -148,12 +149,21 @@ impl<P: Space> Surface<P> {
     }
 
     /// Candidates on a wall: it is quartered until its edges are no longer than f at its middle; each part then has
-    /// [`PER_AREA`] candidates to the area `f^2` in the mean.
-    pub(super) fn candidates(&self, wall: u32, rules: &Rules<'_, P>, seed: u64) -> Vec<(Site<P>, Carrier)> {
+    /// [`PER_AREA`] candidates to the area `f^2` in the mean. Nothing if they are more than [`CELLS`] for each vertex that is allowed.
+    pub(super) fn candidates(
+        &self,
+        wall: u32,
+        rules: &Rules<'_, P>,
+        seed: u64,
+    ) -> Option<Vec<(Site<P>, Carrier)>> {
+        let most = rules.most.saturating_mul(CELLS);
         let carrier = Carrier::Facet(self.facets[wall as usize]);
         let mut found = Vec::new();
         let mut parts = vec![(self.walls[wall as usize], Key::ROOT)];
         while let Some(([a, b, c], key)) = parts.pop() {
+            if (found.len() + parts.len()) as u64 > most {
+                return None;
+            }
             let size = (rules.size)((a + b + c) / 3.0);
             let longest = dist2(a, b).max(dist2(b, c)).max(dist2(c, a));
             if longest > size * size && key.level < DEEPEST {
@@ -174,7 +184,7 @@ impl<P: Space> Surface<P> {
                 found.push((rules.site(a + (b - a) * x + (c - a) * y), carrier));
             }
         }
-        found
+        Some(found)
     }
 
     /// A vertex of the surface that lies in a facet's first wall.

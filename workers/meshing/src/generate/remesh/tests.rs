@@ -282,3 +282,58 @@ fn round_ridges() {
     assert!((length * scale - 4.0 * f64::from(n) * (angle(1) / 2.0).sin()).abs() < 1e-9);
     is_sound(&remeshed(&input, Some(0.3), Options::default()), 2, 0.06, 12.6);
 }
+
+/// Corners of few large facets: chords at a corner are brought to one length before they are divided further.
+#[test]
+fn corners_of_few_facets() {
+    let corner = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let flat = [DVec3::ZERO, DVec3::X * 2.0, DVec3::new(0.5, 1.5, 0.0), DVec3::new(1.0, 0.5, 0.4)];
+    let tall = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.2, 0.3, 4.0)];
+    for points in [corner, flat, tall] {
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.to_vec());
+        let input = Input::surface(points.to_vec(), faces);
+        let found = remeshed(&input, None, Options::default());
+        is_sound(&found, 2, 0.02, 8.0);
+    }
+}
+
+/// A pyramid on each side of a cube: ridges that fold in and corners of eight facets.
+#[test]
+fn a_star() {
+    let low = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| f64::from(bit) - 0.5));
+    let mut points: Vec<DVec3> = low.map(DVec3::from_array).collect();
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let mut faces = Vec::new();
+    for side in sides {
+        let middle: DVec3 = side.iter().map(|&v| points[v as usize]).sum::<DVec3>() / 4.0;
+        points.push(middle * 3.0);
+        let apex = points.len() as u32 - 1;
+        faces.extend((0..4).map(|i| vec![side[i], side[(i + 1) % 4], apex]));
+    }
+    let found = remeshed(&Input::surface(points, faces), None, Options::default());
+    is_sound(&found, 2, 0.03, 13.5);
+}
+
+/// Tetrahedra with corners anywhere in a cube, those of them without an angle below 20 degrees.
+#[test]
+fn tetrahedra() {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut unit = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut made = 0;
+    while made < 10 {
+        let [a, b, c, d] = [(); 4].map(|()| DVec3::new(unit(), unit(), unit()));
+        let points = if (b - a).cross(c - a).dot(d - a) < 0.0 { [b, a, c, d] } else { [a, b, c, d] };
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.to_vec());
+        let input = Input::surface(points.to_vec(), faces);
+        let Ok(domain) = crate::check(&input) else { continue };
+        if domain.small_angles(20.0).is_empty() {
+            is_sound(&remeshed(&input, None, Options::default()), 2, 0.02, 4.0);
+            made += 1;
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Alone, Rules, generate};
+use crate::generate::{Alone, Rules, generate};
 use crate::input::{Input, Kind};
 use crate::mesh::Mesh;
 use crate::quality::balls::Balls;
