@@ -178,7 +178,11 @@ const DOMAINS: [(&str, &str, &str); 11] = [
 
 /// What the judge says of a mesh, and whether it is content.
 fn judged(python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/judge_mesh.py");
+    judged_by("judge_mesh.py", python, domain, mesh, measure)
+}
+
+fn judged_by(script: &str, python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign").join(script);
     let output =
         Command::new(python).arg(script).arg(domain).arg(mesh).args(measure.split_whitespace()).output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
@@ -237,6 +241,26 @@ fn meshes_of_scans_are_judged_by_another_program() {
             println!("{name}: {}", said.trim());
         }
     }
+}
+
+/// A scan with a boundary made anew: as near to the scan as was asked for, with its handles. It has sheets closer than an eighth
+/// of the size, which once were joined by a handle.
+#[test]
+fn remeshed_scans_are_judged_by_another_program() {
+    let Some(python) = python() else { return };
+    let directory = tempfile::tempdir().unwrap();
+    let options = "--boundary remesh --max-distance 0.012";
+    let Some((domain, stem)) = mesh(directory.path(), "../../data/rotor.off", options) else { return };
+    let judged = |distance: &str| judged_by("judge_remesh.py", &python, &domain, &stem, distance);
+    let (good, said) = judged("0.012");
+    assert!(good, "{said}");
+    println!("rotor: {}", said.trim());
+    let (good, said) = judged("0.001");
+    assert!(!good && said.contains("farther than 0.001"), "{said}");
+    let faces = fs::read_to_string(stem.with_extension("face")).unwrap();
+    fs::write(stem.with_extension("face"), without(&faces, 7)).unwrap();
+    let (good, said) = judged("0.012");
+    assert!(!good && said.contains("is no face"), "{said}");
 }
 
 /// What is done to the text of a file.

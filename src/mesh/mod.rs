@@ -150,7 +150,7 @@ pub enum MeshError {
         features: Vec<(Feature, u32)>,
     },
     /// More points than allowed.
-    #[error("the mesh needs more than {most} points, for which there is no memory")]
+    #[error("the mesh needs more than {most} points, which is more than memory or ids of 32 bits hold")]
     TooMany {
         /// The limit.
         most: u64,

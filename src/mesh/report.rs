@@ -82,12 +82,14 @@ pub struct MeshReport {
 }
 
 /// The distance between the boundary of a remeshed surface and the surface, in the unit of the file: of sampled places of the
-/// one from the other, of vertices of the other from the one; edges of the boundary below half the size; and what was asked for.
+/// one from the other, of vertices of the other from the one; edges of the boundary below half the size; the Euler
+/// characteristics of boundary and surface; and what was asked for.
 #[derive(Debug, Serialize)]
 struct DeviationReport {
     of_boundary: f64,
     of_surface: f64,
     finer_edges: u64,
+    euler: [i64; 2],
     asked: Option<f64>,
 }
 
@@ -281,6 +283,7 @@ impl MeshReport {
                 of_boundary: d.of_boundary,
                 of_surface: d.of_surface,
                 finer_edges: d.finer,
+                euler: d.euler,
                 asked: request.max_distance,
             }),
             view: picture.cloned(),

@@ -51,6 +51,12 @@ pub fn summary<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
             "  the boundary is up to {:.3e} from the surface, the surface's vertices up to {:.3e} from it",
             deviation.of_boundary, deviation.of_surface
         ));
+        let [boundary, surface] = deviation.euler;
+        if boundary != surface {
+            lines.push(format!(
+                "  the boundary has Euler characteristic {boundary}, the surface {surface}: other handles, where sheets are close"
+            ));
+        }
         if deviation.finer > 0 {
             lines.push(format!(
                 "  {} edges of the boundary are below half the size: sheets as thin, ridges as close, or the distance need it",

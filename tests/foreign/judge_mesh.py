@@ -325,4 +325,5 @@ def main():
     print(f"ok {len(mesh.points)} points, {len(mesh.cells)} cells, {len(taken)} edges on segments")
 
 
-main()
+if __name__ == "__main__":
+    main()

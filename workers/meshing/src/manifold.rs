@@ -78,3 +78,18 @@ fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> 
     }
     defects
 }
+
+/// Vertices less edges plus triangles: the Euler characteristic of a surface.
+pub(crate) fn euler(triangles: impl IntoIterator<Item = [u32; 3]>) -> i64 {
+    let (mut vertices, mut edges, mut count) = (Vec::new(), Vec::new(), 0);
+    for [a, b, c] in triangles {
+        vertices.extend([a, b, c]);
+        edges.extend([[a, b], [b, c], [c, a]].map(ascending));
+        count += 1;
+    }
+    vertices.sort_unstable();
+    vertices.dedup();
+    edges.sort_unstable();
+    edges.dedup();
+    vertices.len() as i64 - edges.len() as i64 + count
+}

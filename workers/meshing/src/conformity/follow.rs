@@ -8,6 +8,7 @@ use super::{Checker, Follow, MeshDefect, Sum};
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Feature;
+use crate::manifold::euler;
 use crate::mesh::{Carrier, OUTSIDE};
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
@@ -29,6 +30,8 @@ pub struct Deviation {
     /// Edges of the boundary that are shorter than half the size at both their ends: what thin sheets, ridges that meet and the
     /// distance asked for have made of it.
     pub finer: u64,
+    /// Euler characteristics of boundary and surface: if they differ, one has handles that the other has not.
+    pub euler: [i64; 2],
 }
 
 /// Triangles to be near to.
@@ -247,8 +250,10 @@ impl<P: Space> Checker<'_, P> {
                 [0, 1, 2].map(|i| wall.as_ref()[i])
             })
             .collect();
+        let euler =
+            [euler((0..self.mesh.faces.len()).map(|row| self.corners_of(row))), euler(rows.iter().copied())];
         let surface = Sheet::new(rows.iter().map(|w| w.map(|v| self.domain.points()[v as usize])).collect());
-        let mut found = Deviation { finer: self.finer(), ..Deviation::default() };
+        let mut found = Deviation { finer: self.finer(), euler, ..Deviation::default() };
         let mut astray = Vec::new();
         for (row, &[a, b, c]) in faces.triangles.iter().enumerate() {
             let thirds = [[a, b], [b, c], [c, a]].map(|[p, q]| [(p * 2.0 + q) / 3.0, (p + q * 2.0) / 3.0]);

@@ -11,6 +11,7 @@ use super::kept::Kept;
 use super::restricted::{Face, Restricted};
 use super::ridges::Chord;
 use super::surface::Surface;
+use super::thin::{THIN, THINNEST};
 use super::topology::{crowded, lost, unfaced, useful};
 use super::{DEFAULT_DISTANCE, Options};
 use crate::angles::cosine;
@@ -22,6 +23,7 @@ use crate::generate::machine::Machine;
 use crate::generate::volume::sampling_cells;
 use crate::generate::work::Work;
 use crate::generate::{Failure, Generated, Missing};
+use crate::manifold::euler;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::{Space, ascending};
@@ -52,6 +54,10 @@ pub(super) struct Refinement<'a, P: Space, M> {
     distance: Option<f64>,
     /// The ridge of each segment, and its position there.
     pub(super) ridge_of: Vec<Option<(u32, u32)>>,
+    /// Balls are not divided below this part of f for a thin sheet's sake.
+    pub(super) thinnest: f64,
+    /// The Euler characteristic of the surface.
+    euler: i64,
     pub(super) chords: Vec<Chord<P>>,
     /// Those that end at each corner.
     pub(super) at_corners: Vec<Vec<u32>>,
@@ -69,7 +75,19 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let scaled = |d| scale(P::splat(d), work.domain.simplices.exponent).coord(0);
         let distance = options.distance.map(scaled);
         let (chords, chord_tree, at_corners) = (Vec::new(), Bvh::new(Vec::new()), Vec::new());
-        Refinement { work, kept, surface, distance, ridge_of, chords, at_corners, chord_tree }
+        let (thinnest, euler) = (THIN, euler(Surface::rows(work.domain)));
+        Refinement {
+            work,
+            kept,
+            surface,
+            distance,
+            ridge_of,
+            thinnest,
+            euler,
+            chords,
+            at_corners,
+            chord_tree,
+        }
     }
 
     /// The largest distance allowed at a place.
@@ -167,6 +185,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
                     continue;
                 }
             }
+            if found.is_empty() && self.thinnest > THINNEST && self.has_handles(&made) {
+                self.thinnest *= 0.5;
+                continue;
+            }
             if found.is_empty() && volume {
                 found = self.cells(&made);
             }
@@ -187,6 +209,11 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             self.make_chords();
         }
         Err(Failure::Missing(missing(&last)))
+    }
+
+    /// Has the boundary other handles than the surface?
+    fn has_handles(&self, made: &Restricted<P>) -> bool {
+        euler(made.faces.iter().map(|f| f.vertices)) != self.euler
     }
 
     /// Those candidates that are no vertices yet; all of them being vertices is a failure.

@@ -8,7 +8,7 @@
 //! ([`super::beside`]).
 //!
 //! **Departures.** Balls below a part of f are not divided for it: a sheet that is thinner is left to be told apart by
-//! what the boundary is found to be.
+//! what the boundary is found to be: a manifold with the surface's Euler characteristic, or else the part is halved.
 
 use septet_geometry::point::dist2;
 
@@ -18,14 +18,16 @@ use crate::distance::closest_on_segment;
 use crate::generate::machine::Machine;
 use crate::space::Space;
 
-/// Balls are not divided below this part of f for a sheet's sake.
-const THINNEST: f64 = 0.125;
+/// Balls are not divided below this part of f for a sheet's sake; where the boundary has other handles than the surface not below
+/// half of it, a quarter and so on down to [`THINNEST`].
+pub(super) const THIN: f64 = 0.125;
+pub(super) const THINNEST: f64 = THIN / 16.0;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     /// Is a face's ball wider than the sheet that it lies on is thick?
     pub(super) fn is_wide(&self, face: &Face<P>) -> bool {
         let (at, radius) = (face.place.at, face.radius);
-        if radius <= THINNEST * (self.work.rules.size)(at) {
+        if radius <= self.thinnest * (self.work.rules.size)(at) {
             return false;
         }
         let across = face.place.normal * (radius / face.place.normal.norm2().sqrt());
