@@ -42,6 +42,9 @@ const TURNED: f64 = 0.02;
 /// small angles.
 const SMALLEST: f64 = 1e-6;
 
+/// Points that the surface's handles may take, over those of a boundary without them.
+const MORE: usize = 2;
+
 /// How often vertices without a face are taken away: those that come back stay.
 const TAKEN: u32 = 3;
 
@@ -58,6 +61,8 @@ pub(super) struct Refinement<'a, P: Space, M> {
     pub(super) thinnest: f64,
     /// The Euler characteristic of the surface.
     euler: i64,
+    /// Vertices of the first faultless boundary with other handles.
+    whole: Option<usize>,
     pub(super) chords: Vec<Chord<P>>,
     /// Those that end at each corner.
     pub(super) at_corners: Vec<Vec<u32>>,
@@ -84,6 +89,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             ridge_of,
             thinnest,
             euler,
+            whole: None,
             chords,
             at_corners,
             chord_tree,
@@ -185,8 +191,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
                     continue;
                 }
             }
-            if found.is_empty() && self.thinnest > THINNEST && self.has_handles(&made) {
-                self.thinnest *= 0.5;
+            if found.is_empty() && self.divides_sheets(&made) {
                 continue;
             }
             if found.is_empty() && volume {
@@ -211,9 +216,17 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Err(Failure::Missing(missing(&last)))
     }
 
-    /// Has the boundary other handles than the surface?
-    fn has_handles(&self, made: &Restricted<P>) -> bool {
-        euler(made.faces.iter().map(|f| f.vertices)) != self.euler
+    /// If the boundary has other handles than the surface: thinner sheets are told apart, as long as that does not take too many points.
+    fn divides_sheets(&mut self, made: &Restricted<P>) -> bool {
+        if self.thinnest <= THINNEST || euler(made.faces.iter().map(|f| f.vertices)) == self.euler {
+            return false;
+        }
+        let now = self.work.vertices.len();
+        if now > MORE * *self.whole.get_or_insert(now) {
+            return false;
+        }
+        self.thinnest *= 0.5;
+        true
     }
 
     /// Those candidates that are no vertices yet; all of them being vertices is a failure.
