@@ -1,8 +1,8 @@
 //! The files of small meshes, read by other programs.
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that
-//! `tests/foreign/read_with_others.py` lists; meshes of domains are judged by `tests/foreign/judge_mesh.py`. Without it
-//! only the writers run, unless
+//! `tests/foreign/read_with_others.py` lists; meshes of domains are judged by `tests/foreign/judge_mesh.py`, those whose
+//! boundary was made anew by `tests/foreign/judge_remesh.py`. Without it only the writers run, unless
 //! `SEPTET_REQUIRE_FOREIGN=1` asks for the comparison.
 
 use std::ffi::OsString;
@@ -183,8 +183,14 @@ fn judged(python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool
 
 fn judged_by(script: &str, python: &OsString, domain: &Path, mesh: &Path, measure: &str) -> (bool, String) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign").join(script);
-    let output =
-        Command::new(python).arg(script).arg(domain).arg(mesh).args(measure.split_whitespace()).output();
+    // The scripts import each other, and leave nothing beside themselves.
+    let output = Command::new(python)
+        .arg("-B")
+        .arg(script)
+        .arg(domain)
+        .arg(mesh)
+        .args(measure.split_whitespace())
+        .output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
     let said = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
     (output.status.success() && said.starts_with("ok "), said)

@@ -6,7 +6,7 @@ with MESH.node, MESH.ele, MESH.edge, MESH.face. It shares no code with septet, n
 Exact: every cell is positive; two cells that share a facet lie on opposite sides of it; the faces are the facets of one cell; they are
 a closed manifold (every edge in two, turned against each other; one fan at every vertex) with the surface's Euler characteristic.
 By plain numbers: vertices, thirds of edges and middles of faces (some 10,000 of them) are no farther than the distance from the surface, and the surface's
-vertices no farther from the faces; the edges of the mesh on ridges lie on segments of the surface; the volumes differ by no more than the
+vertices (likewise) no farther from the faces; the edges of the mesh on ridges lie on segments of the surface; the volumes differ by no more than the
 area times the distance.
 """
 import sys
@@ -88,7 +88,7 @@ def distances(places, corners):
 
 
 def some(places):
-    """Each place once, and of more than MOST every second one or so."""
+    """Each place once; of many so few, evenly, that they are no more than MOST."""
     places = np.unique(places, axis=0)
     return places[:: 1 + len(places) // MOST]
 

@@ -139,6 +139,16 @@ impl<P: Space> Domain<P> {
         &self.simplices.walls
     }
 
+    /// The vertices of the walls of all facets, by facets; in space, where they are triangles.
+    pub fn triangles(&self) -> Vec<[u32; 3]> {
+        let walls = self.facets.iter().flat_map(|f| &f.walls);
+        let corners = |&w: &u32| {
+            let wall = self.walls()[w as usize];
+            [0, 1, 2].map(|i| wall.as_ref()[i])
+        };
+        walls.map(corners).collect()
+    }
+
     /// Has the wall a part of the domain beside it?
     pub fn bounds_inside(&self, wall: u32) -> bool {
         self.sides.beside(wall).iter().any(|&c| self.components[c as usize].inside)

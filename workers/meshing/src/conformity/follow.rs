@@ -243,13 +243,7 @@ impl<P: Space> Checker<'_, P> {
             let sizes = self.corners_of(row).map(|v| self.mesh.sizes[v as usize]);
             distance.unwrap_or(LOOSE * sizes[0].max(sizes[1]).max(sizes[2])) * (1.0 + SLACK)
         };
-        let walls = self.domain.facets.iter().flat_map(|f| &f.walls);
-        let rows: Vec<[u32; 3]> = walls
-            .map(|&w| {
-                let wall = self.domain.walls()[w as usize];
-                [0, 1, 2].map(|i| wall.as_ref()[i])
-            })
-            .collect();
+        let rows = self.domain.triangles();
         let euler =
             [euler((0..self.mesh.faces.len()).map(|row| self.corners_of(row))), euler(rows.iter().copied())];
         let surface = Sheet::new(rows.iter().map(|w| w.map(|v| self.domain.points()[v as usize])).collect());

@@ -34,12 +34,7 @@ pub(super) fn of_vertices<P: Space, M: Machine<P> + Sync>(
     faces: &[[P; 3]],
 ) -> Vec<(f64, P, usize)> {
     let tree = Bvh::new(faces.iter().map(|t| Bounds::of(*t)).collect());
-    let mut used: Vec<u32> = domain
-        .facets
-        .iter()
-        .flat_map(|f| &f.walls)
-        .flat_map(|&w| domain.walls()[w as usize].as_ref().to_vec())
-        .collect();
+    let mut used: Vec<u32> = domain.triangles().into_iter().flatten().collect();
     used.sort_unstable();
     used.dedup();
     machine.map(&used, |&v| {

@@ -80,7 +80,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let scaled = |d| scale(P::splat(d), work.domain.simplices.exponent).coord(0);
         let distance = options.distance.map(scaled);
         let (chords, chord_tree, at_corners) = (Vec::new(), Bvh::new(Vec::new()), Vec::new());
-        let (thinnest, euler) = (THIN, euler(Surface::rows(work.domain)));
+        let (thinnest, euler) = (THIN, euler(work.domain.triangles()));
         Refinement {
             work,
             kept,

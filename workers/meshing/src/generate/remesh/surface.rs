@@ -143,17 +143,6 @@ impl<P: Space> Surface<P> {
         }
     }
 
-    /// The vertices of the walls.
-    pub(super) fn rows(domain: &Domain<P>) -> Vec<[u32; 3]> {
-        let walls = domain.facets.iter().flat_map(|f| &f.walls);
-        walls
-            .map(|&w| {
-                let wall = domain.walls()[w as usize];
-                [0, 1, 2].map(|i| wall.as_ref()[i])
-            })
-            .collect()
-    }
-
     /// The number of walls.
     pub(super) fn walls(&self) -> u32 {
         self.walls.len() as u32
