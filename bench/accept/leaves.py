@@ -33,7 +33,7 @@ def table_of(path):
     ]
     row = [
         run["parameters"]["input"].removeprefix("sample:"), n, tree["leaves"], f"{tree['levels']} ({levels:.1f})",
-        rounds("partition"), rounds("neighbours", "probe"), rounds("merge"), run["repair"]["rounds"],
+        rounds("partition"), rounds("neighbours", "probe", "knn", "knn-probe"), rounds("merge"), run["repair"]["rounds"],
         span("partition_depth"), span("neighbours_depth"), span("merge_depth"),
         f"{tree['largest_split_ratio'] or 0:.3f} ({split:.2f})",
         f"{size:.1f} ({5 * alpha:.1f})" if alpha else f"{size:.1f} (k = {run['supergraph']['k']})",

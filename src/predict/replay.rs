@@ -29,13 +29,13 @@ pub(super) fn replay<P: Point>(log: &TaskLog, workers: u32) -> Result<(Placement
     let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: Traffic::default() };
     replay.load();
     partition::replay(&mut replay);
+    if log.chosen {
+        replay.choice();
+    }
     for phase in [Phase::Probe, Phase::Neighbours] {
         descent::queries(&mut replay, phase);
     }
     replay.summaries();
-    if log.chosen {
-        replay.choice();
-    }
     for phase in [Phase::KnnProbe, Phase::Knn] {
         descent::queries(&mut replay, phase);
     }

@@ -85,10 +85,12 @@ fn levels(run: &Run) -> Vec<LevelReport> {
         row.separator_points += facts.crossing_inside + facts.crossing_outside;
     }
     if run.settled.counted {
+        let has_balls = run.ledger.phases.iter().any(|total| total.phase == Phase::Neighbours);
         for row in levels.values_mut() {
             let depth = |phase| Some(deepest(&run.ledger, phase, row.level));
             row.partition_depth = depth(Phase::Partition);
-            row.neighbours_depth = depth(Phase::Neighbours);
+            // Where the supergraph is made of nearest-neighbour balls.
+            row.neighbours_depth = depth(Phase::Neighbours).filter(|_| has_balls);
             row.merge_depth = depth(Phase::Merge);
         }
     }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use septet::config::{Until, Workers};
+use septet::config::{Alpha, Until, Workers};
 use septet::experiment::fit::{FitError, Key, Request, Verdict, fit, speedup};
 use septet::experiment::{
     Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
@@ -67,7 +67,7 @@ fn said(lines: &[Line]) -> Verdict {
 #[test]
 fn a_run_that_stops_counts_what_the_whole_run_counts() {
     let points = plane(Kind::Uniform, 3000, 5);
-    let whole = Config { leaf: Some(100), ..base() };
+    let whole = Config { leaf: Some(100), alpha: Alpha::Value(3.0), ..base() };
     let run = simulate(&points, &whole).unwrap();
     for (until, last) in [(Until::Partition, "partition"), (Until::Neighbours, "neighbours")] {
         let config = Config { until: Some(until), ..whole.clone() };

@@ -2,7 +2,7 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, threaded, with_graph};
-use septet::config::{Fault, Workers};
+use septet::config::{Alpha, Fault, Workers};
 use septet::generate::Kind;
 use septet::geometry::point::Point;
 use septet::protocol::ids::{NodeId, Phase};
@@ -72,7 +72,9 @@ fn a_worker_that_ends_is_named() {
     for rank in [1, 3] {
         for phase in [Phase::Partition, Phase::Neighbours, Phase::Graph, Phase::Repair, Phase::Collect] {
             for config in [simulated(Workers::Count(3), 1, LEAF), threaded(Workers::Count(3), 2, LEAF)] {
-                let config = Config { fault: Some(Fault::DieAt { rank, phase }), ..config };
+                // A density graph, for which there are balls to the nearest neighbours.
+                let alpha = Alpha::Value(2.5);
+                let config = Config { fault: Some(Fault::DieAt { rank, phase }), alpha, ..config };
                 match simulate(&points, &config) {
                     Err(Error::Machine(TransportError::WorkerFailed { rank: named, .. })) => {
                         assert_eq!(named, rank);

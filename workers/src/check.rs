@@ -7,18 +7,21 @@
 //!
 //! A cell stands in all its vertices' stars iff it stands in the star of its smallest vertex together with
 //! each other vertex' star; so agreement is needed of each (smallest, other) pair only. Every worker sums a
-//! 128-bit hash of (cell, other vertex) over its own stars, once for the pairs seen from the smallest vertex
+//! 128-bit hash of the cell over such pairs of its own stars, once for the pairs seen from the smallest vertex
 //! and once from the other: the two sums of pairs that are both at home must be equal, and so must the sums
-//! that two workers hold of the pairs between them. Equal sums and counts mean agreement but for a
-//! collision: probability about 2^-128 for each of the sums, if the hash mixes like a random one. The hash is
-//! over ids and coordinate bits, so a corrupted copy shows as well. The sums follow every change of a star;
-//! a certificate costs one message a pair of workers. Only where sums differ are cells looked up, or lists
-//! exchanged.
+//! that two workers hold of the pairs between them. The difference of two sums has the hash of each cell `c`
+//! times: `c` is the number of the cell's other vertices at that place, if the star of the smallest holds it, else
+//! 0, less the number of those whose stars hold it (none does twice). All `c` are zero iff the stars agree, and
+//! none is beyond the dimension, so equal sums and counts mean agreement but for a collision: probability about
+//! 2^-127 for each of the sums, if the hash mixes like a random one. The hash is over ids and coordinate bits, so
+//! a corrupted copy shows as well. The sums follow every change of a star; a certificate costs one message a pair
+//! of workers. Only where sums differ are cells looked up, or lists exchanged, of a key for each pair.
 //!
 //! **Rounds.** One, or two where lists are needed. **Work and depth.** One vector step over all link
 //! facets.
 
 use std::collections::{BTreeMap, HashSet};
+use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use septet_geometry::complex::INFINITE;
@@ -53,13 +56,41 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// Adds or takes away one key.
+    /// Adds or takes away one hash.
     pub(crate) fn count(entry: &mut (u128, u64), key: u128, add: bool) {
         *entry = if add {
             (entry.0.wrapping_add(key), entry.1.wrapping_add(1))
         } else {
             (entry.0.wrapping_sub(key), entry.1.wrapping_sub(1))
         };
+    }
+}
+
+/// Adds a sum of pairs with a vertex at home on a rank.
+fn add_remote(remote: &mut BTreeMap<Rank, (u128, u64)>, (rank, sum): (Rank, (u128, u64))) {
+    if sum != (0, 0) {
+        unite(remote.entry(rank).or_default(), sum);
+    }
+}
+
+/// A set of keys.
+type KeySet = HashSet<u128, BuildHasherDefault<KeyHasher>>;
+
+/// Hashes a key, which is a hash.
+#[derive(Default)]
+struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, bytes: &[u8]) {
+        for &b in bytes {
+            self.0 = self.0.rotate_left(8) ^ u64::from(b);
+        }
+    }
+    fn write_u128(&mut self, key: u128) {
+        self.0 = key as u64;
     }
 }
 
@@ -213,14 +244,14 @@ impl<P: Point> Worker<P> {
             }
             let whole = mix(hashes[..=P::DIM].iter().fold(0u128, |s, h| s.wrapping_add(*h)));
             let smallest = smallest_of(&table.positions, cell);
-            for (&hash, &other) in hashes.iter().zip(vertices) {
+            for &other in vertices {
                 let far = match (table.is_home(smallest), table.is_home(other)) {
                     (true, false) => other,
                     (false, true) => smallest,
                     _ => continue,
                 };
                 let entry = sums.remote.entry(table.owners[far as usize]).or_default();
-                Sums::count(entry, mix(whole ^ hash), true);
+                Sums::count(entry, whole, true);
             }
         });
         sums
@@ -296,16 +327,16 @@ impl<P: Point> Worker<P> {
         mix(cell_hash ^ self.agreement.hashes[other as usize])
     }
 
-    /// Calls `f` with the pairs of a star: key, the other vertex, and whether this one is the smallest.
-    pub(crate) fn each_pair(&self, home: u32, link: &[P::Facet], mut f: impl FnMut(u128, u32, bool)) {
+    /// Calls `f` with the pairs of a star: key, and the other vertex.
+    pub(crate) fn each_pair(&self, home: u32, link: &[P::Facet], mut f: impl FnMut(u128, u32)) {
         for facet in link {
             let Some(cell) = finite_cell::<P>(home, facet) else { continue };
             let smallest = self.smallest(&cell);
             let hash = self.cell_hash(&cell);
             if smallest == home {
-                facet.as_ref().iter().for_each(|&other| f(self.key(hash, other), other, true));
+                facet.as_ref().iter().for_each(|&other| f(self.key(hash, other), other));
             } else {
-                f(self.key(hash, home), smallest, false);
+                f(self.key(hash, home), smallest);
             }
         }
     }
@@ -321,22 +352,37 @@ impl<P: Point> Worker<P> {
         short: Option<&[AtomicU64]>,
     ) {
         let mut own = 0u64;
-        self.each_pair(home, link, |key, other, from_smallest| {
-            let entry = match (self.table.is_home(other), from_smallest) {
-                (true, true) => {
-                    own = own.wrapping_add(key as u64);
-                    &mut sums.from_smallest
-                }
-                (true, false) => {
-                    if let Some(short) = short {
-                        short[other as usize].fetch_sub(key as u64, Ordering::Relaxed);
+        // Facets with vertices of one other worker follow each other.
+        let mut away: (Rank, (u128, u64)) = (self.rank, (0, 0));
+        let Sums { from_smallest, from_other, remote } = sums;
+        let mut elsewhere = |rank: Rank, hash: u128| {
+            if rank != away.0 {
+                add_remote(remote, std::mem::replace(&mut away, (rank, (0, 0))));
+            }
+            Sums::count(&mut away.1, hash, add);
+        };
+        for facet in link {
+            let Some(cell) = finite_cell::<P>(home, facet) else { continue };
+            let (smallest, hash) = (self.smallest(&cell), self.cell_hash(&cell));
+            if smallest == home {
+                for &other in facet.as_ref() {
+                    if self.table.is_home(other) {
+                        own = own.wrapping_add(hash as u64);
+                        Sums::count(from_smallest, hash, add);
+                    } else {
+                        elsewhere(self.table.owners[other as usize], hash);
                     }
-                    &mut sums.from_other
                 }
-                _ => sums.remote.entry(self.table.owners[other as usize]).or_default(),
-            };
-            Sums::count(entry, key, add);
-        });
+            } else if self.table.is_home(smallest) {
+                if let Some(short) = short {
+                    short[smallest as usize].fetch_sub(hash as u64, Ordering::Relaxed);
+                }
+                Sums::count(from_other, hash, add);
+            } else {
+                elsewhere(self.table.owners[smallest as usize], hash);
+            }
+        }
+        add_remote(remote, away);
         if let Some(short) = short {
             short[home as usize].fetch_add(own, Ordering::Relaxed);
         }
@@ -467,7 +513,7 @@ impl<P: Point> Worker<P> {
 
     /// Ends a check: what this worker holds and others lack, in the order of the stars.
     pub(crate) fn finish_check(&mut self) -> Vec<Disagreement> {
-        let lists: BTreeMap<Rank, HashSet<u128>> = std::mem::take(&mut self.agreement.lists)
+        let lists: BTreeMap<Rank, KeySet> = std::mem::take(&mut self.agreement.lists)
             .into_iter()
             .map(|(rank, keys)| (rank, keys.into_iter().collect()))
             .collect();

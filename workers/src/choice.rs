@@ -1,10 +1,13 @@
 //! The choice of the supergraph where none is given: a sample of stars.
 //!
 //! About a thousand points, chosen by a hash of their coordinates, ask for their surroundings out to six
-//! times the distance of the nearest neighbour. The star of each, built from them, is certified by the
-//! ball of radius `alpha` times that distance iff it has no infinite facet and twice its largest
-//! circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at most 10 % of the
-//! sample not certified, else 48 nearest neighbours. The choice depends on the points and the seed alone.
+//! times the distance of the nearest point of their leaf, and find the nearest of all among them. The star of
+//! each, built from them, is certified by the ball of radius `alpha` times that distance iff it has no infinite
+//! facet and twice its largest circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at
+//! most 10 % of the sample not certified, else 48 nearest neighbours. The choice does not depend on how many
+//! workers there are.
+//!
+//! It comes before the nearest-neighbour balls, for only graphs that are made of them need those of all points.
 //!
 //! A tenth, not a fifth, and 48, not 64: measured (`bench/README.md`). Near a fifth the stars that are not certified,
 //! and what they disturb, cost more than lists of neighbours do; and since repair is cheap, shorter lists pay.
@@ -14,7 +17,8 @@ use septet_geometry::cost::Cost;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::measure::circumradius2;
-use septet_geometry::point::Point;
+use septet_geometry::neighbourhood::nearest_direct;
+use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
@@ -59,29 +63,45 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_choice(&mut self) {
         self.exchange.sample_sent = false;
+        let balls = self.balls_of_sample();
+        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, &balls, None);
+        self.exchange.samples = balls;
+        self.report_samples();
+    }
+
+    /// The balls of sampled points: six times as far as the nearest point of the leaf, which is no nearer than the
+    /// nearest of all; without limit if there is none.
+    fn balls_of_sample(&mut self) -> Vec<Ball> {
         let population = self.population * 2 / 5;
         let key = DrawKey { seed: self.config.seed, node: 0, attempt: 0 };
+        let positions = &self.table.positions;
         let mut balls = Vec::new();
         for (at, leaf) in self.leaves.iter().enumerate() {
-            for home in leaf.home() {
-                if is_sample(key, population, self.table.positions[home as usize]) {
-                    let radius2 = self.table.radii2[home as usize] * ALPHAS[3] * ALPHAS[3];
-                    balls.push(Ball { home, leaf: at, radius2 });
-                }
-            }
+            let members: Vec<u32> = leaf.home().collect();
+            let mut cost = Cost::ZERO;
+            let sample = cost.pack(&members, |&home| is_sample(key, population, positions[home as usize]));
+            let all = |_| f64::INFINITY;
+            let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
+            let items = leaf.home_len() * (sample.len() as u64).max(1);
+            self.ledger.charge(Phase::Choice, leaf.id, cost, items);
+            let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
+            balls.extend(sample.into_iter().zip(radii2).map(|(home, radius2)| Ball {
+                home,
+                leaf: at,
+                radius2,
+            }));
         }
-        self.exchange.samples = balls.len();
-        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, &balls, None);
-        self.report_samples();
+        balls
     }
 
     /// Sends the sample's outcome once all its balls are back.
     fn report_samples(&mut self) {
-        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples {
+        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples.len() {
             return;
         }
         self.exchange.sample_sent = true;
-        let needed = needed_alphas(&self.table, &self.engine.done);
+        let samples = std::mem::take(&mut self.exchange.samples);
+        let needed = needed_alphas(&self.table, &samples, &self.engine.done);
         let mut counts = vec![needed.len() as u64];
         counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
         self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
@@ -100,13 +120,6 @@ impl<P: Point> Worker<P> {
             }
             _ => true,
         });
-    }
-
-    /// Ends the choice's queries.
-    pub(crate) fn finish_choice(&mut self) {
-        if !matches!(self.config.wanted, Wanted::Fixed(_)) {
-            self.land(Phase::Choice);
-        }
     }
 }
 
@@ -130,14 +143,19 @@ pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
 }
 
 /// For each sampled star the least alpha whose ball certifies it, infinite if six does not.
-fn needed_alphas<P: Point>(table: &Table<P>, sampled: &Done) -> Vec<f64> {
+fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Done) -> Vec<f64> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
+    // Samples are in the order of their numbers.
+    let radius2 =
+        |home: u32| samples.binary_search_by_key(&home, |ball| ball.home).map(|at| samples[at].radius2);
     let star = |(home, farthest2, candidates): (u32, f64, &[u32])| {
-        let nearest2 = table.radii2[home as usize];
+        let at = table.positions[home as usize];
+        let distances2 = candidates.iter().map(|&j| dist2(table.positions[j as usize], at));
+        let nearest2 = distances2.fold(f64::INFINITY, f64::min);
         // A list cut short knows its surroundings only that far.
         let full = candidates.len() < MOST_CANDIDATES as usize;
-        let known2 = if full { nearest2 * ALPHAS[3] * ALPHAS[3] } else { farthest2 };
+        let known2 = if full { radius2(home).unwrap_or(0.0) } else { farthest2 };
         if !builder.build(&table.positions, home, candidates, &mut Cost::default()) {
             return f64::INFINITY;
         }

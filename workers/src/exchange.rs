@@ -21,6 +21,7 @@ use septet_protocol::message::{Body, Message};
 
 use crate::config::map_in;
 use crate::links::link_points;
+use crate::query::Ball;
 use crate::rows::{Objections, Rows, cell_of};
 use crate::worker::Worker;
 
@@ -31,8 +32,8 @@ pub(crate) struct Exchange<P: Point> {
     pub(crate) knn: NearestLists,
     /// The home points of each leaf in blocks, while such lists are looked for.
     pub(crate) blocks: Vec<Blocks<P>>,
-    /// Number of sampled stars, and whether their outcome is sent.
-    pub(crate) samples: usize,
+    /// Balls of the sampled stars, in the order of their points, until their outcome is sent; whether it is.
+    pub(crate) samples: Vec<Ball>,
     pub(crate) sample_sent: bool,
     /// Points to add to home stars: star, point.
     pub(crate) additions: Vec<(u32, u32)>,
@@ -54,7 +55,7 @@ impl<P: Point> Default for Exchange<P> {
         Exchange {
             knn: NearestLists::default(),
             blocks: Vec::new(),
-            samples: 0,
+            samples: Vec::new(),
             sample_sent: false,
             additions: Vec::new(),
             proposed: Vec::new(),

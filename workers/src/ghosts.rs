@@ -146,12 +146,10 @@ impl<P: Point> Worker<P> {
 
     /// Starts the separator sets by the rule of the run.
     pub(crate) fn begin_sets(&mut self) {
-        if matches!(self.supergraph(), Supergraph::Knn { .. }) {
-            self.finish_knn();
-        } else {
-            self.finish_choice();
-        }
         let fetched = matches!(self.supergraph(), Supergraph::Knn { .. });
+        if fetched {
+            self.finish_knn();
+        }
         let push = self.config.sets == SetRule::Ghost && !fetched;
         self.push_home(push);
         if self.config.sets != SetRule::Ghost {

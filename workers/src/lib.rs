@@ -51,6 +51,7 @@ mod piece;
 mod seam;
 mod stars;
 
+mod chains;
 mod check;
 
 mod exchange;

@@ -36,7 +36,10 @@ pub(crate) fn difference<P: Point>(
 
 /// The finite points of a link.
 pub(crate) fn link_points<P: Point>(link: &[P::Facet], seen: &mut Marks, cost: &mut Cost) -> Vec<u32> {
-    let mut points: Vec<u32> = link.iter().flat_map(std::convert::AsRef::as_ref).copied().collect();
+    let mut points = Vec::with_capacity(P::DIM * link.len());
+    for facet in link {
+        points.extend_from_slice(facet.as_ref());
+    }
     cost.distinct_numbers(&mut points, seen);
     points.retain(|&v| v != INFINITE);
     points

@@ -89,7 +89,6 @@ impl<P: Point> Worker<P> {
 
     /// The `k` nearest inside every leaf.
     pub(crate) fn begin_knn_radii(&mut self) {
-        self.finish_choice();
         let k = self.k();
         self.adjacency = Lists::default();
         let site = self.out.site();

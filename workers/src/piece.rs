@@ -21,12 +21,15 @@ pub(crate) struct Piece<P: Point> {
     /// Local number of each foreign vertex.
     numbers: Vec<u32>,
     home: u32,
-    /// The cells made since foreign points came, some of them gone again.
-    fresh: Vec<u32>,
+    /// The cells made since foreign points came, some of them gone again, if they are few.
+    fresh: Option<Vec<u32>>,
     /// Cells that belong here, and what they contribute: once surveyed.
     kept: Kept,
     merged: Merged,
 }
+
+/// One of so many slots for cells is few.
+const FEW: usize = 8;
 
 /// What a vertex is known to have: a finite cell, and a smaller neighbour.
 const CELL: u8 = 1;
@@ -53,21 +56,32 @@ impl<P: Point> Piece<P> {
         points.extend_from_slice(&positions[..home as usize]);
         points.extend(numbers.iter().map(|&v| positions[v as usize]));
         let delaunay = Incremental::build_while(points, None, &mut || !stop.is_raised()).ok()?;
-        let fresh = if numbers.is_empty() { Vec::new() } else { (0..delaunay.complex().slots()).collect() };
+        let fresh = numbers.is_empty().then(Vec::new);
         Some(Piece { delaunay, numbers, home, fresh, kept: Kept::default(), merged: Merged::default() })
     }
 
-    /// Adds foreign points, by their local numbers; those that are vertices already change nothing. It ends where it is
-    /// told to stop.
+    /// Adds foreign points, by their local numbers, as far as they are neighbours of home points then: others never are.
+    /// Those that are vertices already change nothing. It ends where it is told to stop.
     pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = foreign.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
             if count.is_multiple_of(ASKED_EVERY) && stop.is_raised() {
                 return;
             }
-            if self.delaunay.insert(points[i as usize], None).is_ok() {
+            if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.home) {
                 self.numbers.push(foreign[i as usize]);
-                self.fresh.extend_from_slice(self.delaunay.complex().created());
+                self.note_fresh();
+            }
+        }
+    }
+
+    /// Notes the cells that the last point made, until they are so many that a look at all costs less.
+    fn note_fresh(&mut self) {
+        let complex = self.delaunay.complex();
+        if let Some(fresh) = &mut self.fresh {
+            fresh.extend_from_slice(complex.created());
+            if fresh.len() > complex.slots() as usize / FEW {
+                self.fresh = None;
             }
         }
     }
@@ -143,22 +157,23 @@ impl<P: Point> Piece<P> {
         true
     }
 
-    /// Calls `f` with every cell, infinite ones too, that has vertices at home and foreign ones.
-    pub(crate) fn each_mixed_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
+    /// Calls `f` with every cell, infinite ones too, that has foreign vertices and one at home that is sought.
+    pub(crate) fn each_mixed_cell(&self, is_sought: impl Fn(u32) -> bool, mut f: impl FnMut(u32, &P::Cell)) {
         let complex = self.delaunay.complex();
         let mut look = |slot: u32, cell: &P::Cell| {
             let is_foreign = |&v: &u32| v >= self.home && v != INFINITE;
-            if cell.as_ref().iter().any(is_foreign) && cell.as_ref().iter().any(|&v| v < self.home) {
+            let is_mixed = || cell.as_ref().iter().any(is_foreign);
+            if cell.as_ref().iter().any(|&v| v < self.home && is_sought(v)) && is_mixed() {
                 f(slot, &self.local(cell));
             }
         };
-        if self.fresh.len() > complex.slots() as usize {
+        let Some(fresh) = &self.fresh else {
             complex.entries().for_each(|(slot, cell, _)| look(slot, cell));
             return;
-        }
+        };
         let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
         // A cell with a foreign vertex was made when there were foreign points.
-        for &slot in &self.fresh {
+        for &slot in fresh {
             let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
             if *word & bit == 0 && complex.is_live(slot) {
                 *word |= bit;
@@ -169,7 +184,7 @@ impl<P: Point> Piece<P> {
 
     /// Forgets which cells are new.
     pub(crate) fn forget_fresh(&mut self) {
-        self.fresh = Vec::new();
+        self.fresh = Some(Vec::new());
     }
 
     /// A cell by local numbers.

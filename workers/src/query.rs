@@ -28,6 +28,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
 
 use crate::answers::Asked;
+use crate::chains::{Chain, Chains};
 use crate::config::map_in;
 use crate::forwards::Forwards;
 use crate::walk::{Counts, Probe};
@@ -67,7 +68,7 @@ struct Pending<P> {
     centre: P,
     radius2: f64,
     /// What was found so far, none of it farther than the radius.
-    list: Vec<u32>,
+    list: Chain,
 }
 
 /// Home points and what they found, in parts as they were completed.
@@ -127,6 +128,8 @@ impl Done {
 pub(crate) struct Engine<P> {
     ask: Ask,
     pending: Vec<Pending<P>>,
+    /// What pending balls found so far.
+    chains: Chains,
     asked: Vec<Asked>,
     /// For each point of the table [`NONE`], between answers.
     marks: Vec<u32>,
@@ -154,7 +157,7 @@ impl<P> Engine<P> {
 
     /// Keeps a home point's ball until its one answer comes.
     pub(crate) fn await_answer(&mut self, home: u32, centre: P, radius2: f64) {
-        let list = Vec::new();
+        let list = Chain::EMPTY;
         self.pending.push(Pending { origin: None, home, outstanding: 1, centre, radius2, list });
     }
 
@@ -169,6 +172,7 @@ impl<P> Default for Engine<P> {
         Engine {
             ask: Ask::default(),
             pending: Vec::new(),
+            chains: Chains::default(),
             asked: Vec::new(),
             marks: Vec::new(),
             done: Done::default(),
@@ -229,6 +233,15 @@ impl<P: Point> Worker<P> {
                     walk.down(tree, &start, &mut found);
                 }
                 let own = known.map_or(&[][..], |nearest| &nearest.lists[ball.home as usize]);
+                if let Some(nearest) = known
+                    && found.is_empty()
+                    && ways.is_empty()
+                    && nearest.kth2[ball.home as usize] <= ball.radius2
+                {
+                    // What its own leaf gave is all there is.
+                    done.push(ball.home, nearest.kth2[ball.home as usize], own.iter().copied());
+                    continue;
+                }
                 let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
                 found.extend(own.iter().map(at_of));
                 let kth2 = keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
@@ -252,13 +265,15 @@ impl<P: Point> Worker<P> {
                 let ball = &group[at];
                 let centre = self.table.positions[ball.home as usize];
                 forwards.add(self, ways, centre, ball.radius2, ball.leaf as u64);
+                let mut list = Chain::EMPTY;
+                self.engine.chains.add(&mut list, found.iter().copied());
                 self.engine.pending.push(Pending {
                     origin: None,
                     home: ball.home,
                     outstanding: ways.len() as u32,
                     centre,
                     radius2: ball.radius2,
-                    list: found.to_vec(),
+                    list,
                 });
             }
         }
@@ -366,13 +381,15 @@ impl<P: Point> Worker<P> {
             let (centre, radius2) = (batch.centres[i], batch.radii2[i]);
             // One leaf's balls come in one batch.
             forwards.add(self, ways, centre, radius2, u64::from(asked) << 32 | group);
+            let mut list = Chain::EMPTY;
+            self.engine.chains.add(&mut list, found.iter().copied());
             self.engine.pending.push(Pending {
                 origin: Some((asked, i as u32)),
                 home: u32::MAX,
                 outstanding: ways.len() as u32,
                 centre,
                 radius2,
-                list: found.to_vec(),
+                list,
             });
         }
     }
@@ -389,7 +406,7 @@ impl<P: Point> Worker<P> {
                 outstanding: 1,
                 centre: batch.centres[i],
                 radius2: batch.radii2[i],
-                list: Vec::new(),
+                list: Chain::EMPTY,
             });
         }
         self.out.send(holder, node, 0, Body::Query(on));
@@ -408,10 +425,10 @@ impl<P: Point> Worker<P> {
             for (&slot, &count) in lists.by_ref().take(queries as usize) {
                 let (list, after) = places.split_at((count as usize).min(places.len()));
                 places = after;
-                let Some(pending) = self.engine.pending.get_mut(slot as usize) else { return };
-                pending.list.reserve_exact(list.len());
+                let Engine { pending, chains, .. } = &mut self.engine;
+                let Some(pending) = pending.get_mut(slot as usize) else { return };
                 let at = list.iter().map(|&place| begin + place as usize).filter(|&at| at < rest.start);
-                pending.list.extend(at.map(|at| numbers[at]));
+                chains.add(&mut pending.list, at.map(|at| numbers[at]));
                 pending.outstanding -= 1;
                 if pending.outstanding == 0 {
                     self.complete(slot);
@@ -422,12 +439,11 @@ impl<P: Point> Worker<P> {
 
     /// A query whose answers are all there.
     fn complete(&mut self, slot: u32) {
-        let Engine { pending, scratch, done, asked, ask, .. } = &mut self.engine;
-        let pending = &mut pending[slot as usize];
+        let Engine { pending, chains, scratch, done, asked, ask, .. } = &mut self.engine;
+        let pending = &pending[slot as usize];
         let positions = &self.table.positions;
-        let list = std::mem::take(&mut pending.list);
         scratch.clear();
-        scratch.extend(list.into_iter().map(|j| (dist2(positions[j as usize], pending.centre), j)));
+        scratch.extend(chains.iter(pending.list).map(|j| (dist2(positions[j as usize], pending.centre), j)));
         let kth2 = keep_nearest(scratch, ask.wanted as usize, pending.radius2);
         let list = scratch.iter().map(|found| found.1);
         match pending.origin {

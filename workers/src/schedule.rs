@@ -60,6 +60,17 @@ impl Outcome {
     }
 }
 
+/// Are the balls to the nearest neighbours of all points needed? Graphs of k nearest neighbours are not made of them.
+fn needs_radii(config: &WorkerConfig, known: &Known) -> bool {
+    let measured = config.correction == Correction::Naive || config.until == Some(Phase::Neighbours);
+    measured || !matches!(known.supergraph, Some(Supergraph::Knn { .. }))
+}
+
+/// Is the supergraph still to be chosen?
+fn chooses(config: &WorkerConfig) -> bool {
+    config.until != Some(Phase::Neighbours) && !matches!(config.wanted, Wanted::Fixed(_))
+}
+
 /// The phase after `phase`.
 pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
     let naive = config.correction == Correction::Naive;
@@ -75,15 +86,15 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
         Phase::Partition if independent => Phase::Summaries,
         Phase::Partition if !config.counted => Phase::Pieces,
         Phase::Pieces => Phase::Seam,
-        Phase::Partition => Phase::Radii,
+        Phase::Partition if chooses(config) => Phase::Choice,
+        Phase::Partition | Phase::Choice if needs_radii(config, known) => Phase::Radii,
         Phase::Radii if naive => Phase::Neighbours,
         Phase::Neighbours if naive && known.level > 0 => Phase::Neighbours,
         Phase::Radii => Phase::Probe,
         Phase::Probe => Phase::Neighbours,
-        Phase::Neighbours => Phase::Summaries,
-        Phase::Summaries if !matches!(config.wanted, Wanted::Fixed(_)) => Phase::Choice,
-        Phase::Summaries | Phase::Choice if knn => Phase::KnnRadii,
-        Phase::Summaries | Phase::Choice | Phase::Knn => Phase::Sets,
+        Phase::Partition | Phase::Choice | Phase::Neighbours => Phase::Summaries,
+        Phase::Summaries if knn => Phase::KnnRadii,
+        Phase::Summaries | Phase::Knn => Phase::Sets,
         Phase::KnnRadii => Phase::KnnProbe,
         Phase::KnnProbe => Phase::Knn,
         Phase::Sets => Phase::Graph,

@@ -141,7 +141,10 @@ impl<P: Point> Worker<P> {
             (std::mem::take(&mut self.seams.unusual), std::mem::take(&mut self.seams.clear));
         if let (Some(piece), Some(mut border)) = (self.stars.piece(), self.border(clear)) {
             // The other cells are as they were: a new one has a foreign vertex.
-            piece.each_mixed_cell(|slot, cell| open.extend(border.outgoing(slot, cell, &unusual)));
+            let is_sought = |v: u32| unusual.levels[v as usize] != 0;
+            piece.each_mixed_cell(is_sought, |slot, cell| {
+                open.extend(border.outgoing(slot, cell, &unusual));
+            });
             for &slot in unusual.slots.iter().filter(|&&slot| piece.is_live(slot)) {
                 let cell = piece.cell(slot);
                 if cell.as_ref().iter().all(|&v| v == INFINITE || self.table.is_home(v)) {

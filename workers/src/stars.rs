@@ -29,6 +29,11 @@ use crate::worker::Worker;
 /// A star starts with at least this many candidates, if its leaf has them.
 const FEWEST_CANDIDATES: usize = 8;
 
+/// Room for so many facets of each link, at first: uniform points have 27 in space, 6 in the plane.
+fn usual_facets(dimension: usize) -> usize {
+    if dimension == 2 { 7 } else { 30 }
+}
+
 /// The links of all home points.
 #[derive(Debug)]
 pub(crate) struct Stars<P: Point> {
@@ -59,6 +64,13 @@ impl<P: Point> Stars<P> {
     /// Length of the arena.
     pub(crate) fn arena_len(&self) -> usize {
         self.facets.len()
+    }
+
+    /// Makes room for so many links with so many facets in all.
+    fn reserve(&mut self, links: usize, facets: usize) {
+        self.ranges.reserve_exact(links);
+        // And for what the exchange appends.
+        self.facets.reserve_exact(facets + facets / 2);
     }
 
     /// Appends the link of the next home point.
@@ -210,6 +222,8 @@ impl<P: Point> Worker<P> {
         let hulled = map_in(&self.pool, &leaves, |(leaf, seed)| self.hulls_of(leaf, *seed, &frame));
         let ids: Vec<(NodeId, u64)> =
             self.leaves.iter().map(|l| (l.id, u64::from(l.end - l.start))).collect();
+        let facets = hulled.iter().map(|hulls| hulls.links.len()).sum();
+        self.stars.reserve(self.table.home as usize, facets);
         for ((id, items), hulls) in ids.into_iter().zip(hulled) {
             self.ledger.charge(Phase::Hulls, id, hulls.cost, items);
             let mut at = 0;
@@ -228,7 +242,8 @@ impl<P: Point> Worker<P> {
         let mut cost = Cost::ZERO;
         let nearest = self.supplement(leaf, &mut cost);
         let mut builder = StarBuilder::default();
-        let (mut links, mut lengths) = (Vec::new(), Vec::new());
+        let mut links = Vec::with_capacity(leaf.home_len() as usize * usual_facets(P::DIM));
+        let mut lengths = Vec::with_capacity(leaf.home_len() as usize);
         let homes: Vec<u32> = leaf.home().collect();
         let mut candidates = Vec::new();
         cost.map_nested(&homes, |&home, own| {

@@ -191,7 +191,7 @@ impl<P: Point> Worker<P> {
         let starts: Vec<u32> = self.leaves.iter().map(|l| l.end).collect();
         for (at, leaf) in self.leaves.iter().enumerate() {
             for home in leaf.home() {
-                self.each_pair(home, self.stars.link(home), |key, other, _| {
+                self.each_pair(home, self.stars.link(home), |key, other| {
                     let to = starts.partition_point(|&end| end <= other) as u32;
                     if to != at as u32 {
                         Sums::count(sums.entry((at as u32, to)).or_default(), key, true);

@@ -144,6 +144,9 @@ impl<P: Point> Worker<P> {
         self.out.set_round(round);
         self.known.enter(self.phase, phase, &self.config);
         let _span = self.out.site().round(phase, None);
+        if self.phase == Phase::Choice {
+            self.land(Phase::Choice);
+        }
         self.phase = phase;
         self.step = 0;
         if let Some(fault) = self.config.fault {

@@ -241,7 +241,7 @@ pub enum FitError {
         least: usize,
     },
     /// Lines without this count.
-    #[error("no line has `{key}`; the runs stopped before it, or were not counted")]
+    #[error("no line has `{key}`; the runs stopped before it, had no need of it, or were not counted")]
     Nothing {
         /// The count.
         key: &'static str,

@@ -13,8 +13,9 @@
 //! products, five for sums; second-order terms included). Let `m_k` be the largest `|e_ik|` and `S` the largest
 //! square: the sizes of the `d!` terms add up to at most `A(D) = d! prod m_k` and
 //! `A(N_k) = d! S prod_(l /= k) m_l`. If `|D| > 64 u A(D)`, coordinate `k` of the centre is off by at most
-//! `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))` and the roundings of a division and of the sum with
-//! `p_0`. Otherwise the ball is taken to be all of space.
+//! `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))` and the roundings of a reciprocal, a product and the sum
+//! with `p_0`; with `64 u` in the place of that last `20 u` it is larger by more than its own roundings. Otherwise the ball
+//! is taken to be all of space.
 //!
 //! **Work and depth.** O(1).
 
@@ -60,14 +61,15 @@ impl<P: Point> Reach<P> {
             return Reach::Everywhere;
         }
         let square = rel.iter().fold(0.0, |most: f64, e| most.max(e.norm2()));
-        let offset = numerator / (2.0 * det);
+        let offset = numerator * (0.5 / det);
         let centre = cell[0] + offset;
-        let mut slack = 0.0;
+        let (mut error, mut size) = (0.0, 0.0);
         for k in 0..P::DIM {
-            let cofactor = factorial * square * others(most, k);
-            let error = 20.0 * U * (cofactor + 2.0 * offset.coord(k).abs() * terms) / (2.0 * sure);
-            slack += error + 4.0 * U * (centre.coord(k).abs() + offset.coord(k).abs());
+            let (along, cofactor) = (offset.coord(k).abs(), factorial * square * others(most, k));
+            error += cofactor + 2.0 * along * terms;
+            size += centre.coord(k).abs() + along;
         }
+        let slack = 20.0 * U * error / (2.0 * sure) + 4.0 * U * size;
         // Every vertex is on the sphere: the farthest from the rounded centre, and the centre's own error.
         let farthest2 = cell[..=P::DIM].iter().fold(0.0, |most: f64, &p| most.max(dist2(p, centre)));
         let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);

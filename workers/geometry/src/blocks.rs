@@ -35,7 +35,7 @@ impl<P: Point> Blocks<P> {
     /// Puts points into blocks.
     pub fn of(points: &[P]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
-        divide(points, &mut order);
+        divide(points, &mut order, &mut Vec::new());
         let groups = order.len().div_ceil(LANES * LANES);
         let axes = std::array::from_fn(|axis| {
             if axis >= P::DIM {
@@ -157,8 +157,9 @@ impl<P: Point> Blocks<P> {
     }
 }
 
-/// Halves a set until its parts are blocks.
-fn divide<P: Point>(points: &[P], order: &mut [u32]) {
+/// Halves a set until its parts are blocks. Coordinates are compared by their leading bits, the last ones being the
+/// places of the points: any division will do.
+fn divide<P: Point>(points: &[P], order: &mut [u32], keys: &mut Vec<u64>) {
     if order.len() <= LANES {
         return;
     }
@@ -166,11 +167,25 @@ fn divide<P: Point>(points: &[P], order: &mut [u32]) {
     let side = |axis: usize| high.coord(axis) - low.coord(axis);
     let axis = (1..P::DIM).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
     let half = order.len().div_ceil(LANES).div_ceil(2) * LANES;
-    let coord = |&i: &u32| points[i as usize].coord(axis);
-    order.select_nth_unstable_by(half, |a, b| coord(a).total_cmp(&coord(b)));
+    let places = order.len().next_power_of_two() as u64 - 1;
+    keys.clear();
+    keys.extend((0u64..).zip(order.iter()).map(|(place, &i)| {
+        let bits = points[i as usize].coord(axis).to_bits();
+        // In the order of the coordinates: the bits of negative ones turned round.
+        let ordered = if bits >> 63 == 0 { bits | 1 << 63 } else { !bits };
+        ordered & !places | place
+    }));
+    keys.select_nth_unstable(half);
+    // The places are taken by the points that they name.
+    for key in keys.iter_mut() {
+        *key = u64::from(order[(*key & places) as usize]);
+    }
+    for (i, &key) in order.iter_mut().zip(keys.iter()) {
+        *i = key as u32;
+    }
     let (below, above) = order.split_at_mut(half);
-    divide(points, below);
-    divide(points, above);
+    divide(points, below, keys);
+    divide(points, above, keys);
 }
 
 #[cfg(test)]

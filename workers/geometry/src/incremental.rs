@@ -157,7 +157,7 @@ impl<P: Point> Incremental<P> {
                 return Err(IncrementalError::Stopped);
             }
             if !first.as_ref().contains(&vertex) {
-                this.insert_vertex(vertex, this.last)?;
+                this.insert_vertex(vertex, this.last, INFINITE)?;
             }
         }
         Ok(this)
@@ -217,6 +217,24 @@ impl<P: Point> Incremental<P> {
     /// `TooMany`. The triangulation is then as before.
     pub fn insert(&mut self, p: P, hint: Option<u32>) -> Result<u32, IncrementalError> {
         let vertex = self.points.len() as u32;
+        self.insert_beside(p, hint, INFINITE).map(|_| vertex)
+    }
+
+    /// The same, if one of the new vertex' neighbours is below `bound`; else nothing changes, and there is no vertex.
+    ///
+    /// What is left out so never becomes the neighbour of such a vertex: an edge between two points stays one as long
+    /// as the two do when others are left out, so it would be one now.
+    ///
+    /// # Errors
+    ///
+    /// As [`Incremental::insert`].
+    pub fn insert_beside(
+        &mut self,
+        p: P,
+        hint: Option<u32>,
+        bound: u32,
+    ) -> Result<Option<u32>, IncrementalError> {
+        let vertex = self.points.len() as u32;
         if self.points.len() >= MOST_POINTS {
             return Err(IncrementalError::TooMany);
         }
@@ -224,12 +242,12 @@ impl<P: Point> Incremental<P> {
         self.frame.extend(p);
         self.points.push(p);
         self.incident.push(NONE);
-        let done = self.insert_vertex(vertex, self.start_of(hint));
-        if done.is_err() {
+        let done = self.insert_vertex(vertex, self.start_of(hint), bound);
+        if done != Ok(true) {
             self.points.pop();
             self.incident.pop();
         }
-        done.map(|()| vertex)
+        done.map(|is_beside| is_beside.then_some(vertex))
     }
 
     /// Adds points in the order of [`insertion_order`], each walk starting where the point before was
@@ -260,7 +278,8 @@ impl<P: Point> Incremental<P> {
         Ok(vertices)
     }
 
-    fn insert_vertex(&mut self, vertex: u32, start: u32) -> Result<(), IncrementalError> {
+    /// Joins a vertex to the others, if one of its neighbours will be below `bound`; was it?
+    fn insert_vertex(&mut self, vertex: u32, start: u32, bound: u32) -> Result<bool, IncrementalError> {
         if self.cells.slots() > MOST_CELLS {
             return Err(IncrementalError::TooMany);
         }
@@ -276,8 +295,7 @@ impl<P: Point> Incremental<P> {
                 }
             }
         }
-        self.replace(vertex, &query, seed);
-        Ok(())
+        Ok(self.replace(vertex, &query, seed, bound))
     }
 }
 

@@ -66,6 +66,8 @@ pub enum Phase {
     Pieces,
     /// The points that all its other cells send.
     Seam,
+    /// The choice of the supergraph from a sample of stars.
+    Choice,
     /// Section 4.3: radii inside every leaf.
     Radii,
     /// Short-cut for balls that would touch very many leaves (the punt).
@@ -74,8 +76,6 @@ pub enum Phase {
     Neighbours,
     /// Largest radius and smallest point of every subproblem, up and down the tree.
     Summaries,
-    /// The choice of the supergraph from a sample of stars.
-    Choice,
     /// Section 4.5: k-nearest lists inside every leaf.
     KnnRadii,
     /// The punt of the k-nearest balls.
@@ -113,11 +113,11 @@ impl Phase {
         Phase::Partition,
         Phase::Pieces,
         Phase::Seam,
+        Phase::Choice,
         Phase::Radii,
         Phase::Probe,
         Phase::Neighbours,
         Phase::Summaries,
-        Phase::Choice,
         Phase::KnnRadii,
         Phase::KnnProbe,
         Phase::Knn,

@@ -30,7 +30,9 @@ impl<P: Point> StarBuilder<P> {
         self.places.make_room(table.len());
         let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
         numbers.push(INFINITE);
-        numbers.extend(link.iter().flat_map(AsRef::as_ref));
+        for facet in link {
+            numbers.extend_from_slice(facet.as_ref());
+        }
         let entries = numbers.len();
         numbers.extend(added.iter().filter(|&&v| v != centre));
         let distinct = cost.places_of(&mut numbers, &mut self.places);

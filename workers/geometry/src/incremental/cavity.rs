@@ -147,10 +147,14 @@ fn conflicts_once<P: Point>(
 }
 
 impl<P: Point> Incremental<P> {
-    /// Adds the vertex `vertex`, which conflicts with the cell `seed`.
-    pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32) {
+    /// Adds the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound`; has it?
+    pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {
         let q = self.points[vertex as usize];
         self.dig(q, query, seed);
+        if bound != INFINITE && !self.is_beside(bound) {
+            self.last = seed;
+            return false;
+        }
         self.allocate();
         self.number();
         self.look_around(q);
@@ -160,6 +164,20 @@ impl<P: Point> Incremental<P> {
             self.fill_large(vertex, query);
         }
         self.note(vertex);
+        true
+    }
+
+    /// Has the cavity a vertex below `bound`? If not, it is filled again with what was there.
+    fn is_beside(&mut self, bound: u32) -> bool {
+        let (slots, cavity) = (&mut self.cells.slots[..], self.scratch.cavity.items());
+        let has_one = |&cell: &u32| slots[cell as usize].vertices().as_ref().iter().any(|&v| v < bound);
+        if cavity.iter().any(has_one) {
+            return true;
+        }
+        for &cell in cavity {
+            *slots[cell as usize].radius_mut() &= !REMOVED;
+        }
+        false
     }
 
     /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes

@@ -212,9 +212,9 @@ pub fn raises_dimension<P: Point>(basis: &[P], q: P) -> bool {
         0 => true,
         1 => lex_cmp(&basis[0], &q) != Ordering::Equal,
         n if n == P::DIM => {
-            let mut cell: Vec<P> = basis.to_vec();
-            cell.push(q);
-            orientation(&cell) != Sign::Zero
+            let mut cell = [q; 4];
+            cell[..n].copy_from_slice(basis);
+            orientation(&cell[..=n]) != Sign::Zero
         }
         // Two points in space: collinear iff all three coordinate projections are.
         _ => [(0, 1), (1, 2), (2, 0)].iter().any(|&(i, j)| {

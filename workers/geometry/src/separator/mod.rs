@@ -165,8 +165,13 @@ impl<P: Point> Separator<P> {
     #[inline]
     pub fn crosses(&self, x: P, radius: f64) -> bool {
         let y = self.local(x);
+        self.crosses_at(y, self.value(y), radius)
+    }
+
+    /// The same of a ball by its centre in local units, and the value there.
+    #[inline]
+    fn crosses_at(&self, y: P, value: f64, radius: f64) -> bool {
         let rho = radius * self.unit;
-        let value = self.value(y);
         let gradient = (y * (2.0 * self.a) + self.b).norm2().sqrt();
         let towards = if value < 0.0 { -self.a } else { self.a };
         if towards > 0.0 && 2.0 * towards * rho >= gradient * (1.0 - SLACK) {
@@ -198,7 +203,9 @@ impl<P: Point> Separator<P> {
     /// Must `side` know of this ball: `x` lies there, or the ball crosses?
     #[inline]
     pub fn reaches(&self, x: P, radius: f64, side: Side) -> bool {
-        self.side(x) == side || self.crosses(x, radius)
+        let y = self.local(x);
+        let value = self.value(y);
+        (value < 0.0) == (side == Side::Interior) || self.crosses_at(y, value, radius)
     }
 
     /// Is it a sphere, not a plane?

@@ -242,6 +242,54 @@ fn random_points_satisfy_the_invariants() {
     assert_eq!(dt.cells().count(), 2 * 1500 - 2 - hull);
 }
 
+/// The cells at the points `..home`, by coordinates.
+fn cells_beside<P: Point>(dt: &Incremental<P>, home: usize, points: &[P]) -> Vec<Vec<Vec<u64>>> {
+    let bits = |p: &P| (0..P::DIM).map(|i| p.coord(i).to_bits()).collect::<Vec<u64>>();
+    let own: Vec<Vec<u64>> = points[..home].iter().map(bits).collect();
+    // Infinity has no coordinates.
+    let corner = |&v: &u32| dt.vertices().get(v as usize).map_or_else(Vec::new, bits);
+    let corners = |cell: &P::Cell| {
+        let mut row: Vec<Vec<u64>> = cell.as_ref().iter().map(corner).collect();
+        row.sort();
+        row
+    };
+    let mut cells: Vec<_> = dt.complex().entries().map(|(_, cell, _)| corners(cell)).collect();
+    cells.retain(|cell| cell.iter().any(|corner| own.contains(corner)));
+    cells.sort();
+    cells
+}
+
+fn points_left_out_change_no_star<P: Point>() {
+    for kind in nasty::KINDS {
+        let points = nasty::set::<P>(kind, 150, 5);
+        let Ok(whole) = Incremental::new(points.clone()) else { continue };
+        for home in [10, 40, 100].into_iter().filter(|&home| home < points.len()) {
+            let Ok(mut part) = Incremental::build(points[..home].to_vec(), None) else { continue };
+            let mut left_out = 0;
+            for &p in &points[home..] {
+                left_out += usize::from(part.insert_beside(p, None, home as u32).unwrap().is_none());
+            }
+            check(&part);
+            assert_eq!(part.vertices().len() + left_out, points.len(), "{kind}");
+            assert_eq!(
+                cells_beside(&part, home, &points),
+                cells_beside(&whole, home, &points),
+                "{kind} {home}"
+            );
+        }
+    }
+}
+
+#[test]
+fn points_that_are_nobodys_neighbours_are_left_out() {
+    points_left_out_change_no_star::<DVec3>();
+    points_left_out_change_no_star::<DVec2>();
+    let far: Vec<DVec2> = (0..20).map(|i| DVec2::new(f64::from(i), f64::from(i * i % 7))).collect();
+    let mut dt = Incremental::build(far[..4].to_vec(), None).unwrap();
+    let kept = far[4..].iter().filter(|&&p| dt.insert_beside(p, None, 4).unwrap().is_some()).count();
+    assert!(kept < 16, "{kept}");
+}
+
 #[test]
 fn a_star_of_many_cells_is_complete() {
     // Points of a circle around a pole: the pole's star has them all.
