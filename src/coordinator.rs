@@ -222,7 +222,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
         inbox.extend(self.out.take_own());
         inbox.sort_by_key(|m| (m.from, m.sequence));
         inbox.dedup_by_key(|m| (m.from, m.sequence));
-        if matches!(self.phase, Phase::Summaries | Phase::Pieces) {
+        if matches!(self.phase, Phase::Summaries | Phase::Halo) {
             self.on_frame(&mut inbox);
         }
         let ledger = &mut self.result.ledger;

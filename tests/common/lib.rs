@@ -81,10 +81,11 @@ pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     assert_eq!(report.dimension_of_points, run.dimension as i32);
 }
 
-/// Triangulates and verifies.
+/// Triangulates and verifies; halos and seams must have told every worker all that its stars need.
 pub fn check<P: Point>(points: &[P], config: &Config) -> Run {
     let run = triangulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
     assert_verified(points, &run);
+    assert_eq!(run.exchange_rounds, 0, "{config:?}");
     run
 }
 

@@ -1,10 +1,12 @@
 //! The triangulation in memory: pieces whose adjacency is whole within and across.
 
 use crate::common::sets::{plane, space};
-use crate::common::threaded;
+use crate::common::{check, threaded};
+use glam::DVec3;
 use septet::config::Workers;
 use septet::generate::Kind;
 use septet::geometry::point::Point;
+use septet::protocol::ids::Phase;
 use septet::triangulate;
 
 fn adjacency_is_whole<P: Point>(points: &[P], workers: u32) {
@@ -48,4 +50,33 @@ fn in_the_plane() {
     for workers in [1, 2, 5, 16] {
         adjacency_is_whole(&plane(Kind::Clusters, 3000, 4), workers);
     }
+}
+
+/// Bytes sent in a phase.
+fn sent(run: &septet::Run, phase: Phase) -> u64 {
+    run.ledger.phases.iter().filter(|p| p.phase == phase).map(|p| p.bytes).sum()
+}
+
+fn halos_leave_little_to_the_seams<P: Point>(points: &[P], share: f64) {
+    let run = check(points, &threaded(Workers::Count(16), 2, 40));
+    let (halo, seam) = (sent(&run, Phase::Halo), sent(&run, Phase::Seam));
+    assert!(halo > 0 && seam > 0, "{halo} {seam}");
+    assert!((seam as f64) < share * halo as f64, "{halo} bytes of halos, {seam} of seams");
+}
+
+#[test]
+fn most_foreign_points_come_before_the_pieces_are_triangulated() {
+    halos_leave_little_to_the_seams(&space(Kind::Uniform, 40_000, 4), 0.5);
+    halos_leave_little_to_the_seams(&space(Kind::WellSpaced, 4_000, 4), 0.5);
+    halos_leave_little_to_the_seams(&plane(Kind::Uniform, 40_000, 4), 0.5);
+}
+
+#[test]
+fn a_stray_point_does_not_send_everything_everywhere() {
+    let config = threaded(Workers::Count(8), 2, 40);
+    let mut points = space(Kind::Uniform, 40_000, 4);
+    let usual = sent(&check(&points, &config), Phase::Halo);
+    points.push(DVec3::new(1e9, 0.0, 0.0));
+    let stray = sent(&check(&points, &config), Phase::Halo);
+    assert!(stray < 2 * usual, "{stray} bytes of halos, {usual} without it");
 }

@@ -1,37 +1,30 @@
-//! The cells that reach out of a piece, found by a walk.
+//! The cells that reach out of a piece.
 //!
-//! **Statement.** Let `S` be a separator of the path, `U` its side that is not the piece's, and `T` the triangulation of
-//! the piece's points. The cells of `T` that a point of `U` would undo hang together by facets, and one of them is
-//! infinite or, where `U` is a ball, holds the ball's centre.
+//! **Statement.** A cell may conflict with a point on the other side of a separator only if its closed ball (beyond the
+//! hull its half-space) crosses it ([`septet_geometry::ball`]). A cell whose ball lies in the halos of all its vertices at
+//! home tells nothing new ([`crate::halo`]); nor does one whose ball, which is within twice its radius of each vertex,
+//! is clear of the separator by that ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). What is
+//! left is looked at exactly, rounded outwards.
 //!
-//! *Proof.* The cells in conflict with a point are connected by facets (Bowyer 1981, Watson 1981) and among them is one
-//! that holds it in its open ball, or beyond the hull in its open half-space: the cell that holds it. `U` is a ball, a
-//! half-space, or the outside of a ball: connected, and in two or more dimensions still connected without the finitely
-//! many vertices. Along a path in `U` the open balls that hold its points follow each other with overlaps, and two that
-//! share a point belong to two cells of that point's conflict. So all are connected with those of any one point of `U`:
-//! the centre, or a point far outside of the hull, where infinite cells are in conflict. QED.
-//!
-//! The walk goes on where [`Separator::reaches`](septet_geometry::separator::Separator::reaches) does not exclude that
-//! the ball has a point of `U`. What it excludes is clear of `S` by more than all rounding, so also a point whose rounded
-//! side is wrong is connected with `U` by cells that are walked on. Infinite cells hang together and are all walked on.
-//! If a centre's cell is excluded (by rounding of the centre), every cell is looked at instead.
-//!
-//! **Work.** O(1) for each cell that reaches out, and a walk to each centre: `O(n^(1-1/d))` for well-spaced points.
+//! **Work.** One comparison for each vertex of every cell, in the order of memory: less than what a walk along the border
+//! costs up to tens of millions of points, since that goes from cell to cell in no order.
 
 use septet_geometry::ball::Reach;
 use septet_geometry::point::Point;
-use septet_geometry::separator::{Side, Surface};
+use septet_geometry::separator::Side;
 
-use crate::piece::{Piece, is_ordinary};
+use crate::halo::Margin;
+use crate::piece::Piece;
 use crate::tree::{Shared, Split};
 use crate::worker::Worker;
 
-/// A cell that reaches out: its vertices by local numbers, and a bit for each place on the path, set where the cell
-/// may conflict with a point of the other side.
+/// A cell that reaches out: its vertices by local numbers; a bit for each place on the path, set where the cell may
+/// conflict with a point of the other side; and a bit for each vertex, set where it must be sent there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outgoing<S> {
     pub(crate) cell: S,
     pub(crate) levels: u64,
+    pub(crate) sent: u8,
 }
 
 /// What the cells of a piece look out to.
@@ -39,25 +32,10 @@ pub(crate) struct Border<'a, P: Point> {
     path: &'a [Shared<P>],
     piece: &'a Piece<P>,
     positions: &'a [P],
-    home: u32,
+    /// For each home point how far around it nothing more has to be told.
+    margins: &'a [Margin],
     /// For each home point and separator a radius within which no ball crosses, or -1; 0 until asked for.
-    pub(crate) clear: Vec<f64>,
-}
-
-/// Cells that reach out and are not ordinary.
-#[derive(Debug, Default)]
-pub(crate) struct Unusual {
-    /// Their slots.
-    pub(crate) slots: Vec<u32>,
-    /// For each home point where those of its star reach: bits as in [`Outgoing`].
-    pub(crate) levels: Vec<u64>,
-}
-
-impl Unusual {
-    /// None, of so many home points.
-    fn of(home: u32) -> Self {
-        Unusual { slots: Vec::new(), levels: vec![0; home as usize] }
-    }
+    clear: Vec<f64>,
 }
 
 fn side_of(side: usize) -> Side {
@@ -71,91 +49,74 @@ pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &Reach<P>, side: usize)
 }
 
 impl<P: Point> Worker<P> {
-    /// What the cells of the piece look out to, if there is a piece and another one. `clear` is empty, or what the border
-    /// knew before.
-    pub(crate) fn border(&self, mut clear: Vec<f64>) -> Option<Border<'_, P>> {
+    /// What the cells of the piece look out to, if there is a piece and another one.
+    pub(crate) fn border(&self) -> Option<Border<'_, P>> {
         let piece = self.stars.piece().filter(|_| !self.path.is_empty())?;
-        let home = self.table.home;
-        if clear.is_empty() {
-            // Pages of zeros that nobody asks for cost nothing.
-            clear = vec![0.0; self.path.len() * home as usize];
-        }
-        Some(Border { path: &self.path, piece, positions: &self.table.positions, home, clear })
+        Some(Border::of(&self.path, piece, &self.table.positions, &self.seams.margins))
     }
 }
 
-impl<P: Point> Border<'_, P> {
-    /// The cells that reach out and have a vertex at home: those that are ordinary, and the others.
-    pub(crate) fn survey(&mut self) -> (Vec<Outgoing<P::Cell>>, Unusual) {
-        let (piece, path) = (self.piece, self.path);
-        let (mut ordinary, mut unusual) = (Vec::new(), Unusual::of(self.home));
-        let walked = centres(path).is_some_and(|centres| {
-            piece.walk(&centres, |slot, cell| self.look(slot, cell, &mut ordinary, &mut unusual))
-        });
-        if !walked {
-            (ordinary, unusual) = (Vec::new(), Unusual::of(self.home));
-            piece.each_cell(|slot, cell| {
-                self.look(slot, cell, &mut ordinary, &mut unusual);
-            });
-        }
-        (ordinary, unusual)
+impl<'a, P: Point> Border<'a, P> {
+    /// Of a piece whose home points come first, with a margin each.
+    fn of(path: &'a [Shared<P>], piece: &'a Piece<P>, positions: &'a [P], margins: &'a [Margin]) -> Self {
+        // Pages of zeros that nobody asks for cost nothing.
+        let clear = vec![0.0; path.len() * margins.len()];
+        Border { path, piece, positions, margins, clear }
     }
 
-    /// Notes a cell if it reaches out. Does the walk go on there?
-    fn look(
-        &mut self,
-        slot: u32,
-        cell: &P::Cell,
-        ordinary: &mut Vec<Outgoing<P::Cell>>,
-        unusual: &mut Unusual,
-    ) -> bool {
-        let mut levels = self.near(slot, cell);
-        if let Some(Reach::Ball { centre, radius }) = self.piece.ball(slot) {
-            levels = self.filter(levels, |s| s.split.separator.reaches(centre, radius, side_of(1 - s.mine)));
-        }
-        if levels == 0 {
-            return false;
-        }
-        if cell.as_ref().iter().any(|&v| v < self.home) {
-            let reach = self.piece.reach(slot, cell, self.positions);
-            let levels = self.reached(&reach, levels);
-            if levels == 0 {
-            } else if is_ordinary(&reach, cell, self.positions) {
-                ordinary.push(Outgoing { cell: *cell, levels });
-            } else {
-                unusual.slots.push(slot);
-                for &v in cell.as_ref().iter().filter(|&&v| v < self.home) {
-                    unusual.levels[v as usize] |= levels;
-                }
+    /// The cells that reach out beyond the halo of a vertex at home.
+    pub(crate) fn survey(&mut self) -> Vec<Outgoing<P::Cell>> {
+        let mut found = Vec::new();
+        self.piece.each_cell(|slot, cell| {
+            let sent = self.beyond_halos(slot, cell);
+            if sent != 0 {
+                let levels = self.near(slot, cell);
+                self.note(slot, cell, levels, sent, &mut found);
             }
-        }
-        true
+        });
+        found
     }
 
-    /// A cell with a vertex at home as it goes out, if it reaches out to where the unusual ones of its vertices did.
-    pub(crate) fn outgoing(
-        &mut self,
-        slot: u32,
-        cell: &P::Cell,
-        unusual: &Unusual,
-    ) -> Option<Outgoing<P::Cell>> {
-        let levels = cell.as_ref().iter().filter_map(|&v| unusual.levels.get(v as usize));
-        let levels = levels.fold(0, |all, levels| all | levels);
-        if levels == 0 {
-            return None;
-        }
-        let near = levels & self.near(slot, cell);
+    /// Notes a cell if it reaches out at one of these places on the path.
+    fn note(&self, slot: u32, cell: &P::Cell, near: u64, sent: u8, found: &mut Vec<Outgoing<P::Cell>>) {
         if near == 0 {
-            return None;
+            return;
         }
-        let levels = self.reached(&self.piece.reach(slot, cell, self.positions), near);
-        (levels != 0).then_some(Outgoing { cell: *cell, levels })
+        let reach = self.piece.reach(slot, cell, self.positions);
+        // The bound of the radius says little of cells far smaller than the piece.
+        let sent = match reach {
+            Reach::Ball { radius, .. } => sent & self.beyond(2.0 * radius, cell),
+            _ => sent,
+        };
+        let levels = self.filter(near, |s| sent != 0 && reaches(&s.split, &reach, 1 - s.mine));
+        if levels != 0 {
+            found.push(Outgoing { cell: *cell, levels, sent });
+        }
+    }
+
+    /// The vertices at home whose halo does not hold the cell's ball, a bit for each: the others have been sent to all that
+    /// the ball meets.
+    #[inline]
+    fn beyond_halos(&self, slot: u32, cell: &P::Cell) -> u8 {
+        self.beyond(2.0 * self.piece.radius_bound(slot), cell)
+    }
+
+    /// The vertices at home whose halo does not hold all balls that are so far across.
+    #[inline]
+    fn beyond(&self, across: f64, cell: &P::Cell) -> u8 {
+        let margin = |&v: &u32| self.margins.get(v as usize);
+        // Clear by one vertex is clear; what is not a number is not.
+        if cell.as_ref().iter().find_map(margin).is_some_and(|first| across <= first.free) {
+            return 0;
+        }
+        let is_in = |v: u32| margin(&v).is_none_or(|own| across <= own.sent || across <= own.free);
+        cell.as_ref().iter().enumerate().fold(0, |sent, (i, &v)| sent | u8::from(!is_in(v)) << i)
     }
 
     /// The places on the path whose separators the cell's ball may cross, by its distance from one vertex at home.
     fn near(&mut self, slot: u32, cell: &P::Cell) -> u64 {
         let all = u64::MAX >> (64 - self.path.len());
-        let Some(&v) = cell.as_ref().iter().find(|&&v| v < self.home) else { return all };
+        let Some(&v) = cell.as_ref().iter().find(|&&v| (v as usize) < self.margins.len()) else { return all };
         let clear = &mut self.clear[v as usize * self.path.len()..][..self.path.len()];
         if clear[0] == 0.0 {
             let x = self.positions[v as usize];
@@ -170,11 +131,7 @@ impl<P: Point> Border<'_, P> {
         clear.iter().enumerate().fold(0, |near, (i, &clear)| near | u64::from(!is_clear(clear)) << i)
     }
 
-    /// Those of some places on the path where what holds a cell's conflicts may hold a point of the other side.
-    fn reached(&self, reach: &Reach<P>, levels: u64) -> u64 {
-        self.filter(levels, |s| reaches(&s.split, reach, 1 - s.mine))
-    }
-
+    /// Those of some places on the path that `keep` says yes of.
     fn filter(&self, levels: u64, keep: impl Fn(&Shared<P>) -> bool) -> u64 {
         let kept = ones(levels).filter(|&i| keep(&self.path[i]));
         kept.fold(0, |kept, i| kept | 1 << i)
@@ -188,24 +145,6 @@ pub(crate) fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
         bits &= bits - 1;
         Some(next)
     })
-}
-
-/// The centres of the other sides that are balls. None if one of them is beyond the range of floats.
-fn centres<P: Point>(path: &[Shared<P>]) -> Option<Vec<P>> {
-    let mut centres = Vec::new();
-    for shared in path {
-        let separator = &shared.split.separator;
-        match separator.surface() {
-            Some(Surface::Sphere { centre, ball_is_interior, .. }) => {
-                if ball_is_interior == (shared.mine == 1) {
-                    centres.push(centre);
-                }
-            }
-            Some(Surface::Plane { .. }) if !separator.is_sphere() => {}
-            _ => return None,
-        }
-    }
-    Some(centres)
 }
 
 #[cfg(test)]

@@ -41,6 +41,7 @@ mod summaries;
 pub mod choice;
 
 mod ghosts;
+mod halo;
 
 mod sets;
 

@@ -6,7 +6,9 @@
 
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
-use septet_geometry::incremental::{ASKED_EVERY, Incremental, Kept, facet_without, insertion_order};
+use septet_geometry::incremental::{
+    ASKED_EVERY, Incremental, Kept, facet_without, insertion_order, insertion_round,
+};
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::message::Merged;
 
@@ -21,15 +23,10 @@ pub(crate) struct Piece<P: Point> {
     /// Local number of each foreign vertex.
     numbers: Vec<u32>,
     home: u32,
-    /// The cells made since foreign points came, some of them gone again, if they are few.
-    fresh: Option<Vec<u32>>,
     /// Cells that belong here, and what they contribute: once surveyed.
     kept: Kept,
     merged: Merged,
 }
-
-/// One of so many slots for cells is few.
-const FEW: usize = 8;
 
 /// What a vertex is known to have: a finite cell, and a smaller neighbour.
 const CELL: u8 = 1;
@@ -49,18 +46,22 @@ pub(crate) type Links<P> = (Vec<<P as Point>::Facet>, Vec<(u32, u32)>);
 
 impl<P: Point> Piece<P> {
     /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
-    /// numbers) that are not among them. Nothing if all lie in a plane, or if told to stop.
-    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], stop: &Stop) -> Option<Self> {
-        let numbers: Vec<u32> = others.iter().copied().filter(|&v| v >= home).collect();
-        let mut points = Vec::with_capacity(home as usize + numbers.len());
+    /// numbers, each once) that are not among them, with room for `more`. Nothing if all lie in a plane, if
+    /// they are too many for one triangulation, or if told to stop.
+    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
+        let foreign: Vec<u32> = others.iter().copied().filter(|&v| v >= home).collect();
+        let at: Vec<P> = foreign.iter().map(|&v| positions[v as usize]).collect();
+        let numbers: Vec<u32> = insertion_order(&at).into_iter().map(|i| foreign[i as usize]).collect();
+        let mut points = Vec::with_capacity(home as usize + numbers.len() + more);
         points.extend_from_slice(&positions[..home as usize]);
         points.extend(numbers.iter().map(|&v| positions[v as usize]));
-        let delaunay = Incremental::build_while(points, None, &mut || !stop.is_raised()).ok()?;
-        let fresh = numbers.is_empty().then(Vec::new);
-        Some(Piece { delaunay, numbers, home, fresh, kept: Kept::default(), merged: Merged::default() })
+        let order = in_rounds(&points, home as usize);
+        let delaunay = Incremental::build_in_place(points, order, &mut || !stop.is_raised()).ok()?;
+        Some(Piece { delaunay, numbers, home, kept: Kept::default(), merged: Merged::default() })
     }
 
-    /// Adds foreign points, by their local numbers, as far as they are neighbours of home points then: others never are.
+    /// Adds foreign points, by their local numbers, as far as they are neighbours of home points then (others never are) or
+    /// undo very many cells ([`Incremental::insert_beside`]).
     /// Those that are vertices already change nothing. It ends where it is told to stop.
     pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = foreign.iter().map(|&g| positions[g as usize]).collect();
@@ -70,18 +71,6 @@ impl<P: Point> Piece<P> {
             }
             if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.home) {
                 self.numbers.push(foreign[i as usize]);
-                self.note_fresh();
-            }
-        }
-    }
-
-    /// Notes the cells that the last point made, until they are so many that a look at all costs less.
-    fn note_fresh(&mut self) {
-        let complex = self.delaunay.complex();
-        if let Some(fresh) = &mut self.fresh {
-            fresh.extend_from_slice(complex.created());
-            if fresh.len() > complex.slots() as usize / FEW {
-                self.fresh = None;
             }
         }
     }
@@ -125,76 +114,6 @@ impl<P: Point> Piece<P> {
             return ball;
         }
         reach_of::<P>(cell, |v| positions[v as usize])
-    }
-
-    /// Goes from an infinite cell and from the cells that hold `places` to neighbours, as long as `goes_on` says yes of a
-    /// cell, given by its slot and its vertices' local numbers. It is asked once of each cell met. False if it says no of
-    /// a cell that the walk starts from: then not all may have been met.
-    pub(crate) fn walk(&self, places: &[P], mut goes_on: impl FnMut(u32, &P::Cell) -> bool) -> bool {
-        let complex = self.delaunay.complex();
-        let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
-        let mut is_new = |slot: u32| {
-            let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
-            let is_new = *word & bit == 0;
-            *word |= bit;
-            is_new
-        };
-        let mut stack = vec![self.delaunay.outer_cell()];
-        stack.extend(places.iter().map(|&x| self.delaunay.locate(x, None)));
-        // All are asked before the walk, which might meet one of them first.
-        stack.retain(|&start| is_new(start));
-        if !stack.iter().all(|&start| goes_on(start, &self.cell(start))) {
-            return false;
-        }
-        while let Some(slot) = stack.pop() {
-            for &code in complex.neighbours(slot).as_ref() {
-                let next = code >> 2;
-                if is_new(next) && goes_on(next, &self.cell(next)) {
-                    stack.push(next);
-                }
-            }
-        }
-        true
-    }
-
-    /// Calls `f` with every cell, infinite ones too, that has foreign vertices and one at home that is sought.
-    pub(crate) fn each_mixed_cell(&self, is_sought: impl Fn(u32) -> bool, mut f: impl FnMut(u32, &P::Cell)) {
-        let complex = self.delaunay.complex();
-        let mut look = |slot: u32, cell: &P::Cell| {
-            let is_foreign = |&v: &u32| v >= self.home && v != INFINITE;
-            let is_mixed = || cell.as_ref().iter().any(is_foreign);
-            if cell.as_ref().iter().any(|&v| v < self.home && is_sought(v)) && is_mixed() {
-                f(slot, &self.local(cell));
-            }
-        };
-        let Some(fresh) = &self.fresh else {
-            complex.entries().for_each(|(slot, cell, _)| look(slot, cell));
-            return;
-        };
-        let mut seen = vec![0u64; complex.slots().div_ceil(64) as usize];
-        // A cell with a foreign vertex was made when there were foreign points.
-        for &slot in fresh {
-            let (word, bit) = (&mut seen[slot as usize / 64], 1 << (slot % 64));
-            if *word & bit == 0 && complex.is_live(slot) {
-                *word |= bit;
-                look(slot, complex.cell(slot));
-            }
-        }
-    }
-
-    /// Forgets which cells are new.
-    pub(crate) fn forget_fresh(&mut self) {
-        self.fresh = Some(Vec::new());
-    }
-
-    /// A cell by local numbers.
-    pub(crate) fn cell(&self, slot: u32) -> P::Cell {
-        self.local(self.delaunay.complex().cell(slot))
-    }
-
-    /// Is there still a cell in this slot?
-    pub(crate) fn is_live(&self, slot: u32) -> bool {
-        self.delaunay.complex().is_live(slot)
     }
 
     fn local(&self, cell: &P::Cell) -> P::Cell {
@@ -310,24 +229,34 @@ impl<P: Point> Piece<P> {
     }
 }
 
-/// Circumradius over shortest edge up to which a cell is ordinary (random points: 2 on average).
-const ORDINARY: f64 = 4.0;
-
 /// The extent of a piece over the smallest radius of which the kernel's sphere, which is in single precision, is larger
 /// by a thousandth at most.
 const FINEST: f64 = 4096.0;
 
-/// Is a cell of local numbers as large as a look at its own edges lets expect? Cells that bridge a concave part of the
-/// boundary, and infinite ones, are not: foreign points will undo most of them.
-pub(crate) fn is_ordinary<P: Point>(reach: &Reach<P>, cell: &P::Cell, positions: &[P]) -> bool {
-    let Reach::Ball { radius, .. } = *reach else { return false };
-    let mut least = f64::INFINITY;
-    for (i, &a) in cell.as_ref().iter().enumerate() {
-        for &b in &cell.as_ref()[..i] {
-            least = least.min(dist2(positions[a as usize], positions[b as usize]));
+/// The numbers of points in two runs, each in order of insertion, the second from `half` on: one round of both after the
+/// other.
+fn in_rounds<P: Point>(points: &[P], half: usize) -> impl Iterator<Item = u32> + use<P> {
+    let mut parts = Vec::new();
+    let (mut first, mut second) = points.split_at(half);
+    while !first.is_empty() || !second.is_empty() {
+        let round = |run: &[P]| run.first().map_or(u64::MAX, insertion_round);
+        let now = round(first).min(round(second));
+        for (run, end) in [(&mut first, half), (&mut second, points.len())] {
+            if round(run) == now {
+                let start = end - run.len();
+                let len = round_len(run);
+                parts.push(start as u32..(start + len) as u32);
+                *run = &run[len..];
+            }
         }
     }
-    radius * radius <= ORDINARY * ORDINARY * least
+    parts.into_iter().flatten()
+}
+
+/// Of points in order of insertion, how many are of the round of the first: at least one.
+pub(crate) fn round_len<P: Point>(points: &[P]) -> usize {
+    let Some(round) = points.first().map(insertion_round) else { return 0 };
+    points.partition_point(|p| insertion_round(p) <= round).max(1)
 }
 
 /// The lexicographically smallest finite vertex of a cell of local numbers.

@@ -84,7 +84,8 @@ pub fn next(phase: Phase, config: &WorkerConfig, known: &Known) -> Phase {
         Phase::Load => Phase::Partition,
         // Points bring their radii along.
         Phase::Partition if independent => Phase::Summaries,
-        Phase::Partition if !config.counted => Phase::Pieces,
+        Phase::Partition if !config.counted => Phase::Halo,
+        Phase::Halo => Phase::Pieces,
         Phase::Pieces => Phase::Seam,
         Phase::Partition if chooses(config) => Phase::Choice,
         Phase::Partition | Phase::Choice if needs_radii(config, known) => Phase::Radii,

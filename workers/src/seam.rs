@@ -14,19 +14,16 @@
 //! it, which lies in its worker's region, so `b` is sent there. A star is decided by its vertex and its true
 //! neighbours; more points change nothing. QED.
 //!
-//! So one sending suffices, whatever `G` is. It is done twice because cells that bridge a concave part of a
-//! piece reach very far: first the vertices of ordinary cells are sent (they are enough to undo most of the
-//! others), then those that the statement asks for and that are not there yet. Where no unusual cell of `b` reached,
-//! nothing is asked for any more: a point that conflicts with a cell of `b` in `B + G` conflicts, by the same argument,
-//! with one of `b` in `B`, and if that was ordinary `b` was sent to the point.
+//! So one sending suffices, whatever `G` is. `G` is the halo ([`crate::halo`]), so that the cells of a piece are nearly
+//! those of the whole: few reach farther than the halos of their vertices, and a vertex has been sent to all that its
+//! halo meets. Points that come now are left out where they are nobody's neighbours ([`crate::piece`]).
 //!
-//! **Rounds.** At most one a shared level, twice. **Work.** One clearance a level for each vertex at the border
+//! **Rounds.** At most one a shared level. **Work.** One clearance a level for each vertex at the border
 //! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), one test a level for each cell whose
 //! ball is not clear of the border by that of a vertex, and the insertion of what comes: `O(n^(1-1/d))` points for
 //! well-spaced sets.
 //!
-//! The cells of a piece that reach out are found by a walk along its border ([`crate::border`]). The certificate does
-//! not rely on any of this.
+//! The certificate does not rely on any of this.
 
 use std::collections::{BTreeMap, HashSet};
 use std::hash::BuildHasherDefault;
@@ -38,7 +35,8 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
-use crate::border::{Outgoing, Unusual, ones, reaches};
+use crate::border::{Outgoing, ones, reaches};
+use crate::halo::Margin;
 use crate::piece::{Piece, reach_of};
 use crate::table::IdHasher;
 use crate::worker::Worker;
@@ -48,21 +46,21 @@ use crate::worker::Worker;
 pub(crate) struct Seams {
     /// Foreign points that came and are not inserted yet.
     arrived: Vec<u32>,
-    /// Cells that reach out and were not ordinary.
-    unusual: Unusual,
-    /// What the border knew of home points.
-    clear: Vec<f64>,
-    /// What went where a group is one worker: position on the path, and home point.
+    /// For each home point how far around it nothing more has to be told.
+    pub(crate) margins: Vec<Margin>,
+    /// What went where a group is one worker: home point, position on the path, and side.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
 
 /// Points on their way, with the cells that send them.
 struct Transit<P> {
-    origin: Rank,
     points: PointBatch<P>,
-    /// Positions in `points`, `d + 1` a cell.
+    /// Positions in `points`, `d + 1` a cell; [`INFINITE`]; and marked [`CARRIED`] what only gives the cell its shape.
     cells: Vec<u32>,
 }
+
+/// The mark of a vertex that need not arrive where its cell reaches.
+const CARRIED: u32 = 1 << 31;
 
 /// Points and cells for one receiver.
 struct Parcel<P> {
@@ -74,13 +72,16 @@ struct Parcel<P> {
 /// The position of a point that need not go along.
 const LEFT_OUT: u32 = INFINITE - 1;
 
+/// Foreign points to expect beyond the halo, as a multiple of the number of home points to the power `(d - 1) / d`.
+const LAYERS: f64 = 4.0;
+
 /// By position on the path and side.
 type Parcels<P> = BTreeMap<(usize, usize), Parcel<P>>;
 
 impl<P: Point> Parcel<P> {
     /// An empty one, for points and cells of `from`.
     fn of(from: &Transit<P>) -> Self {
-        let transit = Transit { origin: from.origin, points: PointBatch::default(), cells: Vec::new() };
+        let transit = Transit { points: PointBatch::default(), cells: Vec::new() };
         Parcel { transit, places: vec![INFINITE; from.points.len()] }
     }
 
@@ -97,79 +98,53 @@ impl<P: Point> Parcel<P> {
     /// A cell with all its vertices.
     fn cell(&mut self, from: &PointBatch<P>, cell: &P::Cell) {
         for &v in cell.as_ref() {
-            let place = if v == INFINITE { INFINITE } else { self.point(from, v) };
+            let place = if v == INFINITE { INFINITE } else { self.point(from, v & !CARRIED) | v & CARRIED };
             self.transit.cells.push(place);
         }
     }
 }
 
+/// Foreign points beyond its halo that a piece of so many makes room for: somewhat more than random points need. Memory
+/// that is not written to is not used.
+fn expected_foreign<P: Point>(home: u32) -> usize {
+    let layer = f64::from(home).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    (LAYERS * layer) as usize
+}
+
 impl<P: Point> Worker<P> {
-    /// Triangulates the home points; sends the vertices of ordinary cells that reach out.
+    /// Triangulates the home points and the halo that came.
     pub(crate) fn begin_pieces(&mut self) {
-        self.report_frame();
-        if self.table.home == 0 {
+        let home = self.table.home;
+        if home == 0 {
             return;
         }
         let piece = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
-        let home = u64::from(self.table.home);
-        let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", home);
-        let mut built = Piece::new(&self.table.positions, self.table.home, &[], &self.config.stop);
+        let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", u64::from(home));
+        let mut foreign = std::mem::take(&mut self.seams.arrived);
+        let more = if self.path.is_empty() { 0 } else { expected_foreign::<P>(home) };
+        let mut built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
         if built.is_none() {
             // A flat piece: points of the frame are real points, so they may stand in any star.
             let frame = self.table.intern_all(&self.frame);
-            built = Piece::new(&self.table.positions, self.table.home, &frame, &self.config.stop);
+            foreign.extend(frame.into_iter().filter(|&v| v >= home));
+            foreign.sort_unstable();
+            foreign.dedup();
+            built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
         }
         self.stars.set_piece(built);
-        self.send_ordinary();
+        self.note_ghosts(foreign);
     }
 
-    fn send_ordinary(&mut self) {
-        let (mut ordinary, mut unusual, mut clear) = (Vec::new(), Unusual::default(), Vec::new());
-        if let Some(mut border) = self.border(Vec::new()) {
-            (ordinary, unusual) = border.survey();
-            clear = border.clear;
-        }
-        (self.seams.unusual, self.seams.clear) = (unusual, clear);
-        self.send_cells_out(&ordinary);
-    }
-
-    /// Inserts what came; sends the vertices of cells that still reach out to where unusual ones did.
+    /// Sends the vertices of cells that reach out beyond their halos.
     pub(crate) fn begin_seam(&mut self) {
-        self.insert_arrived();
-        let mut open = Vec::new();
-        let (unusual, clear) =
-            (std::mem::take(&mut self.seams.unusual), std::mem::take(&mut self.seams.clear));
-        if let (Some(piece), Some(mut border)) = (self.stars.piece(), self.border(clear)) {
-            // The other cells are as they were: a new one has a foreign vertex.
-            let is_sought = |v: u32| unusual.levels[v as usize] != 0;
-            piece.each_mixed_cell(is_sought, |slot, cell| {
-                open.extend(border.outgoing(slot, cell, &unusual));
-            });
-            for &slot in unusual.slots.iter().filter(|&&slot| piece.is_live(slot)) {
-                let cell = piece.cell(slot);
-                if cell.as_ref().iter().all(|&v| v == INFINITE || self.table.is_home(v)) {
-                    open.extend(border.outgoing(slot, &cell, &unusual));
-                }
-            }
-        }
-        if let Some(mut piece) = self.stars.take_piece() {
-            piece.forget_fresh();
-            self.stars.set_piece(Some(piece));
-        }
+        let open = self.border().map_or_else(Vec::new, |mut border| border.survey());
+        self.seams.margins = Vec::new();
         self.send_cells_out(&open);
     }
 
     /// Inserts the last foreign points.
     pub(crate) fn finish_seams(&mut self) {
-        self.insert_arrived();
         self.seams.sent = HashSet::default();
-        if let Some(mut piece) = self.stars.take_piece() {
-            piece.forget_fresh();
-            self.stars.set_piece(Some(piece));
-        }
-    }
-
-    fn insert_arrived(&mut self) {
         let arrived = std::mem::take(&mut self.seams.arrived);
         let Some(mut piece) = self.stars.take_piece() else { return };
         let id = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
@@ -177,25 +152,34 @@ impl<P: Point> Worker<P> {
 
         piece.add(&arrived, &self.table.positions, &self.config.stop);
         self.stars.set_piece(Some(piece));
+        self.note_ghosts(arrived);
+    }
+
+    fn note_ghosts(&mut self, foreign: Vec<u32>) {
         if let Some(leaf) = self.leaves.first_mut() {
-            leaf.ghosts.extend(arrived);
+            leaf.ghosts.extend(foreign);
         }
+    }
+
+    /// The rank that holds a leaf which this worker is asked for, if it is another.
+    pub(crate) fn relayed(&self, node: NodeId) -> Option<Rank> {
+        self.relay.filter(|&(at, holder)| at == node && holder != self.rank).map(|(_, holder)| holder)
     }
 
     /// Sends the vertices of cells to where the cells reach.
     fn send_cells_out(&mut self, cells: &[Outgoing<P::Cell>]) {
-        let mut transit = Transit { origin: self.rank, points: PointBatch::default(), cells: Vec::new() };
+        let mut transit = Transit { points: PointBatch::default(), cells: Vec::new() };
         let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { self.table.positions.len() }];
         let mut rows: Vec<P::Cell> = Vec::with_capacity(cells.len());
         for out in cells {
             let mut row = out.cell;
-            for v in row.as_mut().iter_mut().filter(|v| **v != INFINITE) {
+            for (i, v) in row.as_mut().iter_mut().enumerate().filter(|(_, v)| **v != INFINITE) {
                 let place = &mut places[*v as usize];
                 if *place == INFINITE {
                     *place = transit.points.len() as u32;
                     self.table.export(*v, &mut transit.points);
                 }
-                *v = *place;
+                *v = if out.sent >> i & 1 == 1 { *place } else { *place | CARRIED };
             }
             rows.push(row);
         }
@@ -215,16 +199,16 @@ impl<P: Point> Worker<P> {
         for row in transit.cells.chunks_exact(P::DIM + 1) {
             let mut cell = P::Cell::splat(0);
             cell.as_mut().copy_from_slice(row);
-            let reach = reach_of::<P>(&cell, |v| transit.points.positions[v as usize]);
+            let reach = reach_of::<P>(&cell, |v| transit.points.positions[(v & !CARRIED) as usize]);
             if self.walk_path(transit, &cell, &reach, start, &mut parcels) {
-                for &v in row.iter().filter(|&&v| v != INFINITE) {
+                for &v in row.iter().filter(|&&v| v & CARRIED == 0) {
                     mine[v as usize] = true;
                 }
             }
         }
         self.send_parcels(parcels);
         for at in (0..mine.len()).filter(|&at| mine[at]) {
-            self.arrive(transit, at);
+            self.arrive(&transit.points, at);
         }
     }
 
@@ -232,8 +216,8 @@ impl<P: Point> Worker<P> {
         for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| !p.transit.points.is_empty()) {
             let shared = &self.path[i];
             let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
-            let Transit { origin, points, cells } = parcel.transit;
-            self.out.send(to, node, 0, Body::Seam { origin, points, cells: Bulk(cells) });
+            let Transit { points, cells } = parcel.transit;
+            self.out.send(to, node, 0, Body::Seam { points, cells: Bulk(cells) });
         }
     }
 
@@ -270,13 +254,13 @@ impl<P: Point> Worker<P> {
             parcel.cell(&transit.points, cell);
             return;
         }
-        // Nobody further down has to know why: the points alone, those of the sender's home, each once.
-        for &v in cell.as_ref().iter().filter(|&&v| v != INFINITE) {
+        // Nobody further down has to know why: the points alone, each once.
+        for &v in cell.as_ref().iter().filter(|&&v| v & CARRIED == 0) {
             if parcel.places[v as usize] != INFINITE {
                 continue;
             }
-            let key = transit.points.ids[v as usize] << 6 | to.0 as u64;
-            if transit.points.owners[v as usize] == transit.origin && self.seams.sent.insert(key) {
+            let key = transit.points.ids[v as usize] << 7 | (to.0 << 1 | to.1) as u64;
+            if self.seams.sent.insert(key) {
                 parcel.point(&transit.points, v);
             } else {
                 parcel.places[v as usize] = LEFT_OUT;
@@ -285,10 +269,9 @@ impl<P: Point> Worker<P> {
     }
 
     /// A point that may be a neighbour of a home point.
-    fn arrive(&mut self, transit: &Transit<P>, at: usize) {
-        let points = &transit.points;
+    pub(crate) fn arrive(&mut self, points: &PointBatch<P>, at: usize) {
         let (id, owner) = (points.ids[at], points.owners[at]);
-        if owner != transit.origin || owner == self.rank {
+        if owner == self.rank {
             return;
         }
         let (number, is_new) = self.table.receive(id, points.positions[at], owner);
@@ -299,28 +282,24 @@ impl<P: Point> Worker<P> {
 
     /// Points sent here, or through here.
     pub(crate) fn on_seam(&mut self, inbox: &mut Vec<Message<P>>) {
-        self.learn_frame(inbox);
         let mut received = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
-            Body::Seam { origin, points, cells } => {
+            Body::Seam { points, cells } => {
                 let (points, cells) = (std::mem::take(points), std::mem::take(&mut cells.0));
-                received.push((m.node, Transit { origin: *origin, points, cells }));
+                received.push((m.node, Transit { points, cells }));
                 false
             }
             _ => true,
         });
         for (node, transit) in received {
-            if let Some((at, holder)) = self.relay
-                && at == node
-                && holder != self.rank
-            {
-                let Transit { origin, points, cells } = transit;
-                self.out.send(holder, node, 0, Body::Seam { origin, points, cells: Bulk(cells) });
+            if let Some(holder) = self.relayed(node) {
+                let Transit { points, cells } = transit;
+                self.out.send(holder, node, 0, Body::Seam { points, cells: Bulk(cells) });
                 continue;
             }
             let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
-            if start == self.path.len() {
-                (0..transit.points.len()).for_each(|at| self.arrive(&transit, at));
+            if start == self.path.len() && transit.cells.is_empty() {
+                (0..transit.points.len()).for_each(|at| self.arrive(&transit.points, at));
             } else {
                 self.route(&transit, start);
             }

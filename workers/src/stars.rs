@@ -9,7 +9,7 @@
 //! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
 //!
 //! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::piece`]) and gets
-//! what it needs from others ([`crate::seam`]).
+//! what it needs from others ([`crate::halo`], [`crate::seam`]).
 
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::{Supergraph, graph_direct};

@@ -155,6 +155,7 @@ impl<P: Point> Worker<P> {
         match phase {
             Phase::Load | Phase::Done => {}
             Phase::Partition => self.begin_partition(),
+            Phase::Halo => self.begin_halo(),
             Phase::Pieces => self.begin_pieces(),
             Phase::Seam => self.begin_seam(),
             Phase::Radii => self.begin_radii(),
@@ -210,7 +211,8 @@ impl<P: Point> Worker<P> {
                 self.on_queries(&mut inbox);
                 self.on_choice(&mut inbox);
             }
-            Phase::Pieces | Phase::Seam => self.on_seam(&mut inbox),
+            Phase::Halo => self.on_halo(&mut inbox),
+            Phase::Seam => self.on_seam(&mut inbox),
             Phase::Summaries => self.on_summaries(&mut inbox),
             Phase::Sets => {
                 self.on_ghosts(&mut inbox);
@@ -223,7 +225,7 @@ impl<P: Point> Worker<P> {
             Phase::Fallback => self.on_fallback(&mut inbox),
             Phase::Merge => self.on_merge(&mut inbox),
             Phase::Collect => self.on_collect(&mut inbox),
-            Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
+            Phase::Pieces | Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
             return Err(Self::bad(message, &format!("it has no place in phase {}", self.phase.name())));

@@ -11,8 +11,8 @@ SIZES = "1e3,4e3,1.6e4,6.4e4,2.5e5,1e6,4e6,1.6e7"
 PAIRS = [(1, 1), (2, 2), (64, 2)]
 # Sizes that 64 workers are shown at.
 MANY = range(100_000, 4_000_001)
-# Phases in which workers triangulate and prove what is theirs. All others are the machine: partition, messages,
-# seams, exchange, merging.
+# Phases in which workers triangulate and prove what is theirs. All others are the machine: partition, messages, halos,
+# seams, the comparison of fingerprints, exchange, merging.
 KERNEL = {"pieces", "certificate"}
 COLUMNS = ["set", "points", "workers", "threads", "runs", "disturbed", "seconds", "least", "most", "ns_per_point", "speed_up",
            "cells", "growth_bytes", "bytes_per_cell", "peak_bytes", "messages", "bytes", "machine_percent",

@@ -26,7 +26,7 @@ mod sphere;
 
 use cavity::Scratch;
 pub use cells::Cells;
-pub use order::insertion_order;
+pub use order::{insertion_order, insertion_round};
 pub use read::facet_without;
 pub use rows::Kept;
 use sphere::Frame;
@@ -121,12 +121,13 @@ impl<P: Point> Incremental<P> {
         order: Option<&[u32]>,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Self, IncrementalError> {
-        clean(&mut points)?;
         let Some(order) = order else {
-            return Self::in_place(points, go_on);
+            let vertices = 0..points.len() as u32;
+            return Self::build_in_place(points, vertices, go_on);
         };
+        clean(&mut points)?;
         let sorted = order.iter().map(|&i| points[i as usize]).collect();
-        let mut this = Self::in_place(sorted, go_on).map_err(|error| match error {
+        let mut this = Self::in_place(sorted, 0..order.len() as u32, go_on).map_err(|error| match error {
             IncrementalError::Coincident { point, vertex } => {
                 IncrementalError::Coincident { point: order[point as usize], vertex: order[vertex as usize] }
             }
@@ -136,24 +137,47 @@ impl<P: Point> Incremental<P> {
         Ok(this)
     }
 
+    /// Triangulates `points` where they stand, inserting them in the given order (each number once): no copy, and vertex `i`
+    /// is `points[i]` from the start. For orders that follow few runs of the points. What `points` has room for, the
+    /// triangulation has too: a vector with more capacity than points is for more to be inserted.
+    ///
+    /// # Errors
+    ///
+    /// As [`Incremental::build_while`].
+    pub fn build_in_place(
+        mut points: Vec<P>,
+        order: impl IntoIterator<Item = u32>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Self, IncrementalError> {
+        clean(&mut points)?;
+        Self::in_place(points, order, go_on)
+    }
+
     /// Triangulates points, which are clean, as they stand.
-    fn in_place(points: Vec<P>, go_on: &mut dyn FnMut() -> bool) -> Result<Self, IncrementalError> {
+    fn in_place(
+        points: Vec<P>,
+        order: impl IntoIterator<Item = u32>,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Self, IncrementalError> {
         if points.len() > MOST_POINTS {
             return Err(IncrementalError::TooMany);
         }
-        let mut incident = vec![NONE; points.len() + 1];
+        // Room for the points that will come is made now: cells are not moved when they do.
+        let room = points.capacity().min(MOST_POINTS);
+        let mut incident = Vec::with_capacity(room + 1);
+        incident.resize(points.len() + 1, NONE);
         incident[0] = 0;
         let mut this = Incremental {
             incident,
             frame: Frame::over(&points),
-            cells: Cells::with_capacity(points.len() * expected_cells(P::DIM)),
+            cells: Cells::with_capacity(room * expected_cells(P::DIM)),
             last: 0,
             scratch: Scratch::default(),
             points,
         };
         let first = this.start()?;
-        for vertex in 0..this.points.len() as u32 {
-            if (vertex as usize).is_multiple_of(ASKED_EVERY) && !go_on() {
+        for (count, vertex) in order.into_iter().enumerate() {
+            if count.is_multiple_of(ASKED_EVERY) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             if !first.as_ref().contains(&vertex) {
@@ -220,10 +244,12 @@ impl<P: Point> Incremental<P> {
         self.insert_beside(p, hint, INFINITE).map(|_| vertex)
     }
 
-    /// The same, if one of the new vertex' neighbours is below `bound`; else nothing changes, and there is no vertex.
+    /// The same, if one of the new vertex' neighbours is below `bound` or it undoes very many cells; else nothing changes,
+    /// and there is no vertex.
     ///
     /// What is left out so never becomes the neighbour of such a vertex: an edge between two points stays one as long
-    /// as the two do when others are left out, so it would be one now.
+    /// as the two do when others are left out, so it would be one now. What undoes many cells is let in so that the next
+    /// one there does not: points that fall into an empty part would all look at the same large cells.
     ///
     /// # Errors
     ///

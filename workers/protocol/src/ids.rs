@@ -62,9 +62,11 @@ pub enum Phase {
     Load,
     /// Section 2 and 4.3 step 2: sphere separators, level by level.
     Partition,
-    /// Every worker's own triangulation (`triangulate` only), and the points that its ordinary cells send.
+    /// Points near separators to the other side (`triangulate` only).
+    Halo,
+    /// Every worker's own triangulation of its points and those (`triangulate` only).
     Pieces,
-    /// The points that all its other cells send.
+    /// Points whose cells reach farther (`triangulate` only).
     Seam,
     /// The choice of the supergraph from a sample of stars.
     Choice,
@@ -108,9 +110,10 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in order.
-    pub const ALL: [Phase; 23] = [
+    pub const ALL: [Phase; 24] = [
         Phase::Load,
         Phase::Partition,
+        Phase::Halo,
         Phase::Pieces,
         Phase::Seam,
         Phase::Choice,
@@ -144,6 +147,7 @@ impl Phase {
         match self {
             Phase::Load => "load",
             Phase::Partition => "partition",
+            Phase::Halo => "halo",
             Phase::Pieces => "pieces",
             Phase::Seam => "seam",
             Phase::Radii => "radii",

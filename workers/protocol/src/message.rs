@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 5;
+pub const PROTOCOL_VERSION: u16 = 6;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -351,15 +351,14 @@ pub enum Body<P> {
         /// alpha, or k.
         parameter: f64,
     },
-    /// Points that belong to a subproblem's surroundings.
+    /// Points that belong to a subproblem's surroundings: as far as their balls reach (in halos, balls of the halo's radius).
     Ghosts(PointBatch<P>),
     /// Points that may be neighbours of points in a subproblem, with the cells that reach into it.
     Seam {
-        /// Where the cells were built.
-        origin: Rank,
         /// The points.
         points: PointBatch<P>,
-        /// Positions in `points`, `d + 1` a cell; `u32::MAX` for infinity. None where nobody asks why.
+        /// Positions in `points`, `d + 1` a cell; `u32::MAX` for infinity, the first bit set where a point only gives the
+        /// cell its shape. None where nobody asks why.
         cells: Bulk<u32>,
     },
     /// Points one of whose nearest neighbours is at home at the receiver: the other end of each edge.

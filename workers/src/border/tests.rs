@@ -1,4 +1,6 @@
-//! The walk along the border finds what a look at all cells finds.
+//! What the filters leave out reaches nothing that matters.
+
+use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 use septet_geometry::incremental::insertion_order;
@@ -63,7 +65,41 @@ fn sets<P: Point>() -> Vec<Vec<P>> {
     all
 }
 
-fn walks_find_all<P: Point>() {
+/// The vertices with halos that do not hold the ball of a cell, which is larger by a factor.
+fn beyond<P: Point>(reach: &Reach<P>, larger: f64, cell: &P::Cell, margins: &[Margin]) -> u8 {
+    let is_in = |&v: &u32| match *reach {
+        _ if v as usize >= margins.len() => true,
+        Reach::Ball { radius, .. } => 2.0 * radius * larger <= margins[v as usize].sent,
+        _ => false,
+    };
+    cell.as_ref().iter().enumerate().fold(0, |sent, (i, v)| sent | u8::from(!is_in(v)) << i)
+}
+
+/// Looks at all cells by their own balls alone. Returns how many reach out beyond halos.
+fn compare<P: Point>(path: &[Shared<P>], piece: &Piece<P>, points: &[P], margins: &[Margin]) -> usize {
+    let surveyed = Border::of(path, piece, points, margins).survey();
+    let found: HashMap<P::Cell, (u64, u8)> =
+        surveyed.iter().map(|out| (out.cell, (out.levels, out.sent))).collect();
+    assert_eq!(found.len(), surveyed.len());
+    let mut number = 0;
+    piece.each_cell(|_, cell| {
+        let reach = crate::piece::reach_of::<P>(cell, |v| points[v as usize]);
+        let met = |s: &Shared<P>| reaches(&s.split, &reach, 1 - s.mine);
+        let levels = (0..path.len()).fold(0, |levels, i| levels | u64::from(met(&path[i])) << i);
+        // The kernel's sphere may be a little larger, never smaller.
+        let [least, most] = [1.0 - 1e-9, 1.01].map(|larger| beyond(&reach, larger, cell, margins));
+        let (at, sent) = found.get(cell).copied().unwrap_or((0, 0));
+        assert_eq!(sent & !most, 0);
+        if levels != 0 && least != 0 {
+            assert_eq!((at & levels, sent & least), (levels, least));
+            number += 1;
+        }
+    });
+    assert!(surveyed.len() <= number + number / 10 + 3, "{} for {number}", surveyed.len());
+    number
+}
+
+fn all_are_found<P: Point>() {
     let middle = P::splat(0.5);
     let mut aside = P::splat(0.3);
     aside.set_coord(0, 0.6);
@@ -80,39 +116,37 @@ fn walks_find_all<P: Point>() {
         let is_home = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
         let home: Vec<P> = points.iter().filter(is_home).copied().collect();
         let home: Vec<P> = insertion_order(&home).into_iter().map(|i| home[i as usize]).collect();
-        let Some(piece) = Piece::new(&home, home.len() as u32, &[], &Stop::default()) else { continue };
-        let clear = vec![0.0; path.len() * home.len()];
-        let mut border =
-            Border { path: &path, piece: &piece, positions: &home, home: home.len() as u32, clear };
-        let (walked, walked_unusual) = border.survey();
-        let (mut ordinary, mut unusual) = (Vec::new(), Unusual::of(border.home));
-        piece.each_cell(|slot, cell| {
-            border.look(slot, cell, &mut ordinary, &mut unusual);
-        });
-        let in_order = |cells: &[Outgoing<P::Cell>]| {
-            let mut rows: Vec<_> = cells.iter().map(|out| (out.cell, out.levels)).collect();
-            rows.sort_unstable();
-            rows
-        };
-        assert_eq!(in_order(&walked), in_order(&ordinary));
-        let sorted = |slots: &[u32]| {
-            let mut slots = slots.to_vec();
-            slots.sort_unstable();
-            slots
-        };
-        assert_eq!(sorted(&walked_unusual.slots), sorted(&unusual.slots));
-        assert_eq!(walked_unusual.levels, unusual.levels);
-        compared += ordinary.len() + unusual.slots.len();
+        // Foreign points; no halos, small ones, large ones.
+        let beside: Vec<P> = points.iter().filter(|x| !is_home(x)).copied().step_by(9).collect();
+        let all: Vec<P> = home.iter().chain(&beside).copied().collect();
+        let others: Vec<u32> = (home.len() as u32..all.len() as u32).collect();
+        for others in [&[], &others[..]] {
+            let Some(piece) = Piece::new(&all, home.len() as u32, others, 0, &Stop::default()) else {
+                continue;
+            };
+            let mut state = 5;
+            for most in [0.0, 0.3, 1.5] {
+                let margin = |x: &P| {
+                    let clear = path.iter().map(|s| s.split.separator.clearance(*x));
+                    let free = clear.fold(f64::INFINITY, f64::min);
+                    // Not all know how free they are.
+                    let sent = most * unit(&mut state);
+                    Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
+                };
+                let halo: Vec<Margin> = home.iter().map(margin).collect();
+                compared += compare(&path, &piece, &all, &halo);
+            }
+        }
     }
     assert!(compared > 3000, "{compared} cells reach out");
 }
 
 #[test]
-fn walks_in_space_find_all_that_reaches_out() {
-    walks_find_all::<DVec3>();
+fn in_space_all_that_reaches_out_is_found() {
+    all_are_found::<DVec3>();
 }
 
 #[test]
-fn walks_in_the_plane_find_all_that_reaches_out() {
-    walks_find_all::<DVec2>();
+fn in_the_plane_all_that_reaches_out_is_found() {
+    all_are_found::<DVec2>();
 }

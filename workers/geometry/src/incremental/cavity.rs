@@ -88,6 +88,9 @@ impl<T: Copy> List<T> {
     }
 }
 
+/// More cells than a cavity among points that fill space evenly ever has: a point that undoes so many is let in.
+const MANY: usize = 128;
+
 /// In the incidence table, the mark of a vertex that has a number in the present border.
 const NUMBERED: u32 = 1 << 31;
 
@@ -147,7 +150,8 @@ fn conflicts_once<P: Point>(
 }
 
 impl<P: Point> Incremental<P> {
-    /// Adds the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound`; has it?
+    /// Adds the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound` or very many
+    /// cells; has it?
     pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {
         let q = self.points[vertex as usize];
         self.dig(q, query, seed);
@@ -167,11 +171,11 @@ impl<P: Point> Incremental<P> {
         true
     }
 
-    /// Has the cavity a vertex below `bound`? If not, it is filled again with what was there.
+    /// Has the cavity a vertex below `bound`, or very many cells? If not, it is filled again with what was there.
     fn is_beside(&mut self, bound: u32) -> bool {
         let (slots, cavity) = (&mut self.cells.slots[..], self.scratch.cavity.items());
         let has_one = |&cell: &u32| slots[cell as usize].vertices().as_ref().iter().any(|&v| v < bound);
-        if cavity.iter().any(has_one) {
+        if cavity.len() > MANY || cavity.iter().any(has_one) {
             return true;
         }
         for &cell in cavity {

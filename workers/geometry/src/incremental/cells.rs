@@ -187,11 +187,6 @@ impl<S: Simplex> Cells<S> {
         live.map(|(number, cell)| (number, cell.vertices(), cell.neighbours()))
     }
 
-    /// The cells made by the last insertion.
-    pub fn created(&self) -> &[u32] {
-        &self.created
-    }
-
     /// Checks that neighbours are mutual and share all but one vertex, and that no mark was left behind.
     /// For tests.
     ///

@@ -29,7 +29,7 @@ const fn bits(dimension: usize) -> u32 {
 /// input gives the same sequence of points (coincident points in the order of their numbers).
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let curve = Curve::over(points);
-    let key = |p: &P| round(p) << CURVE_BITS | curve.key(p);
+    let key = |p: &P| insertion_round(p) << CURVE_BITS | curve.key(p);
     let mut keyed = by_key(&points.iter().map(key).collect::<Vec<u64>>());
     for run in keyed.chunk_by_mut(|a, b| a.0 == b.0).filter(|run| run.len() > 1) {
         run.sort_unstable_by(|&(_, a), &(_, b)| {
@@ -71,8 +71,8 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     keyed
 }
 
-/// The round of a point, 0 the first: `7/8` of all points are in the last.
-fn round<P: Point>(p: &P) -> u64 {
+/// The round in which a point is inserted, 0 the first of 16: `7/8` of all points are in the last.
+pub fn insertion_round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
         hash = mix(hash ^ p.coord(i).to_bits());

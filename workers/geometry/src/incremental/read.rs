@@ -54,11 +54,6 @@ impl<P: Point> Incremental<P> {
         self.frame.extent()
     }
 
-    /// An infinite cell.
-    pub fn outer_cell(&self) -> u32 {
-        self.incident[0]
-    }
-
     /// A number that no circumradius of a finite cell exceeds, known without a square root: all of its circumball is
     /// within twice that of each of its vertices. Not a number where [`Incremental::ball`] knows none.
     #[inline]

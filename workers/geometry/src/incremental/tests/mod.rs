@@ -242,6 +242,36 @@ fn random_points_satisfy_the_invariants() {
     assert_eq!(dt.cells().count(), 2 * 1500 - 2 - hull);
 }
 
+fn any_order_in_place_gives_the_same_cells<P: Point>() {
+    for kind in nasty::KINDS {
+        let points = nasty::set::<P>(kind, 150, 5);
+        let Ok(whole) = Incremental::new(points.clone()) else { continue };
+        let n = points.len() as u32;
+        let orders = [
+            (0..n).collect(),
+            (0..n).rev().collect(),
+            (0..n).map(|i| i / 2 + i % 2 * n.div_ceil(2)).collect(),
+        ];
+        for order in orders as [Vec<u32>; 3] {
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..n));
+            let mut room = Vec::with_capacity(2 * points.len());
+            room.extend_from_slice(&points);
+            let dt = Incremental::build_in_place(room, order, &mut || true).unwrap();
+            check(&dt);
+            assert!(dt.vertices().iter().zip(&points).all(|(a, b)| *a == *b), "{kind}");
+            assert_eq!(by_coordinates(&dt), by_coordinates(&whole), "{kind}");
+        }
+    }
+}
+
+#[test]
+fn points_are_inserted_where_they_stand() {
+    any_order_in_place_gives_the_same_cells::<DVec3>();
+    any_order_in_place_gives_the_same_cells::<DVec2>();
+}
+
 /// The cells at the points `..home`, by coordinates.
 fn cells_beside<P: Point>(dt: &Incremental<P>, home: usize, points: &[P]) -> Vec<Vec<Vec<u64>>> {
     let bits = |p: &P| (0..P::DIM).map(|i| p.coord(i).to_bits()).collect::<Vec<u64>>();
@@ -288,6 +318,28 @@ fn points_that_are_nobodys_neighbours_are_left_out() {
     let mut dt = Incremental::build(far[..4].to_vec(), None).unwrap();
     let kept = far[4..].iter().filter(|&&p| dt.insert_beside(p, None, 4).unwrap().is_some()).count();
     assert!(kept < 16, "{kept}");
+}
+
+#[test]
+fn points_in_an_empty_part_do_not_all_look_at_the_same_cells() {
+    // A ball of home points and a shell of others; then points in between the shell's far side and nothing at home.
+    let mut random = Lcg(3);
+    let mut in_box = |low: f64, size: f64| {
+        DVec3::new(low + size * random.unit(), low + size * random.unit(), low + size * random.unit())
+    };
+    let home: Vec<DVec3> = (0..200).map(|_| in_box(0.0, 0.1)).collect();
+    let shell: Vec<DVec3> = (0..4000).map(|_| in_box(-2.0, 4.0).normalize()).collect();
+    let mut dt = Incremental::build(home, None).unwrap();
+    for &p in &shell {
+        dt.insert(p, None).unwrap();
+    }
+    let before = dt.vertices().len();
+    let late: Vec<DVec3> = (0..50).map(|_| in_box(2.0, 1.0)).collect();
+    let kept = late.iter().filter(|&&p| dt.insert_beside(p, None, 200).unwrap().is_some()).count();
+    check(&dt);
+    assert_eq!(dt.vertices().len(), before + kept);
+    // The first undoes very many cells of the hull, and is let in for that alone.
+    assert!(kept > 0 && kept < 50, "{kept}");
 }
 
 #[test]

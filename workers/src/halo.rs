@@ -1,0 +1,272 @@
+//! The halo of a piece: foreign points near its border, which come before it is triangulated.
+//!
+//! **Statement.** Every home point `x` has a radius `r(x)`, and is sent to each worker whose region may hold a point
+//! of the ball `B(x, r(x))`. Whatever the radii, what the workers triangulate then is right ([`crate::seam`]); cells whose
+//! ball lies in `B(x, r(x))` for each of their vertices at home need not be looked at again. A point that is clear of all
+//! separators by more than its radius goes nowhere, and cells that are clear of them by that need not be looked at, either.
+//!
+//! **Radii.** [`WIDTH`] times the distance between neighbours along the curve of insertion: the median over [`RUN`]
+//! points in a row, which goes with the density of the points, in the dimension that they have, and lets no gap
+//! between clusters stand for many points. A point of an earlier round has neighbours of later ones: its distance is
+//! scaled to the number of all.
+//!
+//! **A limit.** Where distances along the curve tell nothing (the curve has some 20 bits a coordinate: points of one of its
+//! cells stand in no useful order, as beside a point that is very far away) radii may be as large as the piece. A worker
+//! that would send more than [`MOST`] layers of its points to each side sends none: what others lack the seams find.
+//!
+//! **Why it pays.** Without a halo the cells of a piece end in a hull of their own, which foreign points undo when they
+//! come; and a hull's cells tell little of where neighbours are. Ghost layers are sent before the work in most
+//! distributed meshing (e.g. Peterka, Morozov and Phillips, "High-performance computation of distributed-memory parallel
+//! 3D Voronoi and Delaunay tessellation", 2014).
+//!
+//! **Rounds.** At most one a shared level. **Work.** O(1) a home point, and a test a shared level for each run and for
+//! each point of the runs near the border.
+
+use std::ops::Range;
+
+use septet_geometry::point::{Point, dist2};
+use septet_protocol::message::{Body, Message, PointBatch};
+
+use crate::piece::round_len;
+use crate::tree::Shared;
+use crate::worker::Worker;
+
+/// The radius of a halo over the distance between neighbours along the curve.
+const WIDTH: f64 = 2.2;
+
+/// Points in a row whose distances are taken together.
+const RUN: usize = 32;
+
+/// Layers of home points, `n^((d-1)/d)` each, that a worker sends to a shared level's other side at most.
+const MOST: f64 = 8.0;
+
+/// What a radius loses, so that the balls that it holds are held for certain.
+const SURE: f64 = 1.0 - 1e-9;
+
+/// How far around a home point nothing more has to be told.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Margin {
+    /// A radius whose ball crosses no separator of the path.
+    pub(crate) free: f64,
+    /// The radius of a ball that the point has been sent to all of, somewhat less.
+    pub(crate) sent: f64,
+}
+
+/// Points for both children of each shared node on the path.
+type Batches<P> = Vec<[PointBatch<P>; 2]>;
+
+/// The squared radii of points in order of insertion: one for every run, with the number of points in it.
+fn radii2<P: Point>(positions: &[P]) -> Vec<(usize, f64)> {
+    let mut radii2 = Vec::with_capacity(positions.len() / RUN + 16);
+    let mut gaps2 = Vec::with_capacity(RUN);
+    let mut rest = positions;
+    while !rest.is_empty() {
+        let (round, later) = rest.split_at(round_len(rest));
+        let density = round.len() as f64 / positions.len() as f64;
+        let scale = WIDTH * density.powf(1.0 / P::DIM as f64);
+        for run in round.chunks(RUN) {
+            let radius2 = scale * scale * median_gap2(run, &mut gaps2);
+            radii2.push((run.len(), if radius2.is_finite() { radius2 } else { 0.0 }));
+        }
+        rest = later;
+    }
+    radii2
+}
+
+/// The squared median distance of neighbours in a run; 0 of a point alone, which has no halo: what it lacks the seams
+/// find.
+fn median_gap2<P: Point>(run: &[P], gaps2: &mut Vec<f64>) -> f64 {
+    gaps2.clear();
+    gaps2.extend(run.windows(2).map(|pair| dist2(pair[0], pair[1])));
+    let middle = gaps2.len() / 2;
+    if gaps2.is_empty() { 0.0 } else { *gaps2.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// A centre of a run, and a radius around it that holds all of it.
+fn around<P: Point>(run: &[P]) -> (P, f64) {
+    let centre = run[run.len() / 2];
+    let farthest2 = run.iter().fold(0.0, |most: f64, &x| most.max(dist2(x, centre)));
+    (centre, farthest2.sqrt() / SURE)
+}
+
+impl<P: Point> Worker<P> {
+    /// Sends the home points near the border to where their balls reach.
+    pub(crate) fn begin_halo(&mut self) {
+        self.report_frame();
+        if self.path.is_empty() {
+            return;
+        }
+        let mut batches = self.batches();
+        let mut margins: Vec<Margin> = Vec::with_capacity(self.table.home as usize);
+        for (len, radius2) in radii2(&self.table.positions[..self.table.home as usize]) {
+            let run = margins.len()..margins.len() + len;
+            let end = run.end;
+            let free = self.send_run(run, radius2, &mut batches) * SURE;
+            margins.resize(end, Margin { free, sent: radius2.sqrt() * SURE });
+        }
+        let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
+        let layer = f64::from(self.table.home).powf((P::DIM - 1) as f64 / P::DIM as f64);
+        if sent as f64 > MOST * layer * self.path.len() as f64 {
+            for margin in &mut margins {
+                margin.sent = 0.0;
+            }
+            batches = self.batches();
+        }
+        self.seams.margins = margins;
+        self.send_halos(batches);
+    }
+
+    /// The points of a run to where their balls reach. Returns a radius whose balls cross no separator: most runs are far
+    /// from all, and theirs is larger than that of their halo.
+    fn send_run(&self, run: Range<usize>, radius2: f64, batches: &mut Batches<P>) -> f64 {
+        let (ids, points) = (&self.table.ids[run.clone()], &self.table.positions[run]);
+        let (centre, extent) = around(points);
+        let clearance = |shared: &Shared<P>| shared.split.separator.clearance(centre);
+        let free = self.path.iter().map(clearance).fold(f64::INFINITY, f64::min) - extent;
+        if free >= radius2.sqrt() {
+            return free;
+        }
+        for (shared, batch) in self.path.iter().zip(batches) {
+            let side = 1 - shared.mine;
+            for (&id, &x) in ids.iter().zip(points).filter(|&(_, &x)| shared.split.reaches(x, radius2, side))
+            {
+                batch[side].push(id, x, self.rank, radius2);
+            }
+        }
+        free.max(0.0)
+    }
+
+    /// Points of others' halos: those that reach this piece stay, and all go on to where they reach.
+    pub(crate) fn on_halo(&mut self, inbox: &mut Vec<Message<P>>) {
+        self.learn_frame(inbox);
+        let mut received = Vec::new();
+        inbox.retain_mut(|m| match &mut m.body {
+            Body::Ghosts(points) => {
+                received.push((m.node, std::mem::take(points)));
+                false
+            }
+            _ => true,
+        });
+        let mut batches = self.batches();
+        for (node, points) in received {
+            if let Some(holder) = self.relayed(node) {
+                self.out.send(holder, node, 0, Body::Ghosts(points));
+                continue;
+            }
+            let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
+            for at in 0..points.len() {
+                if self.halo_goes_on(&points, at, start, &mut batches) {
+                    self.arrive(&points, at);
+                }
+            }
+        }
+        self.send_halos(batches);
+    }
+
+    /// Sends a point on along the path, from a position on it. Does it reach this worker's piece?
+    fn halo_goes_on(
+        &self,
+        points: &PointBatch<P>,
+        at: usize,
+        start: usize,
+        batches: &mut Batches<P>,
+    ) -> bool {
+        let (x, radius2) = (points.positions[at], points.radii2[at]);
+        for (shared, batch) in self.path.iter().zip(batches).skip(start) {
+            let mut push = |side: usize| batch[side].push(points.ids[at], x, points.owners[at], radius2);
+            if shared.split.reaches(x, radius2, 1 - shared.mine) {
+                push(1 - shared.mine);
+            }
+            let mine = shared.split.reaches(x, radius2, shared.mine);
+            if mine && !shared.goes_on {
+                push(shared.mine);
+            }
+            if !mine || !shared.goes_on {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn batches(&self) -> Batches<P> {
+        self.path.iter().map(|_| <[PointBatch<P>; 2]>::default()).collect()
+    }
+
+    fn send_halos(&mut self, batches: Batches<P>) {
+        for (shared, batch) in self.path.iter().zip(batches) {
+            for (side, points) in batch.into_iter().enumerate().filter(|(_, points)| !points.is_empty()) {
+                let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
+                self.out.send(to, node, 0, Body::Ghosts(points));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+    use septet_geometry::incremental::insertion_order;
+
+    use super::*;
+
+    fn unit(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn random<P: Point>(n: usize, seed: u64) -> Vec<P> {
+        let mut state = seed;
+        let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);
+        let points: Vec<P> = (0..n).map(|_| draw()).collect();
+        insertion_order(&points).into_iter().map(|i| points[i as usize]).collect()
+    }
+
+    /// The radius of each point.
+    fn radii<P: Point>(points: &[P]) -> Vec<f64> {
+        let runs = radii2(points).into_iter();
+        runs.flat_map(|(len, radius2)| std::iter::repeat_n(radius2.sqrt(), len)).collect()
+    }
+
+    fn radii_go_with_the_density<P: Point>() {
+        let points = random::<P>(20_000, 3);
+        let spacing = (1.0 / 20_000.0f64).powf(1.0 / P::DIM as f64);
+        let radii = radii(&points);
+        assert_eq!(radii.len(), points.len());
+        let usual = radii.iter().filter(|&&r| r > spacing && r < 4.0 * spacing).count();
+        assert!(usual > 19_500, "{usual} of 20,000");
+    }
+
+    #[test]
+    fn radii_go_with_the_density_in_both_dimensions() {
+        radii_go_with_the_density::<DVec3>();
+        radii_go_with_the_density::<DVec2>();
+    }
+
+    #[test]
+    fn gaps_between_clusters_are_no_distances() {
+        let near = random::<DVec3>(4000, 5);
+        let both: Vec<DVec3> = near.iter().flat_map(|&x| [x, x + DVec3::splat(1e6)]).collect();
+        let both: Vec<DVec3> = insertion_order(&both).into_iter().map(|i| both[i as usize]).collect();
+        let far = radii(&both).into_iter().filter(|&r| r > 2.0).count();
+        assert!(far < 50, "{far} of 8000");
+    }
+
+    #[test]
+    fn nothing_and_little_have_radii() {
+        for n in 0..9 {
+            let points = random::<DVec3>(n, 7);
+            assert_eq!(radii(&points).len(), n);
+        }
+        let huge = [DVec3::splat(-1e300), DVec3::splat(1e300)];
+        assert!(radii(&huge).iter().all(|r| r.is_finite()));
+    }
+
+    #[test]
+    fn the_ball_around_a_run_holds_it() {
+        let points = random::<DVec3>(3000, 9);
+        for run in points.chunks(RUN) {
+            let (centre, extent) = around(run);
+            assert!(run.iter().all(|&x| dist2(x, centre).sqrt() <= extent));
+        }
+    }
+}
