@@ -67,13 +67,19 @@ impl<'a, P: Point> Border<'a, P> {
     /// The cells that reach out beyond the halo of a vertex at home.
     pub(crate) fn survey(&mut self) -> Vec<Outgoing<P::Cell>> {
         let mut found = Vec::new();
-        self.piece.each_cell(|slot, cell| {
-            let sent = self.beyond_halos(slot, cell);
-            if sent != 0 {
-                let levels = self.near(slot, cell);
-                self.note(slot, cell, levels, sent, &mut found);
-            }
-        });
+        let (piece, margins) = (self.piece, self.margins);
+        // Clear by one vertex is clear; what is not a number is not.
+        let is_clear = |slot, v: u32| 2.0 * piece.radius_bound(slot) <= margins[v as usize].free;
+        piece.each_cell_that(
+            |slot, v| !is_clear(slot, v),
+            |slot, cell| {
+                let sent = self.beyond(2.0 * piece.radius_bound(slot), cell);
+                if sent != 0 {
+                    let levels = self.near(slot, cell);
+                    self.note(slot, cell, levels, sent, &mut found);
+                }
+            },
+        );
         found
     }
 
@@ -94,14 +100,8 @@ impl<'a, P: Point> Border<'a, P> {
         }
     }
 
-    /// The vertices at home whose halo does not hold the cell's ball, a bit for each: the others have been sent to all that
-    /// the ball meets.
-    #[inline]
-    fn beyond_halos(&self, slot: u32, cell: &P::Cell) -> u8 {
-        self.beyond(2.0 * self.piece.radius_bound(slot), cell)
-    }
-
-    /// The vertices at home whose halo does not hold all balls that are so far across.
+    /// The vertices at home whose halo does not hold all balls that are so far across, a bit for each: the others have been
+    /// sent to all that such a ball meets.
     #[inline]
     fn beyond(&self, across: f64, cell: &P::Cell) -> u8 {
         let margin = |&v: &u32| self.margins.get(v as usize);

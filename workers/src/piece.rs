@@ -105,6 +105,21 @@ impl<P: Point> Piece<P> {
         }
     }
 
+    /// Calls `f` with every such cell that matters by its slot and its first vertex at home: most do not, and are not
+    /// looked at further.
+    pub(crate) fn each_cell_that(
+        &self,
+        matters: impl Fn(u32, u32) -> bool,
+        mut f: impl FnMut(u32, &P::Cell),
+    ) {
+        for (slot, cell, _) in self.delaunay.complex().entries() {
+            let at_home = cell.as_ref().iter().find(|&&v| v < self.home);
+            if at_home.is_some_and(|&v| matters(slot, v)) {
+                f(slot, &self.local(cell));
+            }
+        }
+    }
+
     /// What holds every point that conflicts with a cell of local numbers: the kernel's sphere where that is hardly larger
     /// than the cell's own.
     pub(crate) fn reach(&self, slot: u32, cell: &P::Cell, positions: &[P]) -> Reach<P> {

@@ -7,7 +7,8 @@
 //!
 //! **Work and depth.** The machine looks at all pairs in one vector step, and that is what its primitives charge
 //! ([`Cost::pairs_in_blocks`](crate::cost::Cost::pairs_in_blocks), [`Sweep::each_in_blocks`](crate::cost::Sweep::each_in_blocks)).
-//! A processor looks at the boxes, eight at a time, and at the blocks within the limit.
+//! A processor looks at boxes of eight blocks, eight of them at a time, then at those of the blocks in the ones within the
+//! limit, and at the blocks within it.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
@@ -15,9 +16,9 @@
 use std::marker::PhantomData;
 
 use crate::columns::{LANES, Rows};
-use crate::neighbourhood::{Found, bounds};
+use crate::neighbourhood::{Bounds, Found, bounds, join_bounds};
 use crate::point::Point;
-use crate::simd::{larger, widest};
+use crate::simd::{each_bit, larger, up_to, widest};
 
 /// Points in blocks, by their positions in a slice.
 #[derive(Clone, Debug)]
@@ -26,10 +27,15 @@ pub struct Blocks<P> {
     order: Vec<u32>,
     /// Coordinates in that order; behind the last point, and in blocks that are not, no numbers.
     axes: [Vec<f64>; 3],
-    /// Least and greatest coordinates of each block, in groups of eight blocks.
-    boxes: Vec<[[f64; LANES]; 6]>,
+    /// Boxes of the blocks, in groups of eight.
+    boxes: Vec<Boxes>,
+    /// Boxes of those groups, eight together.
+    groups: Vec<Boxes>,
     marker: PhantomData<P>,
 }
+
+/// Least and greatest coordinates of eight boxes; infinite for those that are none.
+type Boxes = [[f64; LANES]; 6];
 
 impl<P: Point> Blocks<P> {
     /// Puts points into blocks.
@@ -45,16 +51,12 @@ impl<P: Point> Blocks<P> {
             column.resize(groups * LANES * LANES, f64::NAN);
             column
         });
-        let mut boxes = vec![[[0.0; LANES]; 6]; groups];
-        for (number, block) in order.chunks(LANES).enumerate() {
-            let (low, high) = bounds(block.iter().map(|&i| points[i as usize]));
-            for axis in 0..P::DIM {
-                let sides = &mut boxes[number / LANES];
-                sides[axis][number % LANES] = low.coord(axis);
-                sides[3 + axis][number % LANES] = high.coord(axis);
-            }
-        }
-        Blocks { order, axes, boxes, marker: PhantomData }
+        let around = |block: &[u32]| bounds(block.iter().map(|&i| points[i as usize]));
+        let sides: Vec<Bounds<P>> = order.chunks(LANES).map(around).collect();
+        let joined = |group: &[Bounds<P>]| group[1..].iter().fold(group[0], |a, &b| join_bounds(a, b));
+        let (boxes, groups) =
+            (boxes_of(&sides), boxes_of(&sides.chunks(LANES).map(joined).collect::<Vec<_>>()));
+        Blocks { order, axes, boxes, groups, marker: PhantomData }
     }
 
     /// Number of points.
@@ -124,37 +126,55 @@ impl<P: Point> Blocks<P> {
         let (x, _) = self.axes[0].as_chunks::<LANES>();
         let (y, _) = self.axes[1].as_chunks::<LANES>();
         let (z, _) = self.axes[P::DIM - 1].as_chunks::<LANES>();
-        for (group, sides) in self.boxes.iter().enumerate() {
-            let mut within = [0usize; LANES];
-            let mut count = 0;
-            let gaps2: [f64; LANES] = std::array::from_fn(|i| {
-                let gap = |axis: usize| {
-                    larger(larger(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0)
-                };
-                let (x, y) = (gap(0), gap(1));
-                if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
-            });
-            for (i, &gap2) in gaps2.iter().enumerate() {
-                within[count] = group * LANES + i;
-                count += usize::from(gap2 <= limit2);
-            }
-            for &block in &within[..count] {
-                let (x, y, z) = (&x[block], &y[block], &z[block]);
-                let found: [f64; LANES] = std::array::from_fn(|i| {
-                    let (x, y) = (x[i] - at[0], y[i] - at[1]);
-                    if P::DIM == 2 {
-                        x * x + y * y
-                    } else {
-                        let z = z[i] - at[2];
-                        x * x + y * y + z * z
+        for (many, sides) in self.groups.iter().enumerate() {
+            for group in each_bit(within::<P>(sides, at, limit2)) {
+                let group = many * LANES + group;
+                // An endless limit takes in what is none.
+                let Some(boxes) = self.boxes.get(group) else { continue };
+                for block in each_bit(within::<P>(boxes, at, limit2)) {
+                    let block = group * LANES + block;
+                    let (x, y, z) = (&x[block], &y[block], &z[block]);
+                    let found: [f64; LANES] = std::array::from_fn(|i| {
+                        let (x, y) = (x[i] - at[0], y[i] - at[1]);
+                        if P::DIM == 2 {
+                            x * x + y * y
+                        } else {
+                            let z = z[i] - at[2];
+                            x * x + y * y + z * z
+                        }
+                    });
+                    if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                        limit2 = near(block * LANES, &found, limit2);
                     }
-                });
-                if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-                    limit2 = near(block * LANES, &found, limit2);
                 }
             }
         }
     }
+}
+
+/// Boxes of points, eight together.
+fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes> {
+    let mut boxes = vec![[[f64::INFINITY; LANES]; 6]; all.len().div_ceil(LANES)];
+    for (number, (low, high)) in all.iter().enumerate() {
+        let sides = &mut boxes[number / LANES];
+        for axis in 0..P::DIM {
+            sides[axis][number % LANES] = low.coord(axis);
+            sides[3 + axis][number % LANES] = high.coord(axis);
+        }
+    }
+    boxes
+}
+
+/// Those of eight boxes that are no farther than the limit, as the bits of a number.
+#[inline(always)]
+fn within<P: Point>(sides: &Boxes, at: [f64; 3], limit2: f64) -> u32 {
+    let gaps2: [f64; LANES] = std::array::from_fn(|i| {
+        let gap = |axis: usize| larger(larger(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0);
+        let (x, y) = (gap(0), gap(1));
+        if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
+    });
+    let any = gaps2.iter().fold(false, |any, &gap2| any | (gap2 <= limit2));
+    if any { up_to(&gaps2, limit2) } else { 0 }
 }
 
 /// Halves a set until its parts are blocks. Coordinates are compared by their leading bits, the last ones being the
@@ -198,7 +218,7 @@ mod tests {
 
     fn what_is_found_is_what_all_pairs_give<P: Point>() {
         for kind in KINDS {
-            for size in [1, 2, 7, 8, 9, 63, 64, 65, 200] {
+            for size in [1, 2, 7, 8, 9, 63, 64, 65, 200, 600] {
                 let points = set::<P>(kind, size, 3);
                 let blocks = Blocks::of(&points);
                 let mut places = blocks.order().to_vec();

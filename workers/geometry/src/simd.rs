@@ -33,6 +33,34 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// The lanes that are no larger than a limit, as the bits of a number. Not inlined: in the loop that computes the lanes
+/// it would turn them into eight single numbers.
+#[inline(never)]
+pub(crate) fn up_to(lanes: &[f64; 8], limit: f64) -> u32 {
+    let bits: [u64; 8] = std::array::from_fn(|lane| if lanes[lane] <= limit { 1 << lane } else { 0 });
+    bits.iter().fold(0, |all, bit| all | bit) as u32
+}
+
+/// The lanes that are not below their limits, as the bits of a number. Not inlined, like [`up_to`].
+#[inline(never)]
+pub(crate) fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
+    let bits: [u32; 8] = std::array::from_fn(|lane| if lanes[lane] < limits[lane] { 0 } else { 1 << lane });
+    bits.iter().fold(0, |all, bit| all | bit)
+}
+
+/// The numbers of the bits that are set, in order.
+#[inline(always)]
+pub(crate) fn each_bit(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(
+        #[inline(always)]
+        move || {
+            let lane = (bits != 0).then(|| bits.trailing_zeros() as usize);
+            bits &= bits.wrapping_sub(1);
+            lane
+        },
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,6 +74,17 @@ mod tests {
     #[inline(always)]
     fn single_products(x: &[f32], y: &[f32]) -> Vec<u32> {
         x.iter().zip(y).map(|(x, y)| (x * x + y * y - x * y).to_bits()).collect()
+    }
+
+    #[test]
+    fn lanes_are_told_by_bits() {
+        let x = [0.0, 2.0, -1.0, f64::NAN, 1.0, f64::INFINITY, 1.5, -0.0];
+        assert_eq!(each_bit(up_to(&x, 1.0)).collect::<Vec<_>>(), [0, 2, 4, 7]);
+        assert_eq!(each_bit(up_to(&x, f64::INFINITY)).collect::<Vec<_>>(), [0, 1, 2, 4, 5, 6, 7]);
+        let (x, limits) = (x.map(|x| x as f32), [0.0, 3.0, -1.0, 0.0, f32::NAN, 1.0, f32::INFINITY, 1.0]);
+        assert_eq!(each_bit(not_below(&x, &limits)).collect::<Vec<_>>(), [0, 2, 3, 4, 5]);
+        assert_eq!(each_bit(0).count(), 0);
+        assert_eq!(each_bit(u32::MAX).collect::<Vec<_>>(), (0..32).collect::<Vec<_>>());
     }
 
     #[test]

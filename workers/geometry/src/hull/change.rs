@@ -113,9 +113,9 @@ impl<P: Point> StarBuilder<P> {
         let added = self.points.len() - self.order.len();
         self.planes.clear(longest(&self.points));
         let slots = self.link.slots();
-        self.planes.make_room(slots as usize);
+        let room = self.planes.make_room(slots as usize);
         self.sides.clear();
-        self.sides.resize(slots as usize, Side::Clear);
+        self.sides.resize(room, Side::Clear);
         let to_come = longest(&self.points[added..]);
         for facet in 0..slots {
             enter(&mut self.planes, &self.points, facet, self.link.cell(facet), to_come);

@@ -138,7 +138,10 @@ impl<P: Point> StarBuilder<P> {
         self.seen = 0;
         self.loaded.clear();
         self.gone.clear();
-        self.order.extend(candidates.iter().filter(|&&i| i != centre));
+        self.order.extend_from_slice(candidates);
+        if candidates.contains(&centre) {
+            self.order.retain(|&i| i != centre);
+        }
         self.sort_by_distance(table, cost);
         let mut more = |this: &mut Self| this.look_at_more(table);
         let first = self.first_simplex(&mut more, cost);
@@ -321,8 +324,8 @@ impl<P: Point> StarBuilder<P> {
     fn enter_created(&mut self, longest: f64) {
         let slots = self.link.slots() as usize;
         if slots > self.sides.len() {
-            self.sides.resize(slots, Side::Clear);
-            self.planes.make_room(slots);
+            let room = self.planes.make_room(slots);
+            self.sides.resize(room, Side::Clear);
         }
         for &facet in self.link.created() {
             enter(&mut self.planes, &self.points, facet, self.link.cell(facet), longest);

@@ -38,7 +38,7 @@
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
 use crate::point::Point;
-use crate::simd::larger;
+use crate::simd::{each_bit, larger, not_below};
 
 /// `136 u`.
 const UNIT: f64 = 136.0 * (f64::EPSILON / 2.0);
@@ -136,14 +136,15 @@ impl Planes {
         self.scale = [scale, scale * scale, scale * scale * scale];
     }
 
-    /// Makes room for facets of so many numbers.
-    pub(super) fn make_room(&mut self, facets: usize) {
+    /// Makes room for facets of so many numbers, and for those that fill their last block; returns for how many.
+    pub(super) fn make_room(&mut self, facets: usize) -> usize {
         let blocks = facets.div_ceil(LANES);
         if blocks > self.blocks.len() {
             self.blocks.resize(blocks, EMPTY);
             self.rows.resize(blocks * LANES, NO_PLANE);
             self.reach2.resize(blocks * LANES, f64::INFINITY);
         }
+        blocks * LANES
     }
 
     /// No facet has this number, for the time being.
@@ -204,10 +205,7 @@ impl Planes {
             if clear {
                 continue;
             }
-            for (lane, (product, &low)) in product.into_iter().zip(&block.low).enumerate() {
-                if product < low {
-                    continue;
-                }
+            for lane in each_bit(not_below(&product, &block.low)) {
                 let facet = k * LANES + lane;
                 match self.side(facet, image) {
                     Side::Clear => {}
