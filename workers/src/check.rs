@@ -20,8 +20,7 @@
 //! **Rounds.** One, or two where lists are needed. **Work and depth.** One vector step over all link
 //! facets.
 
-use std::collections::{BTreeMap, HashSet};
-use std::hash::{BuildHasherDefault, Hasher};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use septet_geometry::complex::INFINITE;
@@ -32,7 +31,9 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::{Fault, map_in};
+use crate::links::is_facet_of;
 use crate::piece::{Piece, smallest_of};
+use crate::sums::{KeySet, Sums, join, mix, point_hash, unite};
 use crate::worker::{Worker, finite_cell};
 
 /// A cell of a home star that another star lacks: the home vertex, the position of its facet in the
@@ -42,60 +43,6 @@ pub(crate) struct Disagreement {
     pub(crate) home: u32,
     pub(crate) facet: u32,
     pub(crate) other: u32,
-}
-
-/// Order-free sums of a set of stars, by who else must hold the same.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Sums {
-    /// Pairs both at home, seen from the smallest vertex.
-    from_smallest: (u128, u64),
-    /// The same, seen from the other vertex.
-    from_other: (u128, u64),
-    /// Pairs with a vertex at home elsewhere.
-    remote: BTreeMap<Rank, (u128, u64)>,
-}
-
-impl Sums {
-    /// Adds or takes away one hash.
-    pub(crate) fn count(entry: &mut (u128, u64), key: u128, add: bool) {
-        *entry = if add {
-            (entry.0.wrapping_add(key), entry.1.wrapping_add(1))
-        } else {
-            (entry.0.wrapping_sub(key), entry.1.wrapping_sub(1))
-        };
-    }
-}
-
-/// Adds a sum of pairs with a vertex at home on a rank.
-fn add_remote(remote: &mut BTreeMap<Rank, (u128, u64)>, (rank, sum): (Rank, (u128, u64))) {
-    if sum != (0, 0) {
-        unite(remote.entry(rank).or_default(), sum);
-    }
-}
-
-/// A set of keys.
-type KeySet = HashSet<u128, BuildHasherDefault<KeyHasher>>;
-
-/// Hashes a key, which is a hash.
-#[derive(Default)]
-struct KeyHasher(u64);
-
-impl Hasher for KeyHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-    fn write(&mut self, bytes: &[u8]) {
-        for &b in bytes {
-            self.0 = self.0.rotate_left(8) ^ u64::from(b);
-        }
-    }
-    fn write_u128(&mut self, key: u128) {
-        self.0 = key as u64;
-    }
-}
-
-fn unite(entry: &mut (u128, u64), other: (u128, u64)) {
-    *entry = (entry.0.wrapping_add(other.0), entry.1.wrapping_add(other.1));
 }
 
 /// The state of checks.
@@ -111,22 +58,6 @@ pub(crate) struct Agreement {
     pub(crate) disagreements: Vec<Disagreement>,
     /// Number of workers whose fingerprints differ, and whether the own sums do.
     pub(crate) differing: u64,
-}
-
-/// The hash of a point: id and coordinate bits.
-fn point_hash<P: Point>(id: u64, x: P) -> u128 {
-    let mut h = u128::from(id) | 1 << 64;
-    for i in 0..P::DIM {
-        h = mix(h ^ u128::from(x.coord(i).to_bits()) << (i * 29));
-    }
-    mix(h)
-}
-
-/// Mixes 128 bits (the multiplier is that of the 128-bit PCG family).
-fn mix(h: u128) -> u128 {
-    let h = (h ^ (h >> 67)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
-    let h = (h ^ (h >> 59)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
-    h ^ (h >> 64)
 }
 
 /// Home points of one leaf that are scanned together.
@@ -251,7 +182,7 @@ impl<P: Point> Worker<P> {
                     _ => continue,
                 };
                 let entry = sums.remote.entry(table.owners[far as usize]).or_default();
-                Sums::count(entry, whole, true);
+                Sums::count(entry, whole);
             }
         });
         sums
@@ -305,12 +236,12 @@ impl<P: Point> Worker<P> {
     }
 
     /// The lexicographically smallest vertex of a cell of local numbers: by the first coordinates, unless two are equal.
+    #[inline]
     fn smallest(&self, cell: &P::Cell) -> u32 {
-        let vertices = cell.as_ref();
-        let (mut smallest, mut least, mut equal) =
-            (vertices[0], self.agreement.firsts[vertices[0] as usize], false);
+        let (vertices, firsts) = (cell.as_ref(), self.agreement.firsts.as_slice());
+        let (mut smallest, mut least, mut equal) = (vertices[0], firsts[vertices[0] as usize], false);
         for &v in &vertices[1..] {
-            let x = self.agreement.firsts[v as usize];
+            let x = firsts[v as usize];
             equal |= x == least;
             (smallest, least) = if x < least { (v, x) } else { (smallest, least) };
         }
@@ -351,50 +282,81 @@ impl<P: Point> Worker<P> {
         sums: &mut Sums,
         short: Option<&[AtomicU64]>,
     ) {
-        let mut own = 0u64;
+        let table = &self.table;
+        let (mut from_smallest, mut from_other) = ((0u128, 0u64), (0u128, 0u64));
         // Facets with vertices of one other worker follow each other.
         let mut away: (Rank, (u128, u64)) = (self.rank, (0, 0));
-        let Sums { from_smallest, from_other, remote } = sums;
-        let mut elsewhere = |rank: Rank, hash: u128| {
+        let mut elsewhere = |other: u32, hash: u128| {
+            let rank = table.owners[other as usize];
             if rank != away.0 {
-                add_remote(remote, std::mem::replace(&mut away, (rank, (0, 0))));
+                sums.join_remote(std::mem::replace(&mut away, (rank, (0, 0))), add);
             }
-            Sums::count(&mut away.1, hash, add);
+            Sums::count(&mut away.1, hash);
         };
-        for facet in link {
-            let Some(cell) = finite_cell::<P>(home, facet) else { continue };
-            let (smallest, hash) = (self.smallest(&cell), self.cell_hash(&cell));
+        self.each_cell(home, link, |facet, smallest, hash| {
             if smallest == home {
                 for &other in facet.as_ref() {
-                    if self.table.is_home(other) {
-                        own = own.wrapping_add(hash as u64);
-                        Sums::count(from_smallest, hash, add);
+                    if table.is_home(other) {
+                        Sums::count(&mut from_smallest, hash);
                     } else {
-                        elsewhere(self.table.owners[other as usize], hash);
+                        elsewhere(other, hash);
                     }
                 }
-            } else if self.table.is_home(smallest) {
+            } else if table.is_home(smallest) {
                 if let Some(short) = short {
                     short[smallest as usize].fetch_sub(hash as u64, Ordering::Relaxed);
                 }
-                Sums::count(from_other, hash, add);
+                Sums::count(&mut from_other, hash);
             } else {
-                elsewhere(self.table.owners[smallest as usize], hash);
+                elsewhere(smallest, hash);
             }
-        }
-        add_remote(remote, away);
+        });
+        sums.join_remote(away, add);
+        join(&mut sums.from_smallest, from_smallest, add);
+        join(&mut sums.from_other, from_other, add);
         if let Some(short) = short {
-            short[home as usize].fetch_add(own, Ordering::Relaxed);
+            short[home as usize].fetch_add(from_smallest.0 as u64, Ordering::Relaxed);
+        }
+    }
+
+    /// Calls `f` with the cells of a star: facet, smallest vertex, hash ([`Self::smallest`] and [`Self::cell_hash`] in one
+    /// look at each vertex).
+    #[inline]
+    fn each_cell(&self, home: u32, link: &[P::Facet], mut f: impl FnMut(&P::Facet, u32, u128)) {
+        let hashes = self.agreement.hashes.as_slice();
+        let firsts = &self.agreement.firsts[..hashes.len()];
+        let (own, first) = (hashes[home as usize], firsts[home as usize]);
+        'facets: for facet in link {
+            let (mut sum, mut smallest, mut least, mut equal) = (own, home, first, false);
+            for &v in facet.as_ref() {
+                let Some(&hash) = hashes.get(v as usize) else {
+                    assert_eq!(v, INFINITE, "a vertex stands in the table");
+                    continue 'facets;
+                };
+                let x = firsts[v as usize];
+                sum = sum.wrapping_add(hash);
+                equal |= x == least;
+                (smallest, least) = if x < least { (v, x) } else { (smallest, least) };
+            }
+            if equal && let Some(cell) = finite_cell::<P>(home, facet) {
+                smallest = smallest_of(&self.table.positions, &cell);
+            }
+            f(facet, smallest, mix(sum));
         }
     }
 
     /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.
     fn unknown_to_smallest(&self, home: u32, differ: &[bool], seen: &[AtomicU8]) -> Vec<Disagreement> {
         let mut found = Vec::new();
+        let differs = |&v: &u32| differ.get(v as usize).is_some_and(|&differs| differs);
         for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
+            // Most stars agree: only where one beside it does not, the smallest vertex is asked for.
+            if !link.as_ref().iter().any(differs) {
+                continue;
+            }
             let Some(cell) = finite_cell::<P>(home, link) else { continue };
             let smallest = self.smallest(&cell);
-            if smallest == home || !differ.get(smallest as usize).is_some_and(|&differs| differs) {
+            if smallest == home || !differs(&smallest) {
                 continue;
             }
             match self.position_in(smallest, &cell) {
@@ -409,8 +371,7 @@ impl<P: Point> Worker<P> {
 
     /// The position of a cell in the star of a home vertex of it.
     pub(crate) fn position_in(&self, home: u32, cell: &P::Cell) -> Option<u32> {
-        let others = |v: &u32| cell.as_ref().contains(v);
-        let at = self.stars.link(home).iter().position(|f| f.as_ref().iter().all(others))?;
+        let at = self.stars.link(home).iter().position(is_facet_of::<P>(cell, home))?;
         Some(self.stars.start(home) + at as u32)
     }
 
@@ -468,8 +429,17 @@ impl<P: Point> Worker<P> {
 
     /// Calls `f` with every pair shared with another worker: rank, key, and the disagreement it would be.
     fn each_shared(&self, mut f: impl FnMut(Rank, u128, Disagreement)) {
-        for home in 0..self.table.home {
-            for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
+        let homes = self.table.home;
+        for home in 0..homes {
+            // Most stars stand among home points alone.
+            let (link, mut leaves) = (self.stars.link(home), false);
+            for &v in bytemuck::cast_slice::<_, u32>(link) {
+                leaves |= v >= homes;
+            }
+            if !leaves {
+                continue;
+            }
+            for (facet, link) in (self.stars.start(home)..).zip(link) {
                 if link.as_ref().iter().all(|&v| v != INFINITE && self.table.is_home(v)) {
                     continue;
                 }

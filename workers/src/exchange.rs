@@ -20,7 +20,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::map_in;
-use crate::links::link_points;
+use crate::links::{Sought, link_points};
 use crate::query::Ball;
 use crate::rows::{Objections, Rows, cell_of};
 use crate::worker::Worker;
@@ -144,18 +144,6 @@ pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
     let mut ordered = *cell;
     ordered.as_mut().sort_unstable();
     ordered
-}
-
-/// Has a star the cell? Looks at every facet of its link.
-fn holds<P: Point>(link: &[P::Facet], home: u32, cell: &P::Cell, sweep: &mut Sweep) -> bool {
-    // No two facets of a link have the same vertices; that their sums are equal is asked first.
-    let sum = |vertices: &[u32]| vertices.iter().fold(0u32, |sum, &v| sum.wrapping_add(v));
-    let others = sum(cell.as_ref()).wrapping_sub(home);
-    let mut known = false;
-    sweep.each(link, |facet| {
-        known |= sum(facet.as_ref()) == others && facet.as_ref().iter().all(|v| cell.as_ref().contains(v));
-    });
-    known
 }
 
 impl<P: Point> Worker<P> {
@@ -315,7 +303,8 @@ impl<P: Point> Worker<P> {
         let (mut cost, mut looked, mut tests) = (Cost::ZERO, Sweep::default(), Sweep::default());
         let mut cells: Vec<P::Cell> = proposals.iter().map(|p| p.1).collect();
         cost.distinct_inside(&mut cells, Ord::cmp);
-        cells.retain(|cell| !holds::<P>(link, home, cell, &mut looked));
+        let sought = Sought::<P>::of(link, home);
+        cells.retain(|cell| !sought.has(cell, &mut looked));
         cost.swept_inside(looked);
         if !cells.is_empty() {
             let points = link_points::<P>(link, seen, &mut cost);
@@ -358,11 +347,11 @@ impl<P: Point> Worker<P> {
     /// One star, and all that is said against its cells.
     fn heed(&self, objections: &[Objection<P>], points: &[u32], out: &mut Considered<P>) {
         let home = objections[0].0;
-        let link = self.stars.link(home);
+        let sought = Sought::<P>::of(self.stars.link(home), home);
         let (mut cost, mut looked) = (Cost::ZERO, Sweep::default());
         let mut cells: Vec<P::Cell> = objections.iter().map(|o| o.1).collect();
         cost.distinct_inside(&mut cells, Ord::cmp);
-        cells.retain(|cell| holds::<P>(link, home, cell, &mut looked));
+        cells.retain(|cell| sought.has(cell, &mut looked));
         cost.swept_inside(looked);
         for (_, cell, _, range) in objections {
             if cells.binary_search(cell).is_ok() {

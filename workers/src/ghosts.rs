@@ -9,11 +9,11 @@
 //! **Rounds.** At most one a shared level. **Work and depth.** One vector step over the balls at a node.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
-use septet_geometry::separator::Side;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
@@ -22,6 +22,9 @@ use crate::tasks::Reach;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
 
+/// Home points that are looked at one after the other.
+const GROUP: usize = 4096;
+
 /// One walk of points through what a worker knows of the tree.
 struct Walk<'a, P> {
     rule: Supergraph,
@@ -29,9 +32,6 @@ struct Walk<'a, P> {
     leaves: &'a [Leaf<P>],
     shared: Vec<Sweep>,
     local: Vec<Sweep>,
-    /// `[interior, exterior]` home points whose separator ball crosses, of shared and of inner nodes.
-    crossing_shared: Vec<[u64; 2]>,
-    crossing_local: Vec<[u64; 2]>,
     reach: Reach,
 }
 
@@ -47,15 +47,13 @@ struct Pushed<P> {
 struct Counts {
     shared: Vec<Sweep>,
     local: Vec<Sweep>,
-    crossing_shared: Vec<[u64; 2]>,
-    crossing_local: Vec<[u64; 2]>,
     reach: Reach,
 }
 
 impl<P: Point> Walk<'_, P> {
     fn into_counts(self) -> Counts {
-        let Walk { shared, local, crossing_shared, crossing_local, reach, .. } = self;
-        Counts { shared, local, crossing_shared, crossing_local, reach }
+        let Walk { shared, local, reach, .. } = self;
+        Counts { shared, local, reach }
     }
 
     fn goes(&self, split: &Split<P>, side: usize, max2: f64, x: &Pushed<P>) -> bool {
@@ -63,22 +61,9 @@ impl<P: Point> Walk<'_, P> {
         split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
     }
 
-    fn crossing(&self, split: &Split<P>, x: &Pushed<P>) -> Option<usize> {
-        let crosses = split.separator.crosses(x.position, self.rule.separator_radius(x.radius2));
-        crosses.then(|| usize::from(split.separator.side(x.position) == Side::Exterior))
-    }
-
-    fn along_path(&mut self, start: usize, x: &Pushed<P>, out: &mut Vec<(usize, usize)>, push: bool) -> bool {
+    fn along_path(&mut self, start: usize, x: &Pushed<P>, out: &mut Vec<(usize, usize)>) -> bool {
         for i in start..self.path.len() {
             let shared = &self.path[i];
-            if x.home.is_some()
-                && let Some(side) = self.crossing(&shared.split, x)
-            {
-                self.crossing_shared[i][side] += 1;
-            }
-            if !push {
-                continue;
-            }
             self.shared[i].visit();
             let max2 = |side: usize| shared.summaries.as_ref().map_or(f64::INFINITY, |s| s[side].max_radius2);
             let other = 1 - shared.mine;
@@ -98,7 +83,7 @@ impl<P: Point> Walk<'_, P> {
         true
     }
 
-    fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, hits: &mut Vec<usize>, push: bool) {
+    fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, hits: &mut Vec<usize>) {
         match tree {
             Tree::Leaf(at) => {
                 if x.home != Some(self.leaves[*at].id) {
@@ -107,22 +92,15 @@ impl<P: Point> Walk<'_, P> {
             }
             Tree::Node(inner) => {
                 let home = x.home.map(|leaf| inner.id.side_of(leaf));
-                if home.is_some()
-                    && let Some(side) = self.crossing(&inner.split, x)
-                {
-                    self.crossing_local[inner.number][side] += 1;
-                }
-                if push {
-                    self.local[inner.number].visit();
-                }
+                self.local[inner.number].visit();
                 for (side, child) in inner.children.iter().enumerate() {
                     let on_way = home == Some(side);
-                    if on_way || (push && self.goes(&inner.split, side, inner.max_radius2[side], x)) {
+                    if on_way || self.goes(&inner.split, side, inner.max_radius2[side], x) {
                         let home = x.home.filter(|_| on_way);
                         if !on_way {
                             self.reach.visit(inner.id.child(side));
                         }
-                        self.down(child, &Pushed { home, ..*x }, hits, push);
+                        self.down(child, &Pushed { home, ..*x }, hits);
                     }
                 }
             }
@@ -138,8 +116,6 @@ impl<P: Point> Worker<P> {
             leaves: &self.leaves,
             shared: vec![Sweep::default(); self.path.len()],
             local: vec![Sweep::default(); self.inner_ids.len()],
-            crossing_shared: vec![[0; 2]; self.path.len()],
-            crossing_local: vec![[0; 2]; self.inner_ids.len()],
             reach: Reach::new(self.recorder.is_some()),
         }
     }
@@ -151,18 +127,51 @@ impl<P: Point> Worker<P> {
             self.finish_knn();
         }
         let push = self.config.sets == SetRule::Ghost && !fetched;
-        self.push_home(push);
+        self.count_crossings();
+        if push {
+            self.push_home();
+        }
         if self.config.sets != SetRule::Ghost {
             self.begin_set_recursion();
         }
     }
 
-    /// Measures every separator against the home points and, if asked, pushes them to other leaves.
-    fn push_home(&mut self, push: bool) {
+    /// Measures every separator against the home points below it, which follow each other.
+    fn count_crossings(&mut self) {
+        let (table, rule) = (&self.table, self.supergraph());
+        let homes = 0..table.home as usize;
+        let radii: Vec<f64> =
+            table.radii2[homes.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
+        let mut splits: Vec<(NodeId, &Split<P>, Range<usize>)> =
+            self.path.iter().map(|shared| (shared.id, &shared.split, homes.clone())).collect();
+        if let Some((_, tree)) = &self.tree {
+            splits_below(tree, &self.leaves, &mut splits);
+        }
+        let groups: Vec<(NodeId, &Split<P>, Range<usize>)> = splits
+            .into_iter()
+            .flat_map(|(id, split, homes)| {
+                let end = homes.end;
+                homes.step_by(GROUP).map(move |start| (id, split, start..end.min(start + GROUP)))
+            })
+            .collect();
+        let counted = map_in(&self.pool, &groups, |(id, split, homes)| {
+            let centres = table.positions[homes.clone()].iter().copied();
+            let balls = centres.zip(radii[homes.clone()].iter().copied());
+            (*id, split.separator.count_crossing(balls).1)
+        });
+        for (id, [inside, outside]) in counted {
+            let facts = self.ledger.facts(id);
+            facts.crossing_inside += inside;
+            facts.crossing_outside += outside;
+        }
+    }
+
+    /// Pushes home points to other leaves.
+    fn push_home(&mut self) {
         let mut groups = Vec::new();
         for (at, leaf) in self.leaves.iter().enumerate() {
             let homes: Vec<u32> = leaf.home().collect();
-            groups.extend(homes.chunks(4096).map(|c| (at, c.to_vec())));
+            groups.extend(homes.chunks(GROUP).map(|c| (at, c.to_vec())));
         }
         let walked = map_in(&self.pool, &groups, |(at, homes)| {
             let mut walk = self.ghost_walk();
@@ -175,9 +184,9 @@ impl<P: Point> Worker<P> {
                     home: Some(self.leaves[*at].id),
                 };
                 let (mut hits, mut ways) = (Vec::new(), Vec::new());
-                walk.along_path(0, &x, &mut ways, push);
+                walk.along_path(0, &x, &mut ways);
                 if let Some((_, tree)) = &self.tree {
-                    walk.down(tree, &x, &mut hits, push);
+                    walk.down(tree, &x, &mut hits);
                 }
                 if !hits.is_empty() || !ways.is_empty() {
                     found.push((home, hits, ways));
@@ -188,18 +197,10 @@ impl<P: Point> Worker<P> {
         let mut batches: BTreeMap<(NodeId, Rank), PointBatch<P>> = BTreeMap::new();
         let reduced: Vec<_> = walked.into_iter().map(|(found, walk)| (found, walk.into_counts())).collect();
         for (found, counts) in reduced {
-            let Counts { shared, local, crossing_shared, crossing_local, reach } = counts;
+            let Counts { shared, local, reach } = counts;
             self.charge_sets(&shared, &local);
             if let (Some(recorder), Some(reached)) = (&mut self.recorder, reach.reached) {
                 recorder.reached(Phase::Sets, reached);
-            }
-            let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
-            for (ids, crossings) in [(&ids, &crossing_shared), (&self.inner_ids, &crossing_local)] {
-                for (&id, crossing) in ids.iter().zip(crossings) {
-                    let facts = self.ledger.facts(id);
-                    facts.crossing_inside += crossing[0];
-                    facts.crossing_outside += crossing[1];
-                }
             }
             for (home, hits, ways) in found {
                 for at in hits {
@@ -272,10 +273,10 @@ impl<P: Point> Worker<P> {
                     home: None,
                 };
                 let (mut hits, mut ways) = (Vec::new(), Vec::new());
-                if walk.along_path(start, &x, &mut ways, true)
+                if walk.along_path(start, &x, &mut ways)
                     && let Some((_, tree)) = &self.tree
                 {
-                    walk.down(tree, &x, &mut hits, true);
+                    walk.down(tree, &x, &mut hits);
                 }
                 found.push((hits, ways));
             }
@@ -298,6 +299,26 @@ impl<P: Point> Worker<P> {
             let items = sweep.items();
             cost.swept(sweep);
             self.ledger.charge(Phase::Sets, node, cost, items);
+        }
+    }
+}
+
+/// The splits of a worker's own piece, in preorder, each with the home points below it. Returns those below the tree.
+fn splits_below<'a, P>(
+    tree: &'a Tree<P>,
+    leaves: &[Leaf<P>],
+    splits: &mut Vec<(NodeId, &'a Split<P>, Range<usize>)>,
+) -> Range<usize> {
+    match tree {
+        Tree::Leaf(at) => leaves[*at].start as usize..leaves[*at].end as usize,
+        Tree::Node(inner) => {
+            let place = splits.len();
+            splits.push((inner.id, &inner.split, 0..0));
+            let [interior, exterior] = [0, 1].map(|side| splits_below(&inner.children[side], leaves, splits));
+            debug_assert_eq!(interior.end, exterior.start, "leaves are numbered in the order of the tree");
+            let below = interior.start..exterior.end;
+            splits[place].2 = below.clone();
+            below
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Links of stars, compared and tested: what the exchange does with them, charged.
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::cost::{Cost, Marks};
+use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::point::Point;
 
 /// The facets of a new link that the old one lacks, and those of the old one that the new one lacks: both are
@@ -32,6 +32,46 @@ pub(crate) fn difference<P: Point>(
     cost.then(own);
     let facets = |places: Vec<usize>| places.into_iter().map(|i| both[i].1).collect();
     (facets(fresh), facets(gone))
+}
+
+/// The sum of some vertices' numbers.
+fn sum_of(vertices: &[u32]) -> u32 {
+    vertices.iter().fold(0, |sum: u32, &v| sum.wrapping_add(v))
+}
+
+/// Is a facet of the link of a vertex that of a cell? No two facets of a link have the same vertices; that their sums are
+/// equal is asked first.
+pub(crate) fn is_facet_of<P: Point>(cell: &P::Cell, home: u32) -> impl Fn(&P::Facet) -> bool {
+    let others = sum_of(cell.as_ref()).wrapping_sub(home);
+    move |facet| sum_of(facet.as_ref()) == others && facet.as_ref().iter().all(|v| cell.as_ref().contains(v))
+}
+
+/// A link in which cells are looked for.
+pub(crate) struct Sought<'a, P: Point> {
+    link: &'a [P::Facet],
+    home: u32,
+    /// The sum of each facet's vertices.
+    sums: Vec<u32>,
+}
+
+impl<'a, P: Point> Sought<'a, P> {
+    /// The link of a home vertex.
+    pub(crate) fn of(link: &'a [P::Facet], home: u32) -> Self {
+        Sought { link, home, sums: link.iter().map(|facet| sum_of(facet.as_ref())).collect() }
+    }
+
+    /// Has its star a cell? Looks at every facet: at its sum, and at its vertices only where some sum is that of
+    /// the cell.
+    pub(crate) fn has(&self, cell: &P::Cell, looks: &mut Sweep) -> bool {
+        looks.visit_lanes(self.sums.len());
+        let others = sum_of(cell.as_ref()).wrapping_sub(self.home);
+        let mut likely = false;
+        for &sum in &self.sums {
+            likely |= sum == others;
+        }
+        let mut likeliest = self.sums.iter().zip(self.link).filter(|&(&sum, _)| sum == others);
+        likely && likeliest.any(|(_, facet)| facet.as_ref().iter().all(|v| cell.as_ref().contains(v)))
+    }
 }
 
 /// The finite points of a link.

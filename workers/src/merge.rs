@@ -6,7 +6,7 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::measure::diameter_is_at_most;
+use septet_geometry::measure::Diameters;
 use septet_geometry::point::{Point, Simplex, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
@@ -41,8 +41,9 @@ impl<P: Point> Worker<P> {
         let groups = self.home_groups();
         let results = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
+            let mut diameters = Diameters::default();
             for home in homes.clone() {
-                sum.join(&self.merge_star(home, &mut sweep));
+                sum.join(&self.merge_star(home, &mut diameters, &mut sweep));
             }
             (sum, sweep)
         });
@@ -79,38 +80,42 @@ impl<P: Point> Worker<P> {
     }
 
     /// What a star contributes.
-    pub(crate) fn merge_star(&self, home: u32, sweep: &mut Sweep) -> Merged {
-        let positions = &self.table.positions;
-        let at = positions[home as usize];
-        let smaller = |v: u32| lex_cmp(&positions[v as usize], &at).is_lt();
-        let mut own = Merged::default();
+    pub(crate) fn merge_star(&self, home: u32, diameters: &mut Diameters, sweep: &mut Sweep) -> Merged {
+        let positions = self.table.positions.as_slice();
+        let (at, link) = (positions[home as usize], self.stars.link(home));
+        let first = at.coord(0);
+        let smaller = |&v: &u32| v != INFINITE && lex_cmp(&positions[v as usize], &at).is_lt();
+        let (mut finite, mut smallest_of, mut hull_facets) = (0u64, 0u64, 0u64);
         let mut has_smaller = false;
-        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
-        let mut provable = !self.exchange.repaired.contains(&home);
-        own.repaired = u64::from(!provable);
         // Of every facet each vertex is looked at.
-        sweep.visit_lanes(P::DIM * self.stars.link(home).len());
-        sweep.each(self.stars.link(home), |facet| {
-            let below = facet.as_ref().iter().any(|&v| v != INFINITE && smaller(v));
-            has_smaller |= below;
-            if let Some(cell) = finite_cell::<P>(home, facet) {
-                own.stars = 1;
-                own.cells += u64::from(!below);
-                provable = provable && {
-                    let mut corners = [at; 4];
-                    for (corner, &v) in corners.iter_mut().zip(cell.as_ref()) {
-                        *corner = positions[v as usize];
-                    }
-                    diameter_is_at_most(&corners[..=P::DIM], known)
-                };
-            } else {
-                own.hull_facets += u64::from(!below);
-                provable = false;
+        sweep.visit_lanes(P::DIM * link.len());
+        sweep.each(link, |facet| {
+            let mut least = f64::INFINITY;
+            for &v in facet.as_ref() {
+                let x = positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+                least = if x < least { x } else { least };
             }
+            // By the first coordinates, unless the least is this point's.
+            let below = least < first || (least == first && facet.as_ref().iter().any(smaller));
+            let infinite = facet.as_ref().contains(&INFINITE);
+            has_smaller |= below;
+            finite += u64::from(!infinite);
+            smallest_of += u64::from(!below && !infinite);
+            hull_facets += u64::from(!below && infinite);
         });
-        own.minima = u64::from(!has_smaller);
-        own.local = u64::from(provable);
-        own
+        let repaired = self.exchange.repaired.contains(&home);
+        let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
+        let provable =
+            !repaired && finite == link.len() as u64 && diameters.are_at_most(positions, home, link, known);
+        Merged {
+            repaired: u64::from(repaired),
+            stars: u64::from(finite > 0),
+            cells: smallest_of,
+            hull_facets,
+            minima: u64::from(!has_smaller),
+            local: u64::from(provable),
+            ..Merged::default()
+        }
     }
 
     fn send_merged(&mut self, node: NodeId, merged: Merged) {

@@ -8,7 +8,7 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::{NearestLists, nearest_direct, nearest_in_blocks};
-use septet_geometry::point::Point;
+use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
@@ -157,20 +157,24 @@ impl<P: Point> Worker<P> {
         let leaf_of = self.leaf_numbers();
         let mut recorder = self.recorder.take();
         self.sets.told = vec![Sweep::default(); self.leaves.len()];
+        let (table, sets, homes) = (&self.table, &mut self.sets, leaf_of.len());
+        // Of home points, all of the same length.
+        let (positions, radii2) = (&table.positions[..homes], &table.radii2[..homes]);
         for (leaf, number) in self.leaves.iter().zip(0u32..) {
             let mut edges = Sweep::default();
             for home in leaf.home() {
+                let own = positions[home as usize];
                 edges.each(&self.adjacency[home as usize], |&j| {
-                    if self.table.is_home(j) {
+                    if let Some(&x) = positions.get(j as usize) {
                         let to = leaf_of[j as usize];
-                        self.sets.tell(&self.table, (j, home), to);
+                        sets.tell((j, home), to, dist2(x, own), radii2[j as usize]);
                         if let Some(recorder) = &mut recorder {
                             recorder.reverse(number, to);
                         }
                     } else {
-                        let (points, targets) = batches.entry(self.table.owners[j as usize]).or_default();
-                        self.table.export(home, points);
-                        targets.push(self.table.ids[j as usize]);
+                        let (points, targets) = batches.entry(table.owners[j as usize]).or_default();
+                        table.export(home, points);
+                        targets.push(table.ids[j as usize]);
                     }
                 });
             }
@@ -212,7 +216,9 @@ impl<P: Point> Worker<P> {
             let numbers = self.table.receive_all(&points);
             for (number, target) in numbers.into_iter().zip(targets) {
                 if let Some(home) = self.table.find_home(target) {
-                    self.sets.tell(&self.table, (home, number), leaf_of[home as usize]);
+                    let [x, other] = [home, number].map(|i| self.table.positions[i as usize]);
+                    let radius2 = self.table.radii2[home as usize];
+                    self.sets.tell((home, number), leaf_of[home as usize], dist2(x, other), radius2);
                 }
             }
         }

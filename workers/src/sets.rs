@@ -18,13 +18,12 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::graph_direct;
-use septet_geometry::point::{Point, dist2, lex_cmp};
+use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 
 use crate::leader::{by_node, decide_sets};
-use crate::table::Table;
 use crate::tree::{Split, Tree};
 use crate::worker::Worker;
 
@@ -70,12 +69,12 @@ pub(crate) struct SetEngine {
 }
 
 impl SetEngine {
-    /// A home point of a leaf is told who is joined to it. All points as near as the last in its list are in the list, so
-    /// by their distance it sees whether it knows.
-    pub(crate) fn tell<P: Point>(&mut self, table: &Table<P>, edge: (u32, u32), leaf: u32) {
-        let [home, other] = [edge.0, edge.1].map(|i| table.positions[i as usize]);
+    /// A home point of a leaf, with this squared radius, is told who is joined to it, so far from it. All points as near
+    /// as the last in its list are in the list, so by their distance it sees whether it knows.
+    #[inline]
+    pub(crate) fn tell(&mut self, edge: (u32, u32), leaf: u32, distance2: f64, radius2: f64) {
         self.told[leaf as usize].visit();
-        if dist2(home, other) > table.radii2[edge.0 as usize] {
+        if distance2 > radius2 {
             self.reverse.push(edge);
         }
     }

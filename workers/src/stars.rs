@@ -166,24 +166,32 @@ impl<P: Point> Worker<P> {
     /// Counts edges once, at their smaller end; sends them if asked for.
     fn measure_graph(&mut self) {
         let mut edges = Vec::new();
+        let mut hash = self.ledger.edge_hash;
+        let positions = self.table.positions.as_slice();
+        let ids = &self.table.ids[..positions.len()];
         for leaf in &self.leaves {
-            let facts = self.ledger.nodes.entry(leaf.id).or_default();
+            let (mut counted, mut max_degree) = (0u64, 0);
             for home in leaf.home() {
                 let list = &self.adjacency[home as usize];
-                facts.max_degree = facts.max_degree.max(list.len() as u64);
-                let x = self.table.positions[home as usize];
+                max_degree = max_degree.max(list.len() as u64);
+                let (x, own) = (positions[home as usize], ids[home as usize]);
                 for &j in list {
-                    if lex_cmp(&x, &self.table.positions[j as usize]).is_lt() {
-                        facts.edges += 1;
-                        let pair = [self.table.ids[home as usize], self.table.ids[j as usize]];
-                        self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(edge_hash(pair));
+                    if lex_cmp(&x, &positions[j as usize]).is_lt() {
+                        let pair = [own, ids[j as usize]];
+                        // At most as many as there are items in the lists.
+                        counted = counted.wrapping_add(1);
+                        hash = hash.wrapping_add(edge_hash(pair));
                         if self.config.collect_graph {
                             edges.extend(pair);
                         }
                     }
                 }
             }
+            let facts = self.ledger.nodes.entry(leaf.id).or_default();
+            facts.max_degree = facts.max_degree.max(max_degree);
+            facts.edges += counted;
         }
+        self.ledger.edge_hash = hash;
         if !edges.is_empty() {
             self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(edges)));
         }
@@ -298,6 +306,7 @@ fn hand_down<P: Point>(
 }
 
 /// An order-free hash of an edge.
+#[inline]
 pub(crate) fn edge_hash(pair: [u64; 2]) -> u64 {
     let (a, b) = (pair[0].min(pair[1]), pair[0].max(pair[1]));
     let mut h = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.rotate_left(32);

@@ -10,8 +10,8 @@ use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 
-use crate::check::Sums;
 use crate::grow::Grown;
+use crate::sums::Sums;
 use crate::worker::Worker;
 
 /// Blocks in which the places of points in the input are told: machines whose number of workers divides it
@@ -194,7 +194,7 @@ impl<P: Point> Worker<P> {
                 self.each_pair(home, self.stars.link(home), |key, other| {
                     let to = starts.partition_point(|&end| end <= other) as u32;
                     if to != at as u32 {
-                        Sums::count(sums.entry((at as u32, to)).or_default(), key, true);
+                        Sums::count(sums.entry((at as u32, to)).or_default(), key);
                     }
                 });
             }

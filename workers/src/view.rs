@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use septet_geometry::cost::Sweep;
+use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId};
 use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
@@ -55,9 +56,10 @@ impl<P: Point> Worker<P> {
     }
 
     fn show_points(&self, part: &mut ViewPart<P>) {
+        let mut diameters = Diameters::default();
         for leaf in &self.leaves {
             for home in leaf.home().filter(|&home| self.is_shown(home)) {
-                let star = self.merge_star(home, &mut Sweep::default());
+                let star = self.merge_star(home, &mut diameters, &mut Sweep::default());
                 self.table.export(home, &mut part.points);
                 part.leaves.push(leaf.id.0);
                 part.crossing.push(self.crossed_levels(home, leaf.id));

@@ -29,10 +29,9 @@ pub struct Complex<S> {
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
     /// for nothing that it has not entered.
     starts: Vec<u32>,
-    /// Of a loading: ridges by the vertex that they start at, with the one that they end at and the code of their cell;
-    /// where each vertex's ridges end.
+    /// Of a loading: in places told by their ends, the codes of ridges whose other side has not come; the ridges there.
+    codes: Vec<u32>,
     ridges: Vec<(u32, u32)>,
-    ends: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +60,8 @@ impl<S: Simplex> Default for Complex<S> {
             border: Vec::new(),
             created: Vec::new(),
             starts: Vec::new(),
+            codes: Vec::new(),
             ridges: Vec::new(),
-            ends: Vec::new(),
         }
     }
 }
@@ -104,50 +103,43 @@ impl<S: Simplex> Complex<S> {
         self.created.extend(0..=n as u32);
     }
 
-    /// Takes the cells of a closed complex, oriented alike, of infinity and the vertices below `vertices`; they get
-    /// the slots of their order. Across a ridge stands the cell that has it turned round (in the plane, the cell that
-    /// starts where this one ends): each cell enters its ridges among those of the vertex that they start at, then
-    /// looks for them turned round. Returns false, with no use, if some ridge has no other side.
-    pub fn load(&mut self, cells: &[S], vertices: usize) -> bool {
+    /// Takes the cells of a closed complex, oriented alike, which get the slots of their order. Across a ridge stands
+    /// the cell that has it turned round (in the plane, the cell that starts where this one ends): the first of both
+    /// leaves the ridge in a table, where the second finds it. Returns false, with no use, if some ridge has no other
+    /// side.
+    pub fn load(&mut self, cells: &[S]) -> bool {
         self.clear();
-        for &cell in cells {
-            self.push(cell);
-        }
-        let (entered, sought) = if S::LEN == 2 { (1..2, 0..1) } else { (0..3, 0..3) };
-        self.ends.clear();
-        self.ends.resize(vertices + 2, 0);
-        for cell in cells {
-            for slot in entered.clone() {
-                let (first, _) = ridge(cell.as_ref(), slot);
-                self.ends[first.wrapping_add(1) as usize + 1] += 1;
-            }
-        }
-        for at in 1..self.ends.len() {
-            self.ends[at] += self.ends[at - 1];
-        }
-        self.ridges.clear();
-        self.ridges.resize(cells.len() * entered.len(), (NONE, NONE));
-        for (number, cell) in cells.iter().enumerate() {
-            for slot in entered.clone() {
+        assert!(cells.len() < 1 << 30, "more than 2^30 cells in one complex");
+        let neighbours = S::splat(NONE);
+        self.cells.extend(cells.iter().map(|&vertices| Cell { vertices, neighbours, is_live: true }));
+        // As many places as ridges are twice as many as are ever in use.
+        let places = (S::LEN * cells.len()).next_power_of_two();
+        self.codes.clear();
+        self.codes.resize(places, NONE);
+        self.ridges.resize(places.max(self.ridges.len()), (NONE, NONE));
+        let (codes, ridges) = (self.codes.as_mut_slice(), &mut self.ridges[..places]);
+        let mut open = 0u32;
+        for (number, cell) in (0u32..).zip(cells) {
+            for slot in 0..S::LEN {
                 let (first, last) = ridge(cell.as_ref(), slot);
-                // What was the start of a vertex's places becomes their end.
-                let place = &mut self.ends[first.wrapping_add(1) as usize];
-                self.ridges[*place as usize] = (last, (number as u32) << 2 | slot as u32);
-                *place += 1;
+                let code = number << 2 | slot as u32;
+                let mut at = place_of(first, last) & (places - 1);
+                // A pair that has met stays in its place, so that others that were put behind it are found.
+                while codes[at] != NONE && (ridges[at] != (last, first) || !may_meet::<S>(codes[at], slot)) {
+                    at = (at + 1) & (places - 1);
+                }
+                if codes[at] == NONE {
+                    (codes[at], ridges[at]) = (code, (first, last));
+                    open += 1;
+                } else {
+                    let other = std::mem::replace(&mut codes[at], MET);
+                    self.cells[number as usize].neighbours.as_mut()[slot] = other;
+                    self.cells[(other >> 2) as usize].neighbours.as_mut()[(other & 3) as usize] = code;
+                    open -= 1;
+                }
             }
         }
-        (0..cells.len() as u32).all(|cell| sought.clone().all(|slot| self.find_neighbour(cell, slot)))
-    }
-
-    /// Joins a loaded cell with the one across a ridge, if there is one.
-    fn find_neighbour(&mut self, cell: u32, slot: usize) -> bool {
-        let (first, last) = ridge(self.cell(cell).as_ref(), slot);
-        let place = last.wrapping_add(1) as usize;
-        let from = if place == 0 { 0 } else { self.ends[place - 1] };
-        let there = &self.ridges[from as usize..self.ends[place] as usize];
-        let Some(&(_, code)) = there.iter().find(|r| r.0 == first) else { return false };
-        self.join(cell, slot, code >> 2, (code & 3) as usize);
-        true
+        open == 0
     }
 
     /// Number of cell slots, dead ones included.
@@ -326,6 +318,22 @@ fn ridge(vertices: &[u32], slot: usize) -> (u32, u32) {
         (&[a, b, ..], _) => (a, b),
         _ => (NONE, NONE),
     }
+}
+
+/// In the place of a code: both sides of the ridge have come.
+const MET: u32 = NONE - 1;
+
+/// Where a ridge is looked for, from either side.
+#[inline]
+fn place_of(first: u32, last: u32) -> usize {
+    let (low, high) = (u64::from(first.min(last)), u64::from(first.max(last)));
+    ((high << 32 | low).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
+}
+
+/// Can a ridge with this code be the other side of one opposite `slot`? In the plane a cell ends where another starts.
+#[inline]
+fn may_meet<S: Simplex>(code: u32, slot: usize) -> bool {
+    code != MET && (S::LEN > 2 || code & 3 != slot as u32)
 }
 
 /// Two positions whose exchange turns a cell round without moving position `i`; of two vertices both.

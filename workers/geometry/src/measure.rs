@@ -1,7 +1,10 @@
 //! Measures of cells: circumradius, shortest edge, radius-edge ratio (paper, Section 1). Rounded; for
 //! reports and for the choice of parameters, never for a decision about the triangulation.
 
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+
 use crate::point::{Point, dist2};
+use crate::simd::widest;
 
 /// Squared circumradius of a cell of `DIM + 1` points; infinite for a flat one.
 pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
@@ -15,17 +18,62 @@ pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
     if r.is_nan() { f64::INFINITY } else { r }
 }
 
-/// Is the diameter of the circumsphere of a cell of `DIM + 1` points at most `length`, which is finite? With one division;
-/// never for a flat one.
-pub fn diameter_is_at_most<P: Point>(cell: &[P], length: f64) -> bool {
-    let mut rel = [P::default(); 3];
-    for i in 0..P::DIM {
-        rel[i] = cell[i + 1] - cell[0];
+/// Cells whose circumspheres are measured together: a star has seldom more.
+const TOGETHER: usize = 32;
+
+/// So many of them in one register, at most: what is measured is a multiple of this.
+const LANES: usize = 4;
+
+/// Measures the cells of stars, in reused storage.
+#[derive(Debug, Default)]
+pub struct Diameters {
+    /// Corners of cells but the first, one column for each coordinate of each.
+    corners: [[[f64; TOGETHER]; 3]; 3],
+    squares: [f64; TOGETHER],
+}
+
+impl Diameters {
+    /// Is the diameter of every circumsphere at most `length`, which is finite, of the cells that `table[centre]` forms
+    /// with these facets, all finite? With one division each; never if one is flat.
+    pub fn are_at_most<P: Point>(
+        &mut self,
+        table: &[P],
+        centre: u32,
+        link: &[P::Facet],
+        length: f64,
+    ) -> bool {
+        let at = table[centre as usize];
+        link.chunks(TOGETHER).all(|facets| {
+            widest(
+                #[inline(always)]
+                || self.measure(table, at, facets),
+            );
+            self.squares.iter().zip(facets).all(|(&square, _)| square <= length * length)
+        })
     }
-    let (w, v) = P::sphere_plane(&rel[..P::DIM]);
-    // The circumcentre relative to the first point is v / (2 w); not a number, or infinite, where w is zero.
-    let diameter = v * (1.0 / w);
-    diameter.norm2() <= length * length
+
+    /// The squared diameters for a few facets, and some more numbers up to a multiple of [`LANES`].
+    #[inline(always)]
+    fn measure<P: Point>(&mut self, table: &[P], at: P, facets: &[P::Facet]) {
+        for (lane, facet) in facets.iter().enumerate().take(TOGETHER) {
+            for (corner, &v) in self.corners.iter_mut().zip(facet.as_ref()) {
+                let x = table[v as usize];
+                for (axis, column) in corner.iter_mut().enumerate().take(P::DIM) {
+                    column[lane] = x.coord(axis);
+                }
+            }
+        }
+        for lane in 0..facets.len().next_multiple_of(LANES).min(TOGETHER) {
+            let rel: [P; 3] = std::array::from_fn(|corner| {
+                let mut x = P::default();
+                (0..P::DIM).for_each(|axis| x.set_coord(axis, self.corners[corner][axis][lane]));
+                x - at
+            });
+            let (w, v) = P::sphere_plane(&rel[..P::DIM]);
+            // The circumcentre relative to the first point is v / (2 w); not a number, or infinite, where w is zero.
+            self.squares[lane] = (v * (1.0 / w)).norm2();
+        }
+    }
 }
 
 /// Circumcentre of a cell of `DIM + 1` points; not finite for a flat one.
@@ -82,10 +130,19 @@ mod tests {
         let e = [DVec2::ZERO, DVec2::X, DVec2::new(0.5, 0.75f64.sqrt())];
         assert!((radius_edge_ratio(&e) - 1.0 / 3.0f64.sqrt()).abs() < 1e-12);
         assert_eq!(radius_edge_ratio(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0]), f64::INFINITY);
-        assert!(!diameter_is_at_most(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0], 1e9));
+        let mut diameters = Diameters::default();
+        assert!(!diameters.are_at_most(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0], 0, &[[1, 2]], 1e9));
         for unit in [1.0, 1e45, 1e-45] {
             let (t, width) = (t.map(|x| x * unit), 12f64.sqrt() * unit);
-            assert!(diameter_is_at_most(&t, width * 1.0001) && !diameter_is_at_most(&t, width * 0.9999));
+            // As many cells as fill some registers, and some more.
+            for cells in [1, 3, 4, 31, 32, 33, 70] {
+                let mut link = vec![[1, 2, 3]; cells];
+                assert!(diameters.are_at_most(&t, 0, &link, width * 1.0001));
+                assert!(!diameters.are_at_most(&t, 0, &link, width * 0.9999));
+                link[cells - 1] = [1, 2, 2];
+                assert!(!diameters.are_at_most(&t, 0, &link, width * 1.0001));
+            }
         }
+        assert!(diameters.are_at_most(&t, 0, &[], 0.0));
     }
 }

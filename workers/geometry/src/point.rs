@@ -139,7 +139,8 @@ impl Point for DVec2 {
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
         filter::in_circle(cell, q)
     }
-    #[inline]
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
     fn sphere_plane(rel: &[Self]) -> (f64, Self) {
         let (a, b) = (rel[0], rel[1]);
         let (aa, bb) = (a.dot(a), b.dot(b));
@@ -172,7 +173,8 @@ impl Point for DVec3 {
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded {
         filter::in_sphere(cell, q)
     }
-    #[inline]
+    #[expect(clippy::inline_always, reason = "see `filter`")]
+    #[inline(always)]
     fn sphere_plane(rel: &[Self]) -> (f64, Self) {
         let (a, b, c) = (rel[0], rel[1], rel[2]);
         let (aa, bb, cc) = (a.dot(a), b.dot(b), c.dot(c));

@@ -30,9 +30,7 @@ impl<P: Point> StarBuilder<P> {
         self.places.make_room(table.len());
         let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
         numbers.push(INFINITE);
-        for facet in link {
-            numbers.extend_from_slice(facet.as_ref());
-        }
+        numbers.extend_from_slice(bytemuck::cast_slice(link));
         let entries = numbers.len();
         numbers.extend(added.iter().filter(|&&v| v != centre));
         let distinct = cost.places_of(&mut numbers, &mut self.places);
@@ -81,22 +79,18 @@ impl<P: Point> StarBuilder<P> {
 
     /// The link as a complex, with the planes of its facets.
     fn load(&mut self, link: &[P::Facet], places: &[u32], cost: &mut Cost) -> bool {
-        let mut facets = Vec::with_capacity(link.len());
+        let mut facets = vec![P::Facet::splat(0); link.len()];
         let mut sweep = cost.sweep();
-        sweep.each(link, |_| {
-            let mut facet = P::Facet::splat(0);
-            let at = facets.len() * P::DIM;
-            for (v, place) in facet.as_mut().iter_mut().zip(&places[at..]) {
-                *v = place.wrapping_sub(1);
-            }
-            facets.push(facet);
-        });
+        sweep.visit_lanes(link.len());
+        for (v, place) in bytemuck::cast_slice_mut(&mut facets).iter_mut().zip(places) {
+            *v = place.wrapping_sub(1);
+        }
         cost.swept_inside(sweep);
         // The ridges are entered, and looked for.
         let mut joining = cost.sweep();
         joining.visit_lanes(2 * P::DIM * link.len());
         cost.swept_inside(joining);
-        if link.is_empty() || !self.link.load(&facets, self.points.len() - 1) {
+        if link.is_empty() || !self.link.load(&facets) {
             return false;
         }
         self.loaded.clear();

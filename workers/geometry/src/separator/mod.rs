@@ -25,6 +25,8 @@
 //! - Where no circle is admissible (the centrepoint lies on the sphere, as for samples that coincide
 //!   at the scale of the others), an axis-aligned plane cuts the samples by exact comparison.
 
+#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+
 mod centrepoint;
 mod draw;
 #[cfg(test)]
@@ -36,6 +38,7 @@ pub use draw::{
 };
 
 use crate::point::Point;
+use crate::simd::widest;
 
 /// The two sides of a separator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -123,12 +126,12 @@ impl<P: Point> Separator<P> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn local(&self, x: P) -> P {
         (x - self.origin) * self.unit
     }
 
-    #[inline]
+    #[inline(always)]
     fn value(&self, y: P) -> f64 {
         let linear = self.b.dot(y);
         // A plane must not see the square, which may overflow.
@@ -169,14 +172,12 @@ impl<P: Point> Separator<P> {
     }
 
     /// The same of a ball by its centre in local units, and the value there.
-    #[inline]
+    #[inline(always)]
     fn crosses_at(&self, y: P, value: f64, radius: f64) -> bool {
         let rho = radius * self.unit;
         let gradient = (y * (2.0 * self.a) + self.b).norm2().sqrt();
         let towards = if value < 0.0 { -self.a } else { self.a };
-        if towards > 0.0 && 2.0 * towards * rho >= gradient * (1.0 - SLACK) {
-            return true;
-        }
+        let holds_centre = towards > 0.0 && 2.0 * towards * rho >= gradient * (1.0 - SLACK);
         let (mut reach, mut linear) = (rho, 0.0);
         for i in 0..P::DIM {
             reach += y.coord(i).abs();
@@ -185,7 +186,29 @@ impl<P: Point> Separator<P> {
         let size = self.a.abs() * reach * reach + linear + self.c.abs();
         let least = value.abs() - rho * gradient + towards * rho * rho;
         let clear = least > SLACK * size + TINY;
-        !clear
+        holds_centre || !clear
+    }
+
+    /// Of balls by their centres and radii: how many centres lie inside, and of the balls that cross, how many do with
+    /// their centres inside, and outside.
+    pub fn count_crossing(&self, balls: impl Iterator<Item = (P, f64)>) -> (u64, [u64; 2]) {
+        widest(
+            #[inline(always)]
+            || {
+                let (mut inside, mut crossing) = (0u64, [0u64; 2]);
+                for (x, radius) in balls {
+                    let y = self.local(x);
+                    let value = self.value(y);
+                    let crosses = u64::from(self.crosses_at(y, value, radius));
+                    let interior = u64::from(value < 0.0);
+                    // At most as many as there are balls.
+                    inside = inside.wrapping_add(interior);
+                    crossing[0] = crossing[0].wrapping_add(crosses & interior);
+                    crossing[1] = crossing[1].wrapping_add(crosses & !interior);
+                }
+                (inside, crossing)
+            },
+        )
     }
 
     /// The radius of a ball around `x` that does not cross: nine tenths of its distance from `S` in rounded
