@@ -91,7 +91,7 @@ fn triangulate_plane(points: Vec<DVec2>) -> usize {
     cells(points)
 }
 
-#[library_benchmark(config = at_most(54_108_475))]
+#[library_benchmark(config = at_most(47_268_318))]
 #[bench::uniform(lists())]
 fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
     let mut builder = StarBuilder::default();
@@ -103,7 +103,7 @@ fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
     facets
 }
 
-#[library_benchmark(config = at_most(9_245_180))]
+#[library_benchmark(config = at_most(9_099_829))]
 #[bench::uniform(uniform(700))]
 fn nearest(points: Vec<DVec3>) -> usize {
     let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 48, &mut Cost::default());
