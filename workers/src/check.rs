@@ -61,7 +61,7 @@ pub(crate) struct Agreement {
 }
 
 /// Home points of one leaf that are scanned together.
-const GROUP: usize = 4096;
+pub(crate) const GROUP: usize = 4096;
 
 impl<P: Point> Worker<P> {
     /// Position of a leaf, and some of its home points.

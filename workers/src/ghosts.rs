@@ -17,13 +17,11 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
+use crate::check::GROUP;
 use crate::config::{SetRule, map_in};
 use crate::tasks::Reach;
 use crate::tree::{Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
-
-/// Home points that are looked at one after the other.
-const GROUP: usize = 4096;
 
 /// One walk of points through what a worker knows of the tree.
 struct Walk<'a, P> {
@@ -157,7 +155,7 @@ impl<P: Point> Worker<P> {
         let counted = map_in(&self.pool, &groups, |(id, split, homes)| {
             let centres = table.positions[homes.clone()].iter().copied();
             let balls = centres.zip(radii[homes.clone()].iter().copied());
-            (*id, split.separator.count_crossing(balls).1)
+            (*id, split.separator.count_crossing(balls))
         });
         for (id, [inside, outside]) in counted {
             let facts = self.ledger.facts(id);

@@ -86,7 +86,7 @@ impl<P: Point> StarBuilder<P> {
             *v = place.wrapping_sub(1);
         }
         cost.swept_inside(sweep);
-        // The ridges are entered, and looked for.
+        // The machine enters all ridges, then looks for all; a processor does the one or the other for each.
         let mut joining = cost.sweep();
         joining.visit_lanes(2 * P::DIM * link.len());
         cost.swept_inside(joining);

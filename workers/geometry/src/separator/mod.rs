@@ -189,24 +189,22 @@ impl<P: Point> Separator<P> {
         holds_centre || !clear
     }
 
-    /// Of balls by their centres and radii: how many centres lie inside, and of the balls that cross, how many do with
-    /// their centres inside, and outside.
-    pub fn count_crossing(&self, balls: impl Iterator<Item = (P, f64)>) -> (u64, [u64; 2]) {
+    /// Of balls by their centres and radii: how many cross with their centres inside, and how many with them outside.
+    pub fn count_crossing(&self, balls: impl Iterator<Item = (P, f64)>) -> [u64; 2] {
         widest(
             #[inline(always)]
             || {
-                let (mut inside, mut crossing) = (0u64, [0u64; 2]);
+                let mut crossing = [0u64; 2];
                 for (x, radius) in balls {
                     let y = self.local(x);
                     let value = self.value(y);
                     let crosses = u64::from(self.crosses_at(y, value, radius));
                     let interior = u64::from(value < 0.0);
                     // At most as many as there are balls.
-                    inside = inside.wrapping_add(interior);
                     crossing[0] = crossing[0].wrapping_add(crosses & interior);
                     crossing[1] = crossing[1].wrapping_add(crosses & !interior);
                 }
-                (inside, crossing)
+                crossing
             },
         )
     }
