@@ -28,15 +28,15 @@ pub(crate) struct Asked {
 }
 
 impl Asked {
-    /// Those of a batch, of which none is answered.
-    pub(crate) fn of<P>(from: Rank, batch: &QueryBatch<P>) -> Self {
+    /// Those of a batch, of which none is answered, with room for so many items in their lists.
+    pub(crate) fn of<P>(from: Rank, batch: &QueryBatch<P>, items: usize) -> Self {
         let queries = batch.slots.len();
         Asked {
             from,
             outstanding: queries as u32,
             slots: batch.slots.0.clone(),
             groups: batch.groups.0.clone(),
-            lists: Lists::default(),
+            lists: Lists::with_capacity(queries, items),
             places: vec![NONE; queries],
         }
     }
@@ -61,29 +61,38 @@ impl Asked {
     /// The answer, once; `marks` has a [`NONE`] for every point of the table, before and after.
     pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, marks: &mut [u32]) -> AnswerBatch<P> {
         let lists = std::mem::take(&mut self.lists);
-        let mut answer = AnswerBatch { groups: Bulk(std::mem::take(&mut self.groups)), ..Default::default() };
-        let (mut places, mut named) = (self.places.iter(), Vec::new());
-        for &queries in &answer.groups.0 {
-            for &place in places.by_ref().take(queries as usize) {
+        let (groups, slots) = (std::mem::take(&mut self.groups), std::mem::take(&mut self.slots));
+        let mut counts = Vec::with_capacity(slots.len());
+        let mut sizes = Vec::with_capacity(groups.len());
+        let mut places = Vec::with_capacity(lists.items());
+        // The points of all groups.
+        let (mut named, mut rest) = (Vec::new(), self.places.iter());
+        for &queries in &groups {
+            let begin = named.len();
+            for &place in rest.by_ref().take(queries as usize) {
                 let list = &lists[place as usize];
-                answer.counts.push(list.len() as u32);
+                counts.push(list.len() as u32);
                 for &number in list {
                     let mark = &mut marks[number as usize];
                     if *mark == NONE {
-                        *mark = named.len() as u32;
+                        *mark = (named.len() - begin) as u32;
                         named.push(number);
                     }
-                    answer.places.push(*mark);
+                    places.push(*mark);
                 }
             }
-            answer.sizes.push(named.len() as u32);
-            for number in named.drain(..) {
+            sizes.push((named.len() - begin) as u32);
+            for &number in &named[begin..] {
                 marks[number as usize] = NONE;
-                let i = number as usize;
-                answer.points.push(table.ids[i], table.positions[i], table.owners[i], f64::INFINITY);
             }
         }
-        answer.slots = Bulk(std::mem::take(&mut self.slots));
-        answer
+        AnswerBatch {
+            slots: Bulk(slots),
+            counts: Bulk(counts),
+            groups: Bulk(groups),
+            sizes: Bulk(sizes),
+            places: Bulk(places),
+            points: table.points(&named),
+        }
     }
 }

@@ -22,6 +22,12 @@ pub(crate) struct Chains {
 }
 
 impl Chains {
+    /// Makes room for more parts of so many numbers in all.
+    pub(crate) fn reserve(&mut self, parts: usize, numbers: usize) {
+        self.parts.reserve(parts);
+        self.numbers.reserve(numbers);
+    }
+
     /// Adds a part to a list.
     pub(crate) fn add(&mut self, chain: &mut Chain, part: impl IntoIterator<Item = u32>) {
         let begin = self.numbers.len();

@@ -83,25 +83,16 @@ impl<P: Point> Worker<P> {
     pub(crate) fn merge_star(&self, home: u32, diameters: &mut Diameters, sweep: &mut Sweep) -> Merged {
         let positions = self.table.positions.as_slice();
         let (at, link) = (positions[home as usize], self.stars.link(home));
-        let first = at.coord(0);
-        let smaller = |&v: &u32| v != INFINITE && lex_cmp(&positions[v as usize], &at).is_lt();
         let (mut finite, mut smallest_of, mut hull_facets) = (0u64, 0u64, 0u64);
         let mut has_smaller = false;
         // Of every facet each vertex is looked at.
         sweep.visit_lanes(P::DIM * link.len());
         sweep.each(link, |facet| {
-            let mut least = f64::INFINITY;
-            for &v in facet.as_ref() {
-                let x = positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
-                least = if x < least { x } else { least };
-            }
-            // By the first coordinates, unless the least is this point's.
-            let below = least < first || (least == first && facet.as_ref().iter().any(smaller));
-            let infinite = facet.as_ref().contains(&INFINITE);
-            has_smaller |= below;
-            finite += u64::from(!infinite);
-            smallest_of += u64::from(!below && !infinite);
-            hull_facets += u64::from(!below && infinite);
+            let (is_smallest, is_finite) = is_smallest_and_finite(positions, &at, facet);
+            has_smaller |= !is_smallest;
+            finite += u64::from(is_finite);
+            smallest_of += u64::from(is_smallest && is_finite);
+            hull_facets += u64::from(is_smallest && !is_finite);
         });
         let repaired = self.exchange.repaired.contains(&home);
         let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
@@ -194,14 +185,16 @@ impl<P: Point> Worker<P> {
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
         let mut sent = 0;
         for at in 0..self.leaves.len() {
-            let leaf = self.leaves[at].id.0;
+            let (leaf, positions) = (self.leaves[at].id.0, self.table.positions.as_slice());
             let before = sent + cells.len();
             for home in self.leaves[at].home() {
-                let x = self.table.positions[home as usize];
+                let x = positions[home as usize];
                 for facet in self.stars.link(home) {
-                    let Some(cell) = finite_cell::<P>(home, facet) else { continue };
-                    let is_smallest = |&v: &u32| lex_cmp(&x, &self.table.positions[v as usize]).is_lt();
-                    if facet.as_ref().iter().all(is_smallest) {
+                    let (is_smallest, is_finite) = is_smallest_and_finite(positions, &x, facet);
+                    if !(is_smallest && is_finite) {
+                        continue;
+                    }
+                    if let Some(cell) = finite_cell::<P>(home, facet) {
                         cells.extend(cell.as_ref().iter().map(|&v| self.table.ids[v as usize]));
                         if self.config.with_leaves {
                             homes.push(leaf);
@@ -295,6 +288,27 @@ impl<P: Point> Worker<P> {
             self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Ledger(Bulk(words)));
         }
     }
+}
+
+/// Has a facet of the link of a home point no finite vertex that is lexicographically smaller? And is it finite? By the first
+/// coordinates, unless the least is this point's.
+#[inline]
+fn is_smallest_and_finite<P: Point>(positions: &[P], at: &P, facet: &P::Facet) -> (bool, bool) {
+    let (mut least, mut is_finite) = (f64::INFINITY, true);
+    for &v in facet.as_ref() {
+        let x = positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+        least = if x < least { x } else { least };
+        is_finite &= v != INFINITE;
+    }
+    let first = at.coord(0);
+    (least > first || (least == first && has_none_smaller(positions, at, facet)), is_finite)
+}
+
+/// Is none of a facet's finite vertices lexicographically smaller than a point?
+#[cold]
+fn has_none_smaller<P: Point>(positions: &[P], at: &P, facet: &P::Facet) -> bool {
+    let is_smaller = |&v: &u32| v != INFINITE && lex_cmp(&positions[v as usize], at).is_lt();
+    !facet.as_ref().iter().any(is_smaller)
 }
 
 /// Merges a worker's own subtree, one charge an inner node.

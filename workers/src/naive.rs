@@ -11,6 +11,7 @@
 //! **Rounds.** One pass of messages for each shared level, the deepest first; up to `2 h'` rounds a pass for `h'`
 //! shared levels.
 
+use septet_geometry::found::FoundList;
 use septet_geometry::point::Point;
 
 use crate::forwards::Forwards;
@@ -88,7 +89,7 @@ impl<P: Point> Worker<P> {
         self.ask_afresh(ASK);
         let mut walk = self.walk();
         let mut nearer = Vec::new();
-        let mut found = Vec::new();
+        let mut found = FoundList::default();
         for (side, range) in homes.iter().enumerate() {
             for home in range.clone() {
                 let ball = Probe {
@@ -101,7 +102,7 @@ impl<P: Point> Worker<P> {
                 if goes {
                     found.clear();
                     walk.down(&inner.children[1 - side], &ball, &mut found);
-                    nearer.extend(found.iter().map(|f| (home, f.0)));
+                    nearer.extend(found.as_slice().iter().map(|f| (home, f.0)));
                 }
             }
         }

@@ -21,8 +21,9 @@ use std::collections::BTreeMap;
 
 use septet_geometry::complex::NONE;
 use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::found::FoundList;
 use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::{Found, NearestLists, keep_nearest};
+use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
@@ -138,7 +139,7 @@ pub(crate) struct Engine<P> {
     down: BTreeMap<NodeId, Sweep>,
     up: BTreeMap<NodeId, Sweep>,
     pairs: BTreeMap<NodeId, Sweep>,
-    scratch: Vec<Found>,
+    scratch: FoundList,
 }
 
 impl<P> Engine<P> {
@@ -179,7 +180,7 @@ impl<P> Default for Engine<P> {
             down: BTreeMap::new(),
             up: BTreeMap::new(),
             pairs: BTreeMap::new(),
-            scratch: Vec::new(),
+            scratch: FoundList::default(),
         }
     }
 }
@@ -217,7 +218,7 @@ impl<P: Point> Worker<P> {
         let walked = map_in(&self.pool, &groups, |group| {
             let mut walk = self.walk();
             let (mut done, mut leaving) = (Part::default(), LookedAt::default());
-            let (mut found, mut ways) = (Vec::new(), Vec::new());
+            let (mut found, mut ways) = (FoundList::default(), Vec::new());
             for (at, ball) in group.iter().enumerate() {
                 walk.start(ball.leaf);
                 let start = Probe {
@@ -244,8 +245,8 @@ impl<P: Point> Worker<P> {
                 }
                 let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
                 found.extend(own.iter().map(at_of));
-                let kth2 = keep_nearest(&mut found, ask.wanted as usize, ball.radius2);
-                let list = found.iter().map(|found| found.1);
+                let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
+                let list = found.as_slice().iter().map(|found| found.1);
                 if ways.is_empty() {
                     done.push(ball.home, kth2, list);
                 } else {
@@ -254,6 +255,11 @@ impl<P: Point> Worker<P> {
             }
             (done, leaving, walk.into_counts()) as Walked
         });
+        // What they found so far, and as much again that comes.
+        let leaving = walked.iter().map(|(_, leaving, _)| (leaving.balls.len(), leaving.found.items()));
+        let (balls, found) = leaving.fold((0, 0), |all, own| (all.0 + own.0, all.1 + own.1));
+        self.engine.pending.reserve(balls);
+        self.engine.chains.reserve(2 * balls, 2 * found);
         let mut forwards = Forwards::new(ask);
         for ((done, leaving, counts), group) in walked.into_iter().zip(groups) {
             self.engine.done.parts.push(done);
@@ -336,9 +342,9 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Keeps account of a batch of queries; returns its number.
-    fn ask_for(&mut self, from: Rank, batch: &QueryBatch<P>) -> u32 {
-        self.engine.asked.push(Asked::of(from, batch));
+    /// Keeps account of a batch of queries that found so much here; returns its number.
+    fn ask_for(&mut self, from: Rank, batch: &QueryBatch<P>, found: usize) -> u32 {
+        self.engine.asked.push(Asked::of(from, batch, found));
         self.engine.asked.len() as u32 - 1
     }
 
@@ -355,7 +361,7 @@ impl<P: Point> Worker<P> {
         let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
         let mut walk = self.walk();
         let mut results = LookedAt::default();
-        let (mut found, mut ways) = (Vec::new(), Vec::new());
+        let (mut found, mut ways) = (FoundList::default(), Vec::new());
         for (i, (&centre, &radius2)) in batch.centres.iter().zip(&batch.radii2.0).enumerate() {
             let ball = Probe { centre, radius2, home: None };
             found.clear();
@@ -365,11 +371,11 @@ impl<P: Point> Worker<P> {
             {
                 walk.down(tree, &ball, &mut found);
             }
-            keep_nearest(&mut found, batch.wanted as usize, radius2);
-            results.push(i, found.iter().map(|found| found.1), &ways);
+            found.keep_nearest(batch.wanted as usize, radius2);
+            results.push(i, found.as_slice().iter().map(|found| found.1), &ways);
         }
         self.count_walk(&walk.into_counts());
-        let asked = self.ask_for(from, batch);
+        let asked = self.ask_for(from, batch, results.found.items());
         let mut groups =
             (0u64..).zip(&batch.groups.0).flat_map(|(at, &n)| std::iter::repeat_n(at, n as usize));
         for (i, found, ways) in results.iter() {
@@ -397,7 +403,7 @@ impl<P: Point> Worker<P> {
     /// Passes queries for a node that turned out a leaf on to the rank that holds it.
     fn relay_queries(&mut self, from: Rank, node: NodeId, holder: Rank, batch: &QueryBatch<P>) {
         let mut on = batch.clone();
-        let asked = self.ask_for(from, batch);
+        let asked = self.ask_for(from, batch, 0);
         for (i, slot) in on.slots.iter_mut().enumerate() {
             *slot = self.engine.pending.len() as u32;
             self.engine.pending.push(Pending {
@@ -444,8 +450,8 @@ impl<P: Point> Worker<P> {
         let positions = &self.table.positions;
         scratch.clear();
         scratch.extend(chains.iter(pending.list).map(|j| (dist2(positions[j as usize], pending.centre), j)));
-        let kth2 = keep_nearest(scratch, ask.wanted as usize, pending.radius2);
-        let list = scratch.iter().map(|found| found.1);
+        let kth2 = scratch.keep_nearest(ask.wanted as usize, pending.radius2);
+        let list = scratch.as_slice().iter().map(|found| found.1);
         match pending.origin {
             None => done.push(pending.home, kth2, list),
             Some((of, query)) => asked[of as usize].answer(query, list),

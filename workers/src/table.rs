@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use septet_geometry::columns::Columns;
 use septet_geometry::point::Point;
+use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::PointBatch;
 
@@ -174,5 +175,16 @@ impl<P: Point> Table<P> {
         let i = at as usize;
         let radius2 = self.radii2.get(i).copied().unwrap_or(f64::INFINITY);
         batch.push(self.ids[i], self.positions[i], self.owners[i], radius2);
+    }
+
+    /// Points without balls.
+    pub(crate) fn points(&self, numbers: &[u32]) -> PointBatch<P> {
+        let each = || numbers.iter().map(|&i| i as usize);
+        PointBatch {
+            ids: Bulk(each().map(|i| self.ids[i]).collect()),
+            positions: Bulk(each().map(|i| self.positions[i]).collect()),
+            owners: Bulk(each().map(|i| self.owners[i]).collect()),
+            radii2: Bulk(vec![f64::INFINITY; numbers.len()]),
+        }
     }
 }

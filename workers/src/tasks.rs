@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use septet_geometry::neighbourhood::{Found, keep_nearest};
+use septet_geometry::found::{Found, FoundList};
 use septet_geometry::point::Point;
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
@@ -68,12 +68,13 @@ impl Reach {
     /// A ball reaches a node and finds these points below it.
     pub(crate) fn found(&mut self, node: NodeId, below: &[Found], wanted: usize, radius2: f64) {
         if let Some(reached) = &mut self.reached {
-            let mut nearest = below.to_vec();
-            keep_nearest(&mut nearest, wanted, radius2);
+            let mut nearest = FoundList::default();
+            nearest.extend(below.iter().copied());
+            nearest.keep_nearest(wanted, radius2);
             let entry = reached.entry((self.origin, node)).or_default();
             entry.balls += 1;
             entry.entries += nearest.len() as u64;
-            entry.points.extend(nearest.iter().map(|found| found.1));
+            entry.points.extend(nearest.as_slice().iter().map(|found| found.1));
         }
     }
 }

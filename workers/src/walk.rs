@@ -3,7 +3,7 @@
 use septet_geometry::blocks::Blocks;
 use septet_geometry::columns::Columns;
 use septet_geometry::cost::Sweep;
-use septet_geometry::neighbourhood::Found;
+use septet_geometry::found::FoundList;
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 
@@ -108,7 +108,7 @@ impl<P: Point> Walk<'_, P> {
         true
     }
 
-    pub(crate) fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut Vec<Found>) {
+    pub(crate) fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut FoundList) {
         match tree {
             Tree::Leaf(at) => self.at_leaf(*at, ball, found),
             Tree::Node(inner) => {
@@ -127,7 +127,7 @@ impl<P: Point> Walk<'_, P> {
                             let wanted = self.ask.wanted as usize;
                             self.counts.reach.found(
                                 inner.id.child(side),
-                                &found[before..],
+                                &found.as_slice()[before..],
                                 wanted,
                                 ball.radius2,
                             );
@@ -138,7 +138,7 @@ impl<P: Point> Walk<'_, P> {
         }
     }
 
-    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut Vec<Found>) {
+    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut FoundList) {
         let leaf = &self.leaves[at];
         if ball.home == Some(leaf.id) && !self.ask.own_leaf {
             return;

@@ -16,7 +16,8 @@
 use std::marker::PhantomData;
 
 use crate::columns::{LANES, Rows};
-use crate::neighbourhood::{Bounds, Found, bounds, join_bounds};
+use crate::found::FoundList;
+use crate::neighbourhood::{Bounds, bounds, join_bounds};
 use crate::point::Point;
 use crate::simd::{each_bit, larger, up_to, widest};
 
@@ -93,21 +94,20 @@ impl<P: Point> Blocks<P> {
 
     /// Appends the points no farther than the limit, but for those at `centre` itself: squared distance, and position in
     /// the slice, counted from `start`.
-    pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut Vec<Found>) {
+    pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut FoundList) {
         let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
         widest(
             #[inline(always)]
             || {
                 self.each_block(at, limit2, |first, distances2, limit2| {
-                    let mut last = found.len();
-                    found.resize(last + LANES, (0.0, 0));
-                    let numbers = &self.order[first..self.len().min(first + LANES)];
-                    // Without a branch: each is written, and stays if it is near.
-                    for (&d2, &number) in distances2.iter().zip(numbers) {
-                        found[last] = (d2, start + number);
-                        last += usize::from((d2 <= limit2) & (d2 > 0.0));
+                    let rest = &self.order[first..];
+                    let mut numbers = [0; LANES];
+                    match rest.first_chunk() {
+                        Some(block) => numbers = *block,
+                        None => numbers[..rest.len()].copy_from_slice(rest),
                     }
-                    found.truncate(last);
+                    let is_near = |d2: f64| (d2 <= limit2) & (d2 > 0.0);
+                    found.take_lanes(distances2, |lane| start + numbers[lane], is_near);
                     limit2
                 });
             },
@@ -226,12 +226,14 @@ mod tests {
                 assert!(places.into_iter().eq(0..points.len() as u32), "{kind}");
                 for (i, &centre) in points.iter().enumerate() {
                     for limit2 in [0.0, dist2(centre, points[i * 7 % points.len()]), f64::INFINITY] {
-                        let mut found = vec![(9.0, 9)];
-                        blocks.find_within(centre, limit2, 100, &mut found);
+                        let mut list = FoundList::default();
+                        list.push((9.0, 9));
+                        blocks.find_within(centre, limit2, 100, &mut list);
+                        let mut found = list.as_slice().to_vec();
                         assert_eq!(found.remove(0), (9.0, 9));
                         found.sort_by_key(|found| found.1);
                         let all = points.iter().zip(100..).map(|(&x, number)| (dist2(x, centre), number));
-                        let near: Vec<Found> = all.filter(|&(d2, _)| d2 > 0.0 && d2 <= limit2).collect();
+                        let near: Vec<(f64, u32)> = all.filter(|&(d2, _)| d2 > 0.0 && d2 <= limit2).collect();
                         assert_eq!(found, near, "{kind} {size}");
                     }
                 }
@@ -252,7 +254,7 @@ mod tests {
     #[test]
     fn of_nothing() {
         let blocks = Blocks::<DVec3>::of(&[]);
-        let mut found = Vec::new();
+        let mut found = FoundList::default();
         blocks.find_within(DVec3::ZERO, f64::INFINITY, 0, &mut found);
         assert!(blocks.is_empty() && found.is_empty());
     }

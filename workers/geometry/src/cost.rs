@@ -22,7 +22,7 @@ pub use marks::{Marks, Places};
 
 use crate::blocks::Blocks;
 use crate::columns::{Columns, Rows};
-use crate::neighbourhood::Found;
+use crate::found::FoundList;
 use crate::point::Point;
 
 /// Work and depth so far. See the module's text for the rules.
@@ -474,7 +474,7 @@ impl Sweep {
         centre: P,
         limit2: f64,
         start: u32,
-        found: &mut Vec<Found>,
+        found: &mut FoundList,
     ) {
         self.items += blocks.len() as u64;
         blocks.find_within(centre, limit2, start, found);

@@ -24,6 +24,8 @@ pub mod complex;
 
 pub mod separator;
 
+pub mod found;
+
 pub mod neighbourhood;
 
 pub mod graph;

@@ -17,11 +17,9 @@
 use crate::blocks::Blocks;
 use crate::columns::{Columns, LANES, Rows, one_by_one};
 use crate::cost::Cost;
+use crate::found::FoundList;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
-
-/// A neighbour found: squared distance and position in the caller's table.
-pub type Found = (f64, u32);
 
 /// The nearest points of many, ties included: for each the squared distance of the last that was wanted, infinite if
 /// there are fewer, and their positions in the caller's table. Distances are not kept: there is one expression for them.
@@ -66,35 +64,6 @@ impl NearestLists {
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[u32])> {
         self.kth2.iter().copied().zip(self.lists.iter())
     }
-}
-
-/// Keeps the entries no farther than the `k`-th nearest (ties included) and no farther than `limit2`.
-/// Returns the `k`-th squared distance, or infinity if there are fewer than `k`.
-pub fn keep_nearest(list: &mut Vec<Found>, k: usize, limit2: f64) -> f64 {
-    let farthest =
-        |list: &[Found]| list.iter().fold(0.0, |most, found| if found.0 > most { found.0 } else { most });
-    let mut most = farthest(list);
-    if most > limit2 {
-        list.retain(|e| e.0 <= limit2);
-        most = farthest(list);
-    }
-    if k == 0 || list.len() < k {
-        return f64::INFINITY;
-    }
-    if list.len() == k {
-        return most;
-    }
-    let kth = list.select_nth_unstable_by_key(k - 1, |e| e.0.to_bits()).1.0;
-    // Behind it stand those that are no nearer.
-    let mut kept = k;
-    for at in k..list.len() {
-        if list[at].0 == kth {
-            list.swap(kept, at);
-            kept += 1;
-        }
-    }
-    list.truncate(kept);
-    kth
 }
 
 /// For every row point, the columns within the `k`-th nearest other column (ties included), at most
@@ -158,10 +127,8 @@ struct Nearest<'a> {
     limit2: f64,
     /// The column that the row at hand is itself.
     own: u32,
-    /// Columns found for the row at hand, by their positions; room for more behind.
-    list: Vec<Found>,
-    found: usize,
-    scratch: Vec<u64>,
+    /// Columns found for the row at hand, by their positions.
+    found: FoundList,
     lists: NearestLists,
 }
 
@@ -178,42 +145,16 @@ impl<'a> Nearest<'a> {
             hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
             limit2: 0.0,
             own: 0,
-            list: vec![(0.0, 0); full_at(k) + LANES],
-            found: 0,
-            scratch: Vec::new(),
+            found: FoundList::default(),
             lists: NearestLists::default(),
         }
     }
 
-    /// Keeps the `k` nearest of the row at hand, ties included; returns the `k`-th's squared distance, or infinity.
-    fn prune(&mut self) -> f64 {
-        let k = self.k;
-        if k == 0 || self.found < k {
-            return f64::INFINITY;
-        }
-        self.scratch.clear();
-        // The bits of squared distances are in the order of the distances.
-        self.scratch.extend(self.list[..self.found].iter().map(|found| found.0.to_bits()));
-        let kth = f64::from_bits(*self.scratch.select_nth_unstable(k - 1).1);
-        let mut kept = 0;
-        for at in 0..self.found {
-            let found = self.list[at];
-            self.list[kept] = found;
-            kept += usize::from(found.0 <= kth);
-        }
-        self.found = kept;
-        kth
-    }
-
-    /// A list as long as it may get before it is pruned.
+    /// A list as long as it may get before it is pruned. Of many at the same distance all stay.
     #[inline]
     fn prune_if_full(&mut self) {
-        if self.found >= full_at(self.k) {
-            self.limit2 = self.limit2.min(self.prune());
-            // Of many at the same distance all stay.
-            if self.list.len() < self.found + LANES {
-                self.list.resize(2 * self.list.len(), (0.0, 0));
-            }
+        if self.found.len() >= full_at(self.k) {
+            self.limit2 = self.limit2.min(self.found.keep_kth(self.k));
         }
     }
 }
@@ -225,7 +166,7 @@ fn full_at(k: usize) -> usize {
 
 impl Rows for Nearest<'_> {
     fn begin(&mut self, row: usize) -> f64 {
-        self.found = 0;
+        self.found.clear();
         let number = self.rows[row];
         let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
         self.own = own.map_or(u32::MAX, |at| at as u32);
@@ -243,11 +184,10 @@ impl Rows for Nearest<'_> {
             return self.limit2;
         }
         if self.k == 1 && d2 < self.limit2 {
-            self.found = 0;
+            self.found.clear();
             self.limit2 = d2;
         }
-        self.list[self.found] = (d2, column as u32);
-        self.found += 1;
+        self.found.push((d2, column as u32));
         self.prune_if_full();
         self.limit2
     }
@@ -257,29 +197,22 @@ impl Rows for Nearest<'_> {
         if self.k == 1 || (self.own as usize).wrapping_sub(first) < LANES {
             return one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2));
         }
-        // Without a branch: each is written, and stays if it is near.
-        let mut count = 0;
-        let room = &mut self.list[self.found..self.found + LANES];
-        for (lane, &d2) in distances2.iter().enumerate() {
-            room[count & (LANES - 1)] = (d2, (first + lane) as u32);
-            count += usize::from(d2 <= limit2);
-        }
-        self.found += count;
+        self.found.take_lanes(distances2, |lane| (first + lane) as u32, |d2| d2 <= limit2);
         self.prune_if_full();
         self.limit2
     }
 
     fn end(&mut self, row: usize) {
-        let kth = self.prune();
+        let kth = self.found.keep_kth(self.k);
         if self.are_same {
-            for &(d2, column) in self.list[..self.found].iter().filter(|found| found.1 as usize > row) {
+            for &(d2, column) in self.found.as_slice().iter().filter(|found| found.1 as usize > row) {
                 let hint = &mut self.hints[column as usize];
                 if d2 < hint.0 {
                     *hint = (d2, kth);
                 }
             }
         }
-        self.lists.push(kth, self.list[..self.found].iter().map(|found| self.cols[found.1 as usize]));
+        self.lists.push(kth, self.found.as_slice().iter().map(|found| self.cols[found.1 as usize]));
     }
 }
 

@@ -212,6 +212,14 @@ pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
     Ordering::Equal
 }
 
+/// Is `a` before `b` in the order of [`lex_cmp`]? No branch depends on the points unless their first coordinates are
+/// equal.
+#[inline]
+pub fn is_lex_smaller<P: Point>(a: &P, b: &P) -> bool {
+    let (x, y) = (a.coord(0), b.coord(0));
+    if x == y { lex_cmp(a, b).is_lt() } else { x < y }
+}
+
 /// Squared distance, by the one expression used everywhere (symmetric in its arguments).
 #[inline]
 pub fn dist2<P: Point>(a: P, b: P) -> f64 {
