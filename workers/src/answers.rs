@@ -96,3 +96,40 @@ impl Asked {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn a_point_goes_once_for_each_group() {
+        let positions: Vec<DVec2> = (0..4).map(|i| DVec2::new(f64::from(i), 0.0)).collect();
+        let table = Table::of_home(vec![100, 101, 102, 103], positions.clone(), 5);
+        let batch = QueryBatch::<DVec2> {
+            slots: Bulk(vec![7, 8, 9]),
+            groups: Bulk(vec![2, 0, 1]),
+            ..QueryBatch::default()
+        };
+        let mut asked = Asked::of(3, &batch, 0);
+        let mut marks = vec![NONE; 4];
+        // In the order in which they are done.
+        asked.answer(2, [1, 0]);
+        asked.answer(0, [3, 1]);
+        assert!(!asked.is_complete());
+        asked.answer(1, [1, 2, 3]);
+        assert!(asked.is_complete());
+        let answer = asked.take(&table, &mut marks);
+        assert_eq!((answer.slots.0, answer.counts.0), (vec![7, 8, 9], vec![2, 3, 2]));
+        assert_eq!((answer.groups.0, answer.sizes.0), (vec![2, 0, 1], vec![3, 0, 2]));
+        assert_eq!(answer.places.0, [0, 1, 1, 2, 0, 0, 1]);
+        let points = answer.points;
+        assert_eq!(points.ids.0, [103, 101, 102, 101, 100]);
+        assert!(points.positions.0.into_iter().eq([3, 1, 2, 1, 0].map(|i: usize| positions[i])));
+        assert!(points.owners.0.iter().all(|&owner| owner == 5) && points.radii2.0 == [f64::INFINITY; 5]);
+        assert!(marks.iter().all(|&mark| mark == NONE));
+        // Nothing is sent twice.
+        assert!(!asked.is_complete());
+    }
+}

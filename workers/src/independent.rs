@@ -32,14 +32,14 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::lists::Lists;
 use septet_geometry::near::graph_near;
-use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::point::Point;
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::{Task, map_in};
-use crate::stars::edge_hash;
+use crate::edges::Edges;
 use crate::tree::Leaf;
 use crate::worker::Worker;
 
@@ -91,14 +91,6 @@ struct Half {
     cost: Cost,
 }
 
-/// What a leaf's part of the graph counts.
-#[derive(Default)]
-struct Counted {
-    edges: u64,
-    max_degree: u64,
-    hash: u64,
-}
-
 impl<P: Point> Worker<P> {
     /// The conflict graph of the home points.
     pub(crate) fn begin_conflicts(&mut self) {
@@ -115,38 +107,20 @@ impl<P: Point> Worker<P> {
             let mut cost = Cost::ZERO;
             let rows = leaf.home_len() as usize;
             let lists = graph_near(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
-            let counted = self.count_edges(leaf, &lists);
-            (lists, cost, members.len() as u64, counted)
+            let mut edges = Edges::default();
+            for (home, list) in leaf.home().zip(lists.iter()) {
+                edges.take(table, home, list, |_| {});
+            }
+            (lists, cost, members.len() as u64, edges)
         });
         let mut graphs = Vec::with_capacity(results.len());
-        for (leaf, (lists, cost, members, counted)) in self.leaves.iter().zip(results) {
+        for (leaf, (lists, cost, members, edges)) in self.leaves.iter().zip(results) {
             self.ledger.charge(Phase::Graph, leaf.id, cost, members);
-            let facts = self.ledger.facts(leaf.id);
-            facts.members += members;
-            facts.edges += counted.edges;
-            facts.max_degree = facts.max_degree.max(counted.max_degree);
-            self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(counted.hash);
+            self.ledger.facts(leaf.id).members += members;
+            edges.enter(leaf.id, &mut self.ledger);
             graphs.push(lists);
         }
         self.selection = Selection { graphs, ..Selection::default() };
-    }
-
-    /// Counts edges once, at their smaller end.
-    fn count_edges(&self, leaf: &Leaf<P>, lists: &Lists<u32>) -> Counted {
-        let mut counted = Counted::default();
-        for (row, home) in leaf.home().enumerate() {
-            let list = &lists[row];
-            counted.max_degree = counted.max_degree.max(list.len() as u64);
-            let (x, id) = (self.table.positions[home as usize], self.table.ids[home as usize]);
-            for &j in list {
-                if lex_cmp(&x, &self.table.positions[j as usize]).is_lt() {
-                    counted.edges += 1;
-                    let hash = edge_hash([id, self.table.ids[j as usize]]);
-                    counted.hash = counted.hash.wrapping_add(hash);
-                }
-            }
-        }
-        counted
     }
 
     /// Puts out the neighbours of points that are in from the start.

@@ -88,7 +88,7 @@ impl<P: Point> Worker<P> {
         // Of every facet each vertex is looked at.
         sweep.visit_lanes(P::DIM * link.len());
         sweep.each(link, |facet| {
-            let (is_smallest, is_finite) = is_smallest_and_finite(positions, &at, facet);
+            let (is_smallest, is_finite) = look_at_facet(positions, &at, facet);
             has_smaller |= !is_smallest;
             finite += u64::from(is_finite);
             smallest_of += u64::from(is_smallest && is_finite);
@@ -190,11 +190,10 @@ impl<P: Point> Worker<P> {
             for home in self.leaves[at].home() {
                 let x = positions[home as usize];
                 for facet in self.stars.link(home) {
-                    let (is_smallest, is_finite) = is_smallest_and_finite(positions, &x, facet);
-                    if !(is_smallest && is_finite) {
-                        continue;
-                    }
-                    if let Some(cell) = finite_cell::<P>(home, facet) {
+                    // Most cells belong to another vertex.
+                    if look_at_facet(positions, &x, facet) == (true, true)
+                        && let Some(cell) = finite_cell::<P>(home, facet)
+                    {
                         cells.extend(cell.as_ref().iter().map(|&v| self.table.ids[v as usize]));
                         if self.config.with_leaves {
                             homes.push(leaf);
@@ -290,10 +289,10 @@ impl<P: Point> Worker<P> {
     }
 }
 
-/// Has a facet of the link of a home point no finite vertex that is lexicographically smaller? And is it finite? By the first
-/// coordinates, unless the least is this point's.
+/// Two questions of a facet of a home point's link: is no finite vertex of it lexicographically smaller than the point, and
+/// are all its vertices finite? The first is told by first coordinates, unless the least is the point's own.
 #[inline]
-fn is_smallest_and_finite<P: Point>(positions: &[P], at: &P, facet: &P::Facet) -> (bool, bool) {
+fn look_at_facet<P: Point>(positions: &[P], at: &P, facet: &P::Facet) -> (bool, bool) {
     let (mut least, mut is_finite) = (f64::INFINITY, true);
     for &v in facet.as_ref() {
         let x = positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
@@ -305,7 +304,6 @@ fn is_smallest_and_finite<P: Point>(positions: &[P], at: &P, facet: &P::Facet) -
 }
 
 /// Is none of a facet's finite vertices lexicographically smaller than a point?
-#[cold]
 fn has_none_smaller<P: Point>(positions: &[P], at: &P, facet: &P::Facet) -> bool {
     let is_smaller = |&v: &u32| v != INFINITE && lex_cmp(&positions[v as usize], at).is_lt();
     !facet.as_ref().iter().any(is_smaller)
@@ -325,5 +323,43 @@ fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(No
             charges.push((inner.id, cost));
             all
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+
+    /// Asks of every facet, infinite ones too, of some points, against what the order of the points says.
+    fn facets_are_told_by_the_order<P: Point>(points: &[P], facets: &[P::Facet]) {
+        for at in points {
+            for facet in facets {
+                let finite: Vec<&P> = facet.as_ref().iter().filter_map(|&v| points.get(v as usize)).collect();
+                let is_smallest = finite.iter().all(|x| !lex_cmp(*x, at).is_lt());
+                let expected = (is_smallest, finite.len() == P::DIM);
+                assert_eq!(look_at_facet(points, at, facet), expected, "{at:?} {facet:?}");
+            }
+        }
+    }
+
+    /// The corners of the unit cube and infinity: many first coordinates are equal.
+    #[test]
+    fn facets_in_space() {
+        let points: Vec<DVec3> =
+            (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2))).collect();
+        let vertices = || (0..8u32).chain([INFINITE]);
+        let pairs = vertices().flat_map(|a| vertices().map(move |b| (a, b)));
+        let facets: Vec<[u32; 3]> = pairs.flat_map(|(a, b)| vertices().map(move |c| [a, b, c])).collect();
+        facets_are_told_by_the_order(&points, &facets);
+    }
+
+    #[test]
+    fn facets_in_the_plane() {
+        let points: Vec<DVec2> = (0..4).map(|i| DVec2::new(f64::from(i & 1), f64::from(i >> 1))).collect();
+        let vertices = || (0..4u32).chain([INFINITE]);
+        let facets: Vec<[u32; 2]> = vertices().flat_map(|a| vertices().map(move |b| [a, b])).collect();
+        facets_are_told_by_the_order(&points, &facets);
     }
 }

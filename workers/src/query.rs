@@ -255,10 +255,10 @@ impl<P: Point> Worker<P> {
             }
             (done, leaving, walk.into_counts()) as Walked
         });
-        // What they found so far, and as much again that comes.
+        // What they found so far, and room for as much again that comes: other workers' balls too.
         let leaving = walked.iter().map(|(_, leaving, _)| (leaving.balls.len(), leaving.found.items()));
         let (balls, found) = leaving.fold((0, 0), |all, own| (all.0 + own.0, all.1 + own.1));
-        self.engine.pending.reserve(balls);
+        self.engine.pending.reserve(2 * balls);
         self.engine.chains.reserve(2 * balls, 2 * found);
         let mut forwards = Forwards::new(ask);
         for ((done, leaving, counts), group) in walked.into_iter().zip(groups) {

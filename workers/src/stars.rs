@@ -16,12 +16,13 @@ use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::nearest_direct;
-use septet_geometry::point::{Point, is_lex_smaller, lex_cmp};
+use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
 
 use crate::config::{SetRule, map_in};
+use crate::edges::Edges;
 use crate::piece::Piece;
 use crate::tree::{Leaf, Tree};
 use crate::worker::Worker;
@@ -165,35 +166,21 @@ impl<P: Point> Worker<P> {
 
     /// Counts edges once, at their smaller end; sends them if asked for.
     fn measure_graph(&mut self) {
-        let mut edges = Vec::new();
-        let mut hash = self.ledger.edge_hash;
-        let positions = self.table.positions.as_slice();
-        let ids = &self.table.ids[..positions.len()];
+        let mut sent = Vec::new();
         for leaf in &self.leaves {
-            let (mut counted, mut max_degree) = (0u64, 0);
+            let mut edges = Edges::default();
             for home in leaf.home() {
-                let list = &self.adjacency[home as usize];
-                max_degree = max_degree.max(list.len() as u64);
-                let (x, own) = (positions[home as usize], ids[home as usize]);
-                for &j in list {
-                    let pair = [own, ids[j as usize]];
-                    // Half of them are, in no order that a processor could foresee: all are hashed.
-                    let is_smaller = is_lex_smaller(&x, &positions[j as usize]);
-                    // At most as many as there are items in the lists.
-                    counted = counted.wrapping_add(u64::from(is_smaller));
-                    hash = hash.wrapping_add(if is_smaller { edge_hash(pair) } else { 0 });
-                    if self.config.collect_graph && is_smaller {
-                        edges.extend(pair);
+                let send = |pair: [u64; 2]| {
+                    if self.config.collect_graph {
+                        sent.extend(pair);
                     }
-                }
+                };
+                edges.take(&self.table, home, &self.adjacency[home as usize], send);
             }
-            let facts = self.ledger.nodes.entry(leaf.id).or_default();
-            facts.max_degree = facts.max_degree.max(max_degree);
-            facts.edges += counted;
+            edges.enter(leaf.id, &mut self.ledger);
         }
-        self.ledger.edge_hash = hash;
-        if !edges.is_empty() {
-            self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(edges)));
+        if !sent.is_empty() {
+            self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));
         }
     }
 
@@ -303,14 +290,4 @@ fn hand_down<P: Point>(
             hand_down(&inner.children[1], pick(b, a), less, seeds);
         }
     }
-}
-
-/// An order-free hash of an edge.
-#[inline]
-pub(crate) fn edge_hash(pair: [u64; 2]) -> u64 {
-    let (a, b) = (pair[0].min(pair[1]), pair[0].max(pair[1]));
-    let mut h = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.rotate_left(32);
-    h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    h ^ (h >> 31)
 }

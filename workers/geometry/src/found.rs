@@ -4,7 +4,9 @@
 //! are numbered. The `k`-th is selected (Hoare 1961) among the bits of the squared distances, which are in the order of
 //! the distances.
 //!
-//! **Work.** O(1) for each point found or looked at, linear for the nearest (expected).
+//! **Work.** O(1) for each point found or looked at, linear for the nearest. Those that are kept stand in the order in which
+//! they were found, which is that of blocks of points, or in which answers came: whoever uses them sorts them, or does not
+//! ask for an order.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
@@ -54,7 +56,7 @@ impl FoundList {
 
     #[cold]
     fn grow(&mut self, more: usize) {
-        self.room.resize((self.len + more).next_power_of_two(), (0.0, 0));
+        self.room.resize((self.len + more).max(8 * LANES).next_power_of_two(), (0.0, 0));
     }
 
     /// Adds a point.
@@ -67,7 +69,9 @@ impl FoundList {
 
     /// Adds points.
     pub fn extend(&mut self, found: impl IntoIterator<Item = Found>) {
-        found.into_iter().for_each(|found| self.push(found));
+        let found = found.into_iter();
+        self.make_room(found.size_hint().0);
+        found.for_each(|found| self.push(found));
     }
 
     /// Adds those of eight points that are wanted.
@@ -90,7 +94,7 @@ impl FoundList {
     }
 
     /// Keeps those no farther than the `k`-th nearest, ties included, and no farther than `limit2`. Returns the `k`-th
-    /// squared distance, or infinity if there are fewer than `k`.
+    /// squared distance, or infinity if there are fewer than `k`, or `k` is 0.
     pub fn keep_nearest(&mut self, k: usize, limit2: f64) -> f64 {
         let found = self.as_slice();
         if found.iter().fold(false, |any, found| any | (found.0 > limit2)) {
@@ -140,10 +144,13 @@ mod tests {
 
     #[test]
     fn the_nearest_are_those_of_a_sorted_list() {
+        // One list for all, in storage that was longer.
+        let mut list = FoundList::default();
+        list.extend(some(200));
         for count in 0..40 {
             for k in 0..45 {
                 for limit2 in [0.0, 3.0, 12.0, f64::INFINITY] {
-                    let mut list = FoundList::default();
+                    list.clear();
                     list.extend(some(count));
                     let kth = list.keep_nearest(k, limit2);
                     let mut within: Vec<Found> = some(count).into_iter().filter(|f| f.0 <= limit2).collect();
@@ -152,6 +159,9 @@ mod tests {
                     let expected = k.checked_sub(1).and_then(|last| sorted.get(last)).copied();
                     assert_eq!(kth, expected.unwrap_or(f64::INFINITY), "{count} {k} {limit2}");
                     within.retain(|f| f.0 <= kth);
+                    assert_eq!(list.as_slice(), within, "{count} {k} {limit2}");
+                    // The nearest of the nearest are the same.
+                    assert_eq!(list.keep_nearest(k, limit2), kth, "{count} {k} {limit2}");
                     assert_eq!(list.as_slice(), within, "{count} {k} {limit2}");
                 }
             }
@@ -170,5 +180,11 @@ mod tests {
         assert_eq!(numbers, [9, 10, 13, 15, 17, 20, 23, 25, 27]);
         list.clear();
         assert!(list.is_empty() && list.as_slice().is_empty());
+        // More than there was room for.
+        for start in 0..100 {
+            list.take_lanes(&[f64::from(start); LANES], |lane| start as u32 * 8 + lane as u32, |_| true);
+        }
+        assert!(list.as_slice().iter().map(|found| found.1).eq(0..800));
+        assert_eq!((list.keep_nearest(9, f64::INFINITY), list.len()), (1.0, 16));
     }
 }

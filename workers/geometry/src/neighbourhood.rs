@@ -7,8 +7,7 @@
 //!
 //! Balls are kept by their squared radius, computed by [`dist2`] and nothing else, so that a point at
 //! the very distance of the radius is inside on every worker. Lists of nearest neighbours keep *all*
-//! points no farther than the `k`-th: then they do not depend on how ties are numbered, and lists of
-//! parts can be merged in any order.
+//! points no farther than the `k`-th ([`crate::found`]), so that lists of parts can be merged in any order.
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
@@ -129,6 +128,8 @@ struct Nearest<'a> {
     own: u32,
     /// Columns found for the row at hand, by their positions.
     found: FoundList,
+    /// Its length when it is pruned next.
+    full: usize,
     lists: NearestLists,
 }
 
@@ -146,15 +147,18 @@ impl<'a> Nearest<'a> {
             limit2: 0.0,
             own: 0,
             found: FoundList::default(),
+            full: 0,
             lists: NearestLists::default(),
         }
     }
 
-    /// A list as long as it may get before it is pruned. Of many at the same distance all stay.
+    /// A list as long as it may get before it is pruned. Of many at the same distance all stay: the next time is when there
+    /// are twice as many.
     #[inline]
     fn prune_if_full(&mut self) {
-        if self.found.len() >= full_at(self.k) {
+        if self.found.len() >= self.full {
             self.limit2 = self.limit2.min(self.found.keep_kth(self.k));
+            self.full = self.full.max(2 * self.found.len());
         }
     }
 }
@@ -167,6 +171,7 @@ fn full_at(k: usize) -> usize {
 impl Rows for Nearest<'_> {
     fn begin(&mut self, row: usize) -> f64 {
         self.found.clear();
+        self.full = full_at(self.k);
         let number = self.rows[row];
         let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
         self.own = own.map_or(u32::MAX, |at| at as u32);
@@ -251,4 +256,68 @@ pub fn box_dist2<P: Point>(x: P, low: P, high: P) -> f64 {
 pub fn ply_at_centres<P: Point>(points: &[P], radii2: &[f64]) -> usize {
     let inside = |&x: &P| points.iter().zip(radii2).filter(|&(&c, &r2)| dist2(x, c) < r2).count();
     points.iter().map(inside).max().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+    use crate::incremental::tests::nasty::{KINDS, set};
+
+    /// By sorting all: the `k`-th squared distance, and the others no farther.
+    fn by_sorting<P: Point>(points: &[P], row: usize, k: usize) -> (f64, Vec<u32>) {
+        let others = || (0..points.len()).filter(|&i| i != row);
+        let mut all: Vec<f64> = others().map(|i| dist2(points[i], points[row])).collect();
+        all.sort_by(f64::total_cmp);
+        let kth = all.get(k - 1).copied().unwrap_or(f64::INFINITY);
+        (kth, others().filter(|&i| dist2(points[i], points[row]) <= kth).map(|i| i as u32).collect())
+    }
+
+    fn lists_are_those_of_sorting<P: Point>() {
+        for kind in KINDS {
+            for (size, k) in [(1, 1), (2, 1), (9, 3), (40, 1), (90, 8), (130, 48), (300, 2)] {
+                let points = set::<P>(kind, size, 5);
+                let members: Vec<u32> = (0..points.len() as u32).collect();
+                let mut cost = Cost::ZERO;
+                let all = |_| f64::INFINITY;
+                let direct = nearest_direct(&points, &members, &members, k, all, &mut cost);
+                let blocks = nearest_in_blocks(&Blocks::of(&points), 0, k, &mut cost);
+                for lists in [direct, blocks] {
+                    assert_eq!(lists.len(), points.len());
+                    for (row, (kth2, list)) in lists.iter().enumerate() {
+                        let mut list = list.to_vec();
+                        list.sort_unstable();
+                        assert_eq!((kth2, list), by_sorting(&points, row, k), "{kind} {size} {k} {row}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn in_space() {
+        lists_are_those_of_sorting::<DVec3>();
+    }
+
+    #[test]
+    fn in_the_plane() {
+        lists_are_those_of_sorting::<DVec2>();
+    }
+
+    /// All the others are at one distance from the first: far more than a list holds before it is pruned.
+    #[test]
+    fn many_at_one_distance_all_stay() {
+        let mut points = vec![DVec3::ZERO];
+        for at in [[1.0, 2.0, 2.0], [3.0, 0.0, 0.0], [2.0, 1.0, 2.0], [2.0, 2.0, 1.0], [0.0, 3.0, 0.0]] {
+            let signs = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| f64::from(1 - 2 * bit)));
+            points.extend(signs.map(|sign| DVec3::from_array(at) * DVec3::from_array(sign)));
+        }
+        let members: Vec<u32> = (0..points.len() as u32).collect();
+        let mut cost = Cost::ZERO;
+        let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 3, &mut cost);
+        let mut first = nearest.lists[0].to_vec();
+        first.sort_unstable();
+        assert_eq!((nearest.kth2[0], first.as_slice()), (9.0, &members[1..]));
+    }
 }

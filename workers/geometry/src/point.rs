@@ -212,8 +212,8 @@ pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
     Ordering::Equal
 }
 
-/// Is `a` before `b` in the order of [`lex_cmp`]? No branch depends on the points unless their first coordinates are
-/// equal.
+/// Is `a` before `b` in the order of [`lex_cmp`]? Where first coordinates are rarely equal, without a branch that no
+/// processor foresees.
 #[inline]
 pub fn is_lex_smaller<P: Point>(a: &P, b: &P) -> bool {
     let (x, y) = (a.coord(0), b.coord(0));
