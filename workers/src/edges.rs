@@ -20,29 +20,15 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Takes in a home point with its neighbours; calls `each` with the ids of the ends of every edge that is counted.
+    /// Takes in a home point with its neighbours.
     #[inline]
-    pub(crate) fn take<P: Point>(
-        &mut self,
-        table: &Table<P>,
-        home: u32,
-        neighbours: &[u32],
-        mut each: impl FnMut([u64; 2]),
-    ) {
-        let positions = table.positions.as_slice();
-        let ids = &table.ids[..positions.len()];
-        let (x, own) = (positions[home as usize], ids[home as usize]);
+    pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, home: u32, neighbours: &[u32]) {
         self.max_degree = self.max_degree.max(neighbours.len() as u64);
-        for &j in neighbours {
-            let pair = [own, ids[j as usize]];
-            let is_counted = is_lex_smaller(&x, &positions[j as usize]);
+        for (pair, is_counted) in edges_of(table, home, neighbours) {
             // At most as many as there are items in the lists.
             self.count = self.count.wrapping_add(u64::from(is_counted));
             let all_or_none = u64::from(is_counted).wrapping_neg();
             self.hash = self.hash.wrapping_add(hash_of(pair) & all_or_none);
-            if is_counted {
-                each(pair);
-            }
         }
     }
 
@@ -53,6 +39,22 @@ impl Edges {
         facts.max_degree = facts.max_degree.max(self.max_degree);
         ledger.edge_hash = ledger.edge_hash.wrapping_add(self.hash);
     }
+}
+
+/// The edges of a home point: the ids of their ends, and whether they are counted here.
+#[inline]
+pub(crate) fn edges_of<P: Point>(
+    table: &Table<P>,
+    home: u32,
+    neighbours: &[u32],
+) -> impl Iterator<Item = ([u64; 2], bool)> {
+    let positions = table.positions.as_slice();
+    let ids = &table.ids[..positions.len()];
+    let (x, own) = (positions[home as usize], ids[home as usize]);
+    neighbours.iter().map(move |&j| {
+        let (y, other) = (positions[j as usize], ids[j as usize]);
+        ([own, other], is_lex_smaller(&x, &y))
+    })
 }
 
 /// An order-free hash of an edge.
@@ -80,7 +82,8 @@ mod tests {
         let lists: [&[u32]; 4] = [&[1, 2, 3], &[0, 2], &[0, 1], &[0]];
         let (mut all, mut pairs) = (Edges::default(), Vec::new());
         for (home, list) in (0..).zip(lists) {
-            all.take(&table, home, list, |pair| pairs.push(pair));
+            all.take(&table, home, list);
+            pairs.extend(edges_of(&table, home, list).filter(|edge| edge.1).map(|edge| edge.0));
         }
         assert_eq!(pairs, [[10, 13], [11, 10], [12, 10], [12, 11]]);
         let hash = pairs.iter().fold(0u64, |sum, &[a, b]| sum.wrapping_add(hash_of([b, a])));

@@ -109,7 +109,7 @@ impl<P: Point> Worker<P> {
             let lists = graph_near(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
             let mut edges = Edges::default();
             for (home, list) in leaf.home().zip(lists.iter()) {
-                edges.take(table, home, list, |_| {});
+                edges.take(table, home, list);
             }
             (lists, cost, members.len() as u64, edges)
         });

@@ -22,7 +22,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
 
 use crate::config::{SetRule, map_in};
-use crate::edges::Edges;
+use crate::edges::{Edges, edges_of};
 use crate::piece::Piece;
 use crate::tree::{Leaf, Tree};
 use crate::worker::Worker;
@@ -170,12 +170,12 @@ impl<P: Point> Worker<P> {
         for leaf in &self.leaves {
             let mut edges = Edges::default();
             for home in leaf.home() {
-                let send = |pair: [u64; 2]| {
-                    if self.config.collect_graph {
-                        sent.extend(pair);
-                    }
-                };
-                edges.take(&self.table, home, &self.adjacency[home as usize], send);
+                let list = &self.adjacency[home as usize];
+                edges.take(&self.table, home, list);
+                if self.config.collect_graph {
+                    let counted = edges_of(&self.table, home, list).filter(|edge| edge.1);
+                    sent.extend(counted.flat_map(|edge| edge.0));
+                }
             }
             edges.enter(leaf.id, &mut self.ledger);
         }

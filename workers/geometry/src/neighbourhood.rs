@@ -308,16 +308,16 @@ mod tests {
     /// All the others are at one distance from the first: far more than a list holds before it is pruned.
     #[test]
     fn many_at_one_distance_all_stay() {
-        let mut points = vec![DVec3::ZERO];
-        for at in [[1.0, 2.0, 2.0], [3.0, 0.0, 0.0], [2.0, 1.0, 2.0], [2.0, 2.0, 1.0], [0.0, 3.0, 0.0]] {
-            let signs = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| f64::from(1 - 2 * bit)));
-            points.extend(signs.map(|sign| DVec3::from_array(at) * DVec3::from_array(sign)));
-        }
+        let whole = || (-10..=10).map(f64::from);
+        let all = whole().flat_map(|x| whole().flat_map(move |y| whole().map(move |z| DVec3::new(x, y, z))));
+        let points: Vec<DVec3> =
+            std::iter::once(DVec3::ZERO).chain(all.filter(|x| x.length_squared() == 101.0)).collect();
+        assert_eq!(points.len(), 1 + 168);
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let mut cost = Cost::ZERO;
         let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 3, &mut cost);
         let mut first = nearest.lists[0].to_vec();
         first.sort_unstable();
-        assert_eq!((nearest.kth2[0], first.as_slice()), (9.0, &members[1..]));
+        assert_eq!((nearest.kth2[0], first.as_slice()), (101.0, &members[1..]));
     }
 }
