@@ -164,7 +164,7 @@ impl Replay<'_> {
         }
         for between in differ {
             let pairs = sums.get(&between).map_or(0, |s| s.1);
-            let bytes = self.sizes.list + pairs * 2 * size_of::<u64>() as u64;
+            let bytes = self.sizes.list + pairs * size_of::<u64>() as u64;
             self.send(phase, 2, between, bytes);
         }
     }

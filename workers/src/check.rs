@@ -15,13 +15,13 @@
 //! none is beyond the dimension, so equal sums and counts mean agreement but for a collision: probability about
 //! 2^-127 for each of the sums, if the hash mixes like a random one. The hash is over ids and coordinate bits, so
 //! a corrupted copy shows as well. The sums follow every change of a star; a certificate costs one message a pair
-//! of workers. Only where sums differ are cells looked up, or lists exchanged, of a key for each pair.
+//! of workers. Only where sums differ are cells looked up, or lists exchanged, of a key for each pair. (Keys are of 64 bits:
+//! they tell where to look, and certify nothing.)
 //!
 //! **Rounds.** One, or two where lists are needed. **Work and depth.** One vector step over all link
 //! facets.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
@@ -31,9 +31,8 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::{Fault, map_in};
-use crate::links::is_facet_of;
 use crate::piece::{Piece, smallest_of};
-use crate::sums::{KeySet, Sums, join, mix, point_hash, unite};
+use crate::sums::{KeySet, SHARES, ShortSums, Sums, join, mix, point_hash, share_of, unite};
 use crate::worker::{Worker, finite_cell};
 
 /// A cell of a home star that another star lacks: the home vertex, the position of its facet in the
@@ -53,7 +52,9 @@ pub(crate) struct Agreement {
     hashes: Vec<u128>,
     firsts: Vec<f64>,
     compared: bool,
-    lists: BTreeMap<Rank, Vec<u128>>,
+    /// The pairs shared with those workers whose sums differ: here, and as those workers list them.
+    shared: BTreeMap<Rank, Vec<(u64, Disagreement)>>,
+    lists: BTreeMap<Rank, Vec<u64>>,
     /// What this worker's stars hold and others lack.
     pub(crate) disagreements: Vec<Disagreement>,
     /// Number of workers whose fingerprints differ, and whether the own sums do.
@@ -85,7 +86,7 @@ impl<P: Point> Worker<P> {
         }
         self.extend_hashes();
         let groups = self.home_groups();
-        let short: Vec<AtomicU64> = (0..self.table.home).map(|_| AtomicU64::new(0)).collect();
+        let short = ShortSums::new(self.table.home);
         let scans = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
             for home in homes.clone() {
@@ -121,7 +122,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// Compares the sums; `short` are those of each home vertex, if they are known.
-    fn compare_sums(&mut self, short: Option<Vec<AtomicU64>>) {
+    fn compare_sums(&mut self, short: Option<ShortSums>) {
         if self.phase == Phase::Certificate && self.config.fault == Some(Fault::SpoilStar { rank: self.rank })
         {
             self.spoil_star();
@@ -132,6 +133,7 @@ impl<P: Point> Worker<P> {
         let agreement = &mut self.agreement;
         (agreement.compared, agreement.differing) = (false, u64::from(differ));
         agreement.lists.clear();
+        agreement.shared.clear();
         agreement.disagreements = found;
         self.agreement.sums.remote.retain(|_, sum| *sum != (0, 0));
         for (&rank, &(sum, count)) in &self.agreement.sums.remote {
@@ -197,36 +199,6 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
-    /// sums differ.
-    fn look_up(&self, short: Option<Vec<AtomicU64>>) -> Vec<Disagreement> {
-        let short = short.unwrap_or_else(|| self.short_sums());
-        let differ: Vec<bool> = short.into_iter().map(|sum| sum.into_inner() != 0).collect();
-        let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
-        let groups = self.home_groups();
-        let mut found = map_in(&self.pool, &groups, |(_, homes)| {
-            homes.clone().flat_map(|home| self.unknown_to_smallest(home, &differ, &seen)).collect::<Vec<_>>()
-        });
-        found.extend(map_in(&self.pool, &groups, |(_, homes)| {
-            let open = homes.clone().filter(|&home| differ[home as usize]);
-            open.flat_map(|home| self.lacking(home, &seen)).collect::<Vec<_>>()
-        }));
-        found.into_iter().flatten().collect()
-    }
-
-    /// For each home vertex a sum over the pairs it is the smallest vertex of, both at home: those seen from there less
-    /// those seen from the others, so zero if the stars agree. Of 64 bits: they tell where to look, and certify
-    /// nothing.
-    fn short_sums(&self) -> Vec<AtomicU64> {
-        let short: Vec<AtomicU64> = (0..self.table.home).map(|_| AtomicU64::new(0)).collect();
-        map_in(&self.pool, &self.home_groups(), |(_, homes)| {
-            for home in homes.clone() {
-                self.sum_star(home, self.stars.link(home), true, &mut Sums::default(), Some(&short));
-            }
-        });
-        short
-    }
-
     /// Hashes of points that came since the last check.
     pub(crate) fn extend_hashes(&mut self) {
         let known = self.agreement.hashes.len();
@@ -237,7 +209,7 @@ impl<P: Point> Worker<P> {
 
     /// The lexicographically smallest vertex of a cell of local numbers: by the first coordinates, unless two are equal.
     #[inline]
-    fn smallest(&self, cell: &P::Cell) -> u32 {
+    pub(crate) fn smallest(&self, cell: &P::Cell) -> u32 {
         let (vertices, firsts) = (cell.as_ref(), self.agreement.firsts.as_slice());
         let (mut smallest, mut least, mut equal) = (vertices[0], firsts[vertices[0] as usize], false);
         for &v in &vertices[1..] {
@@ -249,7 +221,7 @@ impl<P: Point> Worker<P> {
     }
 
     /// The hash of a cell; with another vertex it gives the key of a pair.
-    fn cell_hash(&self, cell: &P::Cell) -> u128 {
+    pub(crate) fn cell_hash(&self, cell: &P::Cell) -> u128 {
         let hashes = &self.agreement.hashes;
         mix(cell.as_ref().iter().fold(0u128, |s, &v| s.wrapping_add(hashes[v as usize])))
     }
@@ -272,18 +244,18 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Adds the pairs of one star to the sums, or takes them away; adds them to those of each home vertex
-    /// ([`Self::short_sums`]).
-    fn sum_star(
+    /// Adds the pairs of one star to the sums, or takes them away; adds them to those of each home vertex.
+    pub(crate) fn sum_star(
         &self,
         home: u32,
         link: &[P::Facet],
         add: bool,
         sums: &mut Sums,
-        short: Option<&[AtomicU64]>,
+        short: Option<&ShortSums>,
     ) {
         let table = &self.table;
         let (mut from_smallest, mut from_other) = ((0u128, 0u64), (0u128, 0u64));
+        let mut shares = [0u64; SHARES];
         // Facets with vertices of one other worker follow each other.
         let mut away: (Rank, (u128, u64)) = (self.rank, (0, 0));
         let mut elsewhere = |other: u32, hash: u128| {
@@ -298,13 +270,15 @@ impl<P: Point> Worker<P> {
                 for &other in facet.as_ref() {
                     if table.is_home(other) {
                         Sums::count(&mut from_smallest, hash);
+                        let share = &mut shares[share_of(hash)];
+                        *share = share.wrapping_add(hash as u64);
                     } else {
                         elsewhere(other, hash);
                     }
                 }
             } else if table.is_home(smallest) {
                 if let Some(short) = short {
-                    short[smallest as usize].fetch_sub(hash as u64, Ordering::Relaxed);
+                    short.subtract(smallest, hash);
                 }
                 Sums::count(&mut from_other, hash);
             } else {
@@ -315,7 +289,7 @@ impl<P: Point> Worker<P> {
         join(&mut sums.from_smallest, from_smallest, add);
         join(&mut sums.from_other, from_other, add);
         if let Some(short) = short {
-            short[home as usize].fetch_add(from_smallest.0 as u64, Ordering::Relaxed);
+            short.add(home, shares);
         }
     }
 
@@ -345,57 +319,6 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.
-    fn unknown_to_smallest(&self, home: u32, differ: &[bool], seen: &[AtomicU8]) -> Vec<Disagreement> {
-        let mut found = Vec::new();
-        let differs = |&v: &u32| differ.get(v as usize).is_some_and(|&differs| differs);
-        for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
-            // Most stars agree: only where one beside it does not, the smallest vertex is asked for.
-            if !link.as_ref().iter().any(differs) {
-                continue;
-            }
-            let Some(cell) = finite_cell::<P>(home, link) else { continue };
-            let smallest = self.smallest(&cell);
-            if smallest == home || !differs(&smallest) {
-                continue;
-            }
-            match self.position_in(smallest, &cell) {
-                Some(at) => {
-                    seen[at as usize].fetch_add(1, Ordering::Relaxed);
-                }
-                None => found.push(Disagreement { home, facet, other: smallest }),
-            }
-        }
-        found
-    }
-
-    /// The position of a cell in the star of a home vertex of it.
-    pub(crate) fn position_in(&self, home: u32, cell: &P::Cell) -> Option<u32> {
-        let at = self.stars.link(home).iter().position(is_facet_of::<P>(cell, home))?;
-        Some(self.stars.start(home) + at as u32)
-    }
-
-    /// Cells of a star that home vertices other than their smallest, this one, lack.
-    fn lacking(&self, home: u32, seen: &[AtomicU8]) -> Vec<Disagreement> {
-        let mut found = Vec::new();
-        for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
-            let Some(cell) = finite_cell::<P>(home, link) else { continue };
-            let at_home = link.as_ref().iter().filter(|&&v| self.table.is_home(v)).count();
-            if at_home == 0 || self.smallest(&cell) != home {
-                continue;
-            }
-            if usize::from(seen[facet as usize].load(Ordering::Relaxed)) == at_home {
-                continue;
-            }
-            for &other in link.as_ref() {
-                if self.table.is_home(other) && self.position_in(other, &cell).is_none() {
-                    found.push(Disagreement { home, facet, other });
-                }
-            }
-        }
-        found
-    }
-
     pub(crate) fn on_check(&mut self, inbox: &mut Vec<Message<P>>) {
         let mut theirs: BTreeMap<Rank, (u128, u64)> = BTreeMap::new();
         let mut lists = Vec::new();
@@ -423,12 +346,12 @@ impl<P: Point> Worker<P> {
             self.send_lists(&differing);
         }
         for (from, words) in lists {
-            self.compare_list(from, &words);
+            self.agreement.lists.insert(from, words);
         }
     }
 
     /// Calls `f` with every pair shared with another worker: rank, key, and the disagreement it would be.
-    fn each_shared(&self, mut f: impl FnMut(Rank, u128, Disagreement)) {
+    fn each_shared(&self, mut f: impl FnMut(Rank, u64, Disagreement)) {
         let homes = self.table.home;
         for home in 0..homes {
             // Most stars stand among home points alone.
@@ -446,55 +369,50 @@ impl<P: Point> Worker<P> {
                 let Some(cell) = finite_cell::<P>(home, link) else { continue };
                 let smallest = self.smallest(&cell);
                 let hash = self.cell_hash(&cell);
-                let mut shared = |other: u32, key: u128| {
-                    let rank = self.table.owners[other as usize];
-                    f(rank, key, Disagreement { home, facet, other });
+                // The key of a pair: both hashes are mixed.
+                let mut shared = |with: u32, other: u32| {
+                    let key = (hash ^ self.agreement.hashes[other as usize]) as u64;
+                    f(self.table.owners[with as usize], key, Disagreement { home, facet, other: with });
                 };
                 if smallest == home {
                     for &other in link.as_ref().iter().filter(|&&v| !self.table.is_home(v)) {
-                        shared(other, self.key(hash, other));
+                        shared(other, other);
                     }
                 } else if !self.table.is_home(smallest) {
-                    shared(smallest, self.key(hash, home));
+                    shared(smallest, home);
                 }
             }
         }
     }
 
+    /// Lists what is shared with some workers, and sends each the keys.
     fn send_lists(&mut self, ranks: &[Rank]) {
         if ranks.is_empty() {
             return;
         }
-        let mut lists: BTreeMap<Rank, Vec<u64>> = ranks.iter().map(|&r| (r, Vec::new())).collect();
-        self.each_shared(|rank, key, _| {
-            if let Some(list) = lists.get_mut(&rank) {
-                list.extend([key as u64, (key >> 64) as u64]);
+        let mut shared: BTreeMap<Rank, Vec<(u64, Disagreement)>> =
+            ranks.iter().map(|&rank| (rank, Vec::new())).collect();
+        self.each_shared(|rank, key, disagreement| {
+            if let Some(list) = shared.get_mut(&rank) {
+                list.push((key, disagreement));
             }
         });
-        for (rank, words) in lists {
-            self.out.send(rank, NodeId::ROOT, 0, Body::FingerprintList(Bulk(words)));
+        for (&rank, list) in &shared {
+            let keys = list.iter().map(|pair| pair.0).collect();
+            self.out.send(rank, NodeId::ROOT, 0, Body::FingerprintList(Bulk(keys)));
         }
-    }
-
-    fn compare_list(&mut self, from: Rank, words: &[u64]) {
-        let list = words.chunks_exact(2).map(|w| u128::from(w[0]) | u128::from(w[1]) << 64).collect();
-        self.agreement.lists.insert(from, list);
+        self.agreement.shared = shared;
     }
 
     /// Ends a check: what this worker holds and others lack, in the order of the stars.
     pub(crate) fn finish_check(&mut self) -> Vec<Disagreement> {
-        let lists: BTreeMap<Rank, KeySet> = std::mem::take(&mut self.agreement.lists)
-            .into_iter()
-            .map(|(rank, keys)| (rank, keys.into_iter().collect()))
-            .collect();
+        let lists = std::mem::take(&mut self.agreement.lists);
+        let shared = std::mem::take(&mut self.agreement.shared);
         let mut found = std::mem::take(&mut self.agreement.disagreements);
-        if !lists.is_empty() {
-            self.write_out();
-            self.each_shared(|rank, key, disagreement| {
-                if lists.get(&rank).is_some_and(|keys| !keys.contains(&key)) {
-                    found.push(disagreement);
-                }
-            });
+        for (rank, keys) in lists {
+            let theirs: KeySet = keys.into_iter().collect();
+            let pairs = shared.get(&rank).into_iter().flatten();
+            found.extend(pairs.filter(|pair| !theirs.contains(&pair.0)).map(|pair| pair.1));
         }
         found.sort_unstable();
         found.dedup();

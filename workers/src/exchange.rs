@@ -1,26 +1,22 @@
 //! What stars tell each other in a round of exchange: proposals and objections, on their way and when they arrive.
 //!
 //! **Statement.** See [`crate::repair`]. All that stars were told in a step is considered together, whether it came
-//! from this worker or from another: a star looks for each cell among its own once, however many proposed it, and
-//! tests its link's points against those that it lacks.
+//! from this worker or from another.
 //!
-//! **Work and depth.** For a star with `l` facets that is told of `m` cells: a sort of those, `m` sweeps over the
-//! link and over its points; O(m l + m log m) work, O(m) depth.
+//! **Work and depth.** A star's own are charged in [`crate::repair`]; what is done here is the machine's: one sort of
+//! what all stars of a worker were told.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use septet_geometry::blocks::Blocks;
-use septet_geometry::cost::{Cost, Marks, Sweep};
-use septet_geometry::hull::Witnesses;
+use septet_geometry::cost::Cost;
 use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
-use crate::config::map_in;
-use crate::links::{Sought, link_points};
 use crate::query::Ball;
 use crate::rows::{Objections, Rows, cell_of};
 use crate::worker::Worker;
@@ -35,11 +31,11 @@ pub(crate) struct Exchange<P: Point> {
     /// Balls of the sampled stars, in the order of their points, until their outcome is sent; whether it is.
     pub(crate) samples: Vec<Ball>,
     pub(crate) sample_sent: bool,
-    /// Points to add to home stars: star, point.
-    pub(crate) additions: Vec<(u32, u32)>,
+    /// Points that a gathering brought for home stars: star, point.
+    pub(crate) gathered: Vec<(u32, u32)>,
     /// What home stars were told and have not considered.
-    proposed: Vec<Proposal<P>>,
-    objected: Said<P>,
+    pub(crate) proposed: Vec<Proposal<P>>,
+    pub(crate) objected: Said<P>,
     /// Home points whose stars changed.
     pub(crate) repaired: BTreeSet<u32>,
     /// The last round of exchange in which this worker said something.
@@ -57,7 +53,7 @@ impl<P: Point> Default for Exchange<P> {
             blocks: Vec::new(),
             samples: Vec::new(),
             sample_sent: false,
-            additions: Vec::new(),
+            gathered: Vec::new(),
             proposed: Vec::new(),
             objected: Said::default(),
             repaired: BTreeSet::new(),
@@ -74,9 +70,9 @@ impl<P: Point> Exchange<P> {
         if self.merges > 0 { Phase::Certificate } else { Phase::Merge }
     }
 
-    /// Are there stars to rebuild, or that were told something?
+    /// Are there stars that were told something?
     pub(crate) fn is_pending(&self) -> bool {
-        !(self.additions.is_empty() && self.proposed.is_empty() && self.objected.is_empty())
+        !(self.gathered.is_empty() && self.proposed.is_empty() && self.objected.is_empty())
     }
 }
 
@@ -91,7 +87,7 @@ pub(crate) struct Said<P: Point> {
 }
 
 /// The vertex that is told, the cell in order, the vertex that tells, the places of the points against the cell.
-type Objection<P> = (u32, <P as Point>::Cell, u32, Range<usize>);
+pub(crate) type Objection<P> = (u32, <P as Point>::Cell, u32, Range<usize>);
 
 impl<P: Point> Default for Said<P> {
     fn default() -> Self {
@@ -105,8 +101,14 @@ impl<P: Point> Said<P> {
         self.cells.is_empty()
     }
 
+    /// What is said in the order of those that are told, of the cells and of those that tell; and the points.
+    pub(crate) fn sorted(&mut self) -> (&[Objection<P>], &[u32]) {
+        self.cells.sort_unstable_by_key(|objection| (objection.0, objection.1, objection.2));
+        (&self.cells, &self.points)
+    }
+
     /// Adds what others say.
-    fn append(&mut self, other: Self) {
+    pub(crate) fn append(&mut self, other: Self) {
         let offset = self.points.len();
         let moved = |range: Range<usize>| range.start + offset..range.end + offset;
         self.cells
@@ -123,21 +125,39 @@ impl<P: Point> Said<P> {
     }
 }
 
-/// What some stars make of what they were told: points to add, what they answer, and what each's consideration cost.
-struct Considered<P: Point> {
-    additions: Vec<(u32, u32)>,
-    answers: Said<P>,
-    costs: Vec<(u32, Cost)>,
+/// What one star was told in a step, each list in order.
+pub(crate) struct Told<'a, P: Point> {
+    pub(crate) home: u32,
+    pub(crate) proposed: &'a [Proposal<P>],
+    pub(crate) objected: &'a [Objection<P>],
+    pub(crate) gathered: &'a [(u32, u32)],
 }
 
-impl<P: Point> Default for Considered<P> {
-    fn default() -> Self {
-        Considered { additions: Vec::new(), answers: Said::default(), costs: Vec::new() }
+/// What was told, star by star; each list is in the order of the stars.
+pub(crate) fn star_by_star<'a, P: Point>(
+    proposed: &'a [Proposal<P>],
+    objected: &'a [Objection<P>],
+    gathered: &'a [(u32, u32)],
+) -> Vec<Told<'a, P>> {
+    let mut proposed = proposed.chunk_by(|a, b| a.0 == b.0).peekable();
+    let mut objected = objected.chunk_by(|a, b| a.0 == b.0).peekable();
+    let mut gathered = gathered.chunk_by(|a, b| a.0 == b.0).peekable();
+    let mut stars = Vec::new();
+    loop {
+        let heads = [
+            proposed.peek().map(|told| told[0].0),
+            objected.peek().map(|told| told[0].0),
+            gathered.peek().map(|told| told[0].0),
+        ];
+        let Some(home) = heads.into_iter().flatten().min() else { return stars };
+        stars.push(Told {
+            home,
+            proposed: proposed.next_if(|told| told[0].0 == home).unwrap_or_default(),
+            objected: objected.next_if(|told| told[0].0 == home).unwrap_or_default(),
+            gathered: gathered.next_if(|told| told[0].0 == home).unwrap_or_default(),
+        });
     }
 }
-
-/// Stars that are looked at one after the other.
-pub(crate) const GROUP: usize = 512;
 
 /// The cell with its vertices in order, for comparison.
 pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
@@ -245,38 +265,6 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Stars that lack proposed cells take their vertices, and object with those of their own link points that
-    /// conflict with them.
-    pub(crate) fn answer_proposals(&mut self) {
-        let mut proposed = std::mem::take(&mut self.exchange.proposed);
-        if proposed.is_empty() {
-            return;
-        }
-        proposed.sort_unstable();
-        let stars: Vec<&[Proposal<P>]> = proposed.chunk_by(|a, b| a.0 == b.0).collect();
-        let groups: Vec<&[&[Proposal<P>]]> = stars.chunks(GROUP).collect();
-        let considered = map_in(&self.pool, &groups, |group| {
-            let (mut seen, mut witnesses) = (Marks::new(self.table.positions.len()), Witnesses::default());
-            let mut out = Considered::default();
-            group.iter().for_each(|proposals| self.consider(proposals, &mut seen, &mut witnesses, &mut out));
-            out
-        });
-        let answers = self.take_considered(considered);
-        self.send_objections(&answers);
-    }
-
-    /// Notes what stars made of what they were told, and charges it as one vector step over those of each leaf; returns
-    /// what they answer.
-    fn take_considered(&mut self, considered: Vec<Considered<P>>) -> Said<P> {
-        let mut answers = Said::default();
-        self.charge_stars(considered.iter().flat_map(|group| group.costs.iter().copied()));
-        for group in considered {
-            self.exchange.additions.extend(&group.additions);
-            answers.append(group.answers);
-        }
-        answers
-    }
-
     /// Charges one vector step over stars, leaf by leaf.
     pub(crate) fn charge_stars(&mut self, costs: impl Iterator<Item = (u32, Cost)>) {
         let mut leaves: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
@@ -288,77 +276,6 @@ impl<P: Point> Worker<P> {
         for (leaf, (cost, items)) in leaves {
             self.ledger.charge(Phase::Repair, leaf, cost, items);
         }
-    }
-
-    /// One star, and all that is proposed to it.
-    fn consider(
-        &self,
-        proposals: &[Proposal<P>],
-        seen: &mut Marks,
-        witnesses: &mut Witnesses<P>,
-        out: &mut Considered<P>,
-    ) {
-        let home = proposals[0].0;
-        let link = self.stars.link(home);
-        let (mut cost, mut looked, mut tests) = (Cost::ZERO, Sweep::default(), Sweep::default());
-        let mut cells: Vec<P::Cell> = proposals.iter().map(|p| p.1).collect();
-        cost.distinct_inside(&mut cells, Ord::cmp);
-        let sought = Sought::<P>::of(link, home);
-        cells.retain(|cell| !sought.has(cell, &mut looked));
-        cost.swept_inside(looked);
-        if !cells.is_empty() {
-            let points = link_points::<P>(link, seen, &mut cost);
-            witnesses.begin(&self.table.positions, home, &points, &mut tests);
-            let mut against = Vec::new();
-            for cell in &cells {
-                // What stands in the link adds nothing.
-                let new = cell.as_ref().iter().filter(|&&v| v != home && !seen.has_seen(v));
-                out.additions.extend(new.map(|&v| (home, v)));
-                against.clear();
-                witnesses.against(&self.table.positions, cell, &mut against, &mut tests);
-                if !against.is_empty() {
-                    let first = proposals.partition_point(|p| p.1 < *cell);
-                    let tellers = proposals[first..].iter().take_while(|p| p.1 == *cell).map(|p| p.2);
-                    out.answers.add(tellers, cell, home, &against);
-                }
-            }
-            cost.swept_inside(tests);
-        }
-        out.costs.push((home, cost));
-    }
-
-    /// Stars that hold cells which others object to take the points in their spheres.
-    pub(crate) fn heed_objections(&mut self) {
-        let mut said = std::mem::take(&mut self.exchange.objected);
-        if said.is_empty() {
-            return;
-        }
-        said.cells.sort_unstable_by_key(|objection| (objection.0, objection.1, objection.2));
-        let stars: Vec<&[Objection<P>]> = said.cells.chunk_by(|a, b| a.0 == b.0).collect();
-        let groups: Vec<&[&[Objection<P>]]> = stars.chunks(GROUP).collect();
-        let considered = map_in(&self.pool, &groups, |group| {
-            let mut out = Considered::default();
-            group.iter().for_each(|objections| self.heed(objections, &said.points, &mut out));
-            out
-        });
-        self.take_considered(considered);
-    }
-
-    /// One star, and all that is said against its cells.
-    fn heed(&self, objections: &[Objection<P>], points: &[u32], out: &mut Considered<P>) {
-        let home = objections[0].0;
-        let sought = Sought::<P>::of(self.stars.link(home), home);
-        let (mut cost, mut looked) = (Cost::ZERO, Sweep::default());
-        let mut cells: Vec<P::Cell> = objections.iter().map(|o| o.1).collect();
-        cost.distinct_inside(&mut cells, Ord::cmp);
-        cells.retain(|cell| sought.has(cell, &mut looked));
-        cost.swept_inside(looked);
-        for (_, cell, _, range) in objections {
-            if cells.binary_search(cell).is_ok() {
-                out.additions.extend(points[range.clone()].iter().map(|&v| (home, v)));
-            }
-        }
-        out.costs.push((home, cost));
     }
 
     /// The leaf of a home point.

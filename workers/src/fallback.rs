@@ -60,7 +60,7 @@ impl<P: Point> Worker<P> {
             for (id, count) in vertices.into_iter().zip(counts) {
                 let end = (at + count as usize).min(numbers.len());
                 if let Some(home) = self.table.find(id).filter(|&h| self.table.is_home(h)) {
-                    self.exchange.additions.extend(numbers[at..end].iter().map(|&v| (home, v)));
+                    self.exchange.gathered.extend(numbers[at..end].iter().map(|&v| (home, v)));
                 }
                 at = end;
             }

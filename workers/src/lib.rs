@@ -59,9 +59,11 @@ mod sums;
 
 mod exchange;
 mod fallback;
+mod react;
 mod repair;
 
 mod links;
+mod lookup;
 
 mod rows;
 

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
@@ -31,8 +32,69 @@ impl Sums {
     }
 }
 
+/// For each home vertex some sums over the pairs it is the smallest vertex of, both at home: those seen from there
+/// less those seen from the others, so zero if the stars agree. Of 64 bits: they tell where to look, and certify
+/// nothing. A pair is in one of [`SHARES`] sums, by the hash of its cell.
+pub(crate) struct ShortSums(Vec<AtomicU64>);
+
+/// Sums of each vertex.
+pub(crate) const SHARES: usize = 4;
+
+/// The sum that a cell is in, of those of its smallest vertex.
+#[inline]
+pub(crate) fn share_of(cell_hash: u128) -> usize {
+    (cell_hash >> 64) as usize % SHARES
+}
+
+impl ShortSums {
+    /// Zeros, for so many home vertices.
+    pub(crate) fn new(homes: u32) -> Self {
+        ShortSums((0..SHARES * homes as usize).map(|_| AtomicU64::new(0)).collect())
+    }
+
+    /// Adds what a smallest vertex sees.
+    pub(crate) fn add(&self, smallest: u32, seen: [u64; SHARES]) {
+        let first = SHARES * smallest as usize;
+        for (sum, seen) in self.0[first..first + SHARES].iter().zip(seen) {
+            sum.fetch_add(seen, Ordering::Relaxed);
+        }
+    }
+
+    /// Takes away a pair that another vertex sees.
+    #[inline]
+    pub(crate) fn subtract(&self, smallest: u32, cell_hash: u128) {
+        let sum = &self.0[SHARES * smallest as usize + share_of(cell_hash)];
+        sum.fetch_sub(cell_hash as u64, Ordering::Relaxed);
+    }
+
+    /// Which sums of each home vertex are not zero.
+    pub(crate) fn open(self) -> OpenShares {
+        let sums: Vec<u64> = self.0.into_iter().map(AtomicU64::into_inner).collect();
+        let mask = |sums: &[u64]| sums.iter().rev().fold(0, |mask, &sum| mask << 1 | u8::from(sum != 0));
+        let masks = sums.chunks_exact(SHARES).map(mask);
+        OpenShares(masks.chain([0]).collect())
+    }
+}
+
+/// A bit for each sum of each home vertex that is not zero; then none, for all others.
+pub(crate) struct OpenShares(Vec<u8>);
+
+impl OpenShares {
+    /// Of a vertex, at home or not.
+    #[inline]
+    pub(crate) fn of(&self, vertex: u32) -> u8 {
+        self.0[(vertex as usize).min(self.0.len() - 1)]
+    }
+
+    /// Does its smallest vertex differ on cells like this one?
+    #[inline]
+    pub(crate) fn holds(&self, smallest: u32, cell_hash: u128) -> bool {
+        self.of(smallest) >> share_of(cell_hash) & 1 != 0
+    }
+}
+
 /// A set of keys.
-pub(crate) type KeySet = HashSet<u128, BuildHasherDefault<KeyHasher>>;
+pub(crate) type KeySet = HashSet<u64, BuildHasherDefault<KeyHasher>>;
 
 /// Hashes a key, which is a hash.
 #[derive(Default)]
@@ -47,8 +109,8 @@ impl Hasher for KeyHasher {
             self.0 = self.0.rotate_left(8) ^ u64::from(b);
         }
     }
-    fn write_u128(&mut self, key: u128) {
-        self.0 = key as u64;
+    fn write_u64(&mut self, key: u64) {
+        self.0 = key;
     }
 }
 

@@ -81,11 +81,14 @@ impl<P: Point> Blocks<P> {
             #[inline(always)]
             || {
                 for row in 0..self.len() {
-                    let limit2 = keep.begin(row);
+                    let mut limit = Some(keep.begin(row));
                     let at = [0, 1, 2].map(|axis| if axis < P::DIM { self.axes[axis][row] } else { 0.0 });
-                    self.each_block(at, limit2, |first, distances2, limit2| {
-                        keep.near_together(first, distances2, limit2)
-                    });
+                    while let Some(limit2) = limit {
+                        self.each_block(at, limit2, |first, distances2, limit2| {
+                            keep.near_together(first, distances2, limit2)
+                        });
+                        limit = keep.again(row);
+                    }
                     keep.end(row);
                 }
             },

@@ -37,6 +37,12 @@ pub trait Rows {
     fn near_together(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
         one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2))
     }
+    /// All columns within the limit were looked at. If it was too small, what was found is forgotten, and this is the limit
+    /// to look again with.
+    #[inline]
+    fn again(&mut self, _row: usize) -> Option<f64> {
+        None
+    }
     /// The row is over.
     fn end(&mut self, row: usize);
 }

@@ -95,6 +95,7 @@ pub fn nearest_in_blocks<P: Point>(
 ) -> NearestLists {
     let members: Vec<u32> = blocks.order().iter().map(|i| start + i).collect();
     let mut nearest = Nearest::new(&members, &members, k, vec![f64::INFINITY; members.len()]);
+    nearest.guesses = k > 1;
     nearest.lists = NearestLists::with_capacity(members.len(), members.len() * k.min(members.len()));
     cost.pairs_in_blocks(blocks, &mut nearest);
     let mut place_of = vec![0; members.len()];
@@ -112,7 +113,8 @@ pub fn nearest_in_blocks<P: Point>(
 /// The `k` nearest columns of row after row.
 ///
 /// Where the rows are the columns, a row's list bounds its neighbours': within `r + d` of a point at distance `d`
-/// lie as many others as within `r` of this one.
+/// lie as many others as within `r` of this one. Most have as many within little more than `r`, so where it may look
+/// again a row looks there first.
 struct Nearest<'a> {
     k: usize,
     rows: &'a [u32],
@@ -124,6 +126,9 @@ struct Nearest<'a> {
     /// radius of that list.
     hints: Vec<(f64, f64)>,
     limit2: f64,
+    /// Where a row looks again if it finds too few within its first limit: is it asked to, and how far.
+    guesses: bool,
+    wider2: Option<f64>,
     /// The column that the row at hand is itself.
     own: u32,
     /// Columns found for the row at hand, by their positions.
@@ -145,6 +150,8 @@ impl<'a> Nearest<'a> {
             are_same,
             hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
             limit2: 0.0,
+            guesses: false,
+            wider2: None,
             own: 0,
             found: FoundList::default(),
             full: 0,
@@ -163,6 +170,9 @@ impl<'a> Nearest<'a> {
     }
 }
 
+/// The squared radius of a row's first look, to that of its neighbour's list.
+const GUESS: f64 = 1.2;
+
 /// Lists are pruned at this length.
 fn full_at(k: usize) -> usize {
     4 * k + 16
@@ -176,9 +186,15 @@ impl Rows for Nearest<'_> {
         let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
         self.own = own.map_or(u32::MAX, |at| at as u32);
         self.limit2 = self.bounds[row];
+        self.wider2 = None;
         if let Some(&(d2, radius2)) = self.hints.get(row) {
             let reach = d2.sqrt() + radius2.sqrt();
             self.limit2 = self.limit2.min(reach * reach * (1.0 + 1e-12));
+            let guess2 = GUESS * radius2;
+            if self.guesses && guess2 < self.limit2 {
+                self.wider2 = Some(self.limit2);
+                self.limit2 = guess2;
+            }
         }
         self.limit2
     }
@@ -207,6 +223,17 @@ impl Rows for Nearest<'_> {
         self.limit2
     }
 
+    #[inline]
+    fn again(&mut self, _row: usize) -> Option<f64> {
+        let wider2 = self.wider2.take()?;
+        if self.found.len() >= self.k {
+            return None;
+        }
+        self.found.clear();
+        self.limit2 = wider2;
+        Some(wider2)
+    }
+
     fn end(&mut self, row: usize) {
         let kth = self.found.keep_kth(self.k);
         if self.are_same {
@@ -225,12 +252,14 @@ impl Rows for Nearest<'_> {
 pub type Bounds<P> = (P, P);
 
 /// The smallest box, or an empty one (infinite corners reversed), around points.
+#[inline]
 pub fn bounds<P: Point>(points: impl Iterator<Item = P>) -> Bounds<P> {
     let empty = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
     points.fold(empty, |b, p| join_bounds(b, (p, p)))
 }
 
 /// The smallest box around two boxes.
+#[inline]
 pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
     let (mut low, mut high) = a;
     for i in 0..P::DIM {

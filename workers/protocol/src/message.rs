@@ -384,7 +384,7 @@ pub enum Body<P> {
     Lists(ListBatch<P>),
     /// Order-free fingerprint of the cells two workers share: low and high half, then their number.
     Fingerprint(Bulk<u64>),
-    /// The same, one entry a cell and vertex: low and high half.
+    /// Of the same, the key of each cell and vertex.
     FingerprintList(Bulk<u64>),
     /// Cells that stand in the star of `from[i]`, proposed to `to[i]`: one row of other vertices a cell,
     /// as positions in `points`.

@@ -13,11 +13,21 @@ use crate::cost::Cost;
 use crate::point::{Point, Simplex};
 use crate::simd::widest;
 
+/// What becomes of a link that gets more candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extended {
+    /// None conflicts: it stays as it is.
+    Same,
+    /// Some facets go and others come.
+    Changed,
+    /// It is no closed complex, so nothing was done.
+    Open,
+}
+
 impl<P: Point> StarBuilder<P> {
     /// Builds the star of `table[centre]`, whose link among some candidates is `link`, among those and `added`
-    /// (positions in `table`, in any order, repeats and the centre itself ignored). What [`StarBuilder::facets`]
-    /// gives then is what [`StarBuilder::build`] would lead to. Returns false, with no link, if `link` is no closed
-    /// complex.
+    /// (positions in `table`, in any order, repeats and the centre itself ignored). Where the
+    /// link changes, [`StarBuilder::facets`] gives then what [`StarBuilder::build`] would lead to.
     pub fn extend(
         &mut self,
         table: &[P],
@@ -25,7 +35,7 @@ impl<P: Point> StarBuilder<P> {
         link: &[P::Facet],
         added: &[u32],
         cost: &mut Cost,
-    ) -> bool {
+    ) -> Extended {
         self.centre = table[centre as usize];
         self.places.make_room(table.len());
         let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
@@ -37,10 +47,13 @@ impl<P: Point> StarBuilder<P> {
         let known = numbers[..entries].iter().fold(0, |most, &place| most.max(place)) as usize + 1;
         self.order.clear();
         self.order.extend_from_slice(&distinct[known..]);
+        if self.order.is_empty() && !link.is_empty() {
+            return Extended::Same;
+        }
         self.take_points(table, &distinct[..known], cost);
         if !self.load(link, &numbers[1..entries], cost) {
             self.link.clear();
-            return false;
+            return Extended::Open;
         }
         widest(
             #[inline(always)]
@@ -50,7 +63,7 @@ impl<P: Point> StarBuilder<P> {
                 }
             },
         );
-        true
+        if self.gone.is_empty() { Extended::Same } else { Extended::Changed }
     }
 
     /// The facets of the link that the last [`StarBuilder::extend`] made. Appends to `out`.

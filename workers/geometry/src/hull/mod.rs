@@ -36,6 +36,7 @@ mod corners;
 mod planes;
 mod witness;
 
+pub use change::Extended;
 use corners::{Cone, Corners};
 use planes::{Image, Planes, Side};
 pub use witness::Witnesses;
