@@ -25,7 +25,8 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Message};
 
 use crate::config::Wanted;
-use crate::query::{Ask, Ball, Done};
+use crate::done::Done;
+use crate::query::{Ask, Ball};
 use crate::table::Table;
 use crate::worker::{Worker, finite_cell};
 

@@ -284,3 +284,28 @@ impl<P: Point> Worker<P> {
         self.leaves[at].id
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn every_star_hears_all_that_it_was_told_once() {
+        let proposed: Vec<Proposal<DVec2>> =
+            vec![(1, [1, 5, 6], 5), (1, [1, 5, 6], 6), (1, [1, 7, 8], 7), (4, [2, 4, 9], 2)];
+        let mut said = Said::<DVec2>::default();
+        said.add([7].into_iter(), &[3, 7, 8], 3, &[40]);
+        said.add([4, 1].into_iter(), &[1, 4, 9], 9, &[50, 51]);
+        let (objected, points) = said.sorted();
+        let gathered = vec![(0, 9), (4, 10), (4, 11)];
+        let stars = star_by_star::<DVec2>(&proposed, objected, &gathered);
+        let counts: Vec<_> =
+            stars.iter().map(|s| (s.home, s.proposed.len(), s.objected.len(), s.gathered.len())).collect();
+        assert_eq!(counts, [(0, 0, 0, 1), (1, 3, 1, 0), (4, 1, 1, 2), (7, 0, 1, 0)]);
+        assert_eq!(points[stars[1].objected[0].3.clone()], [50, 51]);
+        assert_eq!(points[stars[3].objected[0].3.clone()], [40]);
+        assert!(star_by_star::<DVec2>(&[], &[], &[]).is_empty());
+    }
+}

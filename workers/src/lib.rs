@@ -54,6 +54,7 @@ mod stars;
 
 mod chains;
 mod check;
+mod done;
 mod edges;
 mod sums;
 

@@ -53,7 +53,7 @@ impl<P: Point> Worker<P> {
             }
             let Some(cell) = finite_cell::<P>(home, link) else { continue };
             let smallest = self.smallest(&cell);
-            if smallest == home || !open.holds(smallest, self.cell_hash(&cell)) {
+            if smallest == home || open.of(smallest) == 0 || !open.holds(smallest, self.cell_hash(&cell)) {
                 continue;
             }
             match self.position_in(smallest, &cell) {

@@ -31,6 +31,7 @@ use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
 use crate::answers::Asked;
 use crate::chains::{Chain, Chains};
 use crate::config::map_in;
+use crate::done::{Done, Part};
 use crate::forwards::Forwards;
 use crate::walk::{Counts, Probe};
 use crate::worker::Worker;
@@ -70,58 +71,6 @@ struct Pending<P> {
     radius2: f64,
     /// What was found so far, none of it farther than the radius.
     list: Chain,
-}
-
-/// Home points and what they found, in parts as they were completed.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Done {
-    parts: Vec<Part>,
-}
-
-#[derive(Clone, Debug, Default)]
-struct Part {
-    homes: Vec<u32>,
-    nearest: NearestLists,
-}
-
-impl Part {
-    fn push(&mut self, home: u32, kth2: f64, list: impl IntoIterator<Item = u32>) {
-        self.homes.push(home);
-        self.nearest.push(kth2, list);
-    }
-}
-
-impl Done {
-    /// Number of lists.
-    pub(crate) fn len(&self) -> usize {
-        self.parts.iter().map(|part| part.homes.len()).sum()
-    }
-
-    /// A list that is complete, in the last part.
-    fn push(&mut self, home: u32, kth2: f64, list: impl IntoIterator<Item = u32>) {
-        if self.parts.is_empty() {
-            self.parts.push(Part::default());
-        }
-        if let Some(last) = self.parts.last_mut() {
-            last.push(home, kth2, list);
-        }
-    }
-
-    /// In the order in which they were complete: home point, squared distance of the last one wanted, infinite if there
-    /// are fewer, and the nearest.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, f64, &[u32])> {
-        let numbered = self.parts.iter().flat_map(|part| part.homes.iter().zip(part.nearest.iter()));
-        numbered.map(|(&home, (kth2, list))| (home, kth2, list))
-    }
-
-    /// Of the home points `0..homes`, in that order, squared distance of the last one wanted and the nearest.
-    pub(crate) fn by_home(&self, homes: u32) -> impl Iterator<Item = (f64, &[u32])> {
-        let mut lists = vec![(f64::INFINITY, &[][..]); homes as usize];
-        for (home, kth2, list) in self.iter() {
-            lists[home as usize] = (kth2, list);
-        }
-        lists.into_iter()
-    }
 }
 
 /// Queries under way.
@@ -215,46 +164,8 @@ impl<P: Point> Worker<P> {
     pub(crate) fn launch(&mut self, ask: Ask, balls: &[Ball], known: Option<&NearestLists>) {
         self.ask_afresh(ask);
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
-        let walked = map_in(&self.pool, &groups, |group| {
-            let mut walk = self.walk();
-            let (mut done, mut leaving) = (Part::default(), LookedAt::default());
-            let (mut found, mut ways) = (FoundList::default(), Vec::new());
-            for (at, ball) in group.iter().enumerate() {
-                walk.start(ball.leaf);
-                let start = Probe {
-                    centre: self.table.positions[ball.home as usize],
-                    radius2: ball.radius2,
-                    home: Some(self.leaves[ball.leaf].id),
-                };
-                found.clear();
-                ways.clear();
-                if walk.along_path(0, &start, &mut ways)
-                    && let Some((_, tree)) = &self.tree
-                {
-                    walk.down(tree, &start, &mut found);
-                }
-                let own = known.map_or(&[][..], |nearest| &nearest.lists[ball.home as usize]);
-                if let Some(nearest) = known
-                    && found.is_empty()
-                    && ways.is_empty()
-                    && nearest.kth2[ball.home as usize] <= ball.radius2
-                {
-                    // What its own leaf gave is all there is.
-                    done.push(ball.home, nearest.kth2[ball.home as usize], own.iter().copied());
-                    continue;
-                }
-                let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
-                found.extend(own.iter().map(at_of));
-                let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
-                let list = found.as_slice().iter().map(|found| found.1);
-                if ways.is_empty() {
-                    done.push(ball.home, kth2, list);
-                } else {
-                    leaving.push(at, list, &ways);
-                }
-            }
-            (done, leaving, walk.into_counts()) as Walked
-        });
+        let largest2 = self.largest_balls(balls);
+        let walked = map_in(&self.pool, &groups, |group| self.walk_balls(ask, group, known, &largest2));
         // What they found so far, and room for as much again that comes: other workers' balls too.
         let leaving = walked.iter().map(|(_, leaving, _)| (leaving.balls.len(), leaving.found.items()));
         let (balls, found) = leaving.fold((0, 0), |all, own| (all.0 + own.0, all.1 + own.1));
@@ -284,6 +195,62 @@ impl<P: Point> Worker<P> {
             }
         }
         forwards.send(self);
+    }
+
+    /// The largest squared radius of the balls of each leaf.
+    fn largest_balls(&self, balls: &[Ball]) -> Vec<f64> {
+        let mut largest2 = vec![0.0; self.leaves.len()];
+        for ball in balls {
+            let most: &mut f64 = &mut largest2[ball.leaf];
+            *most = most.max(ball.radius2);
+        }
+        largest2
+    }
+
+    /// Balls of home points on their way through what this worker knows.
+    fn walk_balls(&self, ask: Ask, group: &[Ball], known: Option<&NearestLists>, largest2: &[f64]) -> Walked {
+        let mut walk = self.walk();
+        let (mut done, mut leaving) = (Part::default(), LookedAt::default());
+        let (mut found, mut ways) = (FoundList::default(), Vec::new());
+        let mut leaf = None;
+        for (at, ball) in group.iter().enumerate() {
+            if leaf != Some(ball.leaf) {
+                leaf = Some(ball.leaf);
+                walk.start(ball.leaf, largest2[ball.leaf]);
+            }
+            let start = Probe {
+                centre: self.table.positions[ball.home as usize],
+                radius2: ball.radius2,
+                home: Some(self.leaves[ball.leaf].id),
+            };
+            found.clear();
+            ways.clear();
+            if walk.along_path(0, &start, &mut ways)
+                && let Some((_, tree)) = &self.tree
+            {
+                walk.down(tree, &start, &mut found);
+            }
+            let own = known.map_or(&[][..], |nearest| &nearest.lists[ball.home as usize]);
+            if let Some(nearest) = known
+                && found.is_empty()
+                && ways.is_empty()
+                && nearest.kth2[ball.home as usize] <= ball.radius2
+            {
+                // What its own leaf gave is all there is.
+                done.push(ball.home, nearest.kth2[ball.home as usize], own.iter().copied());
+                continue;
+            }
+            let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
+            found.extend(own.iter().map(at_of));
+            let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
+            let list = found.as_slice().iter().map(|found| found.1);
+            if ways.is_empty() {
+                done.push(ball.home, kth2, list);
+            } else {
+                leaving.push(at, list, &ways);
+            }
+        }
+        (done, leaving, walk.into_counts())
     }
 
     /// Adds what a walk counted.

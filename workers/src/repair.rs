@@ -15,7 +15,7 @@
 //! round does not depend on where a star is at home, so work and depth do not depend on the number of
 //! workers. A round of exchange is one round of messages.
 //!
-//! **Rounds.** None where the paper's hypothesis holds; about `0.5 log2 n` on uniform sets (measured).
+//! **Rounds.** None where the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured).
 
 use septet_geometry::point::Point;
 use septet_protocol::message::Message;

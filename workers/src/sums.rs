@@ -139,3 +139,29 @@ pub(crate) fn mix(h: u128) -> u128 {
     let h = (h ^ (h >> 59)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
     h ^ (h >> 64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_open_where_one_side_saw_what_the_other_did_not() {
+        let short = ShortSums::new(3);
+        let cells: Vec<u128> = (0..40).map(|i| mix(i + 1)).collect();
+        let mut seen = [0u64; SHARES];
+        for &cell in &cells {
+            seen[share_of(cell)] = seen[share_of(cell)].wrapping_add(cell as u64);
+        }
+        short.add(1, seen);
+        for &cell in &cells[1..] {
+            short.subtract(1, cell);
+        }
+        // The second's other vertex does not see the first cell; the third's sees one that it lacks itself.
+        short.subtract(2, cells[5]);
+        let open = short.open();
+        let expected = [0, 1 << share_of(cells[0]), 1 << share_of(cells[5]), 0, 0];
+        assert_eq!([0, 1, 2, 3, u32::MAX].map(|v| open.of(v)), expected);
+        assert!(open.holds(1, cells[0]) && open.holds(2, cells[5]) && !open.holds(0, cells[0]));
+        assert!((0..SHARES).all(|share| cells.iter().any(|&cell| share_of(cell) == share)));
+    }
+}

@@ -9,7 +9,7 @@ use septet_protocol::ids::NodeId;
 
 use crate::query::Ask;
 use crate::tasks::Reach;
-use crate::tree::{Leaf, Shared, Split, Tree};
+use crate::tree::{Bounds, Leaf, Shared, Split, Tree};
 use crate::worker::Worker;
 
 /// One walk of balls through what a worker knows of the tree, with its own counters.
@@ -20,7 +20,32 @@ pub(crate) struct Walk<'a, P: Point> {
     /// Of each leaf, if there are lists to be found.
     blocks: &'a [Blocks<P>],
     ask: Ask,
+    around: Around<P>,
     counts: Counts,
+}
+
+/// A ball around all balls of the leaf at hand. Where it does not cross a separator none of them does, which is asked
+/// once, of the shared nodes and of the worker's own.
+struct Around<P> {
+    centre: P,
+    radius: f64,
+    shared: Vec<Option<bool>>,
+    local: Vec<Option<bool>>,
+}
+
+impl<P: Point> Around<P> {
+    fn enter(&mut self, (low, high): Bounds<P>, largest2: f64) {
+        self.centre = low + (high - low) * 0.5;
+        // Rounding is far below what is added.
+        self.radius = ((high - low).norm2().sqrt() * 0.5 + largest2.sqrt()) * (1.0 + 1e-9);
+        self.shared.fill(None);
+        self.local.fill(None);
+    }
+}
+
+/// Does the ball around the balls of a leaf cross a separator?
+fn meets<P: Point>(known: &mut Option<bool>, centre: P, radius: f64, split: &Split<P>) -> bool {
+    *known.get_or_insert_with(|| split.separator.crosses(centre, radius))
 }
 
 /// A ball under way.
@@ -44,9 +69,10 @@ pub(crate) struct Counts {
 }
 
 impl<P: Point> Walk<'_, P> {
-    /// A ball of this leaf is next.
-    pub(crate) fn start(&mut self, leaf: usize) {
+    /// Balls of this leaf are next, the largest of this squared radius.
+    pub(crate) fn start(&mut self, leaf: usize, largest2: f64) {
         self.counts.reach.start(leaf);
+        self.around.enter(self.leaves[leaf].bounds, largest2);
     }
 
     /// What it counted, once it is over.
@@ -62,13 +88,13 @@ impl<P: Point> Walk<'_, P> {
         }
     }
 
-    /// Which children a ball goes to.
-    fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>) -> [bool; 2] {
+    /// Which children a ball goes to, if any ball of its leaf `meets` the separator.
+    fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>, meets: bool) -> [bool; 2] {
         match ball.home {
             Some(leaf) => {
                 let home = id.side_of(leaf);
                 let mut sides = [true; 2];
-                sides[1 - home] = split.reaches(ball.centre, ball.radius2, 1 - home);
+                sides[1 - home] = meets && split.reaches(ball.centre, ball.radius2, 1 - home);
                 sides
             }
             None if self.ask.probe => {
@@ -90,7 +116,9 @@ impl<P: Point> Walk<'_, P> {
     ) -> bool {
         for i in start..self.path.len() {
             let shared = &self.path[i];
-            let sides = self.sides(shared.id, &shared.split, ball);
+            let Around { centre, radius, .. } = self.around;
+            let meets = meets(&mut self.around.shared[i], centre, radius, &shared.split);
+            let sides = self.sides(shared.id, &shared.split, ball, meets);
             self.counts.shared[i].0.visit();
             if sides[0] && sides[1] {
                 self.counts.shared[i].1.visit();
@@ -113,7 +141,9 @@ impl<P: Point> Walk<'_, P> {
             Tree::Leaf(at) => self.at_leaf(*at, ball, found),
             Tree::Node(inner) => {
                 let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
-                let sides = self.sides(inner.id, &inner.split, &here);
+                let Around { centre, radius, .. } = self.around;
+                let meets = meets(&mut self.around.local[inner.number], centre, radius, &inner.split);
+                let sides = self.sides(inner.id, &inner.split, &here, meets);
                 self.counts.local[inner.number].0.visit();
                 if sides[0] && sides[1] {
                     self.counts.local[inner.number].1.visit();
@@ -172,6 +202,12 @@ impl<P: Point> Worker<P> {
             homes: self.table.columns(),
             blocks: &self.exchange.blocks,
             ask: self.engine.ask(),
+            around: Around {
+                centre: P::default(),
+                radius: f64::INFINITY,
+                shared: vec![None; self.path.len()],
+                local: vec![None; self.inner_ids.len()],
+            },
             counts: Counts {
                 shared: vec![Default::default(); self.path.len()],
                 local: vec![Default::default(); self.inner_ids.len()],
