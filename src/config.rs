@@ -127,7 +127,7 @@ pub struct Config {
     /// Keep a picture of the run in the result ([`crate::Run::picture`]): about this many sampled points; 0
     /// for none, at most [`crate::view::MOST_POINTS`].
     pub view: u32,
-    /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
+    /// Rounds of exchange before unresolved regions are gathered; `6 log2 n` if none.
     pub exchange_cap: Option<u32>,
     /// What cuts subproblems: spheres, or the rival.
     pub partition: Partition,

@@ -51,7 +51,7 @@ pub struct Parameters {
     pub with_owner: bool,
     /// Points of the picture asked for.
     pub view: u32,
-    /// Rounds of exchange before a fallback; none for `4 log2 n`.
+    /// Rounds of exchange before a fallback; none for `6 log2 n`.
     pub exchange_cap: Option<u32>,
 }
 

@@ -1,8 +1,10 @@
 //! What a machine does when something in it goes wrong.
 
+use std::collections::BTreeSet;
+
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, threaded, with_graph};
-use septet::config::{Alpha, Fault, Workers};
+use septet::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet::generate::Kind;
 use septet::geometry::point::Point;
 use septet::protocol::ids::{NodeId, Phase};
@@ -84,4 +86,33 @@ fn a_worker_that_ends_is_named() {
             }
         }
     }
+}
+
+/// Stars that may not say all they have to are gathered: the same cells, and the same region, for any number of workers.
+fn capped<P: Point>(points: &[P]) {
+    let knn = (GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(3));
+    let reference = simulate(points, &with_graph(&simulated(Workers::Count(1), 0, LEAF), knn)).unwrap();
+    assert_eq!(reference.fallback, None);
+    for cap in 0..4 {
+        let mut gathered = BTreeSet::new();
+        for workers in [1, 2, 5, 64] {
+            let config = with_graph(&simulated(Workers::Count(workers), 3, LEAF), knn);
+            let config = Config { exchange_cap: Some(cap), ..config };
+            let run = simulate(points, &config).unwrap_or_else(|e| panic!("cap {cap}, {workers}: {e}"));
+            assert!(run.cells() == reference.cells(), "cap {cap}, {workers} workers: other cells");
+            gathered.insert(run.fallback);
+        }
+        assert!(gathered.len() == 1 && !gathered.contains(&None), "cap {cap}: {gathered:?}");
+    }
+}
+
+#[test]
+fn a_gathering_ends_in_the_same_cells_in_space() {
+    capped(&space(Kind::Uniform, 900, 8));
+    capped(&space(Kind::Clusters, 700, 8));
+}
+
+#[test]
+fn a_gathering_ends_in_the_same_cells_in_the_plane() {
+    capped(&plane(Kind::Uniform, 900, 8));
 }

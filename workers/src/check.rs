@@ -220,12 +220,13 @@ impl<P: Point> Worker<P> {
         if equal { smallest_of(&self.table.positions, cell) } else { smallest }
     }
 
-    /// The hash of a cell; with another vertex it gives the key of a pair.
+    /// The hash of a cell.
     pub(crate) fn cell_hash(&self, cell: &P::Cell) -> u128 {
         let hashes = &self.agreement.hashes;
         mix(cell.as_ref().iter().fold(0u128, |s, &v| s.wrapping_add(hashes[v as usize])))
     }
 
+    /// The key of a pair, as it is recorded.
     fn key(&self, cell_hash: u128, other: u32) -> u128 {
         mix(cell_hash ^ self.agreement.hashes[other as usize])
     }
@@ -369,7 +370,7 @@ impl<P: Point> Worker<P> {
                 let Some(cell) = finite_cell::<P>(home, link) else { continue };
                 let smallest = self.smallest(&cell);
                 let hash = self.cell_hash(&cell);
-                // The key of a pair: both hashes are mixed.
+                // The key of a pair on the wire: both hashes are mixed already, so their difference is spread as they are.
                 let mut shared = |with: u32, other: u32| {
                     let key = (hash ^ self.agreement.hashes[other as usize]) as u64;
                     f(self.table.owners[with as usize], key, Disagreement { home, facet, other: with });

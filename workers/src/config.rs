@@ -117,7 +117,7 @@ pub struct WorkerConfig {
     pub with_leaves: bool,
     /// Sampled points that the workers show of themselves, expected over all of them; 0 for no picture.
     pub view: u32,
-    /// Rounds of exchange before unresolved regions are gathered; `4 log2 n` if none.
+    /// Rounds of exchange before unresolved regions are gathered; `6 log2 n` if none.
     pub exchange_cap: Option<u32>,
     /// What cuts subproblems.
     pub partition: Partition,
@@ -129,6 +129,33 @@ pub struct WorkerConfig {
     pub fault: Option<Fault>,
     /// Asks workers in the caller's process to give up; those of other processes are ended with it.
     pub stop: Stop,
+}
+
+#[cfg(test)]
+impl WorkerConfig {
+    /// For tests: one worker, 8 nearest neighbours.
+    pub(crate) fn plain() -> Self {
+        WorkerConfig {
+            run: 1,
+            seed: 5,
+            task: Task::Delaunay,
+            workers: 1,
+            leaf: 60,
+            counted: true,
+            wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
+            sets: SetRule::Ghost,
+            collect_graph: false,
+            until: None,
+            with_leaves: false,
+            view: 0,
+            exchange_cap: None,
+            partition: Partition::Sphere,
+            correction: Correction::Descent,
+            record_tasks: false,
+            fault: None,
+            stop: Stop::default(),
+        }
+    }
 }
 
 /// Cores that a worker has to itself.

@@ -3,7 +3,7 @@
 //! **Statement.** See [`crate::repair`]. All that stars were told in a step is considered together, whether it came
 //! from this worker or from another.
 //!
-//! **Work and depth.** A star's own are charged in [`crate::repair`]; what is done here is the machine's: one sort of
+//! **Work and depth.** A star's own are charged in [`crate::react`]; what is done here is the machine's: one sort of
 //! what all stars of a worker were told.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -10,7 +10,6 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId};
 use septet_protocol::message::{Body, Message, PointBatch};
 
-use crate::check::Disagreement;
 use crate::schedule::Outcome;
 use crate::worker::Worker;
 
@@ -23,8 +22,8 @@ impl<P: Point> Worker<P> {
         self.exchange.unresolved = if all {
             (0..self.table.home).collect()
         } else {
-            let other_home = |d: &Disagreement| Some(d.other).filter(|&o| self.table.is_home(o));
-            disagreements.iter().flat_map(|d| [Some(d.home), other_home(d)]).flatten().collect()
+            // Those who lack a cell are told of it again: the set must not depend on who is at home with whom.
+            disagreements.iter().map(|d| d.home).collect()
         };
         self.exchange.rounds = 0;
         let mut batch = PointBatch::default();

@@ -5,9 +5,13 @@
 //! its link (`hull::change`), and then says what it gained, what it lost and why, and why it refuses what it
 //! does not hold even so: a point of its link is in the sphere of a cell that it has all vertices of and lacks.
 //!
-//! **Work and depth.** For a star with `l` facets that is told of `m` cells and gets `q` points: a sort of the cells,
-//! sweeps over the link for each cell and point, and over its points for each cell that is refused or lost; O((m + q) l +
-//! m log m) work, O(m + q) depth.
+//! **Work and depth.** For a star with `l` facets that is told of `m` cells, gets `q` points and changes by `c` facets: a
+//! sort of the cells, sweeps over the link for each cell and point, over its points for each cell that is refused or lost,
+//! and over what it was told for each of those and of the cells it gained; O((m + q) l + m log m + c m) work,
+//! O(m + q + c) depth.
+
+#[cfg(test)]
+mod tests;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Marks, Sweep};
@@ -108,7 +112,11 @@ impl<P: Point> Worker<P> {
         let (links, fresh, gone) = (out.links.len(), out.fresh.len(), out.gone.len());
         let mut refused = self.take_in(told, points, tools, &mut cost);
         if !tools.added.is_empty() {
-            self.rebuild_star(told.home, tools, out, &mut cost);
+            if told.gathered.is_empty() {
+                self.rebuild_star(told.home, tools, out, &mut cost);
+            } else {
+                self.build_anew(told.home, tools, out, &mut cost);
+            }
             if !refused.is_empty() {
                 let mut looked = Sweep::default();
                 let held = Sought::<P>::of(&out.fresh[fresh..], told.home);
@@ -146,6 +154,8 @@ impl<P: Point> Worker<P> {
         held.retain(|cell| sought.has(cell, &mut looked));
         tools.added.clear();
         let proposed = lacking.iter().flat_map(AsRef::as_ref);
+        // Every cell tells its run of the sorted objections whether it is held.
+        looked.visit_lanes(told.objected.len());
         let heeded = told.objected.iter().filter(|o| held.binary_search(&o.1).is_ok());
         let named = proposed.chain(heeded.flat_map(|o| &points[o.3.clone()])).copied();
         tools.added.extend(named.chain(told.gathered.iter().map(|g| g.1)));
@@ -172,7 +182,8 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// A star without a closed link: from all its points.
+    /// A star from all its points: where it has no link yet, and where a gathering brings what may be missing from a
+    /// link that is not one.
     fn build_anew(&self, home: u32, tools: &mut Tools<P>, out: &mut Reactions<P>, cost: &mut Cost) {
         let old = self.stars.link(home);
         let mut candidates: Vec<u32> =
@@ -201,15 +212,16 @@ impl<P: Point> Worker<P> {
 
     /// Proposes what a star gained to those that did not propose it.
     fn propose_fresh(&self, told: &Told<'_, P>, fresh: usize, out: &mut Reactions<P>, cost: &mut Cost) {
-        let mut step = Sweep::default();
+        let (mut step, mut looked) = (Sweep::default(), Sweep::default());
         let (facets, proposals) = (&out.fresh[fresh..], &mut out.proposals);
         step.each(facets, |facet| {
             let Some(cell) = finite_cell::<P>(told.home, facet) else { return };
             let cell = in_order::<P>(&cell);
-            let tellers = of_cell(told.proposed, &cell, |p| p.1);
+            let tellers = of_cell(told.proposed, &cell, |p| p.1, &mut looked);
             let others = self.partners(told.home, &cell).filter(|v| tellers.iter().all(|p| p.2 != *v));
             proposals.extend(others.map(|v| (v, cell, told.home)));
         });
+        cost.swept_inside(looked);
         cost.swept_inside(step);
     }
 
@@ -234,7 +246,7 @@ impl<P: Point> Worker<P> {
             against.clear();
             tools.witnesses.against(table, cell, against, &mut tests);
             if !against.is_empty() {
-                let tellers = of_cell(told.proposed, cell, |p| p.1);
+                let tellers = of_cell(told.proposed, cell, |p| p.1, &mut tests);
                 out.objections.add(tellers.iter().map(|p| p.2), cell, home, against);
             }
         }
@@ -243,7 +255,7 @@ impl<P: Point> Worker<P> {
             let cell = in_order::<P>(&cell);
             against.clear();
             tools.witnesses.against(table, &cell, against, &mut tests);
-            let tellers: &[Objection<P>] = of_cell(told.objected, &cell, |o| o.1);
+            let tellers: &[Objection<P>] = of_cell(told.objected, &cell, |o| o.1, &mut tests);
             let others = self.partners(home, &cell).filter(|v| tellers.iter().all(|o| o.2 != *v));
             out.objections.add(others, &cell, home, against);
         }
@@ -251,8 +263,10 @@ impl<P: Point> Worker<P> {
     }
 }
 
-/// What was told of one cell, in a list that is in the order of the cells.
-fn of_cell<'a, T, C: Ord>(told: &'a [T], cell: &C, cell_of: impl Fn(&T) -> C) -> &'a [T] {
+/// What was told of one cell, in a list that is in the order of the cells. The machine compares it with all that was
+/// told, in one step, and that is what is charged; a processor searches.
+fn of_cell<'a, T, C: Ord>(told: &'a [T], cell: &C, cell_of: impl Fn(&T) -> C, looked: &mut Sweep) -> &'a [T] {
+    looked.visit_lanes(told.len());
     let first = told.partition_point(|t| cell_of(t) < *cell);
     let count = told[first..].iter().take_while(|t| cell_of(t) == *cell).count();
     &told[first..first + count]

@@ -75,7 +75,7 @@ impl<P: Point> Stars<P> {
     }
 
     /// Appends the link of the next home point.
-    fn push(&mut self, link: &[P::Facet]) {
+    pub(crate) fn push(&mut self, link: &[P::Facet]) {
         self.ranges.push((self.facets.len() as u32, link.len() as u32));
         self.facets.extend_from_slice(link);
     }

@@ -27,25 +27,29 @@ pub(crate) struct Walk<'a, P: Point> {
 /// A ball around all balls of the leaf at hand. Where it does not cross a separator none of them does, which is asked
 /// once, of the shared nodes and of the worker's own.
 struct Around<P> {
-    centre: P,
-    radius: f64,
+    ball: (P, f64),
     shared: Vec<Option<bool>>,
     local: Vec<Option<bool>>,
 }
 
 impl<P: Point> Around<P> {
-    fn enter(&mut self, (low, high): Bounds<P>, largest2: f64) {
-        self.centre = low + (high - low) * 0.5;
-        // Rounding is far below what is added.
-        self.radius = ((high - low).norm2().sqrt() * 0.5 + largest2.sqrt()) * (1.0 + 1e-9);
+    fn enter(&mut self, bounds: Bounds<P>, largest2: f64) {
+        self.ball = ball_around(bounds, largest2);
         self.shared.fill(None);
         self.local.fill(None);
     }
 }
 
-/// Does the ball around the balls of a leaf cross a separator?
-fn meets<P: Point>(known: &mut Option<bool>, centre: P, radius: f64, split: &Split<P>) -> bool {
-    *known.get_or_insert_with(|| split.separator.crosses(centre, radius))
+/// A ball that holds all balls of at most this squared radius around points of the box. The box is taken as seen from the
+/// centre as it was rounded, which far from the origin may be off by more than the box is wide; what is added covers the
+/// roundings that are left, all relative to the radius.
+fn ball_around<P: Point>((low, high): Bounds<P>, largest2: f64) -> (P, f64) {
+    let centre = low + (high - low) * 0.5;
+    let mut half = P::default();
+    for k in 0..P::DIM {
+        half.set_coord(k, (high.coord(k) - centre.coord(k)).max(centre.coord(k) - low.coord(k)));
+    }
+    (centre, (half.norm2().sqrt() + largest2.sqrt()) * (1.0 + 1e-9))
 }
 
 /// A ball under way.
@@ -55,6 +59,31 @@ pub(crate) struct Probe<P> {
     pub(crate) radius2: f64,
     /// The leaf where it is at home, if that lies below.
     pub(crate) home: Option<NodeId>,
+}
+
+/// Which children of a node a ball goes to. One of the leaf at hand goes to the far side only if the ball around all of
+/// them meets the separator, which is `known` once one has asked.
+fn sides<P: Point>(
+    (id, split): (NodeId, &Split<P>),
+    ball: &Probe<P>,
+    probe: bool,
+    (around, known): ((P, f64), &mut Option<bool>),
+) -> [bool; 2] {
+    match ball.home {
+        Some(leaf) => {
+            let home = id.side_of(leaf);
+            let meets = *known.get_or_insert_with(|| split.separator.crosses(around.0, around.1));
+            let mut sides = [true; 2];
+            sides[1 - home] = meets && split.reaches(ball.centre, ball.radius2, 1 - home);
+            sides
+        }
+        None if probe => {
+            let mut sides = [false; 2];
+            sides[split.side(ball.centre)] = true;
+            sides
+        }
+        None => [0, 1].map(|side| split.reaches(ball.centre, ball.radius2, side)),
+    }
 }
 
 /// What a walk counted.
@@ -88,24 +117,6 @@ impl<P: Point> Walk<'_, P> {
         }
     }
 
-    /// Which children a ball goes to, if any ball of its leaf `meets` the separator.
-    fn sides(&self, id: NodeId, split: &Split<P>, ball: &Probe<P>, meets: bool) -> [bool; 2] {
-        match ball.home {
-            Some(leaf) => {
-                let home = id.side_of(leaf);
-                let mut sides = [true; 2];
-                sides[1 - home] = meets && split.reaches(ball.centre, ball.radius2, 1 - home);
-                sides
-            }
-            None if self.ask.probe => {
-                let mut sides = [false; 2];
-                sides[split.side(ball.centre)] = true;
-                sides
-            }
-            None => [0, 1].map(|side| split.reaches(ball.centre, ball.radius2, side)),
-        }
-    }
-
     /// Follows the shared nodes from position `start`; collects the ways out of them. Does the ball
     /// reach this worker's own piece?
     pub(crate) fn along_path(
@@ -116,9 +127,8 @@ impl<P: Point> Walk<'_, P> {
     ) -> bool {
         for i in start..self.path.len() {
             let shared = &self.path[i];
-            let Around { centre, radius, .. } = self.around;
-            let meets = meets(&mut self.around.shared[i], centre, radius, &shared.split);
-            let sides = self.sides(shared.id, &shared.split, ball, meets);
+            let known = &mut self.around.shared[i];
+            let sides = sides((shared.id, &shared.split), ball, self.ask.probe, (self.around.ball, known));
             self.counts.shared[i].0.visit();
             if sides[0] && sides[1] {
                 self.counts.shared[i].1.visit();
@@ -141,9 +151,9 @@ impl<P: Point> Walk<'_, P> {
             Tree::Leaf(at) => self.at_leaf(*at, ball, found),
             Tree::Node(inner) => {
                 let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
-                let Around { centre, radius, .. } = self.around;
-                let meets = meets(&mut self.around.local[inner.number], centre, radius, &inner.split);
-                let sides = self.sides(inner.id, &inner.split, &here, meets);
+                let known = &mut self.around.local[inner.number];
+                let node = (inner.id, &inner.split);
+                let sides = sides(node, &here, self.ask.probe, (self.around.ball, known));
                 self.counts.local[inner.number].0.visit();
                 if sides[0] && sides[1] {
                     self.counts.local[inner.number].1.visit();
@@ -203,8 +213,7 @@ impl<P: Point> Worker<P> {
             blocks: &self.exchange.blocks,
             ask: self.engine.ask(),
             around: Around {
-                centre: P::default(),
-                radius: f64::INFINITY,
+                ball: (P::default(), f64::INFINITY),
                 shared: vec![None; self.path.len()],
                 local: vec![None; self.inner_ids.len()],
             },
@@ -215,5 +224,60 @@ impl<P: Point> Worker<P> {
                 reach: Reach::new(self.recorder.is_some()),
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+    use septet_geometry::separator::Separator;
+
+    use super::*;
+
+    /// Every ball of the box reaches no farther than the ball around them, in integers.
+    #[test]
+    fn the_ball_around_a_box_holds_it_far_from_the_origin() {
+        let far = 2f64.powi(52);
+        // The middle of 31 is no integer, and between 2^52 and 2^53 there are only integers.
+        for wide in [1.0, 2.0, 31.0, 33.0, 1e6 + 1.0] {
+            for from in [0.0, 1.0, 2.0, 3.0] {
+                let low = DVec2::splat(far + from);
+                let high = low + DVec2::splat(wide);
+                let (centre, radius) = ball_around((low, high), 4.0);
+                for corner in [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)] {
+                    let away = corner - centre;
+                    assert!(away.length() + 2.0 <= radius, "{wide} {from}: {away} {radius}");
+                }
+            }
+        }
+        let (centre, radius) = ball_around((DVec3::ZERO, DVec3::splat(2.0)), 0.0);
+        assert!(centre == DVec3::ONE && (radius - 3f64.sqrt()).abs() < 1e-8);
+    }
+
+    /// With the ball around all of them a ball goes to the far side where it does without it.
+    #[test]
+    fn the_ball_around_a_leaf_keeps_no_ball_from_the_far_side() {
+        let far = 2f64.powi(52);
+        let low = DVec2::splat(far);
+        let leaf = (low, low + DVec2::splat(31.0));
+        let other = (DVec2::new(far + 33.0, far), DVec2::new(far + 64.0, far + 31.0));
+        let mut went = 0;
+        for cut in 31..35 {
+            let separator = Separator::plane(0, far + f64::from(cut));
+            let split = Split { separator, boxes: [leaf, other] };
+            let mut known = [None; 3];
+            for (at, largest) in [1.0f64, 2.0, 4.0].into_iter().enumerate() {
+                let around = ball_around(leaf, largest * largest);
+                for (x, y) in (0..32).flat_map(|x| (0..32).map(move |y| (x, y))) {
+                    let centre = low + DVec2::new(f64::from(x), f64::from(y));
+                    let id = NodeId::ROOT;
+                    let ball = Probe { centre, radius2: largest * largest, home: Some(id.child(0)) };
+                    let sides = sides((id, &split), &ball, false, (around, &mut known[at]));
+                    assert_eq!(sides, [true, split.reaches(centre, ball.radius2, 1)], "{cut} {x} {y}");
+                    went += u32::from(sides[1]);
+                }
+            }
+        }
+        assert!(went > 100, "{went}");
     }
 }

@@ -334,6 +334,32 @@ mod tests {
         lists_are_those_of_sorting::<DVec2>();
     }
 
+    /// A row looks within little more than its neighbour's radius first, and within the sum of both distances if that
+    /// holds too few.
+    #[test]
+    fn a_row_looks_again_where_its_first_look_finds_too_few() {
+        let members = [0, 1, 2, 3];
+        let mut nearest = Nearest::new(&members, &members, 2, vec![f64::INFINITY; 4]);
+        nearest.guesses = true;
+        assert_eq!(nearest.begin(0), f64::INFINITY);
+        nearest.near(1, 1.0);
+        nearest.near(2, 4.0);
+        assert_eq!(nearest.again(0), None, "it had no limit");
+        nearest.end(0);
+        for (found, enough) in [(1, false), (2, true)] {
+            assert_eq!(nearest.begin(1), GUESS * 4.0);
+            (0..found).for_each(|i| {
+                nearest.near(2 * i, 1.0 + i as f64);
+            });
+            let again = nearest.again(1);
+            assert_eq!(again.is_none(), enough);
+            if let Some(limit2) = again {
+                assert!((9.0..9.0 + 1e-9).contains(&limit2) && nearest.found.is_empty());
+                assert_eq!(nearest.again(1), None, "once");
+            }
+        }
+    }
+
     /// All the others are at one distance from the first: far more than a list holds before it is pruned.
     #[test]
     fn many_at_one_distance_all_stay() {

@@ -5,7 +5,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::dist2;
 
 use super::*;
-use crate::config::{Correction, Partition, SetRule, Stop, Wanted, WorkerConfig};
+use crate::config::{Wanted, WorkerConfig};
 use crate::host::step_all;
 use crate::leader::{Leader, is_leaf};
 use crate::outbox::Outbox;
@@ -14,26 +14,9 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
 
 fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
-    Arc::new(WorkerConfig {
-        run: 1,
-        seed: 5,
-        task: Task::Independent { fixed },
-        workers,
-        leaf,
-        counted: true,
-        wanted: Wanted::Fixed(Supergraph::Density { alpha: 1.0 }),
-        sets: SetRule::Ghost,
-        collect_graph: false,
-        until: None,
-        with_leaves: false,
-        view: 0,
-        exchange_cap: None,
-        partition: Partition::Sphere,
-        correction: Correction::Descent,
-        record_tasks: false,
-        fault: None,
-        stop: Stop::default(),
-    })
+    let task = Task::Independent { fixed };
+    let wanted = Wanted::Fixed(Supergraph::Density { alpha: 1.0 });
+    Arc::new(WorkerConfig { task, workers, leaf, wanted, ..WorkerConfig::plain() })
 }
 
 /// What the workers send of the set, the phases they went through, and their steps in that of the set.

@@ -16,11 +16,12 @@ use crate::simd::widest;
 /// What becomes of a link that gets more candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extended {
-    /// None conflicts: it stays as it is.
+    /// None conflicts, or none is new to it, in which case it is not looked at further: it stays as it is, closed or
+    /// not.
     Same,
     /// Some facets go and others come.
     Changed,
-    /// It is no closed complex, so nothing was done.
+    /// It is empty, or gets others and is no closed complex: nothing was done.
     Open,
 }
 
