@@ -423,6 +423,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
     fn on_collected(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), Error> {
         let keep_owner = self.config.with_owner;
         let mut torn = None;
+        let rows =
+            inbox.iter().map(|m| if let Body::Cells { cells, .. } = &m.body { cells.len() } else { 0 });
+        self.result.cells.reserve_exact(rows.sum());
         for message in std::mem::take(inbox) {
             match message.body {
                 Body::Cells { mut cells, mut leaves } => {

@@ -24,8 +24,8 @@ use crate::worker::Worker;
 /// The state of the exchange, and of phases that only pass something on.
 #[derive(Debug)]
 pub(crate) struct Exchange<P: Point> {
-    /// The k-nearest lists between their phases.
-    pub(crate) knn: NearestLists,
+    /// The k-nearest lists of each leaf among its own points, between their phases.
+    pub(crate) knn: Vec<NearestLists>,
     /// The home points of each leaf in blocks, while such lists are looked for.
     pub(crate) blocks: Vec<Blocks<P>>,
     /// Balls of the sampled stars, in the order of their points, until their outcome is sent; whether it is.
@@ -49,7 +49,7 @@ pub(crate) struct Exchange<P: Point> {
 impl<P: Point> Default for Exchange<P> {
     fn default() -> Self {
         Exchange {
-            knn: NearestLists::default(),
+            knn: Vec::new(),
             blocks: Vec::new(),
             samples: Vec::new(),
             sample_sent: false,

@@ -7,7 +7,7 @@ use septet_geometry::blocks::Blocks;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::{NearestLists, nearest_direct, nearest_in_blocks};
+use septet_geometry::neighbourhood::{nearest_direct, nearest_in_blocks};
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -99,11 +99,9 @@ impl<P: Point> Worker<P> {
             let nearest = nearest_in_blocks(&blocks, leaf.start, k, &mut cost);
             (blocks, nearest, cost)
         });
-        let items = results.iter().map(|(_, nearest, _)| nearest.lists.items()).sum();
-        self.exchange.knn = NearestLists::with_capacity(self.table.home as usize, items);
         for (leaf, (blocks, nearest, cost)) in self.leaves.iter().zip(results) {
             self.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.home_len() * leaf.home_len());
-            self.exchange.knn.append(nearest);
+            self.exchange.knn.push(nearest);
             self.exchange.blocks.push(blocks);
         }
     }
@@ -111,18 +109,24 @@ impl<P: Point> Worker<P> {
     /// The punt of the k-nearest balls.
     pub(crate) fn begin_knn_probe(&mut self) {
         // The lists stay for the balls that follow: only radii come of a probe.
-        let balls = self.balls(|worker, home| worker.exchange.knn.kth2[home as usize], true);
+        let radii = self.knn_radii2();
+        let balls = self.balls(|_, home| radii[home as usize], true);
         let wanted = self.k() as u32;
         let nearest = std::mem::take(&mut self.exchange.knn);
         self.launch(Ask { wanted, probe: true, own_leaf: false }, &balls, Some(&nearest));
         self.exchange.knn = nearest;
     }
 
+    /// Squared radii of the k-nearest balls of all home points in their leaves.
+    fn knn_radii2(&self) -> Vec<f64> {
+        self.exchange.knn.iter().flat_map(|leaf| &leaf.kth2).copied().collect()
+    }
+
     /// All k-nearest balls. A ball starts from its own leaf's list alone: what a probe found is found
     /// again, so that no leaf answers twice; only the radius it gave is kept.
     pub(crate) fn begin_knn(&mut self) {
+        let mut radii = self.knn_radii2();
         let nearest = std::mem::take(&mut self.exchange.knn);
-        let mut radii = nearest.kth2.clone();
         for (home, kth2, _) in self.land(Phase::KnnProbe).iter() {
             let radius2 = &mut radii[home as usize];
             *radius2 = radius2.min(kth2);

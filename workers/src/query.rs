@@ -160,8 +160,8 @@ impl LookedAt {
 type Walked = (Part, LookedAt, Counts);
 
 impl<P: Point> Worker<P> {
-    /// Sends the balls of home points on their way; `known` has what their own leaf holds, if it was asked.
-    pub(crate) fn launch(&mut self, ask: Ask, balls: &[Ball], known: Option<&NearestLists>) {
+    /// Sends the balls of home points on their way; `known` has what each leaf holds for its own, if it was asked.
+    pub(crate) fn launch(&mut self, ask: Ask, balls: &[Ball], known: Option<&[NearestLists]>) {
         self.ask_afresh(ask);
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let largest2 = self.largest_balls(balls);
@@ -208,7 +208,13 @@ impl<P: Point> Worker<P> {
     }
 
     /// Balls of home points on their way through what this worker knows.
-    fn walk_balls(&self, ask: Ask, group: &[Ball], known: Option<&NearestLists>, largest2: &[f64]) -> Walked {
+    fn walk_balls(
+        &self,
+        ask: Ask,
+        group: &[Ball],
+        known: Option<&[NearestLists]>,
+        largest2: &[f64],
+    ) -> Walked {
         let mut walk = self.walk();
         let (mut done, mut leaving) = (Part::default(), LookedAt::default());
         let (mut found, mut ways) = (FoundList::default(), Vec::new());
@@ -230,18 +236,18 @@ impl<P: Point> Worker<P> {
             {
                 walk.down(tree, &start, &mut found);
             }
-            let own = known.map_or(&[][..], |nearest| &nearest.lists[ball.home as usize]);
-            if let Some(nearest) = known
+            let own = known.map(|leaves| leaves[ball.leaf].of(ball.home - self.leaves[ball.leaf].start));
+            if let Some((kth2, list)) = own
                 && found.is_empty()
                 && ways.is_empty()
-                && nearest.kth2[ball.home as usize] <= ball.radius2
+                && kth2 <= ball.radius2
             {
                 // What its own leaf gave is all there is.
-                done.push(ball.home, nearest.kth2[ball.home as usize], own.iter().copied());
+                done.push(ball.home, kth2, list.iter().copied());
                 continue;
             }
             let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
-            found.extend(own.iter().map(at_of));
+            found.extend(own.map_or(&[][..], |own| own.1).iter().map(at_of));
             let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
             let list = found.as_slice().iter().map(|found| found.1);
             if ways.is_empty() {

@@ -6,6 +6,8 @@
 
 pub mod cost;
 
+mod buckets;
+
 pub mod columns;
 
 pub mod blocks;

@@ -43,10 +43,9 @@ impl NearestLists {
         self.lists.push(list);
     }
 
-    /// Adds all of another.
-    pub fn append(&mut self, mut other: NearestLists) {
-        self.kth2.append(&mut other.kth2);
-        self.lists.append(other.lists);
+    /// Squared distance of the `k`-th, and the nearest, of one point.
+    pub fn of(&self, point: u32) -> (f64, &[u32]) {
+        (self.kth2[point as usize], &self.lists[point as usize])
     }
 
     /// Number of points.

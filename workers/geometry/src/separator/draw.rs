@@ -10,11 +10,12 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+use super::Separator;
 use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
-use super::{Separator, Side};
-use crate::columns::{Columns, Rows};
+use crate::blocks::Blocks;
+use crate::columns::Rows;
 use crate::cost::Cost;
-use crate::point::{Point, lex_cmp};
+use crate::point::{Point, dist2, lex_cmp};
 
 /// Expected number of samples of a subproblem that has more points than this.
 pub const SAMPLE_TARGET: u64 = 400;
@@ -312,15 +313,19 @@ struct Scored<P> {
 
 /// Squared distance of each sample to the nearest other one. Coincident samples, at distance zero, do not bound each
 /// other's balls.
-#[derive(Default)]
-struct NearestOthers {
+struct NearestOthers<'a, P> {
+    samples: &'a [P],
+    /// Their places, block by block: a sample is near the one before.
+    order: &'a [u32],
     squares: Vec<f64>,
     least: f64,
 }
 
-impl Rows for NearestOthers {
-    fn begin(&mut self, _: usize) -> f64 {
-        self.least = f64::INFINITY;
+impl<P: Point> Rows for NearestOthers<'_, P> {
+    fn begin(&mut self, row: usize) -> f64 {
+        let [this, before] = [row, row.saturating_sub(1)].map(|row| self.samples[self.order[row] as usize]);
+        let square = dist2(this, before);
+        self.least = if square > 0.0 { square } else { f64::INFINITY };
         self.least
     }
 
@@ -331,8 +336,8 @@ impl Rows for NearestOthers {
         self.least
     }
 
-    fn end(&mut self, _: usize) {
-        self.squares.push(self.least);
+    fn end(&mut self, row: usize) {
+        self.squares[self.order[row] as usize] = self.least;
     }
 }
 
@@ -348,8 +353,10 @@ struct Judge<P> {
 impl<P: Point> Judge<P> {
     fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
         let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
-        let mut nearest = NearestOthers::default();
-        cost.near_pairs(&local, &Columns::of(local.iter().copied()), &mut nearest);
+        let blocks = Blocks::of(&local);
+        let squares = vec![f64::INFINITY; local.len()];
+        let mut nearest = NearestOthers { samples: &local, order: blocks.order(), squares, least: 0.0 };
+        cost.pairs_in_blocks(&blocks, &mut nearest);
         let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest.squares).collect();
         let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
         let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
@@ -357,13 +364,11 @@ impl<P: Point> Judge<P> {
     }
 
     fn score(&self, separator: Separator<P>, cost: &mut Cost) -> Scored<P> {
-        let seen = cost.map(&self.balls, |&(x, radius)| {
-            (separator.side(x) == Side::Interior, separator.crosses(x, radius))
-        });
-        let (inside, across) = cost.reduce(&seen, (0usize, 0usize), |(i, c), &(inside, across)| {
-            (i + usize::from(inside), c + usize::from(across))
-        });
         let m = self.balls.len();
+        let mut seen = cost.sweep();
+        seen.visit_lanes(m);
+        let [inside, across] = separator.count_inside_and_crossing(&self.balls);
+        cost.swept(seen);
         cost.close(m as u64);
         let ratio = inside.max(m - inside) as f64 / m as f64;
         let crossing = across as f64 / m as f64 * self.thinning;

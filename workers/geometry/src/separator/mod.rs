@@ -189,6 +189,25 @@ impl<P: Point> Separator<P> {
         holds_centre || !clear
     }
 
+    /// Of balls by their centres and radii: how many have their centres inside, and how many cross.
+    pub(super) fn count_inside_and_crossing(&self, balls: &[(P, f64)]) -> [usize; 2] {
+        let [inside, across] = widest(
+            #[inline(always)]
+            || {
+                let mut counts = [0u64; 2];
+                for &(x, radius) in balls {
+                    let y = self.local(x);
+                    let value = self.value(y);
+                    // At most as many as there are balls.
+                    counts[0] = counts[0].wrapping_add(u64::from(value < 0.0));
+                    counts[1] = counts[1].wrapping_add(u64::from(self.crosses_at(y, value, radius)));
+                }
+                counts
+            },
+        );
+        [inside as usize, across as usize]
+    }
+
     /// Of balls by their centres and radii: how many cross with their centres inside, and how many with them outside.
     pub fn count_crossing(&self, balls: impl Iterator<Item = (P, f64)>) -> [u64; 2] {
         widest(
