@@ -21,7 +21,6 @@ use std::cmp::Ordering;
 pub use marks::{Marks, Places};
 
 use crate::blocks::Blocks;
-use crate::buckets;
 use crate::columns::{Columns, Rows};
 use crate::found::FoundList;
 use crate::point::Point;
@@ -309,7 +308,7 @@ impl Cost {
         let places = (1u64 << ceil_log2(len as u64)) - 1;
         scratch.clear();
         scratch.extend((0u64..).zip(numbers.iter()).map(|(place, &number)| key(number) & !places | place));
-        buckets::sort(scratch);
+        scratch.sort_unstable();
         numbers.extend_from_within(..);
         let (sorted, given) = numbers.split_at_mut(len);
         let (mut last, mut are_clear) = (u64::MAX, true);

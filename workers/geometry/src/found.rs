@@ -1,8 +1,8 @@
 //! What was found near a point, and the nearest of it.
 //!
 //! **Statement.** The `k` nearest are those no farther than the `k`-th, ties included: then they do not depend on how ties
-//! are numbered. The `k`-th is selected among the bits of the squared distances, which are in the order of the distances:
-//! by buckets (`buckets`), or where those do not serve by quickselect (Hoare 1961).
+//! are numbered. The `k`-th is selected (Hoare 1961) among the bits of the squared distances, which are in the order of
+//! the distances.
 //!
 //! **Work.** O(1) for each point found or looked at, linear for the nearest. Those that are kept stand in the order in which
 //! they were found, which is that of blocks of points, or in which answers came: whoever uses them sorts them, or does not
@@ -11,7 +11,6 @@
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
-use crate::buckets;
 use crate::columns::LANES;
 
 /// A point found: squared distance, and position in the caller's table.
@@ -116,7 +115,7 @@ impl FoundList {
         }
         self.keys.clear();
         self.keys.extend(self.room[..self.len].iter().map(|found| found.0.to_bits()));
-        let kth = f64::from_bits(buckets::kth(&mut self.keys, k));
+        let kth = f64::from_bits(*self.keys.select_nth_unstable(k - 1).1);
         self.keep(kth);
         kth
     }

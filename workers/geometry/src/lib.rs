@@ -6,8 +6,6 @@
 
 pub mod cost;
 
-mod buckets;
-
 pub mod columns;
 
 pub mod blocks;
