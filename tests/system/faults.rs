@@ -88,31 +88,39 @@ fn a_worker_that_ends_is_named() {
     }
 }
 
-/// Stars that may not say all they have to are gathered: the same cells, and the same region, for any number of workers.
-fn capped<P: Point>(points: &[P]) {
-    let knn = (GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(3));
+/// Stars that may not say all they have to are gathered: the same cells, the same region, and the same work and depth for
+/// any number of workers. Returns the numbers of points gathered.
+fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> BTreeSet<u64> {
+    let knn = (GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(nearest));
     let reference = simulate(points, &with_graph(&simulated(Workers::Count(1), 0, LEAF), knn)).unwrap();
     assert_eq!(reference.fallback, None);
-    for cap in 0..4 {
-        let mut gathered = BTreeSet::new();
+    let mut sizes = BTreeSet::new();
+    for cap in caps {
+        let mut first = None;
         for workers in [1, 2, 5, 64] {
             let config = with_graph(&simulated(Workers::Count(workers), 3, LEAF), knn);
             let config = Config { exchange_cap: Some(cap), ..config };
             let run = simulate(points, &config).unwrap_or_else(|e| panic!("cap {cap}, {workers}: {e}"));
             assert!(run.cells() == reference.cells(), "cap {cap}, {workers} workers: other cells");
-            gathered.insert(run.fallback);
+            sizes.insert(run.fallback.as_ref().unwrap_or_else(|| panic!("cap {cap}: nothing gathered")).1);
+            let found = (run.fallback, run.ledger.repair.work, run.ledger.repair.depth);
+            assert_eq!(first.get_or_insert_with(|| found.clone()), &found, "cap {cap}, {workers} workers");
         }
-        assert!(gathered.len() == 1 && !gathered.contains(&None), "cap {cap}: {gathered:?}");
     }
+    sizes
 }
 
 #[test]
 fn a_gathering_ends_in_the_same_cells_in_space() {
-    capped(&space(Kind::Uniform, 900, 8));
-    capped(&space(Kind::Clusters, 700, 8));
+    capped(&space(Kind::Uniform, 900, 8), 3, 0..4);
+    capped(&space(Kind::Clusters, 700, 8), 3, 0..4);
+    let few = capped(&space(Kind::Uniform, 900, 8), 36, 1..3);
+    assert!(few.iter().all(|&n| n < 900), "{few:?}");
 }
 
 #[test]
 fn a_gathering_ends_in_the_same_cells_in_the_plane() {
-    capped(&plane(Kind::Uniform, 900, 8));
+    capped(&plane(Kind::Uniform, 900, 8), 3, 0..4);
+    let few = capped(&plane(Kind::Uniform, 900, 8), 14, 2..3);
+    assert!(few.iter().all(|&n| n < 900), "{few:?}");
 }

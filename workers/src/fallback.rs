@@ -1,7 +1,8 @@
-//! What the exchange leaves open is gathered by the coordinator, and every vertex of it gets the rest.
+//! What the exchange leaves open is gathered by the coordinator.
 //!
-//! The stars of those vertices are then hulls of the whole region and of what they had, and the exchange goes on
-//! ([`crate::repair`]).
+//! The region is the vertices that hold a cell which another star lacks, with their links; or all points, if that was not
+//! enough. Each of these vertices gets its neighbours in the region's triangulation, and the exchange goes on
+//! ([`crate::repair`]), in which it proposes what the others lack.
 
 use std::collections::BTreeSet;
 

@@ -63,6 +63,9 @@ impl<P: Point> Worker<P> {
     /// All stars that were told something take it in, then say what has changed; and what the check found, where a star
     /// still holds it.
     fn react_all(&mut self, mut found: Vec<Proposal<P>>) {
+        if found.is_empty() && !self.exchange.is_pending() {
+            return;
+        }
         let mut proposed = std::mem::take(&mut self.exchange.proposed);
         let mut objected = std::mem::take(&mut self.exchange.objected);
         let mut gathered = std::mem::take(&mut self.exchange.gathered);

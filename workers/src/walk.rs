@@ -258,17 +258,22 @@ mod tests {
     #[test]
     fn the_ball_around_a_leaf_keeps_no_ball_from_the_far_side() {
         let far = 2f64.powi(52);
-        let low = DVec2::splat(far);
-        let leaf = (low, low + DVec2::splat(31.0));
-        let other = (DVec2::new(far + 33.0, far), DVec2::new(far + 64.0, far + 31.0));
+        // Of the flat one the middle is rounded away from the cuts, by as much as its balls reach beyond them.
         let mut went = 0;
-        for cut in 31..35 {
-            let separator = Separator::plane(0, far + f64::from(cut));
+        for (width, height, cut) in [(32, 32, 31), (32, 1, 33)]
+            .into_iter()
+            .flat_map(|(w, h, c)| (c..c + 4).map(move |cut| (w, h, cut)))
+        {
+            let low = DVec2::new(far + f64::from(1 - i32::from(height > 1)), far);
+            let leaf = (low, low + DVec2::new(f64::from(width - 1), f64::from(height - 1)));
+            let beyond = far + f64::from(cut);
+            let separator = Separator::plane(0, beyond);
+            let other = (DVec2::new(beyond, far), DVec2::new(beyond + 31.0, far + 31.0));
             let split = Split { separator, boxes: [leaf, other] };
             let mut known = [None; 3];
             for (at, largest) in [1.0f64, 2.0, 4.0].into_iter().enumerate() {
                 let around = ball_around(leaf, largest * largest);
-                for (x, y) in (0..32).flat_map(|x| (0..32).map(move |y| (x, y))) {
+                for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
                     let centre = low + DVec2::new(f64::from(x), f64::from(y));
                     let id = NodeId::ROOT;
                     let ball = Probe { centre, radius2: largest * largest, home: Some(id.child(0)) };
