@@ -45,14 +45,16 @@ pub(crate) struct Cells {
 pub(crate) struct Given {
     space: usize,
     numbers: usize,
-    cells: Mutex<Cells>,
+    /// Of the cells the rows in the parts in which they came, which are put together when they are sorted.
+    cells: Mutex<(Vec<Vec<u64>>, Cells)>,
     sorted: OnceLock<Cells>,
 }
 
 impl Given {
-    /// Cells of `space + 1` vertices.
-    pub(crate) fn new(space: usize, cells: Cells) -> Self {
-        Given { space, numbers: cells.rows.len(), cells: Mutex::new(cells), sorted: OnceLock::new() }
+    /// Cells of `space + 1` vertices: their rows in parts, and what travels beside them.
+    pub(crate) fn new(space: usize, parts: Vec<Vec<u64>>, beside: Cells) -> Self {
+        let numbers = parts.iter().map(Vec::len).sum();
+        Given { space, numbers, cells: Mutex::new((parts, beside)), sorted: OnceLock::new() }
     }
 
     /// Number of cells.
@@ -63,7 +65,12 @@ impl Given {
     /// The cells in canonical order.
     pub(crate) fn sorted(&self) -> &Cells {
         self.sorted.get_or_init(|| {
-            let cells = std::mem::take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner));
+            let (parts, mut cells) =
+                std::mem::take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner));
+            cells.rows.reserve_exact(self.numbers);
+            for mut part in parts {
+                cells.rows.append(&mut part);
+            }
             if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
         })
     }
@@ -117,8 +124,8 @@ mod tests {
         let sorted = canonicalise::<DVec2>(cells);
         assert_eq!(sorted.rows, [1, 2, 3, 4, 5, 6]);
         assert_eq!(sorted.owner, Some(vec![8, 7]));
-        let cells = Cells { rows: vec![9, 8, 7, 6, 0, 1, 2, 3], owner: None, leaf: None };
-        let given = Given::new(3, cells);
+        let parts = vec![vec![9, 8, 7, 6], vec![], vec![0, 1, 2, 3]];
+        let given = Given::new(3, parts, Cells::default());
         assert_eq!((given.len(), given.clone().len()), (2, 2));
         assert_eq!(given.clone().sorted().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
         assert_eq!(given.sorted().rows, [0, 1, 2, 3, 6, 7, 8, 9]);

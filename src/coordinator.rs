@@ -42,7 +42,8 @@ pub(crate) type Plan = BTreeMap<NodeId, u32>;
 pub(crate) struct Collected {
     /// Pieces of a triangulation, in the order of their arrival.
     pub(crate) pieces: Vec<Piece>,
-    pub(crate) cells: Vec<u64>,
+    /// Rows of cells, in the parts in which they arrived.
+    pub(crate) cells: Vec<Vec<u64>>,
     pub(crate) owner: Vec<Rank>,
     pub(crate) leaves: Vec<u64>,
     pub(crate) edges: Vec<u64>,
@@ -423,18 +424,15 @@ impl<'a, P: Point> Coordinator<'a, P> {
     fn on_collected(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), Error> {
         let keep_owner = self.config.with_owner;
         let mut torn = None;
-        let rows =
-            inbox.iter().map(|m| if let Body::Cells { cells, .. } = &m.body { cells.len() } else { 0 });
-        self.result.cells.reserve_exact(rows.sum());
         for message in std::mem::take(inbox) {
             match message.body {
-                Body::Cells { mut cells, mut leaves } => {
+                Body::Cells { cells, mut leaves } => {
                     if keep_owner {
                         let rows = cells.len() / (P::DIM + 1);
                         self.result.owner.extend(std::iter::repeat_n(message.from, rows));
                         self.result.leaves.append(&mut leaves);
                     }
-                    self.result.cells.append(&mut cells);
+                    self.result.cells.push(cells.0);
                 }
                 Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows) } => {
                     let (owner, seam) = (message.from, Vec::new());

@@ -20,11 +20,12 @@ use septet_protocol::transport::TransportError;
 use septet_workers::config::{Correction, Stop, Task, Wanted, WorkerConfig};
 use thiserror::Error;
 
+use crate::coincide::coincidences;
 use crate::config::{Config, ConfigError, SeparatorSets, Workers};
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::Error as RunError;
 use crate::memory::forecast_sites;
-use crate::prepare::{Prepared, coincidences, without_negative_zero};
+use crate::prepare::{Prepared, without_negative_zero};
 use crate::run::{Settled, Traffic, settled, started};
 use crate::sizing::{check_machine, plan_leaves};
 

@@ -36,6 +36,8 @@ mod error;
 
 mod prepare;
 
+mod coincide;
+
 mod coordinator;
 
 mod canonical;

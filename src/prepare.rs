@@ -1,20 +1,19 @@
 //! From input points to the machine's: coincident points found, -0.0 read as 0.0, coordinates brought into
 //! the exact range by a power of two, a frame that spans the space.
 //!
-//! **Work and depth.** Vector steps over blocks of points, on all cores; only points whose hashes meet in a table of
-//! bits are sorted. Points that need no change are not copied.
+//! **Work and depth.** Vector steps over blocks of points, on all cores; coincidences as in [`crate::coincide`]. Points that
+//! need no change are not copied.
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::predicates::smallest_outside;
 use septet_geometry::range::{Digits, RangeError, all_finite, scale};
-use septet_workers::view::shown_hash;
 
+use crate::coincide::coincidences;
 use crate::error::Error;
 
 /// Points that one core looks at in turn.
@@ -167,53 +166,6 @@ fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
         }
     }
     frame
-}
-
-/// Bits of the tables for each point.
-const BITS: usize = 16;
-
-/// Coincident points in order, each with the first that has its coordinates.
-///
-/// Every point sets a bit by the hash of its coordinates; only points whose bit was set more than once are sorted and
-/// compared.
-pub(crate) fn coincidences<P: Point>(points: &[P]) -> Vec<(u32, u32)> {
-    let bits = (points.len() * BITS).next_power_of_two().max(64);
-    let table = || -> Vec<AtomicU64> { (0..bits / 64).map(|_| AtomicU64::new(0)).collect() };
-    let (met, again) = (table(), table());
-    let place = |hash: u64| {
-        let place = hash as usize & (bits - 1);
-        (place / 64, 1u64 << (place % 64))
-    };
-    points.par_chunks(BLOCK).for_each(|block| {
-        for p in block {
-            let (word, bit) = place(shown_hash(*p));
-            if met[word].fetch_or(bit, Relaxed) & bit != 0 {
-                again[word].fetch_or(bit, Relaxed);
-            }
-        }
-    });
-    let of_block = |(block, points): (usize, &[P])| -> Vec<(u64, u32)> {
-        let hashed = points.iter().map(|p| shown_hash(*p)).zip((block * BLOCK) as u32..);
-        hashed
-            .filter(|&(hash, _)| {
-                let (word, bit) = place(hash);
-                again[word].load(Relaxed) & bit != 0
-            })
-            .collect()
-    };
-    let mut keys: Vec<(u64, u32)> = points.par_chunks(BLOCK).enumerate().map(of_block).flatten().collect();
-    keys.par_sort_unstable();
-    let mut duplicates = Vec::new();
-    for alike in keys.chunk_by(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
-        let mut alike: Vec<u32> = alike.iter().map(|key| key.1).collect();
-        alike.sort_unstable_by(|&a, &b| lex_cmp(&points[a as usize], &points[b as usize]).then(a.cmp(&b)));
-        let same = |a: &u32, b: &u32| lex_cmp(&points[*a as usize], &points[*b as usize]).is_eq();
-        for group in alike.chunk_by(same) {
-            duplicates.extend(group[1..].iter().map(|&i| (i, group[0])));
-        }
-    }
-    duplicates.sort_unstable();
-    duplicates
 }
 
 #[cfg(test)]

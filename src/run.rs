@@ -370,7 +370,7 @@ fn flat_result<P: Point>(
         space: P::DIM,
         dimension: ready.dimension,
         points: Accounting::of(input, ready),
-        store: Store::Rows(Given::new(P::DIM, Cells::default())),
+        store: Store::Rows(Given::new(P::DIM, Vec::new(), Cells::default())),
         canonical: OnceLock::new(),
         graph: None,
         hull_facets: 0,
@@ -403,7 +403,8 @@ fn certify(
     let merged = &collected.merged;
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
     let pieces: usize = collected.pieces.iter().map(|p| p.rows.len() / 2).sum();
-    let rows = ((collected.cells.len() + pieces) / (dimension + 1)) as u64;
+    let cells: usize = collected.cells.iter().map(Vec::len).sum();
+    let rows = ((cells + pieces) / (dimension + 1)) as u64;
     // Stars that do not agree send no cells.
     let expected = if passed { merged.cells } else { 0 };
     if rows != expected || collected.parts != workers {
@@ -435,12 +436,12 @@ fn finish<P: Point>(
         // Cells of a counted run come as rows; what is measured ends before they do.
         let collecting: f64 = collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
         let seconds = start.elapsed().as_secs_f64() - collecting;
-        let cells = Cells {
-            rows: collected.cells,
+        let beside = Cells {
+            rows: Vec::new(),
             owner: with_owner.then_some(collected.owner),
             leaf: with_owner.then_some(collected.leaves),
         };
-        (Store::Rows(Given::new(P::DIM, cells)), seconds)
+        (Store::Rows(Given::new(P::DIM, collected.cells, beside)), seconds)
     } else {
         // Stars that do not agree send no cells.
         let hull_facets = if collected.pieces.is_empty() { 0 } else { merged.hull_facets };

@@ -189,6 +189,7 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
         .reverse
         .iter()
         .map(|r| (r.0, r.1))
+        .chain(log.tellers.iter().flat_map(|t| [(t.0, t.1), (t.0, t.2)]))
         .chain(log.agreement.iter().map(|r| (r.1, r.2)))
         .chain(log.exchange.iter().map(|s| (s.from, s.to)));
     if !named.all(known) || !pairs.all(|(a, b)| known(a) && known(b)) {

@@ -132,12 +132,21 @@ impl Replay<'_> {
     }
 
     fn reverse(&mut self) {
-        let mut edges: BTreeMap<(Rank, Rank), u64> = BTreeMap::new();
+        // Edges, and points that tell them.
+        let mut told: BTreeMap<(Rank, Rank), (u64, u64)> = BTreeMap::new();
         for &(from, to, number) in &self.log.reverse {
-            *edges.entry(self.ranks(from, to)).or_default() += number;
+            told.entry(self.ranks(from, to)).or_default().0 += number;
         }
-        for (between, number) in edges {
-            let bytes = self.sizes.reverse + number * (self.sizes.point + size_of::<u64>() as u64);
+        for &(from, to, before, number) in &self.log.tellers {
+            let holder = &self.place.holder;
+            // The first of a point's leaves has its own before it, where it is sent nothing.
+            if before == from || holder[before as usize] != holder[to as usize] {
+                told.entry(self.ranks(from, to)).or_default().1 += number;
+            }
+        }
+        let (count, id) = (size_of::<u32>() as u64, size_of::<u64>() as u64);
+        for (between, (edges, points)) in told {
+            let bytes = self.sizes.reverse + points * (self.sizes.point + count) + edges * id;
             self.send(Phase::Sets, 1, between, bytes);
         }
     }

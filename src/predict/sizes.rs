@@ -123,7 +123,11 @@ impl Sizes {
             sample_stars: length::<P>(Body::SampleStars(Bulk(vec![0; 1 + ALPHAS.len()]))),
             choice: length::<P>(Body::Choice { kind: 0, parameter: 0.0 }),
             ghosts,
-            reverse: length(Body::Reverse { points: none(), targets: Bulk(Vec::new()) }),
+            reverse: length(Body::Reverse {
+                points: none(),
+                counts: Bulk(Vec::new()),
+                targets: Bulk(Vec::new()),
+            }),
             fingerprint: length::<P>(Body::Fingerprint(Bulk(vec![0; 3]))),
             list: length::<P>(Body::FingerprintList(Bulk(Vec::new()))),
             propose: length(Body::Propose { points: none(), cells: Bulk(Vec::new()) }),

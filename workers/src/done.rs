@@ -44,12 +44,12 @@ impl Done {
         numbered.map(|(&home, (kth2, list))| (home, kth2, list))
     }
 
-    /// Of the home points `0..homes`, in that order, squared distance of the last one wanted and the nearest.
-    pub(crate) fn by_home(&self, homes: u32) -> impl Iterator<Item = (f64, &[u32])> {
-        let mut lists = vec![(f64::INFINITY, &[][..]); homes as usize];
-        for (home, kth2, list) in self.iter() {
-            lists[home as usize] = (kth2, list);
+    /// Of the home points `0..homes`, in that order, the nearest.
+    pub(crate) fn by_home(&self, homes: u32) -> Vec<&[u32]> {
+        let mut lists = vec![&[][..]; homes as usize];
+        for (home, _, list) in self.iter() {
+            lists[home as usize] = list;
         }
-        lists.into_iter()
+        lists
     }
 }

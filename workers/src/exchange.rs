@@ -42,7 +42,9 @@ pub(crate) struct Exchange<P: Point> {
     pub(crate) rounds: u32,
     /// Results merged so far: those after a gathering are charged to the certificate, not to the paper.
     pub(crate) merges: u32,
-    /// Home points whose stars disagreed at the last check.
+    /// Cells that belong to this worker, by its last merging.
+    pub(crate) cells: u64,
+    /// Home points of which the last check found a cell that another star lacks, or all that are gathered.
     pub(crate) unresolved: BTreeSet<u32>,
 }
 
@@ -58,6 +60,7 @@ impl<P: Point> Default for Exchange<P> {
             objected: Said::default(),
             repaired: BTreeSet::new(),
             rounds: 0,
+            cells: 0,
             merges: 0,
             unresolved: BTreeSet::new(),
         }

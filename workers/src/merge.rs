@@ -76,6 +76,7 @@ impl<P: Point> Worker<P> {
         let unexplained = if disagreements.is_empty() { self.agreement.differing } else { 0 };
         all.disagreements += disagreements.len() as u64 + unexplained;
         all.exchange_rounds = u64::from(self.exchange.rounds);
+        self.exchange.cells = all.cells;
         self.send_merged(root, all);
     }
 
@@ -183,8 +184,12 @@ impl<P: Point> Worker<P> {
             return;
         }
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
-        let mut sent = 0;
+        let (mut sent, all) = (0, self.exchange.cells as usize * (P::DIM + 1));
         for at in 0..self.leaves.len() {
+            if cells.is_empty() {
+                // Leaves are far smaller than what is left of a message that is full.
+                cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
+            }
             let (leaf, positions) = (self.leaves[at].id.0, self.table.positions.as_slice());
             let before = sent + cells.len();
             for home in self.leaves[at].home() {

@@ -15,6 +15,7 @@ use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::config::{Correction, SetRule, map_in};
 use crate::query::{Ask, Ball};
+use crate::table::Table;
 use crate::worker::Worker;
 
 /// A ball with a radius above this multiple of its leaf's median probes first.
@@ -90,7 +91,6 @@ impl<P: Point> Worker<P> {
     /// The `k` nearest inside every leaf.
     pub(crate) fn begin_knn_radii(&mut self) {
         let k = self.k();
-        self.adjacency = Lists::default();
         let site = self.out.site();
         let results = map_in(&self.pool, &self.leaves, |leaf| {
             let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.home_len());
@@ -143,24 +143,24 @@ impl<P: Point> Worker<P> {
         }
         let done = self.land(Phase::Knn);
         self.exchange.blocks = Vec::new();
-        let items = done.iter().map(|found| found.2.len()).sum();
-        let mut adjacency = Lists::with_capacity(self.table.home as usize, items);
-        for (home, (kth2, list)) in done.by_home(self.table.home).enumerate() {
-            self.table.radii2[home] = kth2;
-            adjacency.push(list.iter().copied());
+        for (home, kth2, _) in done.iter() {
+            self.table.radii2[home as usize] = kth2;
         }
-        self.adjacency = adjacency;
+        self.sets.nearest = done;
         if self.config.sets == SetRule::Ghost {
             self.send_reverse();
         }
     }
 
-    /// The other end of every edge: `j` is told that it is among the nearest of `i`.
+    /// The other end of every edge: `j` is told that it is among the nearest of `i`. Each worker gets `i` once.
     fn send_reverse(&mut self) {
-        let mut batches: BTreeMap<Rank, (PointBatch<P>, Vec<u64>)> = BTreeMap::new();
+        let mut batches: BTreeMap<Rank, Telling<P>> = BTreeMap::new();
         let leaf_of = self.leaf_numbers();
+        let mut other_leaves = Vec::new();
         let mut recorder = self.recorder.take();
         self.sets.told = vec![Sweep::default(); self.leaves.len()];
+        let done = std::mem::take(&mut self.sets.nearest);
+        let nearest = done.by_home(self.table.home);
         let (table, sets, homes) = (&self.table, &mut self.sets, leaf_of.len());
         // Of home points, all of the same length.
         let (positions, radii2) = (&table.positions[..homes], &table.radii2[..homes]);
@@ -168,27 +168,30 @@ impl<P: Point> Worker<P> {
             let mut edges = Sweep::default();
             for home in leaf.home() {
                 let own = positions[home as usize];
-                edges.each(&self.adjacency[home as usize], |&j| {
+                edges.each(nearest[home as usize], |&j| {
                     if let Some(&x) = positions.get(j as usize) {
                         let to = leaf_of[j as usize];
                         sets.tell((j, home), to, dist2(x, own), radii2[j as usize]);
-                        if let Some(recorder) = &mut recorder {
-                            recorder.reverse(number, to);
+                        if recorder.is_some() {
+                            other_leaves.push(to);
                         }
                     } else {
-                        let (points, targets) = batches.entry(table.owners[j as usize]).or_default();
-                        table.export(home, points);
-                        targets.push(table.ids[j as usize]);
+                        let batch = batches.entry(table.owners[j as usize]).or_default();
+                        batch.tell(table, home, table.ids[j as usize]);
                     }
                 });
+                if let Some(recorder) = &mut recorder {
+                    recorder.reverse(number, &mut other_leaves);
+                }
             }
             let mut cost = Cost::ZERO;
             cost.swept(edges);
             self.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
         }
         self.recorder = recorder;
-        for (to, (points, targets)) in batches {
-            let body = Body::Reverse { points, targets: Bulk(targets) };
+        self.sets.nearest = done;
+        for (to, Telling { points, counts, targets, .. }) in batches {
+            let body = Body::Reverse { points, counts: Bulk(counts), targets: Bulk(targets) };
             self.out.send(to, NodeId::ROOT, 0, body);
         }
     }
@@ -205,8 +208,9 @@ impl<P: Point> Worker<P> {
     pub(crate) fn on_reverse(&mut self, inbox: &mut Vec<Message<P>>) {
         let mut received = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
-            Body::Reverse { points, targets } => {
-                received.push((std::mem::take(points), std::mem::take(&mut targets.0)));
+            Body::Reverse { points, counts, targets } => {
+                let lists = (std::mem::take(&mut counts.0), std::mem::take(&mut targets.0));
+                received.push((std::mem::take(points), lists));
                 false
             }
             _ => true,
@@ -215,10 +219,12 @@ impl<P: Point> Worker<P> {
             return;
         }
         let leaf_of = self.leaf_numbers();
-        for (points, targets) in received {
+        for (points, (counts, targets)) in received {
             // The sender's own points.
             let numbers = self.table.receive_all(&points);
-            for (number, target) in numbers.into_iter().zip(targets) {
+            let tellers = numbers.into_iter().zip(counts);
+            let tellers = tellers.flat_map(|(number, count)| std::iter::repeat_n(number, count as usize));
+            for (number, target) in tellers.zip(targets) {
                 if let Some(home) = self.table.find_home(target) {
                     let [x, other] = [home, number].map(|i| self.table.positions[i as usize]);
                     let radius2 = self.table.radii2[home as usize];
@@ -234,14 +240,15 @@ impl<P: Point> Worker<P> {
     /// by the point they are told to.
     pub(crate) fn unite_reverse(&mut self) {
         let (told, leaf_of) = (std::mem::take(&mut self.sets.told), self.leaf_numbers());
-        let items = self.adjacency.items() + self.sets.reverse.len();
+        let done = std::mem::take(&mut self.sets.nearest);
+        let nearest = done.by_home(self.table.home);
+        let items = nearest.iter().map(|list| list.len()).sum::<usize>() + self.sets.reverse.len();
         // Delivery to the leaves; within each the order is charged.
         let mut unknown = vec![Vec::new(); self.leaves.len()];
         for edge in std::mem::take(&mut self.sets.reverse) {
             unknown[leaf_of[edge.0 as usize] as usize].push(edge);
         }
         let mut united = Lists::with_capacity(self.table.home as usize, items);
-        let mut list = Vec::new();
         for ((leaf, unknown), told) in self.leaves.iter().zip(unknown).zip(told) {
             let mut cost = Cost::ZERO;
             cost.delivered(told);
@@ -255,17 +262,39 @@ impl<P: Point> Worker<P> {
             cost.map_nested(&homes, |&home, inner| {
                 let (segment, others) = rest.split_at(rest.iter().take_while(|edge| edge.0 == home).count());
                 rest = others;
-                list.clear();
-                list.extend_from_slice(&self.adjacency[home as usize]);
                 let mut added = Sweep::default();
-                added.each(segment, |edge| list.push(edge.1));
+                added.visit_lanes(segment.len());
                 inner.swept_inside(added);
-                united.push(list.iter().copied());
+                united.push_two(nearest[home as usize], segment.iter().map(|edge| edge.1));
             });
             self.ledger.charge(Phase::Graph, leaf.id, cost, 0);
             self.ledger.facts(leaf.id).members += leaf.home_len();
         }
         self.adjacency = united;
+    }
+}
+
+/// What one worker is told of other ends of edges.
+#[derive(Default)]
+struct Telling<P: Point> {
+    points: PointBatch<P>,
+    counts: Vec<u32>,
+    targets: Vec<u64>,
+    last: Option<u32>,
+}
+
+impl<P: Point> Telling<P> {
+    /// Tells a point there of a home point. Those of one home point come together.
+    fn tell(&mut self, table: &Table<P>, home: u32, target: u64) {
+        if self.last != Some(home) {
+            self.last = Some(home);
+            table.export(home, &mut self.points);
+            self.counts.push(0);
+        }
+        if let Some(count) = self.counts.last_mut() {
+            *count += 1;
+        }
+        self.targets.push(target);
     }
 }
 

@@ -23,6 +23,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 
+use crate::done::Done;
 use crate::leader::{by_node, decide_sets};
 use crate::tree::{Split, Tree};
 use crate::worker::Worker;
@@ -46,6 +47,8 @@ type Leaving<P> = BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)>;
 /// The state of the recursion, keyed by subproblem.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SetEngine {
+    /// The k nearest of each home point, until they are united with the other ends of edges.
+    pub(crate) nearest: Done,
     /// Edges whose other end is told and does not know them: a home point, and who is joined to it.
     pub(crate) reverse: Vec<(u32, u32)>,
     /// Of each leaf, the edges that its points were told.

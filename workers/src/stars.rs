@@ -30,6 +30,9 @@ use crate::worker::Worker;
 /// A star starts with at least this many candidates, if its leaf has them.
 const FEWEST_CANDIDATES: usize = 8;
 
+/// Leaves whose stars cores of one worker build before these are put behind each other.
+const LEAVES_AT_ONCE: usize = 256;
+
 /// Room for so many facets of each link, at first: uniform points have 27 in space, 6 in the plane.
 fn usual_facets(dimension: usize) -> usize {
     if dimension == 2 { 7 } else { 30 }
@@ -67,17 +70,21 @@ impl<P: Point> Stars<P> {
         self.facets.len()
     }
 
-    /// Makes room for so many links with so many facets in all.
-    fn reserve(&mut self, links: usize, facets: usize) {
+    /// Makes room for so many links, and for what the exchange appends.
+    fn reserve(&mut self, links: usize) {
         self.ranges.reserve_exact(links);
-        // And for what the exchange appends.
+        let facets = links * usual_facets(P::DIM);
         self.facets.reserve_exact(facets + facets / 2);
     }
 
-    /// Appends the link of the next home point.
-    pub(crate) fn push(&mut self, link: &[P::Facet]) {
-        self.ranges.push((self.facets.len() as u32, link.len() as u32));
-        self.facets.extend_from_slice(link);
+    /// Appends the links of the next home points, one behind the other, by their lengths.
+    pub(crate) fn append(&mut self, links: &[P::Facet], lengths: &[u32]) {
+        let mut start = self.facets.len() as u32;
+        for &len in lengths {
+            self.ranges.push((start, len));
+            start += len;
+        }
+        self.facets.extend_from_slice(links);
     }
 
     /// Replaces the link of a home point.
@@ -214,18 +221,13 @@ impl<P: Point> Worker<P> {
         let seeds = self.leaf_seeds();
         let frame = self.table.intern_all(&self.frame);
         let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.leaves.iter().zip(seeds).collect();
-        let hulled = map_in(&self.pool, &leaves, |(leaf, seed)| self.hulls_of(leaf, *seed, &frame));
-        let ids: Vec<(NodeId, u64)> =
-            self.leaves.iter().map(|l| (l.id, u64::from(l.end - l.start))).collect();
-        let facets = hulled.iter().map(|hulls| hulls.links.len()).sum();
-        self.stars.reserve(self.table.home as usize, facets);
-        for ((id, items), hulls) in ids.into_iter().zip(hulled) {
-            self.ledger.charge(Phase::Hulls, id, hulls.cost, items);
-            let mut at = 0;
-            for len in hulls.lengths {
-                let end = at + len as usize;
-                self.stars.push(&hulls.links[at..end]);
-                at = end;
+        self.stars.reserve(self.table.home as usize);
+        // Few at a time: their storage is soon used again.
+        for group in leaves.chunks(if self.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
+            let hulled = map_in(&self.pool, group, |(leaf, seed)| self.hulls_of(leaf, *seed, &frame));
+            for ((leaf, _), hulls) in group.iter().zip(hulled) {
+                self.ledger.charge(Phase::Hulls, leaf.id, hulls.cost, leaf.home_len());
+                self.stars.append(&hulls.links, &hulls.lengths);
             }
         }
         self.adjacency = Lists::default();

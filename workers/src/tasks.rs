@@ -84,6 +84,7 @@ impl Reach {
 pub(crate) struct Recorder {
     pub(crate) log: TaskLog,
     reverse: BTreeMap<(u32, u32), u64>,
+    tellers: BTreeMap<(u32, u32, u32), u64>,
     reach: BTreeMap<(u8, u32, NodeId), Reaching>,
     /// Cells, conflicts, ids of the points named.
     said: BTreeMap<Speech, (u64, u64, BTreeSet<u64>)>,
@@ -136,9 +137,18 @@ impl Recorder {
         }
     }
 
-    pub(crate) fn reverse(&mut self, from: u32, to: u32) {
-        if from != to {
-            *self.reverse.entry((from, to)).or_default() += 1;
+    /// Edges of one point of `from` are told to the leaves `to` of their other ends.
+    pub(crate) fn reverse(&mut self, from: u32, to: &mut Vec<u32>) {
+        to.sort_unstable();
+        to.retain(|&leaf| leaf != from);
+        for leaf in to.iter() {
+            *self.reverse.entry((from, *leaf)).or_default() += 1;
+        }
+        to.dedup();
+        let mut before = from;
+        for leaf in to.drain(..) {
+            *self.tellers.entry((from, leaf, before)).or_default() += 1;
+            before = leaf;
         }
     }
 
@@ -161,6 +171,8 @@ impl Recorder {
     fn finish(&mut self) -> TaskLog {
         let mut log = std::mem::take(&mut self.log);
         log.reverse = std::mem::take(&mut self.reverse).into_iter().map(|((a, b), n)| (a, b, n)).collect();
+        let tellers = std::mem::take(&mut self.tellers).into_iter();
+        log.tellers = tellers.map(|((from, to, before), n)| (from, to, before, n)).collect();
         let reach = std::mem::take(&mut self.reach);
         let row = |((phase, leaf, node), here): ((u8, u32, NodeId), Reaching)| {
             (phase, leaf, node.0, here.balls, here.entries, here.points.len() as u64)

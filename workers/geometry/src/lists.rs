@@ -46,6 +46,16 @@ impl<T> Lists<T> {
         self.ends.push(self.items.len());
     }
 
+    /// Adds a list of two parts.
+    #[inline]
+    pub fn push_two(&mut self, first: &[T], second: impl IntoIterator<Item = T>)
+    where
+        T: Copy,
+    {
+        self.items.extend_from_slice(first);
+        self.push(second);
+    }
+
     /// Adds all lists of another.
     pub fn append(&mut self, mut other: Lists<T>) {
         let before = self.items.len();
@@ -89,5 +99,7 @@ mod tests {
         let all: Vec<&[u32]> = lists.iter().collect();
         assert_eq!(all, [&[1, 2][..], &[], &[3], &[], &[4, 5]]);
         assert_eq!((&lists[3], &lists[4]), (&[][..], &[4, 5][..]));
+        lists.push_two(&[6], [7, 8]);
+        assert_eq!((lists.len(), &lists[5]), (6, &[6, 7, 8][..]));
     }
 }

@@ -361,11 +361,13 @@ pub enum Body<P> {
         /// cell its shape. None where nobody asks why.
         cells: Bulk<u32>,
     },
-    /// Points one of whose nearest neighbours is at home at the receiver: the other end of each edge.
+    /// Points some of whose nearest neighbours are at home at the receiver: the other ends of edges.
     Reverse {
-        /// The points.
+        /// The points, each once.
         points: PointBatch<P>,
-        /// The id, at the receiver, of the neighbour of each.
+        /// How many of its neighbours each has there.
+        counts: Bulk<u32>,
+        /// The ids of these neighbours, point by point.
         targets: Bulk<u64>,
     },
     /// Members of a subproblem's set (home and separator points), with the sender's names of them.

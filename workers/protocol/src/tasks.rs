@@ -42,6 +42,10 @@ pub struct TaskLog {
     pub chosen: bool,
     /// Edges of nearest neighbours that are told to their other end: leaf, leaf of the other end, number.
     pub reverse: Vec<(u32, u32, u64)>,
+    /// Points that tell them. Of each, the leaves of the other ends in order: the point's leaf, one of them, the one
+    /// before it (or its own leaf's number again, if it is the first); number of points. As a worker's leaves follow each
+    /// other, a point goes to as many workers as hold one of these leaves and not the one before it.
+    pub tellers: Vec<(u32, u32, u32, u64)>,
     /// Number of the check; leaf; leaf that must hold the same; low and high half of the sum; pairs.
     pub agreement: Vec<(u32, u32, u32, u64, u64, u64)>,
     /// What stars of two leaves say to each other in the exchange.
