@@ -107,7 +107,7 @@ fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
 #[bench::uniform(uniform(700))]
 fn nearest(points: Vec<DVec3>) -> usize {
     let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 48, &mut Cost::default());
-    let found = nearest.lists.items();
+    let found = nearest.items();
     assert_eq!(found, 48 * points.len());
     found
 }

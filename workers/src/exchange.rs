@@ -42,8 +42,10 @@ pub(crate) struct Exchange<P: Point> {
     pub(crate) rounds: u32,
     /// Results merged so far: those after a gathering are charged to the certificate, not to the paper.
     pub(crate) merges: u32,
-    /// Cells that belong to this worker, by its last merging.
+    /// Cells that belong to this worker, by its last merging; and for each home point a bit for each of its first 64
+    /// facets, set where the cell belongs to it.
     pub(crate) cells: u64,
+    pub(crate) owned: Vec<u64>,
     /// Home points of which the last check found a cell that another star lacks, or all that are gathered.
     pub(crate) unresolved: BTreeSet<u32>,
 }
@@ -61,6 +63,7 @@ impl<P: Point> Default for Exchange<P> {
             repaired: BTreeSet::new(),
             rounds: 0,
             cells: 0,
+            owned: Vec::new(),
             merges: 0,
             unresolved: BTreeSet::new(),
         }

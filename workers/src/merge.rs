@@ -12,6 +12,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Merged, Message};
 
+use crate::border::ones;
 use crate::check::Disagreement;
 use crate::config::{Task, map_in};
 use crate::leader::by_node;
@@ -41,14 +42,18 @@ impl<P: Point> Worker<P> {
         let groups = self.home_groups();
         let results = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
-            let mut diameters = Diameters::default();
+            let (mut diameters, mut owned) = (Diameters::default(), Vec::with_capacity(homes.len()));
             for home in homes.clone() {
-                sum.join(&self.merge_star(home, &mut diameters, &mut sweep));
+                let (star, cells) = self.merge_star(home, &mut diameters, &mut sweep);
+                sum.join(&star);
+                owned.push(cells);
             }
-            (sum, sweep)
+            (sum, sweep, owned)
         });
+        self.exchange.owned.clear();
         let mut merged = vec![(Merged::default(), Sweep::default()); self.leaves.len()];
-        for ((at, _), (sum, sweep)) in groups.into_iter().zip(results) {
+        for ((at, _), (sum, sweep, owned)) in groups.into_iter().zip(results) {
+            self.exchange.owned.extend(owned);
             merged[at].0.join(&sum);
             merged[at].1.join(&sweep);
         }
@@ -80,26 +85,35 @@ impl<P: Point> Worker<P> {
         self.send_merged(root, all);
     }
 
-    /// What a star contributes.
-    pub(crate) fn merge_star(&self, home: u32, diameters: &mut Diameters, sweep: &mut Sweep) -> Merged {
+    /// What a star contributes; and a bit for each of its first 64 facets, set where the cell belongs to its vertex.
+    pub(crate) fn merge_star(
+        &self,
+        home: u32,
+        diameters: &mut Diameters,
+        sweep: &mut Sweep,
+    ) -> (Merged, u64) {
         let positions = self.table.positions.as_slice();
         let (at, link) = (positions[home as usize], self.stars.link(home));
         let (mut finite, mut smallest_of, mut hull_facets) = (0u64, 0u64, 0u64);
-        let mut has_smaller = false;
+        let (mut has_smaller, mut owned, mut bit) = (false, 0, 1u64);
         // Of every facet each vertex is looked at.
         sweep.visit_lanes(P::DIM * link.len());
         sweep.each(link, |facet| {
             let (is_smallest, is_finite) = look_at_facet(positions, &at, facet);
             has_smaller |= !is_smallest;
             finite += u64::from(is_finite);
-            smallest_of += u64::from(is_smallest && is_finite);
+            let is_owned = u64::from(is_smallest && is_finite);
+            smallest_of += is_owned;
+            owned |= bit * is_owned;
+            // Behind the last there is none.
+            bit <<= 1;
             hull_facets += u64::from(is_smallest && !is_finite);
         });
         let repaired = self.exchange.repaired.contains(&home);
         let known = self.supergraph().separator_radius(self.table.radii2[home as usize]);
         let provable =
             !repaired && finite == link.len() as u64 && diameters.are_at_most(positions, home, link, known);
-        Merged {
+        let merged = Merged {
             repaired: u64::from(repaired),
             stars: u64::from(finite > 0),
             cells: smallest_of,
@@ -107,7 +121,8 @@ impl<P: Point> Worker<P> {
             minima: u64::from(!has_smaller),
             local: u64::from(provable),
             ..Merged::default()
-        }
+        };
+        (merged, owned)
     }
 
     fn send_merged(&mut self, node: NodeId, merged: Merged) {
@@ -193,16 +208,15 @@ impl<P: Point> Worker<P> {
             let (leaf, positions) = (self.leaves[at].id.0, self.table.positions.as_slice());
             let before = sent + cells.len();
             for home in self.leaves[at].home() {
-                let x = positions[home as usize];
-                for facet in self.stars.link(home) {
-                    // Most cells belong to another vertex.
-                    if look_at_facet(positions, &x, facet) == (true, true)
-                        && let Some(cell) = finite_cell::<P>(home, facet)
-                    {
-                        cells.extend(cell.as_ref().iter().map(|&v| self.table.ids[v as usize]));
-                        if self.config.with_leaves {
-                            homes.push(leaf);
-                        }
+                let (x, link) = (positions[home as usize], self.stars.link(home));
+                // Most cells belong to another vertex. Merging has told which, of as many as there are bits.
+                let (first, rest) = link.split_at(link.len().min(64));
+                let told = ones(self.exchange.owned[home as usize]).map(|at| &first[at]);
+                let looked = rest.iter().filter(|facet| look_at_facet(positions, &x, facet) == (true, true));
+                for cell in told.chain(looked).filter_map(|facet| finite_cell::<P>(home, facet)) {
+                    cells.extend(cell.as_ref().iter().map(|&v| self.table.ids[v as usize]));
+                    if self.config.with_leaves {
+                        homes.push(leaf);
                     }
                 }
             }

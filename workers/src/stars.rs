@@ -272,7 +272,7 @@ impl<P: Point> Worker<P> {
         let all = |_| f64::INFINITY;
         let positions = &self.table.positions;
         let nearest = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
-        rows.into_iter().zip(nearest.lists.iter()).map(|(row, list)| (row, list.to_vec())).collect()
+        rows.into_iter().zip(nearest.iter()).map(|(row, (_, list))| (row, list.to_vec())).collect()
     }
 }
 

@@ -59,7 +59,7 @@ impl<P: Point> Worker<P> {
         let mut diameters = Diameters::default();
         for leaf in &self.leaves {
             for home in leaf.home().filter(|&home| self.is_shown(home)) {
-                let star = self.merge_star(home, &mut diameters, &mut Sweep::default());
+                let (star, _) = self.merge_star(home, &mut diameters, &mut Sweep::default());
                 self.table.export(home, &mut part.points);
                 part.leaves.push(leaf.id.0);
                 part.crossing.push(self.crossed_levels(home, leaf.id));

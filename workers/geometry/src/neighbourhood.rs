@@ -26,14 +26,17 @@ use crate::point::{Point, dist2};
 pub struct NearestLists {
     /// Squared distances of the `k`-th nearest.
     pub kth2: Vec<f64>,
-    /// The nearest of each.
-    pub lists: Lists<u32>,
+    /// The nearest of each, in some order.
+    lists: Lists<u32>,
+    /// Where each point's list stands among them; nothing if they stand in the order of the points.
+    places: Vec<u32>,
 }
 
 impl NearestLists {
     /// No lists, with room for so many of so many numbers in all.
     pub fn with_capacity(lists: usize, items: usize) -> Self {
-        NearestLists { kth2: Vec::with_capacity(lists), lists: Lists::with_capacity(lists, items) }
+        let (kth2, lists) = (Vec::with_capacity(lists), Lists::with_capacity(lists, items));
+        NearestLists { kth2, lists, places: Vec::new() }
     }
 
     /// Adds what one point has.
@@ -45,7 +48,13 @@ impl NearestLists {
 
     /// Squared distance of the `k`-th, and the nearest, of one point.
     pub fn of(&self, point: u32) -> (f64, &[u32]) {
-        (self.kth2[point as usize], &self.lists[point as usize])
+        let place = self.places.get(point as usize).map_or(point, |&place| place);
+        (self.kth2[point as usize], &self.lists[place as usize])
+    }
+
+    /// Number of items in all lists.
+    pub fn items(&self) -> usize {
+        self.lists.items()
     }
 
     /// Number of points.
@@ -60,7 +69,7 @@ impl NearestLists {
 
     /// Squared distance of the `k`-th, and the nearest, of each.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[u32])> {
-        self.kth2.iter().copied().zip(self.lists.iter())
+        (0..self.len() as u32).map(|point| self.of(point))
     }
 }
 
@@ -97,16 +106,13 @@ pub fn nearest_in_blocks<P: Point>(
     nearest.guesses = k > 1;
     nearest.lists = NearestLists::with_capacity(members.len(), members.len() * k.min(members.len()));
     cost.pairs_in_blocks(blocks, &mut nearest);
-    let mut place_of = vec![0; members.len()];
-    for (place, &i) in blocks.order().iter().enumerate() {
-        place_of[i as usize] = place;
+    let mut found = nearest.lists;
+    let (mut kth2, mut places) = (vec![0.0; members.len()], vec![0; members.len()]);
+    for (place, (&i, &of_place)) in (0u32..).zip(blocks.order().iter().zip(&found.kth2)) {
+        (kth2[i as usize], places[i as usize]) = (of_place, place);
     }
-    let found = nearest.lists;
-    let mut lists = NearestLists::with_capacity(found.len(), found.lists.items());
-    for place in place_of {
-        lists.push(found.kth2[place], found.lists[place].iter().copied());
-    }
-    lists
+    (found.kth2, found.places) = (kth2, places);
+    found
 }
 
 /// The `k` nearest columns of row after row.
@@ -370,8 +376,9 @@ mod tests {
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let mut cost = Cost::ZERO;
         let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 3, &mut cost);
-        let mut first = nearest.lists[0].to_vec();
+        let (kth2, first) = nearest.of(0);
+        let mut first = first.to_vec();
         first.sort_unstable();
-        assert_eq!((nearest.kth2[0], first.as_slice()), (101.0, &members[1..]));
+        assert_eq!((kth2, first.as_slice()), (101.0, &members[1..]));
     }
 }
