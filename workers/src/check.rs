@@ -86,7 +86,7 @@ impl<P: Point> Worker<P> {
         }
         self.extend_hashes();
         let groups = self.home_groups();
-        let short = ShortSums::new(self.table.home);
+        let short = ShortSums::new(self.table.home, self.pool.is_none());
         let scans = map_in(&self.pool, &groups, |(_, homes)| {
             let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
             for home in homes.clone() {

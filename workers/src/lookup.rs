@@ -34,7 +34,7 @@ impl<P: Point> Worker<P> {
 
     /// The sums of each home vertex.
     fn short_sums(&self) -> ShortSums {
-        let short = ShortSums::new(self.table.home);
+        let short = ShortSums::new(self.table.home, self.pool.is_none());
         map_in(&self.pool, &self.home_groups(), |(_, homes)| {
             for home in homes.clone() {
                 self.sum_star(home, self.stars.link(home), true, &mut Sums::default(), Some(&short));

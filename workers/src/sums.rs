@@ -35,7 +35,11 @@ impl Sums {
 /// For each home vertex some sums over the pairs it is the smallest vertex of, both at home: those seen from there
 /// less those seen from the others, so zero if the stars agree. Of 64 bits: they tell where to look, and certify
 /// nothing. A pair is in one of [`SHARES`] sums, by the hash of its cell.
-pub(crate) struct ShortSums(Vec<AtomicU64>);
+pub(crate) struct ShortSums {
+    sums: Vec<AtomicU64>,
+    /// Does one core alone add to them? Then they are changed without locking.
+    alone: bool,
+}
 
 /// Sums of each vertex.
 pub(crate) const SHARES: usize = 4;
@@ -47,29 +51,39 @@ pub(crate) fn share_of(cell_hash: u128) -> usize {
 }
 
 impl ShortSums {
-    /// Zeros, for so many home vertices.
-    pub(crate) fn new(homes: u32) -> Self {
-        ShortSums((0..SHARES * homes as usize).map(|_| AtomicU64::new(0)).collect())
+    /// Zeros, for so many home vertices; `alone` if one core adds to them.
+    pub(crate) fn new(homes: u32, alone: bool) -> Self {
+        let sums = (0..SHARES * homes as usize).map(|_| AtomicU64::new(0)).collect();
+        ShortSums { sums, alone }
+    }
+
+    #[inline]
+    fn change(&self, sum: &AtomicU64, by: u64) {
+        if self.alone {
+            sum.store(sum.load(Ordering::Relaxed).wrapping_add(by), Ordering::Relaxed);
+        } else {
+            sum.fetch_add(by, Ordering::Relaxed);
+        }
     }
 
     /// Adds what a smallest vertex sees.
     pub(crate) fn add(&self, smallest: u32, seen: [u64; SHARES]) {
         let first = SHARES * smallest as usize;
-        for (sum, seen) in self.0[first..first + SHARES].iter().zip(seen) {
-            sum.fetch_add(seen, Ordering::Relaxed);
+        for (sum, seen) in self.sums[first..first + SHARES].iter().zip(seen) {
+            self.change(sum, seen);
         }
     }
 
     /// Takes away a pair that another vertex sees.
     #[inline]
     pub(crate) fn subtract(&self, smallest: u32, cell_hash: u128) {
-        let sum = &self.0[SHARES * smallest as usize + share_of(cell_hash)];
-        sum.fetch_sub(cell_hash as u64, Ordering::Relaxed);
+        let sum = &self.sums[SHARES * smallest as usize + share_of(cell_hash)];
+        self.change(sum, (cell_hash as u64).wrapping_neg());
     }
 
     /// Which sums of each home vertex are not zero.
     pub(crate) fn open(self) -> OpenShares {
-        let sums: Vec<u64> = self.0.into_iter().map(AtomicU64::into_inner).collect();
+        let sums: Vec<u64> = self.sums.into_iter().map(AtomicU64::into_inner).collect();
         let mask = |sums: &[u64]| sums.iter().rev().fold(0, |mask, &sum| mask << 1 | u8::from(sum != 0));
         let masks = sums.chunks_exact(SHARES).map(mask);
         OpenShares(masks.chain([0]).collect())
@@ -146,7 +160,12 @@ mod tests {
 
     #[test]
     fn a_share_is_open_where_one_side_saw_what_the_other_did_not() {
-        let short = ShortSums::new(3);
+        shares_are_open_where_sides_differ(true);
+        shares_are_open_where_sides_differ(false);
+    }
+
+    fn shares_are_open_where_sides_differ(alone: bool) {
+        let short = ShortSums::new(3, alone);
         let cells: Vec<u128> = (0..40).map(|i| mix(i + 1)).collect();
         let mut seen = [0u64; SHARES];
         for &cell in &cells {
