@@ -16,8 +16,9 @@ use septet_workers::view::shown_hash;
 /// Points that are put into bins together.
 const BLOCK: usize = 1 << 15;
 
-/// Points in a bin, about.
+/// Points in a bin, about; and the most bins, so that a block's counts are fewer than its points.
 const BIN: usize = 1 << 14;
+const MOST_BINS: usize = 1 << 12;
 
 /// Bits of a bin's table for each of its points.
 const BITS: usize = 16;
@@ -83,7 +84,7 @@ impl Bits {
 
 /// Coincident points in order, each with the first that has its coordinates.
 pub(crate) fn coincidences<P: Point>(points: &[P]) -> Vec<(u32, u32)> {
-    let bits = (points.len() / BIN).next_power_of_two().ilog2();
+    let bits = (points.len() / BIN).next_power_of_two().min(MOST_BINS).ilog2();
     let blocks: Vec<Binned> = points
         .par_chunks(BLOCK)
         .enumerate()
