@@ -5,7 +5,7 @@
 //! table of bits.
 //!
 //! **Work and depth.** Two vector steps over all points, one over blocks of them and one over bins, on all cores. A bin's
-//! table fits into the fastest cache, and no core touches another's; without coincidences a few in a hundred points are
+//! tables fit into a core's caches, and no core touches another's; without coincidences a few in a hundred points are
 //! sorted.
 
 use rayon::prelude::*;
@@ -84,7 +84,11 @@ impl Bits {
 
 /// Coincident points in order, each with the first that has its coordinates.
 pub(crate) fn coincidences<P: Point>(points: &[P]) -> Vec<(u32, u32)> {
-    let bits = (points.len() / BIN).next_power_of_two().min(MOST_BINS).ilog2();
+    by_bins(points, (points.len() / BIN).next_power_of_two().min(MOST_BINS).ilog2())
+}
+
+/// The same, by `1 << bits` bins.
+fn by_bins<P: Point>(points: &[P], bits: u32) -> Vec<(u32, u32)> {
     let blocks: Vec<Binned> = points
         .par_chunks(BLOCK)
         .enumerate()
@@ -150,6 +154,15 @@ mod tests {
                 assert!(found == expected(&points), "{count} points, {distinct} of them distinct");
                 assert_eq!(found.len(), count.saturating_sub(distinct));
             }
+        }
+    }
+
+    /// However many bins there are, the same.
+    #[test]
+    fn any_number_of_bins_finds_them() {
+        let points: Vec<DVec3> = (0..1000u32).map(|i| DVec3::splat(f64::from(i % 900))).collect();
+        for bits in 0..=MOST_BINS.ilog2() {
+            assert_eq!(by_bins(&points, bits), expected(&points), "{bits}");
         }
     }
 

@@ -169,6 +169,9 @@ pub fn predict(log: &TaskLog, workers: u32, hardware: &Hardware) -> Result<Predi
     Ok(summary(log, &place, &traffic, hardware))
 }
 
+/// Edges between two leaves: no record of a run has more.
+const MOST_TOLD: u64 = 1 << 40;
+
 /// Do the parts of a record fit together?
 fn check(log: &TaskLog) -> Result<(), PredictError> {
     let leaves = log.leaves.len();
@@ -194,6 +197,13 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
         .chain(log.exchange.iter().map(|s| (s.from, s.to)));
     if !named.all(known) || !pairs.all(|(a, b)| known(a) && known(b)) {
         return torn("a leaf that is not there");
+    }
+    if !log.reverse.is_empty() && log.tellers.is_empty() {
+        return torn("it does not say which points tell of their edges: an earlier septet made it");
+    }
+    let told = log.reverse.iter().map(|r| r.2).chain(log.tellers.iter().map(|t| t.3));
+    if told.max().is_some_and(|most| most > MOST_TOLD) {
+        return torn("more edges than any points have");
     }
     if log.leaves.contains(&0) || log.nodes.iter().any(|n| n.0 == 0) {
         return torn("a path of zero");

@@ -2,10 +2,11 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, with_graph};
-use septet::config::{Partition, SeparatorSets, Workers};
+use septet::config::{Alpha, GraphKind, Neighbours, Partition, SeparatorSets, Workers};
 use septet::generate::Kind;
 use septet::geometry::point::Point;
 use septet::predict::{Hardware, predict};
+use septet::protocol::tasks::TaskLog;
 use septet::{Config, simulate};
 
 type Row = (&'static str, u64, u64, u64);
@@ -74,4 +75,23 @@ fn a_record_beside_many_workers_is_the_record_of_one() {
     let alone = simulate(&points, &Config { workers: Workers::Count(1), ..config }).unwrap();
     assert!(beside.tasks.is_some() && beside.tasks == alone.tasks);
     assert_eq!(beside.cells(), alone.cells());
+}
+
+/// Records that say less than they did, or more than can be, are refused.
+#[test]
+fn records_that_cannot_be_are_refused() {
+    let nearest = (GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(12));
+    let config = with_graph(&simulated(Workers::Count(1), 7, 60), nearest);
+    let config = Config { record_tasks: true, ..config };
+    let log = simulate(&space(Kind::Uniform, 1000, 5), &config).unwrap().tasks.expect("a record");
+    assert!(!log.tellers.is_empty() && predict(&log, 8, &Hardware::default()).is_ok());
+    let refused = |change: &dyn Fn(&mut TaskLog)| {
+        let mut torn = log.clone();
+        change(&mut torn);
+        predict(&torn, 8, &Hardware::default()).unwrap_err().to_string()
+    };
+    assert!(refused(&|log| log.tellers.clear()).contains("an earlier septet"));
+    assert!(refused(&|log| log.tellers[0].3 = u64::MAX).contains("more edges"));
+    assert!(refused(&|log| log.reverse[0].2 = u64::MAX).contains("more edges"));
+    assert!(refused(&|log| log.tellers[0].2 = u32::MAX).contains("a leaf that is not there"));
 }

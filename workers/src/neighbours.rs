@@ -146,8 +146,9 @@ impl<P: Point> Worker<P> {
         for (home, kth2, _) in done.iter() {
             self.table.radii2[home as usize] = kth2;
         }
-        self.sets.nearest = done;
+        // By other rules the recursion finds the edges.
         if self.config.sets == SetRule::Ghost {
+            self.sets.nearest = done;
             self.send_reverse();
         }
     }

@@ -45,6 +45,7 @@ pub struct TaskLog {
     /// Points that tell them. Of each, the leaves of the other ends in order: the point's leaf, one of them, the one
     /// before it (or its own leaf's number again, if it is the first); number of points. As a worker's leaves follow each
     /// other, a point goes to as many workers as hold one of these leaves and not the one before it.
+    #[serde(default)]
     pub tellers: Vec<(u32, u32, u32, u64)>,
     /// Number of the check; leaf; leaf that must hold the same; low and high half of the sum; pairs.
     pub agreement: Vec<(u32, u32, u32, u64, u64, u64)>,
