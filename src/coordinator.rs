@@ -180,8 +180,8 @@ impl<'a, P: Point> Coordinator<'a, P> {
         let share = |r: u32| (n as u128 * u128::from(r) / u128::from(workers)) as usize;
         let block = |rank: u32| {
             let range = share(rank - 1)..share(rank);
-            // With a little room: about as many points as a worker is sent come home to it.
-            let room = range.len() + range.len() / 16;
+            // With a little room: about as many points as a worker is sent come home to it, and then those near its border.
+            let room = range.len() + range.len() / 8;
             let (mut ids, mut positions) = (Vec::with_capacity(room), Vec::with_capacity(room));
             ids.extend(points.ids(range.clone()));
             positions.extend_from_slice(&points.positions[range.clone()]);

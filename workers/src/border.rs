@@ -6,8 +6,9 @@
 //! is clear of the separator by that ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). What is
 //! left is looked at exactly, rounded outwards.
 //!
-//! **Work.** O(n): one comparison for every cell, one more a vertex for those near the border, in the order of memory. A walk
-//! along the border is O(n^(1-1/d)) but goes from cell to cell in no order; at 1e6 points there is no clear difference.
+//! **Work.** O(n): for every cell one comparison, in single precision, with what one of its vertices is clear by; one more a
+//! vertex for those near the border; all in the order of memory. A walk along the border is O(n^(1-1/d)) but goes from cell to
+//! cell in no order.
 
 use septet_geometry::ball::Reach;
 use septet_geometry::point::Point;
@@ -34,6 +35,8 @@ pub(crate) struct Border<'a, P: Point> {
     positions: &'a [P],
     /// For each home point how far around it nothing more has to be told.
     margins: &'a [Margin],
+    /// For each home point a rounded radius up to which its cells are clear of all separators.
+    limits: Vec<f32>,
     /// For each home point and separator a radius within which no ball crosses, or -1; 0 until asked for.
     clear: Vec<f64>,
 }
@@ -59,44 +62,54 @@ impl<P: Point> Worker<P> {
 impl<'a, P: Point> Border<'a, P> {
     /// Of a piece whose home points come first, with a margin each.
     fn of(path: &'a [Shared<P>], piece: &'a Piece<P>, positions: &'a [P], margins: &'a [Margin]) -> Self {
+        let limits = margins.iter().map(|margin| piece.radius_within(margin.free)).collect();
         // Pages of zeros that nobody asks for cost nothing.
         let clear = vec![0.0; path.len() * margins.len()];
-        Border { path, piece, positions, margins, clear }
+        Border { path, piece, positions, margins, limits, clear }
     }
 
     /// The cells that reach out beyond the halo of a vertex at home.
     pub(crate) fn survey(&mut self) -> Vec<Outgoing<P::Cell>> {
         let mut found = Vec::new();
-        let (piece, margins) = (self.piece, self.margins);
-        // Clear by one vertex is clear; what is not a number is not.
-        let is_clear = |slot, v: u32| 2.0 * piece.radius_bound(slot) <= margins[v as usize].free;
-        piece.each_cell_that(
-            |slot, v| !is_clear(slot, v),
-            |slot, cell| {
-                let sent = self.beyond(2.0 * piece.radius_bound(slot), cell);
-                if sent != 0 {
-                    let levels = self.near(slot, cell);
-                    self.note(slot, cell, levels, sent, &mut found);
-                }
-            },
-        );
+        for slot in 0..self.piece.slots() {
+            let Some(v) = self.piece.vertex_at_home(slot) else { continue };
+            if self.is_clear(slot, v) || self.beyond(self.across(slot), self.piece.vertices(slot)) == 0 {
+                continue;
+            }
+            self.note(slot, v, &mut found);
+        }
         found
     }
 
-    /// Notes a cell if it reaches out at one of these places on the path.
-    fn note(&self, slot: u32, cell: &P::Cell, near: u64, sent: u8, found: &mut Vec<Outgoing<P::Cell>>) {
-        if near == 0 {
+    /// Is a cell, by a vertex of it at home, clear of all separators? What is not a number is not.
+    #[inline]
+    fn is_clear(&self, slot: u32, v: u32) -> bool {
+        self.piece.rounded_radius(slot) <= self.limits[v as usize]
+    }
+
+    /// All of a cell's ball is within that of each vertex.
+    #[inline]
+    fn across(&self, slot: u32) -> f64 {
+        2.0 * self.piece.radius_bound(slot)
+    }
+
+    /// Notes a cell, which has a vertex at home, if it reaches out.
+    fn note(&mut self, slot: u32, v: u32, found: &mut Vec<Outgoing<P::Cell>>) {
+        let cell = self.piece.local(self.piece.vertices(slot));
+        let reach = self.piece.reach(slot, &cell, self.positions);
+        // The bound of the radius says little of cells far smaller than the piece.
+        let across = match reach {
+            Reach::Ball { radius, .. } => 2.0 * radius,
+            _ => f64::INFINITY,
+        };
+        let sent = self.beyond(across, &cell);
+        if sent == 0 {
             return;
         }
-        let reach = self.piece.reach(slot, cell, self.positions);
-        // The bound of the radius says little of cells far smaller than the piece.
-        let sent = match reach {
-            Reach::Ball { radius, .. } => sent & self.beyond(2.0 * radius, cell),
-            _ => sent,
-        };
-        let levels = self.filter(near, |s| sent != 0 && reaches(&s.split, &reach, 1 - s.mine));
+        let near = self.near(across, v);
+        let levels = self.filter(near, |s| reaches(&s.split, &reach, 1 - s.mine));
         if levels != 0 {
-            found.push(Outgoing { cell: *cell, levels, sent });
+            found.push(Outgoing { cell, levels, sent });
         }
     }
 
@@ -104,20 +117,22 @@ impl<'a, P: Point> Border<'a, P> {
     /// sent to all that such a ball meets.
     #[inline]
     fn beyond(&self, across: f64, cell: &P::Cell) -> u8 {
-        let margin = |&v: &u32| self.margins.get(v as usize);
-        // Clear by one vertex is clear; what is not a number is not.
-        if cell.as_ref().iter().find_map(margin).is_some_and(|first| across <= first.free) {
-            return 0;
-        }
-        let is_in = |v: u32| margin(&v).is_none_or(|own| across <= own.sent || across <= own.free);
+        let is_in = |v: u32| {
+            let margin = self.margins.get(v as usize);
+            margin.is_none_or(|own| across <= own.sent || across <= own.free)
+        };
         cell.as_ref().iter().enumerate().fold(0, |sent, (i, &v)| sent | u8::from(!is_in(v)) << i)
     }
 
-    /// The places on the path whose separators the cell's ball may cross, by its distance from one vertex at home.
-    fn near(&mut self, slot: u32, cell: &P::Cell) -> u64 {
-        let all = u64::MAX >> (64 - self.path.len());
-        let Some(&v) = cell.as_ref().iter().find(|&&v| (v as usize) < self.margins.len()) else { return all };
-        let clear = &mut self.clear[v as usize * self.path.len()..][..self.path.len()];
+    /// The places on the path whose separators something so far across may cross, by its distance from a vertex at home that
+    /// it holds.
+    fn near(&mut self, across: f64, v: u32) -> u64 {
+        let levels = self.path.len();
+        if levels == 1 {
+            // It would be clear otherwise.
+            return 1;
+        }
+        let clear = &mut self.clear[v as usize * levels..][..levels];
         if clear[0] == 0.0 {
             let x = self.positions[v as usize];
             for (clear, shared) in clear.iter_mut().zip(self.path) {
@@ -125,8 +140,7 @@ impl<'a, P: Point> Border<'a, P> {
                 *clear = if least > 0.0 { least } else { -1.0 };
             }
         }
-        // All of the ball is within twice its radius of the vertex. What is not a number is not less.
-        let across = 2.0 * self.piece.radius_bound(slot);
+        // What is not a number is not less.
         let is_clear = |clear: f64| across < clear;
         clear.iter().enumerate().fold(0, |near, (i, &clear)| near | u64::from(!is_clear(clear)) << i)
     }

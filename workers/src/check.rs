@@ -169,14 +169,13 @@ impl<P: Point> Worker<P> {
     fn sum_piece(&self, piece: &mut Piece<P>) -> Sums {
         let table = &self.table;
         let mut sums = Sums::default();
-        piece.survey(&table.positions, |cell| {
+        piece.survey(&table.positions, |cell, smallest| {
             let vertices = cell.as_ref();
             let mut hashes = [0u128; 4];
             for (hash, &v) in hashes.iter_mut().zip(vertices) {
                 *hash = point_hash(table.ids[v as usize], table.positions[v as usize]);
             }
             let whole = mix(hashes[..=P::DIM].iter().fold(0u128, |s, h| s.wrapping_add(*h)));
-            let smallest = smallest_of(&table.positions, cell);
             for &other in vertices {
                 let far = match (table.is_home(smallest), table.is_home(other)) {
                     (true, false) => other,

@@ -40,6 +40,9 @@ const RUN: usize = 32;
 /// Layers of home points, `n^((d-1)/d)` each, that a worker sends to a shared level's other side at most.
 const MOST: f64 = 8.0;
 
+/// A run that is nearer to a separator than so many of its radii has a margin of its own for each point.
+const NEAR: f64 = 2.0;
+
 /// What a radius loses, so that the balls that it holds are held for certain.
 const SURE: f64 = 1.0 - 1e-9;
 
@@ -100,9 +103,7 @@ impl<P: Point> Worker<P> {
         let mut margins: Vec<Margin> = Vec::with_capacity(self.table.home as usize);
         for (len, radius2) in radii2(&self.table.positions[..self.table.home as usize]) {
             let run = margins.len()..margins.len() + len;
-            let end = run.end;
-            let free = self.send_run(run, radius2, &mut batches) * SURE;
-            margins.resize(end, Margin { free, sent: radius2.sqrt() * SURE });
+            self.send_run(run, radius2, &mut batches, &mut margins);
         }
         let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
         let layer = f64::from(self.table.home).powf((P::DIM - 1) as f64 / P::DIM as f64);
@@ -116,24 +117,32 @@ impl<P: Point> Worker<P> {
         self.send_halos(batches);
     }
 
-    /// The points of a run to where their balls reach. Returns a radius whose balls cross no separator: most runs are far
-    /// from all, and theirs is larger than that of their halo.
-    fn send_run(&self, run: Range<usize>, radius2: f64, batches: &mut Batches<P>) -> f64 {
+    /// The points of a run to where their balls reach, and their margins. Most runs are far from all separators, and have one
+    /// margin for all of their points.
+    fn send_run(&self, run: Range<usize>, radius2: f64, batches: &mut Batches<P>, margins: &mut Vec<Margin>) {
         let (ids, points) = (&self.table.ids[run.clone()], &self.table.positions[run]);
+        let radius = radius2.sqrt();
+        let margin = |free: f64| Margin { free: free * SURE, sent: radius * SURE };
+        let clearance = |shared: &Shared<P>, x: P| shared.split.separator.clearance(x);
         let (centre, extent) = around(points);
-        let clearance = |shared: &Shared<P>| shared.split.separator.clearance(centre);
-        let free = self.path.iter().map(clearance).fold(f64::INFINITY, f64::min) - extent;
-        if free >= radius2.sqrt() {
-            return free;
+        let clear = self.path.iter().map(|shared| clearance(shared, centre));
+        let free = clear.fold(f64::INFINITY, f64::min) - extent;
+        if free >= NEAR * radius {
+            margins.extend(std::iter::repeat_n(margin(free), points.len()));
+            return;
         }
-        for (shared, batch) in self.path.iter().zip(batches) {
-            let side = 1 - shared.mine;
-            for (&id, &x) in ids.iter().zip(points).filter(|&(_, &x)| shared.split.reaches(x, radius2, side))
-            {
-                batch[side].push(id, x, self.rank, radius2);
+        for (&id, &x) in ids.iter().zip(points) {
+            let mut free = f64::INFINITY;
+            for (shared, batch) in self.path.iter().zip(batches.iter_mut()) {
+                let clear = clearance(shared, x);
+                free = free.min(clear);
+                let side = 1 - shared.mine;
+                if clear * SURE <= radius && shared.split.reaches(x, radius2, side) {
+                    batch[side].push(id, x, self.rank, radius2);
+                }
             }
+            margins.push(margin(free));
         }
-        free.max(0.0)
     }
 
     /// Points of others' halos: those that reach this piece stay, and all go on to where they reach.
@@ -154,6 +163,8 @@ impl<P: Point> Worker<P> {
                 continue;
             }
             let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
+            // Most of them stay.
+            self.table.expect(points.len());
             for at in 0..points.len() {
                 if self.halo_goes_on(&points, at, start, &mut batches) {
                     self.arrive(&points, at);

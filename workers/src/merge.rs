@@ -210,7 +210,7 @@ impl<P: Point> Worker<P> {
             for home in self.leaves[at].home() {
                 let (x, link) = (positions[home as usize], self.stars.link(home));
                 // Most cells belong to another vertex. Merging has told which, of as many as there are bits.
-                let (first, rest) = link.split_at(link.len().min(64));
+                let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
                 let told = ones(self.exchange.owned[home as usize]).map(|at| &first[at]);
                 let looked = rest.iter().filter(|facet| look_at_facet(positions, &x, facet) == (true, true));
                 for cell in told.chain(looked).filter_map(|facet| finite_cell::<P>(home, facet)) {

@@ -14,6 +14,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::config::{Correction, SetRule, map_in};
+use crate::done::Done;
 use crate::query::{Ask, Ball};
 use crate::table::Table;
 use crate::worker::Worker;
@@ -148,19 +149,18 @@ impl<P: Point> Worker<P> {
         }
         // By other rules the recursion finds the edges.
         if self.config.sets == SetRule::Ghost {
-            self.sets.nearest = done;
-            self.send_reverse();
+            self.send_reverse(done);
         }
     }
 
     /// The other end of every edge: `j` is told that it is among the nearest of `i`. Each worker gets `i` once.
-    fn send_reverse(&mut self) {
+    /// Keeps the lists of all `i` until they are united with what is told.
+    fn send_reverse(&mut self, done: Done) {
         let mut batches: BTreeMap<Rank, Telling<P>> = BTreeMap::new();
         let leaf_of = self.leaf_numbers();
         let mut other_leaves = Vec::new();
         let mut recorder = self.recorder.take();
         self.sets.told = vec![Sweep::default(); self.leaves.len()];
-        let done = std::mem::take(&mut self.sets.nearest);
         let nearest = done.by_home(self.table.home);
         let (table, sets, homes) = (&self.table, &mut self.sets, leaf_of.len());
         // Of home points, all of the same length.

@@ -87,6 +87,18 @@ impl<P: Point> Piece<P> {
         self.delaunay.radius_bound(slot)
     }
 
+    /// The radius of a finite cell's sphere as the kernel keeps it, to be compared with [`Piece::radius_within`].
+    #[inline]
+    pub(crate) fn rounded_radius(&self, slot: u32) -> f32 {
+        self.delaunay.rounded_radius(slot)
+    }
+
+    /// The most that a rounded radius may be if all of its ball is to be within `across` of each vertex; less than nothing
+    /// if no ball is.
+    pub(crate) fn radius_within(&self, across: f64) -> f32 {
+        self.delaunay.radius_within(across)
+    }
+
     /// Number of slots for cells.
     pub(crate) fn slots(&self) -> u32 {
         self.delaunay.complex().slots()
@@ -105,19 +117,19 @@ impl<P: Point> Piece<P> {
         }
     }
 
-    /// Calls `f` with every such cell that matters by its slot and its first vertex at home: most do not, and are not
-    /// looked at further.
-    pub(crate) fn each_cell_that(
-        &self,
-        matters: impl Fn(u32, u32) -> bool,
-        mut f: impl FnMut(u32, &P::Cell),
-    ) {
-        for (slot, cell, _) in self.delaunay.complex().entries() {
-            let at_home = cell.as_ref().iter().find(|&&v| v < self.home);
-            if at_home.is_some_and(|&v| matters(slot, v)) {
-                f(slot, &self.local(cell));
-            }
-        }
+    /// The first vertex at home of the cell in a slot, if there is a cell that has one.
+    #[inline]
+    pub(crate) fn vertex_at_home(&self, slot: u32) -> Option<u32> {
+        let cells = self.delaunay.complex();
+        let first = cells.cell(slot).as_ref().iter().copied().find(|&v| v < self.home);
+        first.filter(|_| cells.is_live(slot))
+    }
+
+    /// The vertices of the cell in a slot as the piece numbers them: those at home by their local numbers,
+    /// [`Piece::local`] for all.
+    #[inline]
+    pub(crate) fn vertices(&self, slot: u32) -> &P::Cell {
+        self.delaunay.complex().cell(slot)
     }
 
     /// What holds every point that conflicts with a cell of local numbers: the kernel's sphere where that is hardly larger
@@ -131,7 +143,8 @@ impl<P: Point> Piece<P> {
         reach_of::<P>(cell, |v| positions[v as usize])
     }
 
-    fn local(&self, cell: &P::Cell) -> P::Cell {
+    /// A cell of the piece by local numbers.
+    pub(crate) fn local(&self, cell: &P::Cell) -> P::Cell {
         let mut own = *cell;
         for v in own.as_mut().iter_mut().filter(|v| **v >= self.home && **v != INFINITE) {
             *v = self.numbers[(*v - self.home) as usize];
@@ -140,12 +153,13 @@ impl<P: Point> Piece<P> {
     }
 
     /// Looks at all cells once: what the stars of all home points contribute to the merged result, and which cells
-    /// belong here, those whose smallest vertex is at home. Calls `mixed` with every finite cell, by local numbers,
-    /// that has vertices at home and foreign ones.
-    pub(crate) fn survey(&mut self, positions: &[P], mut mixed: impl FnMut(&P::Cell)) {
+    /// belong here, those whose smallest vertex is at home. Calls `mixed` with every finite cell that has
+    /// vertices at home and foreign ones, and with its smallest vertex, by local numbers.
+    pub(crate) fn survey(&mut self, positions: &[P], mut mixed: impl FnMut(&P::Cell, u32)) {
         let mut seen = vec![0u8; self.home as usize];
         let mut sum = Merged::default();
         let mut kept = Kept::of(self.slots());
+        let firsts = Firsts::of(positions);
         for (slot, cell, _) in self.delaunay.complex().entries() {
             // Nearly every cell is at home and tells nothing new.
             let known = |&v: &u32| seen.get(v as usize).is_some_and(|&s| s == CELL | SMALLER);
@@ -155,7 +169,7 @@ impl<P: Point> Piece<P> {
             }
             let foreign = cell.as_ref().iter().filter(|&&v| v >= self.home).count();
             if foreign == 0 {
-                note_star(cell, smallest_at_home(positions, cell), CELL, &mut seen);
+                note_star(cell, firsts.smallest(cell), CELL, &mut seen);
                 kept.keep(slot);
                 continue;
             }
@@ -165,14 +179,14 @@ impl<P: Point> Piece<P> {
             }
             let infinite = cell.as_ref().contains(&INFINITE);
             let cell = &self.local(cell);
-            let smallest = smallest_of(positions, cell);
+            let smallest = firsts.smallest(cell);
             note_star(cell, smallest, if infinite { 0 } else { CELL }, &mut seen);
             if infinite {
                 kept.mark_outer(slot);
                 sum.hull_facets += u64::from(smallest < self.home);
                 continue;
             }
-            mixed(cell);
+            mixed(cell, smallest);
             if smallest < self.home {
                 kept.keep(slot);
             }
@@ -285,19 +299,30 @@ pub(crate) fn smallest_of<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
     best
 }
 
-/// The same of a cell at home, nearly always by first coordinates alone.
-fn smallest_at_home<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
-    let first = |v: u32| positions[v as usize].coord(0);
-    let (mut best, mut tie) = (cell.as_ref()[0], false);
-    let mut least = first(best);
-    for &v in &cell.as_ref()[1..] {
-        let x = first(v);
-        tie = x == least || (tie && x > least);
-        if x < least {
-            (best, least) = (v, x);
-        }
+/// First coordinates of points in single precision: rounding keeps their order, and a core's caches hold most of them.
+struct Firsts<'a, P> {
+    positions: &'a [P],
+    rounded: Vec<f32>,
+}
+
+impl<'a, P: Point> Firsts<'a, P> {
+    fn of(positions: &'a [P]) -> Self {
+        Firsts { positions, rounded: positions.iter().map(|x| x.coord(0) as f32).collect() }
     }
-    if tie { smallest_of(positions, cell) } else { best }
+
+    /// The same as [`smallest_of`]: by first coordinates, unless two may be equal.
+    #[inline]
+    fn smallest(&self, cell: &P::Cell) -> u32 {
+        let first = |v: u32| self.rounded.get(v as usize).copied().unwrap_or(f32::INFINITY);
+        let (&start, rest) = cell.as_ref().split_first().unwrap_or((&INFINITE, &[]));
+        let (mut best, mut least, mut equal) = (start, first(start), false);
+        for &v in rest {
+            let x = first(v);
+            equal |= x == least;
+            (best, least) = if x < least { (v, x) } else { (best, least) };
+        }
+        if equal { smallest_of(self.positions, cell) } else { best }
+    }
 }
 
 /// What holds every point that conflicts with a cell; `corner` gives the position of a finite vertex.
@@ -320,4 +345,43 @@ pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> R
         corners.swap(0, 1);
     }
     Reach::of_facet(&corners[..P::DIM])
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+
+    /// What rounding makes equal, what is equal, zeros of both signs, and what lies beyond single precision.
+    fn rounded_coordinates_find_the_smallest<P: Point>() {
+        let near = |k: u32| 1.0 + f64::from(k) * f64::EPSILON;
+        let firsts =
+            [near(0), near(1), near(2), 0.5, 0.0, -0.0, -3.0, 1e39, 1e300, -1e39, -1e300, 1e-50, 2e-50];
+        let mut positions: Vec<P> = Vec::new();
+        for (i, &first) in firsts.iter().enumerate() {
+            for rest in [i as f64 % 3.0, 7.0] {
+                positions.push(P::from_coords(&[first, rest, -rest][..P::DIM]));
+            }
+        }
+        let all = positions.len() as u32;
+        let firsts = Firsts::of(&positions);
+        let mut state = 5u64;
+        for _ in 0..20_000 {
+            let mut cell = P::Cell::splat(INFINITE);
+            for v in cell.as_mut() {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let drawn = (state >> 33) as u32 % (all + 2);
+                *v = if drawn < all { drawn } else { INFINITE };
+            }
+            let found = firsts.smallest(&cell);
+            assert_eq!(found, smallest_of(&positions, &cell), "{cell:?}");
+        }
+    }
+
+    #[test]
+    fn rounded_coordinates_find_the_smallest_vertex() {
+        rounded_coordinates_find_the_smallest::<DVec3>();
+        rounded_coordinates_find_the_smallest::<DVec2>();
+    }
 }

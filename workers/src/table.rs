@@ -76,9 +76,10 @@ impl<P: Point> Table<P> {
         Table { positions, ids, owners, radii2, home: n as u32, foreign, homes, columns }
     }
 
-    /// A table of home points without radii.
+    /// A table of home points without radii, with as much room for others as their positions leave.
     pub fn of_whole(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
-        let owners = vec![rank; ids.len()];
+        let mut owners = Vec::with_capacity(positions.capacity());
+        owners.resize(ids.len(), rank);
         Table { home: ids.len() as u32, positions, ids, owners, ..Table::default() }
     }
 
@@ -112,6 +113,11 @@ impl<P: Point> Table<P> {
             self.owners.push(owner);
         }
         (at, at == next)
+    }
+
+    /// Makes room among the numbers of foreign points for so many more.
+    pub fn expect(&mut self, foreign: usize) {
+        self.foreign.reserve(foreign);
     }
 
     /// The home points in columns.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Incremental;
 use super::cells::Cells;
+use super::sphere::Frame;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex, dist2};
 
@@ -59,6 +60,19 @@ impl<P: Point> Incremental<P> {
     #[inline]
     pub fn radius_bound(&self, cell: u32) -> f64 {
         self.frame.radius_bound(self.cells.slots[cell as usize].sphere())
+    }
+
+    /// The radius of a finite cell's rounded sphere, in units of its own, to be compared with
+    /// [`Incremental::radius_within`]. Not a number where [`Incremental::ball`] knows none.
+    #[inline]
+    pub fn rounded_radius(&self, cell: u32) -> f32 {
+        Frame::<P>::rounded_radius(self.cells.slots[cell as usize].sphere())
+    }
+
+    /// A rounded radius up to which all of a finite cell's circumball is within `across` of each of its vertices (twice its
+    /// [`Incremental::radius_bound`] at most); 0, which none has, if there is none.
+    pub fn radius_within(&self, across: f64) -> f32 {
+        self.frame.radius_within(across)
     }
 
     /// Replaces `out` by the cells around `vertex`, infinite ones included.

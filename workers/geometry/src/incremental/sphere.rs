@@ -162,8 +162,22 @@ impl<P: Point> Frame<P> {
     /// radius covers all of its rounding.
     #[inline]
     pub(super) fn radius_bound(&self, sphere: &P::Cell) -> f64 {
-        let radius = f64::from(f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT)));
+        let radius = f64::from(Self::rounded_radius(sphere));
         (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale
+    }
+
+    /// The rounded radius of a sphere without its marks; not a number where there is none.
+    #[inline]
+    pub(super) fn rounded_radius(sphere: &P::Cell) -> f32 {
+        f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT))
+    }
+
+    /// The most that a rounded radius may be if twice its [`Frame::radius_bound`] is not to exceed `across`; 0, which is
+    /// no sphere's radius, if there is none. What it is rounded by covers the rounding of either.
+    pub(super) fn radius_within(&self, across: f64) -> f32 {
+        let aside = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
+        let most = (0.5 * across * self.scale - aside) / (1.0 + 32.0 * SINGLE);
+        ((most * (1.0 - 2.0 * SINGLE)) as f32).max(0.0)
     }
 
     /// A point as it is compared with spheres.
@@ -194,7 +208,7 @@ impl<P: Point> Frame<P> {
         for i in 0..P::DIM {
             at.set_coord(i, f64::from(f32::from_bits(sphere.as_ref()[i])));
         }
-        let radius = f64::from(f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT)));
+        let radius = f64::from(Self::rounded_radius(sphere));
         if radius.is_nan() {
             return None;
         }

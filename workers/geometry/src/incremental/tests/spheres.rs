@@ -98,3 +98,36 @@ fn fine_sets_have_spheres() {
         assert!(known * 10 > finite.len() * 9, "{size}: {known} of {}", finite.len());
     }
 }
+
+/// Whatever radius a limit lets through is within its distance, and it lets nearly all of them through; at any scale.
+fn limits_are_below_and_near<P: Point>() {
+    let mut random = Lcg(19);
+    for size in [1e-300, 1e-20, 1.0, 1e20, 1e300] {
+        let points: Vec<P> =
+            (0..400).map(|_| P::from_coords(&[0; 3].map(|_: i32| random.unit() * size)[..P::DIM])).collect();
+        let dt = Incremental::new(points).unwrap();
+        let (mut within, mut without) = (0, 0);
+        let bounds = dt.complex().live_cells().map(|c| (dt.rounded_radius(c), 2.0 * dt.radius_bound(c)));
+        for (radius, across) in bounds {
+            let holds = |part: f64| radius <= dt.radius_within(across * part);
+            if across.is_nan() {
+                assert!(radius.is_nan() && !holds(1.0) && !(radius <= dt.radius_within(f64::INFINITY)));
+                continue;
+            }
+            for part in [0.0, 0.5, 1.0 - 1e-9] {
+                assert!(!holds(part), "{radius} within {part} of {across}");
+                without += 1;
+            }
+            assert!(holds(1.0 + 1e-6) && holds(f64::INFINITY), "{radius} not within {across}");
+            within += 1;
+        }
+        assert!(within > 400 && without > 400, "{size}: {within} {without}");
+        assert_eq!([f64::NAN, -1.0, 0.0].map(|across| dt.radius_within(across)), [0.0; 3]);
+    }
+}
+
+#[test]
+fn limits_of_radii_are_below_and_near() {
+    limits_are_below_and_near::<DVec3>();
+    limits_are_below_and_near::<DVec2>();
+}
