@@ -169,13 +169,19 @@ impl<P: Point> Worker<P> {
     fn sum_piece(&self, piece: &mut Piece<P>) -> Sums {
         let table = &self.table;
         let mut sums = Sums::default();
+        // Of the few that stand in such cells, each in many; 0 until asked for. Pages of zeros that nobody asks for cost nothing.
+        let mut hashes = vec![0u128; table.positions.len()];
         piece.survey(&table.positions, |cell, smallest| {
             let vertices = cell.as_ref();
-            let mut hashes = [0u128; 4];
-            for (hash, &v) in hashes.iter_mut().zip(vertices) {
-                *hash = point_hash(table.ids[v as usize], table.positions[v as usize]);
+            let mut sum = 0u128;
+            for &v in vertices {
+                let hash = &mut hashes[v as usize];
+                if *hash == 0 {
+                    *hash = point_hash(table.ids[v as usize], table.positions[v as usize]);
+                }
+                sum = sum.wrapping_add(*hash);
             }
-            let whole = mix(hashes[..=P::DIM].iter().fold(0u128, |s, h| s.wrapping_add(*h)));
+            let whole = mix(sum);
             for &other in vertices {
                 let far = match (table.is_home(smallest), table.is_home(other)) {
                     (true, false) => other,

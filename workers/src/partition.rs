@@ -360,9 +360,11 @@ fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> P
     if own.is_empty() && !batches.is_empty() {
         own = batches.remove(0);
     }
-    let more = batches.iter().map(PointBatch::len).sum();
-    own.ids.reserve_exact(more);
-    own.positions.reserve_exact(more);
+    let more: usize = batches.iter().map(PointBatch::len).sum();
+    // If it has to grow, with room for others' points near the border.
+    let room = if more > 0 { more + (own.len() + more) / 16 } else { 0 };
+    own.ids.reserve_exact(room);
+    own.positions.reserve_exact(room);
     for mut batch in batches {
         own.ids.append(&mut batch.ids);
         own.positions.append(&mut batch.positions);
