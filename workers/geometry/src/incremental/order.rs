@@ -71,14 +71,16 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     keyed
 }
 
-/// The round in which a point is inserted, 0 the first of 16: `7/8` of all points are in the last.
+/// The last round, of which `7/8` of all points are.
+pub const LAST_ROUND: u64 = (1 << ROUND_BITS) - 1;
+
+/// The round in which a point is inserted, from 0 to [`LAST_ROUND`].
 pub fn insertion_round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
         hash = mix(hash ^ p.coord(i).to_bits());
     }
-    let last = (1 << ROUND_BITS) - 1;
-    last - u64::from(hash.trailing_zeros() / 3).min(last)
+    LAST_ROUND - u64::from(hash.trailing_zeros() / 3).min(LAST_ROUND)
 }
 
 /// A bijective mixing of 64 bits (the finalizer of `SplitMix64`).
