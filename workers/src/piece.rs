@@ -47,8 +47,16 @@ pub(crate) type Links<P> = (Vec<<P as Point>::Facet>, Vec<(u32, u32)>);
 impl<P: Point> Piece<P> {
     /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
     /// numbers, each once) that are not among them, with room for `more`. Of others' last round only those are let in that
-    /// [`Piece::add`] lets in. Nothing if all lie in a plane, if they are too many for one triangulation, or if told to stop.
-    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
+    /// [`Piece::add`] lets in, first the half that is nearest by `distance` from the home points, which hides most others.
+    /// Nothing if all lie in a plane, if they are too many for one triangulation, or if told to stop.
+    pub(crate) fn new(
+        positions: &[P],
+        home: u32,
+        others: &[u32],
+        more: usize,
+        distance: impl Fn(P) -> f64,
+        stop: &Stop,
+    ) -> Option<Self> {
         let foreign: Vec<u32> = others.iter().copied().filter(|&v| v >= home).collect();
         let at: Vec<P> = foreign.iter().map(|&v| positions[v as usize]).collect();
         let numbers: Vec<u32> = insertion_order(&at).into_iter().map(|i| foreign[i as usize]).collect();
@@ -59,7 +67,8 @@ impl<P: Point> Piece<P> {
         let Some(mut piece) = Self::of_all(positions, home, first, room, stop) else {
             return Self::of_all(positions, home, &numbers, room, stop);
         };
-        piece.add_in_order(last.iter().copied(), positions, stop);
+        let (near, far) = halves(last, |v| distance(positions[v as usize]));
+        piece.add_in_order(near.into_iter().chain(far), positions, stop);
         Some(piece)
     }
 
@@ -304,6 +313,21 @@ fn in_rounds<P: Point>(points: &[P], half: usize) -> impl Iterator<Item = u32> +
         }
     }
     parts.into_iter().flatten()
+}
+
+/// The half of some numbers that is nearest, and the others, each in the order they had.
+fn halves(numbers: &[u32], distance: impl Fn(u32) -> f64) -> (Vec<u32>, Vec<u32>) {
+    let distances: Vec<f64> = numbers.iter().map(|&v| distance(v)).collect();
+    let mut sorted = distances.clone();
+    let middle = if sorted.is_empty() {
+        0.0
+    } else {
+        let half = (sorted.len() - 1) / 2;
+        *sorted.select_nth_unstable_by(half, f64::total_cmp).1
+    };
+    let (near, far): (Vec<_>, Vec<_>) = numbers.iter().zip(distances).partition(|&(_, at)| at <= middle);
+    let numbers = |half: Vec<(&u32, f64)>| half.into_iter().map(|(&v, _)| v).collect();
+    (numbers(near), numbers(far))
 }
 
 /// Of points in order of insertion, how many are of the round of the first: at least one.
