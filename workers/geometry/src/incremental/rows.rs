@@ -4,47 +4,42 @@ use super::Incremental;
 use super::cells::Cell;
 use crate::point::Point;
 
-/// Which cells are kept, by slot: a byte a cell, so that the number of a kept one, counted in the order of slots, is
+/// Which cells are kept, by slot: a bit a cell, so that the number of a kept one, counted in the order of slots, is
 /// nearly always found in the cache.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
-    /// For each slot the number of kept cells before it in its block, or [`LEFT_OUT`] or [`OUTER`].
-    places: Vec<u8>,
-    /// The number of kept cells before each block.
+    /// A bit for each slot, set where its cell is kept.
+    bits: Vec<u64>,
+    /// The number of kept cells before each word of bits that has one.
     before: Vec<u32>,
-    /// One past the last block with a kept cell.
-    begun: usize,
+    /// A bit for each slot, set where its cell is outer space.
+    outer: Vec<u64>,
     count: u32,
 }
-
-/// Slots in a block, and what stands for cells that are not kept.
-const BLOCK: usize = 128;
-const LEFT_OUT: u8 = 254;
-const OUTER: u8 = 255;
 
 impl Kept {
     /// Nothing yet, of so many slots.
     pub fn of(slots: u32) -> Self {
-        let before = vec![0; (slots as usize).div_ceil(BLOCK)];
-        Kept { places: vec![LEFT_OUT; slots as usize], before, begun: 0, count: 0 }
+        let words = slots.div_ceil(u64::BITS) as usize;
+        Kept { bits: vec![0; words], before: vec![0; words], outer: vec![0; words], count: 0 }
     }
 
     /// Keeps the cell in a slot. Slots must come in their order.
     #[inline]
     pub fn keep(&mut self, slot: u32) {
-        let block = slot as usize / BLOCK;
-        if block >= self.begun {
-            self.begun = block + 1;
-            self.before[block] = self.count;
+        let (word, bit) = place(slot);
+        if self.bits[word] == 0 {
+            self.before[word] = self.count;
         }
-        self.places[slot as usize] = (self.count - self.before[block]) as u8;
+        self.bits[word] |= bit;
         self.count += 1;
     }
 
     /// Marks the cell in a slot as outer space.
     #[inline]
     pub fn mark_outer(&mut self, slot: u32) {
-        self.places[slot as usize] = OUTER;
+        let (word, bit) = place(slot);
+        self.outer[word] |= bit;
     }
 
     /// Number of cells kept.
@@ -60,13 +55,34 @@ impl Kept {
     /// The number of the cell in a slot; `marks[0]` if it is not kept, `marks[1]` if it is outer space.
     #[inline]
     fn number(&self, slot: u32, marks: [u32; 2]) -> u32 {
-        let place = self.places[slot as usize];
-        if place < LEFT_OUT {
-            self.before[slot as usize / BLOCK] + u32::from(place)
+        let (word, bit) = place(slot);
+        let bits = self.bits[word];
+        if bits == u64::MAX {
+            // Most words: nothing to count.
+            self.before[word] + slot % u64::BITS
+        } else if bits & bit != 0 {
+            self.before[word] + (bits & (bit - 1)).count_ones()
         } else {
-            marks[usize::from(place - LEFT_OUT)]
+            marks[usize::from(self.outer[word] & bit != 0)]
         }
     }
+
+    /// Calls `f` with the slots of all cells kept, in their order.
+    fn each_slot(&self, mut f: impl FnMut(usize)) {
+        for (word, &bits) in self.bits.iter().enumerate() {
+            let mut rest = bits;
+            while rest != 0 {
+                f(word * u64::BITS as usize + rest.trailing_zeros() as usize);
+                rest &= rest - 1;
+            }
+        }
+    }
+}
+
+/// The word of a slot's bit, and the bit.
+#[inline]
+fn place(slot: u32) -> (usize, u64) {
+    ((slot / u64::BITS) as usize, 1 << (slot % u64::BITS))
 }
 
 impl<P: Point> Incremental<P> {
@@ -84,7 +100,7 @@ impl<P: Point> Incremental<P> {
         let n = P::DIM + 1;
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
-        for (slot, _) in kept.places.iter().enumerate().filter(|(_, place)| **place < LEFT_OUT) {
+        kept.each_slot(|slot| {
             let cell: &Cell<P::Cell> =
                 bytemuck::from_bytes(bytemuck::cast_slice(&words[slot * 3 * n..][..3 * n]));
             let (vertices, neighbours) = (*cell.vertices(), *cell.neighbours());
@@ -96,7 +112,7 @@ impl<P: Point> Incremental<P> {
                 *to = kept.number(code >> 2, marks);
             }
             end += 2 * n;
-        }
+        });
         words.truncate(end);
         words.shrink_to_fit();
         words
