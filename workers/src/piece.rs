@@ -7,7 +7,7 @@
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{
-    ASKED_EVERY, Incremental, Kept, LAST_ROUND, facet_without, insertion_order, insertion_round,
+    ASKED_EVERY, Incremental, Kept, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::message::Merged;
@@ -46,46 +46,18 @@ pub(crate) type Links<P> = (Vec<<P as Point>::Facet>, Vec<(u32, u32)>);
 
 impl<P: Point> Piece<P> {
     /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
-    /// numbers, each once) that are not among them, with room for `more`. Of others' last round only those are let in that
-    /// [`Piece::add`] lets in, first the half that is nearest by `distance` from the home points, which hides most others.
-    /// Nothing if all lie in a plane, if they are too many for one triangulation, or if told to stop.
-    pub(crate) fn new(
-        positions: &[P],
-        home: u32,
-        others: &[u32],
-        more: usize,
-        distance: impl Fn(P) -> f64,
-        stop: &Stop,
-    ) -> Option<Self> {
+    /// numbers, each once) that are not among them, with room for `more`. Nothing if all lie in a plane, if
+    /// they are too many for one triangulation, or if told to stop.
+    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
         let foreign: Vec<u32> = others.iter().copied().filter(|&v| v >= home).collect();
         let at: Vec<P> = foreign.iter().map(|&v| positions[v as usize]).collect();
         let numbers: Vec<u32> = insertion_order(&at).into_iter().map(|i| foreign[i as usize]).collect();
-        let room = home as usize + numbers.len() + more;
-        let early = numbers.partition_point(|&v| insertion_round(&positions[v as usize]) < LAST_ROUND);
-        let (first, last) = numbers.split_at(early);
-        // Home points and few others may lie in a plane where all together do not.
-        let Some(mut piece) = Self::of_all(positions, home, first, room, stop) else {
-            return Self::of_all(positions, home, &numbers, room, stop);
-        };
-        let (near, far) = halves(last, |v| distance(positions[v as usize]));
-        piece.add_in_order(near.into_iter().chain(far), positions, stop);
-        Some(piece)
-    }
-
-    /// Triangulates the home points and others, both in order of insertion, with room for so many.
-    fn of_all(positions: &[P], home: u32, others: &[u32], room: usize, stop: &Stop) -> Option<Self> {
-        let mut points = Vec::with_capacity(room);
+        let mut points = Vec::with_capacity(home as usize + numbers.len() + more);
         points.extend_from_slice(&positions[..home as usize]);
-        points.extend(others.iter().map(|&v| positions[v as usize]));
+        points.extend(numbers.iter().map(|&v| positions[v as usize]));
         let order = in_rounds(&points, home as usize);
         let delaunay = Incremental::build_in_place(points, order, &mut || !stop.is_raised()).ok()?;
-        Some(Piece {
-            delaunay,
-            numbers: others.to_vec(),
-            home,
-            kept: Kept::default(),
-            merged: Merged::default(),
-        })
+        Some(Piece { delaunay, numbers, home, kept: Kept::default(), merged: Merged::default() })
     }
 
     /// Adds foreign points, by their local numbers, as far as they are neighbours of home points then (others never are) or
@@ -93,17 +65,12 @@ impl<P: Point> Piece<P> {
     /// Those that are vertices already change nothing. It ends where it is told to stop.
     pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = foreign.iter().map(|&g| positions[g as usize]).collect();
-        let order = insertion_order(&points).into_iter().map(|i| foreign[i as usize]);
-        self.add_in_order(order, positions, stop);
-    }
-
-    fn add_in_order(&mut self, foreign: impl Iterator<Item = u32>, positions: &[P], stop: &Stop) {
-        for (count, v) in foreign.enumerate() {
+        for (count, i) in insertion_order(&points).into_iter().enumerate() {
             if count.is_multiple_of(ASKED_EVERY) && stop.is_raised() {
                 return;
             }
-            if let Ok(Some(_)) = self.delaunay.insert_beside(positions[v as usize], None, self.home) {
-                self.numbers.push(v);
+            if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.home) {
+                self.numbers.push(foreign[i as usize]);
             }
         }
     }
@@ -313,21 +280,6 @@ fn in_rounds<P: Point>(points: &[P], half: usize) -> impl Iterator<Item = u32> +
         }
     }
     parts.into_iter().flatten()
-}
-
-/// The half of some numbers that is nearest, and the others, each in the order they had.
-fn halves(numbers: &[u32], distance: impl Fn(u32) -> f64) -> (Vec<u32>, Vec<u32>) {
-    let distances: Vec<f64> = numbers.iter().map(|&v| distance(v)).collect();
-    let mut sorted = distances.clone();
-    let middle = if sorted.is_empty() {
-        0.0
-    } else {
-        let half = (sorted.len() - 1) / 2;
-        *sorted.select_nth_unstable_by(half, f64::total_cmp).1
-    };
-    let (near, far): (Vec<_>, Vec<_>) = numbers.iter().zip(distances).partition(|&(_, at)| at <= middle);
-    let numbers = |half: Vec<(&u32, f64)>| half.into_iter().map(|(&v, _)| v).collect();
-    (numbers(near), numbers(far))
 }
 
 /// Of points in order of insertion, how many are of the round of the first: at least one.

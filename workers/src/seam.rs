@@ -122,28 +122,17 @@ impl<P: Point> Worker<P> {
         let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", u64::from(home));
         let mut foreign = std::mem::take(&mut self.seams.arrived);
         let more = if self.path.is_empty() { 0 } else { expected_foreign::<P>(home) };
-        let mut built = self.build_piece(&foreign, more);
+        let mut built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
         if built.is_none() {
             // A flat piece: points of the frame are real points, so they may stand in any star.
             let frame = self.table.intern_all(&self.frame);
             foreign.extend(frame.into_iter().filter(|&v| v >= home));
             foreign.sort_unstable();
             foreign.dedup();
-            built = self.build_piece(&foreign, more);
+            built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
         }
         self.stars.set_piece(built);
         self.note_ghosts(foreign);
-    }
-
-    fn build_piece(&self, foreign: &[u32], more: usize) -> Option<Piece<P>> {
-        let (positions, home) = (&self.table.positions, self.table.home);
-        Piece::new(positions, home, foreign, more, |x| self.distance_beyond(x), &self.config.stop)
-    }
-
-    /// A distance at which a foreign point certainly is from all home points, or 0.
-    fn distance_beyond(&self, x: P) -> f64 {
-        let beyond = self.path.iter().filter(|shared| shared.split.side(x) != shared.mine);
-        beyond.map(|shared| shared.split.separator.clearance(x)).fold(0.0, f64::max)
     }
 
     /// Sends the vertices of cells that reach out beyond their halos.

@@ -26,7 +26,7 @@ mod sphere;
 
 use cavity::Scratch;
 pub use cells::Cells;
-pub use order::{LAST_ROUND, insertion_order, insertion_round};
+pub use order::{insertion_order, insertion_round};
 pub use read::facet_without;
 pub use rows::Kept;
 use sphere::Frame;

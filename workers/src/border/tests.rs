@@ -121,9 +121,7 @@ fn all_are_found<P: Point>() {
         let all: Vec<P> = home.iter().chain(&beside).copied().collect();
         let others: Vec<u32> = (home.len() as u32..all.len() as u32).collect();
         for others in [&[], &others[..]] {
-            let Some(piece) =
-                Piece::new(&all, home.len() as u32, others, 0, |x| x.coord(0), &Stop::default())
-            else {
+            let Some(piece) = Piece::new(&all, home.len() as u32, others, 0, &Stop::default()) else {
                 continue;
             };
             let mut state = 5;

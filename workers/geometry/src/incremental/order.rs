@@ -71,16 +71,14 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     keyed
 }
 
-/// The last round, of which `7/8` of all points are.
-pub const LAST_ROUND: u64 = (1 << ROUND_BITS) - 1;
-
-/// The round in which a point is inserted, from 0 to [`LAST_ROUND`].
+/// The round in which a point is inserted, 0 the first of 16: `7/8` of all points are in the last.
 pub fn insertion_round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
         hash = mix(hash ^ p.coord(i).to_bits());
     }
-    LAST_ROUND - u64::from(hash.trailing_zeros() / 3).min(LAST_ROUND)
+    let last = (1 << ROUND_BITS) - 1;
+    last - u64::from(hash.trailing_zeros() / 3).min(last)
 }
 
 /// A bijective mixing of 64 bits (the finalizer of `SplitMix64`).
