@@ -125,6 +125,38 @@ mod tests {
     use super::Kept;
     use glam::DVec2;
 
+    /// Words of which all, some and none are kept, and one that is not full.
+    #[test]
+    fn numbers_count_what_is_kept_before() {
+        let is_kept = |slot: u32| match slot / 64 {
+            0 | 3 => true,
+            1 => slot % 3 == 1,
+            2 => false,
+            4 => slot % 64 != 63,
+            _ => slot % 2 == 0,
+        };
+        let slots = 6 * 64 + 37;
+        let mut kept = Kept::of(slots);
+        for slot in 0..slots {
+            if is_kept(slot) {
+                kept.keep(slot);
+            } else if slot % 5 == 0 {
+                kept.mark_outer(slot);
+            }
+        }
+        let marks = [u32::MAX - 1, u32::MAX];
+        let mut count = 0;
+        for slot in 0..slots {
+            let expected = if is_kept(slot) { count } else { marks[usize::from(slot % 5 == 0)] };
+            assert_eq!(kept.number(slot, marks), expected, "{slot}");
+            count += u32::from(is_kept(slot));
+        }
+        assert_eq!((kept.len(), kept.is_empty()), (count, false));
+        let mut all = Vec::new();
+        kept.each_slot(|slot| all.push(slot as u32));
+        assert_eq!(all, (0..slots).filter(|&slot| is_kept(slot)).collect::<Vec<_>>());
+    }
+
     #[test]
     fn rows_keep_order_and_adjacency() {
         let points: Vec<DVec2> =
