@@ -133,7 +133,7 @@ mod tests {
             1 => slot % 3 == 1,
             2 => false,
             4 => slot % 64 != 63,
-            _ => slot % 2 == 0,
+            _ => slot.is_multiple_of(2),
         };
         let slots = 6 * 64 + 37;
         let mut kept = Kept::of(slots);
