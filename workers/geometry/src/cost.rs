@@ -491,22 +491,22 @@ impl Sweep {
     }
 }
 
-/// Takes the items whose flag is not `stay` out of a column, if it is not empty.
+/// Takes the items whose flag is not `stay` out of a column, if it is not empty. Which way an item goes cannot be foreseen,
+/// so it is written to both places, and the list that it belongs to grows.
 fn take_others<T: Copy>(flags: &[u8], stay: u8, items: &mut Vec<T>) -> Vec<T> {
-    if items.is_empty() {
-        return Vec::new();
-    }
-    let mut others = Vec::with_capacity(flags.iter().filter(|&&flag| flag != stay).count());
-    let mut kept = 0;
+    let Some(&first) = items.first() else { return Vec::new() };
+    let all = flags.iter().filter(|&&flag| flag != stay).count();
+    let mut others = vec![first; all + 1];
+    let (mut kept, mut gone) = (0, 0);
     for (i, &flag) in flags.iter().enumerate() {
-        if flag == stay {
-            items[kept] = items[i];
-            kept += 1;
-        } else {
-            others.push(items[i]);
-        }
+        let (item, stays) = (items[i], usize::from(flag == stay));
+        items[kept] = item;
+        others[gone] = item;
+        kept += stays;
+        gone += 1 - stays;
     }
     items.truncate(kept);
+    others.truncate(gone);
     others
 }
 

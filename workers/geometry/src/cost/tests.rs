@@ -111,3 +111,28 @@ fn shares_of_a_group_merge_as_one() {
     assert_eq!(whole, merged);
     assert_eq!(ceil_log2(1000), 10);
 }
+
+#[test]
+fn columns_are_split_together_and_in_order() {
+    for count in [0usize, 1, 2, 7, 1000] {
+        for (stay, pattern) in
+            [(0u8, 0u64), (0, u64::MAX), (1, 0x9249_2492_4924_9249), (0, 0xF0F0_0001_8000_1234)]
+        {
+            let flags: Vec<u8> = (0..count).map(|i| (pattern >> (i % 64) & 1) as u8).collect();
+            let all: Vec<u64> = (0..count as u64).collect();
+            let (mut numbers, mut pairs, mut none) = (all.clone(), Vec::new(), Vec::<f64>::new());
+            pairs.extend(all.iter().map(|&i| (i, 3 * i)));
+            let mut cost = Cost::ZERO;
+            let gone = cost.split_columns(&flags, stay, (&mut numbers, &mut pairs, &mut none));
+            let (there, away): (Vec<u64>, Vec<u64>) = all.iter().partition(|&&i| flags[i as usize] == stay);
+            assert_eq!((&numbers, &gone.0), (&there, &away));
+            assert!(
+                pairs.iter().zip(&there).all(|(pair, &i)| *pair == (i, 3 * i)) && pairs.len() == there.len()
+            );
+            assert!(
+                gone.1.iter().zip(&away).all(|(pair, &i)| *pair == (i, 3 * i)) && gone.1.len() == away.len()
+            );
+            assert!(none.is_empty() && gone.2.is_empty());
+        }
+    }
+}
