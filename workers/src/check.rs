@@ -169,6 +169,8 @@ impl<P: Point> Worker<P> {
     fn sum_piece(&self, piece: &mut Piece<P>) -> Sums {
         let table = &self.table;
         let mut sums = Sums::default();
+        // Cells between this and one other worker follow each other.
+        let mut away: (Rank, (u128, u64)) = (self.rank, (0, 0));
         // Of the few that stand in such cells, each in many; 0 until asked for. Pages of zeros that nobody asks for cost nothing.
         let mut hashes = vec![0u128; table.positions.len()];
         piece.survey(&table.positions, |cell, smallest| {
@@ -188,10 +190,14 @@ impl<P: Point> Worker<P> {
                     (false, true) => smallest,
                     _ => continue,
                 };
-                let entry = sums.remote.entry(table.owners[far as usize]).or_default();
-                Sums::count(entry, whole);
+                let rank = table.owners[far as usize];
+                if rank != away.0 {
+                    sums.join_remote(std::mem::replace(&mut away, (rank, (0, 0))), true);
+                }
+                Sums::count(&mut away.1, whole);
             }
         });
+        sums.join_remote(away, true);
         sums
     }
 
