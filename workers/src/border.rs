@@ -102,6 +102,9 @@ impl<'a, P: Point> Border<'a, P> {
             Reach::Ball { radius, .. } => 2.0 * radius,
             _ => f64::INFINITY,
         };
+        if across <= self.margins[v as usize].free {
+            return;
+        }
         let sent = self.beyond(across, &cell);
         if sent == 0 {
             return;
@@ -129,7 +132,7 @@ impl<'a, P: Point> Border<'a, P> {
     fn near(&mut self, across: f64, v: u32) -> u64 {
         let levels = self.path.len();
         if levels == 1 {
-            // It would be clear otherwise.
+            // It is not clear of all, and there is no other.
             return 1;
         }
         let clear = &mut self.clear[v as usize * levels..][..levels];
@@ -162,4 +165,4 @@ pub(crate) fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

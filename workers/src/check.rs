@@ -32,7 +32,7 @@ use septet_protocol::message::{Body, Message};
 
 use crate::config::{Fault, map_in};
 use crate::piece::{Piece, smallest_of};
-use crate::sums::{KeySet, SHARES, ShortSums, Sums, join, mix, point_hash, share_of, unite};
+use crate::sums::{Away, KeySet, SHARES, ShortSums, Sums, join, mix, point_hash, share_of, unite};
 use crate::worker::{Worker, finite_cell};
 
 /// A cell of a home star that another star lacks: the home vertex, the position of its facet in the
@@ -169,8 +169,7 @@ impl<P: Point> Worker<P> {
     fn sum_piece(&self, piece: &mut Piece<P>) -> Sums {
         let table = &self.table;
         let mut sums = Sums::default();
-        // Cells between this and one other worker follow each other.
-        let mut away: (Rank, (u128, u64)) = (self.rank, (0, 0));
+        let mut away = Away::new(true);
         // Of the few that stand in such cells, each in many; 0 until asked for. Pages of zeros that nobody asks for cost nothing.
         let mut hashes = vec![0u128; table.positions.len()];
         piece.survey(&table.positions, |cell, smallest| {
@@ -190,14 +189,10 @@ impl<P: Point> Worker<P> {
                     (false, true) => smallest,
                     _ => continue,
                 };
-                let rank = table.owners[far as usize];
-                if rank != away.0 {
-                    sums.join_remote(std::mem::replace(&mut away, (rank, (0, 0))), true);
-                }
-                Sums::count(&mut away.1, whole);
+                away.count(&mut sums, table.owners[far as usize], whole);
             }
         });
-        sums.join_remote(away, true);
+        away.finish(&mut sums);
         sums
     }
 
@@ -268,15 +263,8 @@ impl<P: Point> Worker<P> {
         let table = &self.table;
         let (mut from_smallest, mut from_other) = ((0u128, 0u64), (0u128, 0u64));
         let mut shares = [0u64; SHARES];
-        // Facets with vertices of one other worker follow each other.
-        let mut away: (Rank, (u128, u64)) = (self.rank, (0, 0));
-        let mut elsewhere = |other: u32, hash: u128| {
-            let rank = table.owners[other as usize];
-            if rank != away.0 {
-                sums.join_remote(std::mem::replace(&mut away, (rank, (0, 0))), add);
-            }
-            Sums::count(&mut away.1, hash);
-        };
+        let mut away = Away::new(add);
+        let mut elsewhere = |other: u32, hash: u128| away.count(sums, table.owners[other as usize], hash);
         self.each_cell(home, link, |facet, smallest, hash| {
             if smallest == home {
                 for &other in facet.as_ref() {
@@ -297,7 +285,7 @@ impl<P: Point> Worker<P> {
                 elsewhere(smallest, hash);
             }
         });
-        sums.join_remote(away, add);
+        away.finish(sums);
         join(&mut sums.from_smallest, from_smallest, add);
         join(&mut sums.from_other, from_other, add);
         if let Some(short) = short {

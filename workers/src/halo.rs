@@ -19,14 +19,16 @@
 //! distributed meshing (e.g. Peterka, Morozov and Phillips, "High-performance computation of distributed-memory parallel
 //! 3D Voronoi and Delaunay tessellation", 2014).
 //!
-//! **Rounds.** At most one a shared level. **Work.** O(1) a home point, and a test a shared level for each run and for
-//! each point of the runs near the border.
+//! **Rounds.** At most one a shared level. **Work.** O(1) a home point, a clearance a shared level for each run
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), and one more and a test for each point of the
+//! runs near that separator.
 
 use std::ops::Range;
 
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::message::{Body, Message, PointBatch};
 
+use crate::border::ones;
 use crate::piece::round_len;
 use crate::tree::Shared;
 use crate::worker::Worker;
@@ -92,6 +94,46 @@ fn around<P: Point>(run: &[P]) -> (P, f64) {
     (centre, farthest2.sqrt() / SURE)
 }
 
+/// Appends the margins of a run's points, and calls `send` with each place on the path and each point whose ball crosses its
+/// separator, as far as that reaches something. Most runs are far from all separators, and have one margin for all of their
+/// points.
+fn look_around<P: Point>(
+    path: &[Shared<P>],
+    points: &[P],
+    radius2: f64,
+    margins: &mut Vec<Margin>,
+    mut send: impl FnMut(usize, usize),
+) {
+    let radius = radius2.sqrt();
+    let margin = |free: f64| Margin { free: free * SURE, sent: radius * SURE };
+    let (centre, extent) = around(points);
+    let (mut far, mut near) = (f64::INFINITY, 0u64);
+    for (level, shared) in path.iter().enumerate() {
+        let clear = shared.split.separator.clearance(centre) - extent;
+        if clear >= NEAR * radius {
+            far = far.min(clear);
+        } else {
+            near |= 1 << level;
+        }
+    }
+    if near == 0 {
+        margins.extend(std::iter::repeat_n(margin(far), points.len()));
+        return;
+    }
+    for (at, &x) in points.iter().enumerate() {
+        let mut free = far;
+        for level in ones(near) {
+            let split = &path[level].split;
+            let clear = split.separator.clearance(x);
+            free = free.min(clear);
+            if clear * SURE <= radius && split.reaches(x, radius2, 1 - path[level].mine) {
+                send(level, at);
+            }
+        }
+        margins.push(margin(free));
+    }
+}
+
 impl<P: Point> Worker<P> {
     /// Sends the home points near the border to where their balls reach.
     pub(crate) fn begin_halo(&mut self) {
@@ -117,32 +159,13 @@ impl<P: Point> Worker<P> {
         self.send_halos(batches);
     }
 
-    /// The points of a run to where their balls reach, and their margins. Most runs are far from all separators, and have one
-    /// margin for all of their points.
+    /// The points of a run to where their balls reach, and their margins.
     fn send_run(&self, run: Range<usize>, radius2: f64, batches: &mut Batches<P>, margins: &mut Vec<Margin>) {
         let (ids, points) = (&self.table.ids[run.clone()], &self.table.positions[run]);
-        let radius = radius2.sqrt();
-        let margin = |free: f64| Margin { free: free * SURE, sent: radius * SURE };
-        let clearance = |shared: &Shared<P>, x: P| shared.split.separator.clearance(x);
-        let (centre, extent) = around(points);
-        let clear = self.path.iter().map(|shared| clearance(shared, centre));
-        let free = clear.fold(f64::INFINITY, f64::min) - extent;
-        if free >= NEAR * radius {
-            margins.extend(std::iter::repeat_n(margin(free), points.len()));
-            return;
-        }
-        for (&id, &x) in ids.iter().zip(points) {
-            let mut free = f64::INFINITY;
-            for (shared, batch) in self.path.iter().zip(batches.iter_mut()) {
-                let clear = clearance(shared, x);
-                free = free.min(clear);
-                let side = 1 - shared.mine;
-                if clear * SURE <= radius && shared.split.reaches(x, radius2, side) {
-                    batch[side].push(id, x, self.rank, radius2);
-                }
-            }
-            margins.push(margin(free));
-        }
+        look_around(&self.path, points, radius2, margins, |level, at| {
+            let side = 1 - self.path[level].mine;
+            batches[level][side].push(ids[at], points[at], self.rank, radius2);
+        });
     }
 
     /// Points of others' halos: those that reach this piece stay, and all go on to where they reach.
@@ -163,8 +186,10 @@ impl<P: Point> Worker<P> {
                 continue;
             }
             let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
-            // Most of them stay.
-            self.table.expect(points.len());
+            if start == self.path.len() {
+                // Most of them stay.
+                self.table.expect(points.len());
+            }
             for at in 0..points.len() {
                 if self.halo_goes_on(&points, at, start, &mut batches) {
                     self.arrive(&points, at);
@@ -217,8 +242,10 @@ impl<P: Point> Worker<P> {
 mod tests {
     use glam::{DVec2, DVec3};
     use septet_geometry::incremental::insertion_order;
+    use septet_geometry::separator::Separator;
 
     use super::*;
+    use crate::border::tests::{sets, shared, sphere};
 
     fn unit(state: &mut u64) -> f64 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -270,6 +297,63 @@ mod tests {
         }
         let huge = [DVec3::splat(-1e300), DVec3::splat(1e300)];
         assert!(radii(&huge).iter().all(|r| r.is_finite()));
+    }
+
+    /// What is free crosses nothing, and all that reaches something is sent, by runs near and far.
+    fn margins_and_what_is_sent_are_right<P: Point>() {
+        let middle = P::splat(0.5);
+        let mut aside = P::splat(0.3);
+        aside.set_coord(0, 0.6);
+        let (ball, small) = (sphere(middle, 0.35), sphere(aside, 0.2));
+        let plane = Separator::plane(P::DIM - 1, 0.55);
+        let (mut near, mut far, mut all_sent) = (0, 0, 0);
+        let sets = sets::<P>().into_iter().chain([random::<P>(20_000, 11)]);
+        for points in sets {
+            for (split, factor) in [
+                (vec![(ball, 0)], 1.0),
+                (vec![(ball, 1)], 0.0),
+                (vec![(plane, 1), (small, 1)], 1.0),
+                (vec![(ball, 0), (plane, 0), (small, 1)], 0.3),
+            ] {
+                let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, &points)).collect();
+                let is_home = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+                let home: Vec<P> = points.iter().filter(is_home).copied().collect();
+                let home: Vec<P> = insertion_order(&home).into_iter().map(|i| home[i as usize]).collect();
+                let (mut margins, mut start) = (Vec::new(), 0);
+                for (len, radius2) in radii2(&home) {
+                    let (run, radius2) = (&home[start..start + len], radius2 * factor);
+                    let mut sent = Vec::new();
+                    look_around(&path, run, radius2, &mut margins, |level, at| sent.push((level, at)));
+                    let places = (0..len).flat_map(|at| (0..path.len()).map(move |level| (level, at)));
+                    let expected: Vec<(usize, usize)> = places
+                        .filter(|&(level, at)| {
+                            path[level].split.reaches(run[at], radius2, 1 - path[level].mine)
+                        })
+                        .collect();
+                    assert_eq!(sent, expected);
+                    assert_eq!(margins.len(), start + len);
+                    for (x, margin) in run.iter().zip(&margins[start..]) {
+                        assert!(margin.sent * margin.sent <= radius2);
+                        let crosses = |s: &Shared<P>| s.split.separator.crosses(*x, margin.free);
+                        assert!(margin.free <= 0.0 || !path.iter().any(crosses), "{x:?} {}", margin.free);
+                    }
+                    let one = margins[start..].iter().all(|margin| margin.free == margins[start].free);
+                    if one && len > 1 {
+                        far += 1;
+                    } else {
+                        near += 1;
+                    }
+                    (all_sent, start) = (all_sent + sent.len(), start + len);
+                }
+            }
+        }
+        assert!(near > 100 && far > 100 && all_sent > 1000, "{near} near, {far} far, {all_sent} sent");
+    }
+
+    #[test]
+    fn margins_and_what_is_sent_are_right_in_both_dimensions() {
+        margins_and_what_is_sent_are_right::<DVec3>();
+        margins_and_what_is_sent_are_right::<DVec2>();
     }
 
     #[test]

@@ -361,10 +361,12 @@ fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> P
         own = batches.remove(0);
     }
     let more: usize = batches.iter().map(PointBatch::len).sum();
-    // If it has to grow, with room for others' points near the border.
-    let room = if more > 0 { more + (own.len() + more) / 16 } else { 0 };
-    own.ids.reserve_exact(room);
-    own.positions.reserve_exact(room);
+    if own.positions.capacity() - own.positions.len() < more {
+        // It has to grow: with room for others' points near the border.
+        let room = more + (own.len() + more) / 16;
+        own.ids.reserve_exact(room);
+        own.positions.reserve_exact(room);
+    }
     for mut batch in batches {
         own.ids.append(&mut batch.ids);
         own.positions.append(&mut batch.positions);

@@ -93,8 +93,8 @@ impl<P: Point> Piece<P> {
         self.delaunay.rounded_radius(slot)
     }
 
-    /// The most that a rounded radius may be if all of its ball is to be within `across` of each vertex; less than nothing
-    /// if no ball is.
+    /// The most that a rounded radius may be if all of its ball is to be within `across` of each vertex; 0, which none
+    /// has, if no ball is.
     pub(crate) fn radius_within(&self, across: f64) -> f32 {
         self.delaunay.radius_within(across)
     }
@@ -299,7 +299,8 @@ pub(crate) fn smallest_of<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
     best
 }
 
-/// First coordinates of points in single precision: rounding keeps their order, and a core's caches hold most of them.
+/// First coordinates of points beside the first point's, in single precision: rounding keeps their order, and a core's
+/// caches hold most of them.
 struct Firsts<'a, P> {
     positions: &'a [P],
     rounded: Vec<f32>,
@@ -307,16 +308,17 @@ struct Firsts<'a, P> {
 
 impl<'a, P: Point> Firsts<'a, P> {
     fn of(positions: &'a [P]) -> Self {
-        Firsts { positions, rounded: positions.iter().map(|x| x.coord(0) as f32).collect() }
+        let origin = positions.first().map_or(0.0, |x| x.coord(0));
+        Firsts { positions, rounded: positions.iter().map(|x| (x.coord(0) - origin) as f32).collect() }
     }
 
     /// The same as [`smallest_of`]: by first coordinates, unless two may be equal.
     #[inline]
     fn smallest(&self, cell: &P::Cell) -> u32 {
         let first = |v: u32| self.rounded.get(v as usize).copied().unwrap_or(f32::INFINITY);
-        let (&start, rest) = cell.as_ref().split_first().unwrap_or((&INFINITE, &[]));
-        let (mut best, mut least, mut equal) = (start, first(start), false);
-        for &v in rest {
+        let vertices = cell.as_ref();
+        let (mut best, mut least, mut equal) = (vertices[0], first(vertices[0]), false);
+        for &v in &vertices[1..] {
             let x = first(v);
             equal |= x == least;
             (best, least) = if x < least { (v, x) } else { (best, least) };

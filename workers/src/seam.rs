@@ -183,7 +183,6 @@ impl<P: Point> Worker<P> {
             }
             rows.push(row);
         }
-        self.seams.sent.reserve(transit.points.len());
         let mut parcels = BTreeMap::new();
         for (row, out) in rows.iter().zip(cells) {
             for i in ones(out.levels) {

@@ -32,6 +32,35 @@ impl Sums {
     }
 }
 
+/// The sum of pairs with one other worker after another: those with the same one follow each other.
+pub(crate) struct Away {
+    rank: Rank,
+    sum: (u128, u64),
+    add: bool,
+}
+
+impl Away {
+    /// Nothing yet; pairs are added to sums, or taken away.
+    pub(crate) fn new(add: bool) -> Self {
+        Away { rank: 0, sum: (0, 0), add }
+    }
+
+    /// Counts a pair with a vertex at home on a rank.
+    #[inline]
+    pub(crate) fn count(&mut self, sums: &mut Sums, rank: Rank, hash: u128) {
+        if rank != self.rank {
+            sums.join_remote((self.rank, std::mem::take(&mut self.sum)), self.add);
+            self.rank = rank;
+        }
+        Sums::count(&mut self.sum, hash);
+    }
+
+    /// Joins what is left to the sums.
+    pub(crate) fn finish(self, sums: &mut Sums) {
+        sums.join_remote((self.rank, self.sum), self.add);
+    }
+}
+
 /// For each home vertex some sums over the pairs it is the smallest vertex of, both at home: those seen from there
 /// less those seen from the others, so zero if the stars agree. Of 64 bits: they tell where to look, and certify
 /// nothing. A pair is in one of [`SHARES`] sums, by the hash of its cell.

@@ -13,7 +13,7 @@ use crate::config::Stop;
 use crate::tree::bounds;
 
 /// A sphere; its ball is the interior.
-fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
+pub(crate) fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
     let a = 0.5 / radius;
     let mut words = [0.0; 9];
     (words[3], words[4], words[8]) = (1.0, a, a * (centre.norm2() - radius * radius));
@@ -23,7 +23,7 @@ fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
     Separator::from_array(&words).unwrap()
 }
 
-fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P]) -> Shared<P> {
+pub(crate) fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P]) -> Shared<P> {
     let side = |wanted: usize| points.iter().copied().filter(move |&x| separator.side(x) == side_of(wanted));
     let boxes = [bounds(side(0)), bounds(side(1))];
     let child = Child { population: 1, first: 1, ranks: 1, leaf: true };
@@ -46,7 +46,7 @@ fn unit(state: &mut u64) -> f64 {
 }
 
 /// Random points, a grid, points on spheres, two far clusters.
-fn sets<P: Point>() -> Vec<Vec<P>> {
+pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
     let mut state = 7;
     let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> {
         let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);

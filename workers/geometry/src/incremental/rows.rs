@@ -4,7 +4,7 @@ use super::Incremental;
 use super::cells::Cell;
 use crate::point::Point;
 
-/// Which cells are kept, by slot: a bit a cell, so that the number of a kept one, counted in the order of slots, is
+/// Which cells are kept, by slot: few bits a cell, so that the number of a kept one, counted in the order of slots, is
 /// nearly always found in the cache.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {

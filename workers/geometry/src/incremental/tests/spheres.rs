@@ -99,14 +99,17 @@ fn fine_sets_have_spheres() {
     }
 }
 
-/// Whatever radius a limit lets through is within its distance, and it lets nearly all of them through; at any scale.
+/// Whatever radius a limit lets through is within its distance, and it lets nearly all of them through; at any scale, and of
+/// cells that are far smaller than the set.
 fn limits_are_below_and_near<P: Point>() {
     let mut random = Lcg(19);
     for size in [1e-300, 1e-20, 1.0, 1e20, 1e300] {
-        let points: Vec<P> =
-            (0..400).map(|_| P::from_coords(&[0; 3].map(|_: i32| random.unit() * size)[..P::DIM])).collect();
+        let mut draw = || P::from_coords(&[0; 3].map(|_: i32| random.unit() * size)[..P::DIM]);
+        let wide: Vec<P> = (0..400).map(|_| draw()).collect();
+        let fine = (0..400).map(|_| P::splat(size) + draw() * 1e-6);
+        let points: Vec<P> = wide.into_iter().chain(fine).collect();
         let dt = Incremental::new(points).unwrap();
-        let (mut within, mut without) = (0, 0);
+        let (mut within, mut smaller) = (0, 0);
         let bounds = dt.complex().live_cells().map(|c| (dt.rounded_radius(c), 2.0 * dt.radius_bound(c)));
         for (radius, across) in bounds {
             let holds = |part: f64| radius <= dt.radius_within(across * part);
@@ -116,14 +119,18 @@ fn limits_are_below_and_near<P: Point>() {
                 assert!([0.5, 1.0].iter().all(|&part| !holds(part)));
                 continue;
             }
-            for part in [0.0, 0.5, 1.0 - 1e-9] {
+            for part in [0.0, 0.5, 1.0 - 1e-9, 1.0 - f64::EPSILON] {
                 assert!(!holds(part), "{radius} within {part} of {across}");
-                without += 1;
             }
-            assert!(holds(1.0 + 1e-6) && holds(f64::INFINITY), "{radius} not within {across}");
-            within += 1;
+            assert!(holds(f64::INFINITY), "{radius} within nothing");
+            if across < 1e-3 * size {
+                smaller += 1;
+            } else {
+                assert!(holds(1.0 + 1e-6), "{radius} not within {across}");
+                within += 1;
+            }
         }
-        assert!(within > 400 && without > 400, "{size}: {within} {without}");
+        assert!(within > 400 && smaller > 400, "{size}: {within} {smaller}");
         assert_eq!([f64::NAN, -1.0, 0.0].map(|across| dt.radius_within(across)), [0.0; 3]);
     }
 }
