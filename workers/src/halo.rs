@@ -188,7 +188,7 @@ impl<P: Point> Worker<P> {
             let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
             if start == self.path.len() {
                 // Most of them stay.
-                self.table.expect(points.len());
+                self.table.reserve_foreign(points.len());
             }
             for at in 0..points.len() {
                 if self.halo_goes_on(&points, at, start, &mut batches) {

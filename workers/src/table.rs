@@ -116,8 +116,8 @@ impl<P: Point> Table<P> {
     }
 
     /// Makes room among the numbers of foreign points for so many more.
-    pub fn expect(&mut self, foreign: usize) {
-        self.foreign.reserve(foreign);
+    pub fn reserve_foreign(&mut self, more: usize) {
+        self.foreign.reserve(more);
     }
 
     /// The home points in columns.
