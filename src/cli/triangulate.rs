@@ -10,6 +10,7 @@ use septet::memory::{admit, peak_rss, rss};
 use septet::model::{MeshView, Points};
 use septet::report::{Report, Setting};
 use septet::view::MOST_POINTS;
+use septet::workers::cores::Cores;
 use septet::{Config, Error, Run};
 
 use super::errors::{Code, Failure};
@@ -27,7 +28,9 @@ pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut config = args.config()?;
     // Reading, preparing and writing keep to the same threads; it can be set only once, which is now.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build_global();
+    let cores = Cores::for_threads(config.threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads);
+    let _ = pool.start_handler(move |index| cores.stay(index)).build_global();
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;

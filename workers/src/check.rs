@@ -32,7 +32,9 @@ use septet_protocol::message::{Body, Message};
 
 use crate::config::{Fault, map_in};
 use crate::piece::{Piece, smallest_of};
-use crate::sums::{Away, KeySet, SHARES, ShortSums, Sums, join, mix, point_hash, share_of, unite};
+use crate::sums::{
+    Away, KeySet, RecentHashes, SHARES, ShortSums, Sums, join, mix, point_hash, share_of, unite,
+};
 use crate::worker::{Worker, finite_cell};
 
 /// A cell of a home star that another star lacks: the home vertex, the position of its facet in the
@@ -170,17 +172,15 @@ impl<P: Point> Worker<P> {
         let table = &self.table;
         let mut sums = Sums::default();
         let mut away = Away::new(true);
-        // Of the few that stand in such cells, each in many; 0 until asked for. Pages of zeros that nobody asks for cost nothing.
-        let mut hashes = vec![0u128; table.positions.len()];
+        // Few points stand in such cells, each in many that follow each other closely.
+        let mut hashes = RecentHashes::default();
         piece.survey(&table.positions, |cell, smallest| {
             let vertices = cell.as_ref();
             let mut sum = 0u128;
             for &v in vertices {
-                let hash = &mut hashes[v as usize];
-                if *hash == 0 {
-                    *hash = point_hash(table.ids[v as usize], table.positions[v as usize]);
-                }
-                sum = sum.wrapping_add(*hash);
+                sum = sum.wrapping_add(
+                    hashes.of(v, |v| point_hash(table.ids[v as usize], table.positions[v as usize])),
+                );
             }
             let whole = mix(sum);
             for &other in vertices {

@@ -53,38 +53,54 @@ const SURE: f64 = 1.0 - 1e-9;
 pub(crate) struct Margin {
     /// A radius whose ball crosses no separator of the path.
     pub(crate) free: f64,
-    /// The radius of a ball that the point has been sent to all of, somewhat less.
+    /// The radius of a ball that the point has been sent to all of, somewhat less; 0 where more than that is free.
     pub(crate) sent: f64,
 }
 
 /// Points for both children of each shared node on the path.
 type Batches<P> = Vec<[PointBatch<P>; 2]>;
 
-/// The squared radii of points in order of insertion: one for every run, with the number of points in it.
-fn radii2<P: Point>(positions: &[P]) -> Vec<(usize, f64)> {
-    let mut radii2 = Vec::with_capacity(positions.len() / RUN + 16);
-    let mut gaps2 = Vec::with_capacity(RUN);
-    let mut rest = positions;
-    while !rest.is_empty() {
-        let (round, later) = rest.split_at(round_len(rest));
-        let density = round.len() as f64 / positions.len() as f64;
+/// Points in order of insertion, a run at a time, and what their squared radius is over the squared distance of neighbours.
+fn runs<P: Point>(positions: &[P]) -> Vec<(Range<usize>, f64)> {
+    let mut runs = Vec::with_capacity(positions.len() / RUN + 16);
+    let mut start = 0;
+    while start < positions.len() {
+        let len = round_len(&positions[start..]);
+        let density = len as f64 / positions.len() as f64;
         let scale = WIDTH * density.powf(1.0 / P::DIM as f64);
-        for run in round.chunks(RUN) {
-            let radius2 = scale * scale * median_gap2(run, &mut gaps2);
-            radii2.push((run.len(), if radius2.is_finite() { radius2 } else { 0.0 }));
-        }
-        rest = later;
+        let end = start + len;
+        runs.extend((start..end).step_by(RUN).map(|at| (at..end.min(at + RUN), scale * scale)));
+        start = end;
     }
-    radii2
+    runs
 }
 
-/// The squared median distance of neighbours in a run; 0 of a point alone, which has no halo: what it lacks the seams
-/// find.
-fn median_gap2<P: Point>(run: &[P], gaps2: &mut Vec<f64>) -> f64 {
-    gaps2.clear();
-    gaps2.extend(run.windows(2).map(|pair| dist2(pair[0], pair[1])));
-    let middle = gaps2.len() / 2;
-    if gaps2.is_empty() { 0.0 } else { *gaps2.select_nth_unstable_by(middle, f64::total_cmp).1 }
+/// Squared distances of neighbours in a run.
+#[derive(Debug, Default)]
+struct Gaps2(Vec<f64>);
+
+impl Gaps2 {
+    fn measure<P: Point>(&mut self, run: &[P]) {
+        self.0.clear();
+        self.0.extend(run.windows(2).map(|pair| dist2(pair[0], pair[1])));
+    }
+
+    /// The largest; 0 if there is none.
+    fn largest(&self) -> f64 {
+        self.0.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The median; 0 of a point alone, which has no halo: what it lacks the seams find.
+    fn median(&mut self) -> f64 {
+        let middle = self.0.len() / 2;
+        if self.0.is_empty() { 0.0 } else { *self.0.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    }
+
+    /// The squared radius of the points.
+    fn radius2(&mut self, scale2: f64) -> f64 {
+        let radius2 = scale2 * self.median();
+        if radius2.is_finite() { radius2 } else { 0.0 }
+    }
 }
 
 /// A centre of a run, and a radius around it that holds all of it.
@@ -94,32 +110,43 @@ fn around<P: Point>(run: &[P]) -> (P, f64) {
     (centre, farthest2.sqrt() / SURE)
 }
 
-/// Appends the margins of a run's points, and calls `send` with each place on the path and each point whose ball crosses its
-/// separator, as far as that reaches something. Most runs are far from all separators, and have one margin for all of their
-/// points.
-fn look_around<P: Point>(
-    path: &[Shared<P>],
-    points: &[P],
-    radius2: f64,
-    margins: &mut Vec<Margin>,
-    mut send: impl FnMut(usize, usize),
-) {
-    let radius = radius2.sqrt();
-    let margin = |free: f64| Margin { free: free * SURE, sent: radius * SURE };
-    let (centre, extent) = around(points);
-    let (mut far, mut near) = (f64::INFINITY, 0u64);
+/// How far a run is from those separators that are farther than `least`, and a bit for each of the others.
+fn near_and_far<P: Point>(path: &[Shared<P>], clear: impl Fn(&Shared<P>) -> f64, least: f64) -> (u64, f64) {
+    let (mut near, mut far) = (0, f64::INFINITY);
     for (level, shared) in path.iter().enumerate() {
-        let clear = shared.split.separator.clearance(centre) - extent;
-        if clear >= NEAR * radius {
+        let clear = clear(shared);
+        if clear >= least {
             far = far.min(clear);
         } else {
             near |= 1 << level;
         }
     }
+    (near, far)
+}
+
+/// Appends the margins of a run's points, and calls `send` with each place on the path and each point whose ball, of its
+/// squared radius, crosses that separator, as far as it reaches something. Most runs are far from all separators: their
+/// points have one margin, and nobody has to know their radius.
+fn look_around<P: Point>(
+    path: &[Shared<P>],
+    (points, scale2): (&[P], f64),
+    gaps2: &mut Gaps2,
+    margins: &mut Vec<Margin>,
+    mut send: impl FnMut(usize, usize, f64),
+) {
+    let (centre, extent) = around(points);
+    let clear = |shared: &Shared<P>| shared.split.separator.clearance(centre) - extent;
+    gaps2.measure(points);
+    let (near, far) = near_and_far(path, clear, NEAR * (scale2 * gaps2.largest()).sqrt());
     if near == 0 {
-        margins.extend(std::iter::repeat_n(margin(far), points.len()));
+        // What is free is more than the radius.
+        margins.extend(std::iter::repeat_n(Margin { free: far * SURE, sent: 0.0 }, points.len()));
         return;
     }
+    let radius2 = gaps2.radius2(scale2);
+    let radius = radius2.sqrt();
+    let (near, far) = near_and_far(path, clear, NEAR * radius);
+    let margin = |free: f64| Margin { free: free * SURE, sent: radius * SURE };
     for (at, &x) in points.iter().enumerate() {
         let mut free = far;
         for level in ones(near) {
@@ -127,7 +154,7 @@ fn look_around<P: Point>(
             let clear = split.separator.clearance(x);
             free = free.min(clear);
             if clear * SURE <= radius && split.reaches(x, radius2, 1 - path[level].mine) {
-                send(level, at);
+                send(level, at, radius2);
             }
         }
         margins.push(margin(free));
@@ -143,9 +170,12 @@ impl<P: Point> Worker<P> {
         }
         let mut batches = self.batches();
         let mut margins: Vec<Margin> = Vec::with_capacity(self.table.home as usize);
-        for (len, radius2) in radii2(&self.table.positions[..self.table.home as usize]) {
-            let run = margins.len()..margins.len() + len;
-            self.send_run(run, radius2, &mut batches, &mut margins);
+        let mut gaps2 = Gaps2::default();
+        for (run, scale2) in runs(&self.table.positions[..self.table.home as usize]) {
+            let (ids, points) = (&self.table.ids[run.clone()], &self.table.positions[run]);
+            look_around(&self.path, (points, scale2), &mut gaps2, &mut margins, |level, at, radius2| {
+                batches[level][1 - self.path[level].mine].push(ids[at], points[at], self.rank, radius2);
+            });
         }
         let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
         let layer = f64::from(self.table.home).powf((P::DIM - 1) as f64 / P::DIM as f64);
@@ -157,15 +187,6 @@ impl<P: Point> Worker<P> {
         }
         self.seams.margins = margins;
         self.send_halos(batches);
-    }
-
-    /// The points of a run to where their balls reach, and their margins.
-    fn send_run(&self, run: Range<usize>, radius2: f64, batches: &mut Batches<P>, margins: &mut Vec<Margin>) {
-        let (ids, points) = (&self.table.ids[run.clone()], &self.table.positions[run]);
-        look_around(&self.path, points, radius2, margins, |level, at| {
-            let side = 1 - self.path[level].mine;
-            batches[level][side].push(ids[at], points[at], self.rank, radius2);
-        });
     }
 
     /// Points of others' halos: those that reach this piece stay, and all go on to where they reach.
@@ -261,8 +282,12 @@ mod tests {
 
     /// The radius of each point.
     fn radii<P: Point>(points: &[P]) -> Vec<f64> {
-        let runs = radii2(points).into_iter();
-        runs.flat_map(|(len, radius2)| std::iter::repeat_n(radius2.sqrt(), len)).collect()
+        let mut gaps2 = Gaps2::default();
+        let radius = |(run, scale2): (Range<usize>, f64)| {
+            gaps2.measure(&points[run.clone()]);
+            std::iter::repeat_n(gaps2.radius2(scale2).sqrt(), run.len())
+        };
+        runs(points).into_iter().flat_map(radius).collect()
     }
 
     fn radii_go_with_the_density<P: Point>() {
@@ -319,31 +344,37 @@ mod tests {
                 let is_home = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
                 let home: Vec<P> = points.iter().filter(is_home).copied().collect();
                 let home: Vec<P> = insertion_order(&home).into_iter().map(|i| home[i as usize]).collect();
-                let (mut margins, mut start) = (Vec::new(), 0);
-                for (len, radius2) in radii2(&home) {
-                    let (run, radius2) = (&home[start..start + len], radius2 * factor);
+                let (mut margins, mut gaps2) = (Vec::new(), Gaps2::default());
+                for (range, scale2) in runs(&home) {
+                    let (start, run, scale2) = (range.start, &home[range], scale2 * factor);
+                    gaps2.measure(run);
+                    let radius2 = gaps2.radius2(scale2);
                     let mut sent = Vec::new();
-                    look_around(&path, run, radius2, &mut margins, |level, at| sent.push((level, at)));
-                    let places = (0..len).flat_map(|at| (0..path.len()).map(move |level| (level, at)));
+                    look_around(&path, (run, scale2), &mut gaps2, &mut margins, |level, at, own2| {
+                        assert_eq!(own2, radius2);
+                        sent.push((level, at));
+                    });
+                    let places = (0..run.len()).flat_map(|at| (0..path.len()).map(move |level| (level, at)));
                     let expected: Vec<(usize, usize)> = places
                         .filter(|&(level, at)| {
                             path[level].split.reaches(run[at], radius2, 1 - path[level].mine)
                         })
                         .collect();
                     assert_eq!(sent, expected);
-                    assert_eq!(margins.len(), start + len);
+                    assert_eq!(margins.len(), start + run.len());
                     for (x, margin) in run.iter().zip(&margins[start..]) {
                         assert!(margin.sent * margin.sent <= radius2);
+                        assert!(margin.sent.max(margin.free) >= radius2.sqrt() * SURE);
                         let crosses = |s: &Shared<P>| s.split.separator.crosses(*x, margin.free);
                         assert!(margin.free <= 0.0 || !path.iter().any(crosses), "{x:?} {}", margin.free);
                     }
                     let one = margins[start..].iter().all(|margin| margin.free == margins[start].free);
-                    if one && len > 1 {
+                    if one && run.len() > 1 {
                         far += 1;
                     } else {
                         near += 1;
                     }
-                    (all_sent, start) = (all_sent + sent.len(), start + len);
+                    all_sent += sent.len();
                 }
             }
         }

@@ -72,6 +72,7 @@ pub mod merge;
 
 pub mod view;
 
+pub mod cores;
 pub mod host;
 
 pub mod transport;

@@ -363,7 +363,7 @@ fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> P
     let more: usize = batches.iter().map(PointBatch::len).sum();
     if own.positions.capacity() - own.positions.len() < more {
         // It has to grow: with room for others' points near the border.
-        let room = more + (own.len() + more) / 16;
+        let room = more + (own.len() + more) / 8;
         own.ids.reserve_exact(room);
         own.positions.reserve_exact(room);
     }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 
@@ -176,6 +177,31 @@ pub(crate) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     mix(h)
 }
 
+/// Hashes of points that were asked for last, by their local numbers.
+pub(crate) struct RecentHashes(Vec<(u32, u128)>);
+
+/// Number of places: few enough to stay in a core's caches.
+const RECENT: usize = 1 << 14;
+
+impl Default for RecentHashes {
+    fn default() -> Self {
+        // Nothing has the number of what is at infinity.
+        RecentHashes(vec![(INFINITE, 0); RECENT])
+    }
+}
+
+impl RecentHashes {
+    /// The hash of a point, which `make` gives if it is not remembered.
+    #[inline]
+    pub(crate) fn of(&mut self, v: u32, make: impl FnOnce(u32) -> u128) -> u128 {
+        let place = &mut self.0[v as usize % RECENT];
+        if place.0 != v {
+            *place = (v, make(v));
+        }
+        place.1
+    }
+}
+
 /// Mixes 128 bits (the multiplier is that of the 128-bit PCG family).
 pub(crate) fn mix(h: u128) -> u128 {
     let h = (h ^ (h >> 67)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
@@ -186,6 +212,21 @@ pub(crate) fn mix(h: u128) -> u128 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn recent_hashes_are_those_that_were_made() {
+        let mut recent = RecentHashes::default();
+        let mut made = 0;
+        let places = RECENT as u32;
+        for v in [0, 7, 0, places, 7, 0, places - 1, 2 * places + 7, 7, INFINITE - 1] {
+            let hash = recent.of(v, |v| {
+                made += 1;
+                u128::from(v) + 1
+            });
+            assert_eq!(hash, u128::from(v) + 1);
+        }
+        assert_eq!(made, 8);
+    }
 
     #[test]
     fn a_share_is_open_where_one_side_saw_what_the_other_did_not() {

@@ -6,6 +6,7 @@
 //! round's messages bound them), receives never wait (everything sent in a round is in its channel when the
 //! barrier opens), so no order of threads can lock up; a thread that fails opens the barrier with its error.
 
+use std::ops::Range;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
@@ -17,6 +18,7 @@ use septet_protocol::transport::{Delivery, Transport, TransportError};
 use tracing::dispatcher::{self, Dispatch};
 
 use crate::config::{Pool, WorkerConfig};
+use crate::cores::Cores;
 use crate::host::serve;
 use crate::worker::Worker;
 
@@ -140,17 +142,20 @@ impl<P: Point> Channel<P> {
         let coordinator = end(&[COORDINATOR]);
         // Who listens to the caller listens to its workers.
         let listener = dispatcher::get_default(Clone::clone);
-        let pools = pools(threads, hosts, &listener)?;
+        let cores = Cores::for_threads(threads);
         let mut channel = Channel { end: coordinator, threads: Vec::new() };
-        for (host, pool) in pools.into_iter().enumerate() {
+        for host in 0..hosts {
+            let own = own_threads(threads, hosts, host);
+            let (first, pool) = (own.start, pool(own, &cores, &listener)?);
             let ranks: Vec<Rank> =
                 (1..=config.workers).filter(|r| (*r as usize - 1) % hosts == host).collect();
-            let own = end(&ranks);
+            let end = end(&ranks);
             let config = config.clone();
             let name = format!("septet-{host}");
-            let listener = listener.clone();
+            let (listener, cores) = (listener.clone(), cores.clone());
             let thread = std::thread::Builder::new().name(name).spawn(move || {
-                dispatcher::with_default(&listener, || host_thread(own, &ranks, &config, &pool));
+                cores.stay(first);
+                dispatcher::with_default(&listener, || host_thread(end, &ranks, &config, &pool));
             })?;
             channel.threads.push(thread);
         }
@@ -158,22 +163,27 @@ impl<P: Point> Channel<P> {
     }
 }
 
-/// Cores that are left over when there are fewer workers than threads.
-fn pools(threads: usize, hosts: usize, listener: &Dispatch) -> std::io::Result<Vec<Pool>> {
-    (0..hosts)
-        .map(|host| {
-            let own = threads / hosts + usize::from(host < threads % hosts);
-            if own < 2 {
-                return Ok(None);
-            }
-            let builder = rayon::ThreadPoolBuilder::new().num_threads(own).spawn_handler(|thread| {
-                let listener = listener.clone();
-                let run = move || dispatcher::with_default(&listener, || thread.run());
-                std::thread::Builder::new().spawn(run).map(drop)
-            });
-            builder.build().map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)
-        })
-        .collect()
+/// The threads of a host, of all that there are: those that are left over go to the first.
+fn own_threads(threads: usize, hosts: usize, host: usize) -> Range<usize> {
+    let start = |host: usize| threads / hosts * host + host.min(threads % hosts);
+    start(host)..start(host + 1)
+}
+
+/// A pool of its threads, for a host that has more than one.
+fn pool(own: Range<usize>, cores: &Cores, listener: &Dispatch) -> std::io::Result<Pool> {
+    if own.len() < 2 {
+        return Ok(None);
+    }
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(own.len()).spawn_handler(|thread| {
+        let (listener, cores) = (listener.clone(), cores.clone());
+        let index = own.start + thread.index();
+        let run = move || {
+            cores.stay(index);
+            dispatcher::with_default(&listener, || thread.run());
+        };
+        std::thread::Builder::new().spawn(run).map(drop)
+    });
+    builder.build().map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)
 }
 
 fn host_thread<P: Point>(mut end: End<P>, ranks: &[Rank], config: &Arc<WorkerConfig>, pool: &Pool) {
