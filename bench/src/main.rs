@@ -1,60 +1,104 @@
 //! Times generation, one run phase by phase, and the check of its result: `septet-bench KIND N
-//! [simulate|triangulate] [workers|leaves] [threads] [supergraph] [d] [verify]`.
+//! [simulate|triangulate] [workers|leaves] [threads] [supergraph] [d] [verify|no]`. It exits with 2 if a word has no meaning
+//! in its place, with 1 if a run fails or its result is wrong.
 
+use std::error::Error;
+use std::process::ExitCode;
+use std::str::FromStr;
 use std::time::Instant;
 
 use septet::config::{GraphKind, Transport, Workers};
+use septet::generate::{Request, generate, parse_sample};
 use septet::geometry::point::Point;
 use septet::model::Points;
 use septet::verify::{VerifyOptions, verify};
 use septet::{Config, Run, simulate, triangulate};
 
-fn main() {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let word = |i: usize, default: &str| args.get(i).cloned().unwrap_or_else(|| default.to_string());
-    let dimension = word(6, "3");
-    let spec = format!("{}:{},d={dimension}", word(0, "uniform"), word(1, "100000"));
-    let request = septet::generate::parse_sample(&spec).expect("a known kind");
-    let start = Instant::now();
-    let set = septet::generate::generate(&request, &mut |_, _, _| {}).expect("points");
-    println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
-    let threads: usize = word(4, "2").parse().expect("threads");
-    let config = Config {
-        workers: match word(3, "2").as_str() {
-            "leaves" => Workers::Leaves,
-            p => Workers::Count(p.parse().expect("workers")),
-        },
-        threads,
-        transport: Transport::Channel { threads },
-        graph: match word(5, "density").as_str() {
-            "knn" => GraphKind::Knn,
-            "overlap" => GraphKind::Overlap,
-            _ => GraphKind::Density,
-        },
-        spacing: set.spacing.map(|s| s.lipschitz),
-        ..Config::default()
-    };
-    let counted = word(2, "triangulate") == "simulate";
-    println!("{spec} n {} counted {counted} workers {:?}", set.points.len(), config.workers);
-    let check = word(7, "verify") == "verify";
-    match &set.points {
-        Points::Plane(points) => report(points, &config, counted, check),
-        Points::Space(points) => report(points, &config, counted, check),
+/// What ends the program.
+type Failure = Box<dyn Error>;
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match setting(&words) {
+        Err(failure) => ended(failure.as_ref(), 2),
+        Ok(setting) => {
+            timed(&setting).map_or_else(|failure| ended(failure.as_ref(), 1), |()| ExitCode::SUCCESS)
+        }
     }
 }
 
-fn report<P: Point>(points: &[P], config: &Config, counted: bool, check: bool) {
-    let run = if counted { simulate(points, config) } else { triangulate(points, config) };
-    let run = run.expect("a result");
-    if check {
+fn ended(failure: &dyn Error, code: u8) -> ExitCode {
+    eprintln!("error: {failure}");
+    ExitCode::from(code)
+}
+
+/// What the words of the command line ask for.
+struct Setting {
+    sample: Request,
+    config: Config,
+    counted: bool,
+    check: bool,
+}
+
+/// # Errors
+/// A word that has no meaning in its place.
+fn setting(words: &[String]) -> Result<Setting, Failure> {
+    let word = |i: usize, default: &'static str| words.get(i).map_or(default, String::as_str);
+    let sample = format!("{}:{},d={}", word(0, "uniform"), word(1, "100000"), word(6, "3"));
+    let threads = number("threads", word(4, "2"))?;
+    let workers = match word(3, "2") {
+        "leaves" => Workers::Leaves,
+        count => Workers::Count(number("workers or `leaves`", count)?),
+    };
+    let graphs = [("density", GraphKind::Density), ("knn", GraphKind::Knn), ("overlap", GraphKind::Overlap)];
+    let transport = Transport::Channel { threads };
+    let graph = one_of(word(5, "density"), &graphs)?;
+    Ok(Setting {
+        sample: parse_sample(&sample)?,
+        config: Config { workers, threads, transport, graph, ..Config::default() },
+        counted: one_of(word(2, "triangulate"), &[("triangulate", false), ("simulate", true)])?,
+        check: one_of(word(7, "verify"), &[("verify", true), ("no", false)])?,
+    })
+}
+
+fn number<T: FromStr>(what: &str, word: &str) -> Result<T, Failure> {
+    word.parse().map_err(|_| format!("`{word}` is no number of {what}").into())
+}
+
+fn one_of<T: Copy>(word: &str, all: &[(&str, T)]) -> Result<T, Failure> {
+    let found = all.iter().find(|(name, _)| *name == word).map(|found| found.1);
+    let names = || all.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    found.ok_or_else(|| format!("`{word}` is none of {}", names()).into())
+}
+
+/// # Errors
+/// Points that cannot be made, a run that fails, a result that is wrong.
+fn timed(setting: &Setting) -> Result<(), Failure> {
+    let start = Instant::now();
+    let set = generate(&setting.sample, &mut |_, _, _| {})?;
+    println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
+    let config = Config { spacing: set.spacing.map(|s| s.lipschitz), ..setting.config.clone() };
+    println!("n {} counted {} workers {:?}", set.points.len(), setting.counted, config.workers);
+    match &set.points {
+        Points::Plane(points) => report(points, &config, setting),
+        Points::Space(points) => report(points, &config, setting),
+    }
+}
+
+fn report<P: Point>(points: &[P], config: &Config, setting: &Setting) -> Result<(), Failure> {
+    let run = if setting.counted { simulate(points, config) } else { triangulate(points, config) }?;
+    if setting.check {
         let coordinates: &[f64] = bytemuck::cast_slice(points);
         let options = VerifyOptions { perturbed: true, ..VerifyOptions::default() };
         let start = Instant::now();
         let verdict = verify(&run.view(coordinates), &options, &mut |_, _, _| {});
-        assert!(verdict.passed(), "the result is wrong: {verdict:?}");
+        if !verdict.passed() {
+            return Err(format!("the result is wrong: {verdict:?}").into());
+        }
         println!("verify {:.2} s, {} ties", start.elapsed().as_secs_f64(), verdict.ties);
     }
     print(&run);
+    Ok(())
 }
 
 fn print(run: &Run) {

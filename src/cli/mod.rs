@@ -15,6 +15,7 @@ mod report;
 mod reproduce;
 mod rival;
 mod scale;
+mod threads;
 mod triangulate;
 mod verify;
 

@@ -15,6 +15,7 @@ use septet::generate::Kind;
 use super::errors::{Code, Failure};
 use super::options::{MachineArgs, dimension, kind, workers};
 use super::progress::{Cancelled, Talk};
+use super::threads;
 
 /// Options of `septet scale`.
 #[derive(Debug, Args)]
@@ -104,7 +105,7 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(sweep.config.threads).build_global();
+    threads::limit(sweep.config.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));

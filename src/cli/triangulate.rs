@@ -10,7 +10,6 @@ use septet::memory::{admit, peak_rss, rss};
 use septet::model::{MeshView, Points};
 use septet::report::{Report, Setting};
 use septet::view::MOST_POINTS;
-use septet::workers::cores::Cores;
 use septet::{Config, Error, Run};
 
 use super::errors::{Code, Failure};
@@ -19,6 +18,7 @@ use super::input::{self, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
+use super::threads;
 
 /// The tables of a run, by the names of their files.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -27,10 +27,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut config = args.config()?;
-    // Reading, preparing and writing keep to the same threads; it can be set only once, which is now.
-    let cores = Cores::for_threads(config.threads);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads);
-    let _ = pool.start_handler(move |index| cores.stay(index)).build_global();
+    threads::limit(config.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;
