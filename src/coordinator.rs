@@ -30,7 +30,7 @@ use septet_workers::schedule::{Known, Outcome, next};
 
 use crate::config::{Config, Progress};
 use crate::error::Error;
-use crate::pieces::Piece;
+use crate::pieces::{Loose, Piece};
 use crate::prepare::Prepared;
 use crate::view::Album;
 
@@ -41,7 +41,7 @@ pub(crate) type Plan = BTreeMap<NodeId, u32>;
 #[derive(Debug, Default)]
 pub(crate) struct Collected {
     /// Pieces of a triangulation, in the order of their arrival.
-    pub(crate) pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Loose>,
     /// Rows of cells, in the parts in which they arrived.
     pub(crate) cells: Vec<Vec<u64>>,
     pub(crate) owner: Vec<Rank>,
@@ -434,9 +434,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     }
                     self.result.cells.push(cells.0);
                 }
-                Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows) } => {
+                Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows), open: Bulk(open) } => {
                     let (owner, seam) = (message.from, Vec::new());
-                    self.result.pieces.push(Piece { owner, leaf, ids, rows, seam });
+                    self.result.pieces.push(Loose { piece: Piece { owner, leaf, ids, rows, seam }, open });
                 }
                 Body::Selected { mut members, undecided } => {
                     self.result.members.append(&mut members);

@@ -32,18 +32,27 @@ pub struct Pieces {
     pieces: Vec<Piece>,
 }
 
+/// A piece before it is joined to the others: its neighbours in other pieces are marked [`SEAM`].
+#[derive(Clone, Debug)]
+pub(crate) struct Loose {
+    pub(crate) piece: Piece,
+    /// The cells with a facet that is not shared in the piece, by their numbers.
+    pub(crate) open: Vec<u32>,
+}
+
 /// A facet that another piece shares: its vertices' input indices (sorted), piece, place in `rows`.
 type Open = ([u64; 3], u32, u32);
 
 impl Pieces {
     /// Joins pieces, whose cells have `corners` vertices, across their seams. Nothing if three cells share a
-    /// facet, or if other than `hull_facets` have one cell.
-    pub(crate) fn join(corners: usize, mut pieces: Vec<Piece>, hull_facets: u64) -> Option<Self> {
-        pieces.sort_by_key(|p| p.owner);
-        let mut hull = 0;
-        let mut open: Vec<Open> = Vec::new();
-        for (at, piece) in (0u32..).zip(&pieces) {
-            let (own, facets) = piece.open(corners, at);
+    /// facet, if other than `hull_facets` have one cell, or if a number is no cell's.
+    pub(crate) fn join(corners: usize, mut loose: Vec<Loose>, hull_facets: u64) -> Option<Self> {
+        loose.sort_by_key(|l| l.piece.owner);
+        let facets = |(at, loose): (usize, &Loose)| loose.piece.open(corners, at as u32, &loose.open);
+        let parts: Option<Vec<(u64, Vec<Open>)>> = loose.par_iter().enumerate().map(facets).collect();
+        let mut pieces: Vec<Piece> = loose.into_iter().map(|l| l.piece).collect();
+        let (mut hull, mut open) = (0, Vec::new());
+        for (own, facets) in parts? {
             hull += own;
             open.extend(facets);
         }
@@ -124,35 +133,22 @@ impl Pieces {
 }
 
 impl Piece {
-    /// The number of hull facets, and all facets that other pieces share.
-    fn open(&self, corners: usize, at: u32) -> (u64, Vec<Open>) {
-        const ROWS: usize = 1 << 14;
+    /// The number of hull facets, and all facets that other pieces share, of some cells; nothing if there is no such cell.
+    fn open(&self, corners: usize, at: u32, cells: &[u32]) -> Option<(u64, Vec<Open>)> {
         let width = 2 * corners;
-        let parts: Vec<(u64, Vec<Open>)> = self
-            .rows
-            .par_chunks(ROWS * width)
-            .enumerate()
-            .map(|(part, rows)| {
-                let (mut hull, mut open) = (0, Vec::new());
-                for (row, cell) in rows.chunks_exact(width).enumerate() {
-                    // Nearly every cell has all its neighbours here: their numbers lack the bit that marks have.
-                    if cell[corners..].iter().fold(0, |all, &code| all | code) < SEAM {
-                        continue;
-                    }
-                    for (slot, &code) in cell[corners..].iter().enumerate().filter(|&(_, &code)| code >= SEAM)
-                    {
-                        let place = (part * ROWS + row) * width + corners + slot;
-                        match code {
-                            HULL => hull += 1,
-                            _ => open.push((self.facet(corners, place), at, place as u32)),
-                        }
-                    }
+        let (mut hull, mut open) = (0, Vec::with_capacity(cells.len()));
+        for &cell in cells {
+            let start = cell as usize * width;
+            let row = self.rows.get(start..start + width)?;
+            for (slot, &code) in row.iter().enumerate().skip(corners) {
+                match code {
+                    HULL => hull += 1,
+                    SEAM => open.push((self.facet(corners, start + slot), at, (start + slot) as u32)),
+                    _ => {}
                 }
-                (hull, open)
-            })
-            .collect();
-        let hull = parts.iter().map(|p| p.0).sum();
-        (hull, parts.into_iter().flat_map(|p| p.1).collect())
+            }
+        }
+        Some((hull, open))
     }
 
     /// The sorted input indices of a facet's vertices, in the plane with a zero before them.

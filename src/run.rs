@@ -402,7 +402,7 @@ fn certify(
 ) -> Result<Option<Refutation>, Error> {
     let merged = &collected.merged;
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
-    let pieces: usize = collected.pieces.iter().map(|p| p.rows.len() / 2).sum();
+    let pieces: usize = collected.pieces.iter().map(|p| p.piece.rows.len() / 2).sum();
     let cells: usize = collected.cells.iter().map(Vec::len).sum();
     let rows = ((cells + pieces) / (dimension + 1)) as u64;
     // Stars that do not agree send no cells.

@@ -34,6 +34,8 @@ fn ended(failure: &dyn Error, code: u8) -> ExitCode {
 
 /// What the words of the command line ask for.
 struct Setting {
+    /// The points, as they are asked for and as they are made.
+    spec: String,
     sample: Request,
     config: Config,
     counted: bool,
@@ -43,8 +45,13 @@ struct Setting {
 /// # Errors
 /// A word that has no meaning in its place.
 fn setting(words: &[String]) -> Result<Setting, Failure> {
+    const WORDS: usize = 8;
+    if let Some(more) = words.get(WORDS) {
+        return Err(format!("`{more}` is one word too many").into());
+    }
     let word = |i: usize, default: &'static str| words.get(i).map_or(default, String::as_str);
-    let sample = format!("{}:{},d={}", word(0, "uniform"), word(1, "100000"), word(6, "3"));
+    let dimension = one_of(word(6, "3"), &[("2", 2), ("3", 3)])?;
+    let spec = format!("{}:{},d={dimension}", word(0, "uniform"), word(1, "100000"));
     let threads = number("threads", word(4, "2"))?;
     let workers = match word(3, "2") {
         "leaves" => Workers::Leaves,
@@ -53,9 +60,12 @@ fn setting(words: &[String]) -> Result<Setting, Failure> {
     let graphs = [("density", GraphKind::Density), ("knn", GraphKind::Knn), ("overlap", GraphKind::Overlap)];
     let transport = Transport::Channel { threads };
     let graph = one_of(word(5, "density"), &graphs)?;
+    let config = Config { workers, threads, transport, graph, ..Config::default() };
+    config.check()?;
     Ok(Setting {
-        sample: parse_sample(&sample)?,
-        config: Config { workers, threads, transport, graph, ..Config::default() },
+        sample: parse_sample(&spec)?,
+        spec,
+        config,
         counted: one_of(word(2, "triangulate"), &[("triangulate", false), ("simulate", true)])?,
         check: one_of(word(7, "verify"), &[("verify", true), ("no", false)])?,
     })
@@ -78,7 +88,8 @@ fn timed(setting: &Setting) -> Result<(), Failure> {
     let set = generate(&setting.sample, &mut |_, _, _| {})?;
     println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
     let config = Config { spacing: set.spacing.map(|s| s.lipschitz), ..setting.config.clone() };
-    println!("n {} counted {} workers {:?}", set.points.len(), setting.counted, config.workers);
+    let (n, counted, workers) = (set.points.len(), setting.counted, &config.workers);
+    println!("{} n {n} counted {counted} workers {workers:?}", setting.spec);
     match &set.points {
         Points::Plane(points) => report(points, &config, setting),
         Points::Space(points) => report(points, &config, setting),

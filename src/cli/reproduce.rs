@@ -11,6 +11,7 @@ use super::errors::{Code, Failure};
 use super::files;
 use super::options::NeighboursArg;
 use super::progress::Talk;
+use super::threads;
 
 /// Options of `septet reproduce`.
 #[derive(Debug, Args)]
@@ -70,7 +71,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     files::check(None, &[], &texts)?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let threads = args.threads.map_or(cores, |threads| threads as usize);
-    super::threads::limit(threads);
+    threads::limit(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();

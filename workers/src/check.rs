@@ -173,14 +173,13 @@ impl<P: Point> Worker<P> {
         let mut sums = Sums::default();
         let mut away = Away::new(true);
         // Few points stand in such cells, each in many that follow each other closely.
-        let mut hashes = RecentHashes::default();
+        let mut hashes = RecentHashes::of_points(table.positions.len());
         piece.survey(&table.positions, |cell, smallest| {
             let vertices = cell.as_ref();
             let mut sum = 0u128;
             for &v in vertices {
-                sum = sum.wrapping_add(
-                    hashes.of(v, |v| point_hash(table.ids[v as usize], table.positions[v as usize])),
-                );
+                let make = || point_hash(table.ids[v as usize], table.positions[v as usize]);
+                sum = sum.wrapping_add(hashes.hash(v, make));
             }
             let whole = mix(sum);
             for &other in vertices {

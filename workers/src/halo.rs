@@ -20,8 +20,8 @@
 //! 3D Voronoi and Delaunay tessellation", 2014).
 //!
 //! **Rounds.** At most one a shared level. **Work.** O(1) a home point, a clearance a shared level for each run
-//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), and one more and a test for each point of the
-//! runs near that separator.
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), two and a median for runs near a separator, and
+//! one and a test for each point of those near that one.
 
 use std::ops::Range;
 
@@ -53,7 +53,8 @@ const SURE: f64 = 1.0 - 1e-9;
 pub(crate) struct Margin {
     /// A radius whose ball crosses no separator of the path.
     pub(crate) free: f64,
-    /// The radius of a ball that the point has been sent to all of, somewhat less; 0 where more than that is free.
+    /// The radius of a ball that the point has been sent to all of, somewhat less; 0 where nothing was sent, or where it
+    /// need not be known since more is free.
     pub(crate) sent: f64,
 }
 
@@ -139,7 +140,7 @@ fn look_around<P: Point>(
     gaps2.measure(points);
     let (near, far) = near_and_far(path, clear, NEAR * (scale2 * gaps2.largest()).sqrt());
     if near == 0 {
-        // What is free is more than the radius.
+        // At least the radius is free.
         margins.extend(std::iter::repeat_n(Margin { free: far * SURE, sent: 0.0 }, points.len()));
         return;
     }

@@ -72,7 +72,7 @@ pub mod merge;
 
 pub mod view;
 
-pub mod cores;
+pub mod affinity;
 pub mod host;
 
 pub mod transport;

@@ -238,7 +238,7 @@ impl<P: Point> Worker<P> {
 
     /// The cells that belong to this worker, with their adjacency.
     fn send_piece(&mut self, piece: Option<Piece<P>>) {
-        let rows = match piece {
+        let (rows, open) = match piece {
             Some(piece) => piece.into_rows(),
             None => self.glued(),
         };
@@ -246,13 +246,14 @@ impl<P: Point> Worker<P> {
             leaf: self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
             ids: Bulk(std::mem::take(&mut self.table.ids)),
             rows: Bulk(rows),
+            open: Bulk(open),
         };
         self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
     }
 
     /// The same from stars that were written out: facets are matched. What has no partner here is marked as
     /// another piece's, although it may be the hull's.
-    fn glued(&self) -> Vec<u32> {
+    fn glued(&self) -> (Vec<u32>, Vec<u32>) {
         let positions = &self.table.positions;
         let mut cells = Vec::new();
         for home in 0..self.table.home {
@@ -279,8 +280,10 @@ impl<P: Point> Worker<P> {
                 neighbours[b as usize] = a / corners as u32;
             }
         }
-        let rows = cells.chunks_exact(corners).zip(neighbours.chunks_exact(corners));
-        rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect()
+        let across = || neighbours.chunks_exact(corners);
+        let open = (0..).zip(across()).filter(|(_, across)| across.contains(&SEAM)).map(|(cell, _)| cell);
+        let rows = cells.chunks_exact(corners).zip(across());
+        (rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(), open.collect())
     }
 
     fn post_cells(&mut self, cells: Vec<u64>, leaves: Vec<u64>) {

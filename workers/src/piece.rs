@@ -203,8 +203,9 @@ impl<P: Point> Piece<P> {
     }
 
     /// The cells that belong here, once surveyed: rows of their vertices' local numbers and of their neighbours, which
-    /// are cells by their new numbers, [`HULL`], or [`SEAM`] for a cell of another piece.
-    pub(crate) fn into_rows(self) -> Vec<u32> {
+    /// are cells by their new numbers, [`HULL`], or [`SEAM`] for a cell of another piece; and the numbers of those with one
+    /// of the two.
+    pub(crate) fn into_rows(self) -> (Vec<u32>, Vec<u32>) {
         let Piece { delaunay, numbers, home, kept, .. } = self;
         delaunay.into_rows(&kept, [SEAM, HULL], |v| if v < home { v } else { numbers[(v - home) as usize] })
     }

@@ -180,23 +180,23 @@ pub(crate) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
 /// Hashes of points that were asked for last, by their local numbers.
 pub(crate) struct RecentHashes(Vec<(u32, u128)>);
 
-/// Number of places: few enough to stay in a core's caches.
+/// The most places, of 32 bytes each: a core's second cache has room for half a MiB.
 const RECENT: usize = 1 << 14;
 
-impl Default for RecentHashes {
-    fn default() -> Self {
-        // Nothing has the number of what is at infinity.
-        RecentHashes(vec![(INFINITE, 0); RECENT])
-    }
-}
-
 impl RecentHashes {
+    /// None yet, of so many points.
+    pub(crate) fn of_points(points: usize) -> Self {
+        // Nothing has the number of what is at infinity.
+        RecentHashes(vec![(INFINITE, 0); RECENT.min(points.next_power_of_two())])
+    }
+
     /// The hash of a point, which `make` gives if it is not remembered.
     #[inline]
-    pub(crate) fn of(&mut self, v: u32, make: impl FnOnce(u32) -> u128) -> u128 {
-        let place = &mut self.0[v as usize % RECENT];
+    pub(crate) fn hash(&mut self, v: u32, make: impl FnOnce() -> u128) -> u128 {
+        let places = self.0.len();
+        let place = &mut self.0[v as usize & (places - 1)];
         if place.0 != v {
-            *place = (v, make(v));
+            *place = (v, make());
         }
         place.1
     }
@@ -215,11 +215,12 @@ mod tests {
 
     #[test]
     fn recent_hashes_are_those_that_were_made() {
-        let mut recent = RecentHashes::default();
+        assert_eq!([0, 1, 3, 2 * RECENT].map(|n| RecentHashes::of_points(n).0.len()), [1, 1, 4, RECENT]);
+        let mut recent = RecentHashes::of_points(2 * RECENT);
         let mut made = 0;
         let places = RECENT as u32;
         for v in [0, 7, 0, places, 7, 0, places - 1, 2 * places + 7, 7, INFINITE - 1] {
-            let hash = recent.of(v, |v| {
+            let hash = recent.hash(v, || {
                 made += 1;
                 u128::from(v) + 1
             });

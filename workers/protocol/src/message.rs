@@ -443,6 +443,8 @@ pub enum Body<P> {
         /// `d + 1` vertices a cell, positively oriented, then across the facet opposite each a cell, or one of
         /// two marks (hull, another piece).
         rows: Bulk<u32>,
+        /// The cells with a mark, by their numbers, ascending.
+        open: Bulk<u32>,
     },
     /// Worker to coordinator: its share of the independent set.
     Selected {

@@ -1,12 +1,11 @@
 //! Workers in threads. Every message goes through the receiver's crossbeam channel; the buffers move, and
-//! their length is billed. Any number of workers runs on the threads there are; a worker that has more
-//! than one core to itself maps its leaves over them.
+//! their length is billed. Any number of workers runs on the threads there are, which stay on one core each
+//! ([`crate::affinity`]); a worker that has more than one core to itself maps its leaves over them.
 //!
 //! A round ends at a barrier that sums what was sent. Sends never block (the channels are unbounded; a
 //! round's messages bound them), receives never wait (everything sent in a round is in its channel when the
 //! barrier opens), so no order of threads can lock up; a thread that fails opens the barrier with its error.
 
-use std::ops::Range;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
@@ -17,8 +16,8 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 use tracing::dispatcher::{self, Dispatch};
 
+use crate::affinity::Affinity;
 use crate::config::{Pool, WorkerConfig};
-use crate::cores::Cores;
 use crate::host::serve;
 use crate::worker::Worker;
 
@@ -142,19 +141,19 @@ impl<P: Point> Channel<P> {
         let coordinator = end(&[COORDINATOR]);
         // Who listens to the caller listens to its workers.
         let listener = dispatcher::get_default(Clone::clone);
-        let cores = Cores::for_threads(threads);
+        // Of fewer hosts one may be alone at work while others wait, in several runs side by side on the same core.
+        let affinity = if hosts == threads { Affinity::for_threads(threads) } else { Affinity::default() };
         let mut channel = Channel { end: coordinator, threads: Vec::new() };
         for host in 0..hosts {
-            let own = own_threads(threads, hosts, host);
-            let (first, pool) = (own.start, pool(own, &cores, &listener)?);
+            let pool = pool(threads, hosts, host, &listener)?;
             let ranks: Vec<Rank> =
                 (1..=config.workers).filter(|r| (*r as usize - 1) % hosts == host).collect();
             let end = end(&ranks);
             let config = config.clone();
             let name = format!("septet-{host}");
-            let (listener, cores) = (listener.clone(), cores.clone());
+            let (listener, affinity) = (listener.clone(), affinity.clone());
             let thread = std::thread::Builder::new().name(name).spawn(move || {
-                cores.stay(first);
+                affinity.stay(host);
                 dispatcher::with_default(&listener, || host_thread(end, &ranks, &config, &pool));
             })?;
             channel.threads.push(thread);
@@ -163,24 +162,15 @@ impl<P: Point> Channel<P> {
     }
 }
 
-/// The threads of a host, of all that there are: those that are left over go to the first.
-fn own_threads(threads: usize, hosts: usize, host: usize) -> Range<usize> {
-    let start = |host: usize| threads / hosts * host + host.min(threads % hosts);
-    start(host)..start(host + 1)
-}
-
-/// A pool of its threads, for a host that has more than one.
-fn pool(own: Range<usize>, cores: &Cores, listener: &Dispatch) -> std::io::Result<Pool> {
-    if own.len() < 2 {
+/// The threads of a host, which are shared by its workers: those that are left over go to the first hosts.
+fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
+    let own = threads / hosts + usize::from(host < threads % hosts);
+    if own < 2 {
         return Ok(None);
     }
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(own.len()).spawn_handler(|thread| {
-        let (listener, cores) = (listener.clone(), cores.clone());
-        let index = own.start + thread.index();
-        let run = move || {
-            cores.stay(index);
-            dispatcher::with_default(&listener, || thread.run());
-        };
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(own).spawn_handler(|thread| {
+        let listener = listener.clone();
+        let run = move || dispatcher::with_default(&listener, || thread.run());
         std::thread::Builder::new().spawn(run).map(drop)
     });
     builder.build().map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)

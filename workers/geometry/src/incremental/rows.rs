@@ -93,11 +93,18 @@ impl<P: Point> Incremental<P> {
 
     /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each kept cell in the order of slots. A row
     /// holds what `vertex` makes of the cell's vertices, then for each of them the number of the cell across the
-    /// opposite facet, or one of two marks: for a cell that is not kept, and for outer space.
+    /// opposite facet, or one of two marks, which no cell has for a number: for a cell that is not kept, and for outer
+    /// space. Returns the numbers of the rows that have a mark, too.
     ///
     /// **Work.** O(cells), in place: rows are shorter than cells, so none is written over before it is read.
-    pub fn into_rows(self, kept: &Kept, marks: [u32; 2], vertex: impl Fn(u32) -> u32) -> Vec<u32> {
+    pub fn into_rows(
+        self,
+        kept: &Kept,
+        marks: [u32; 2],
+        vertex: impl Fn(u32) -> u32,
+    ) -> (Vec<u32>, Vec<u32>) {
         let n = P::DIM + 1;
+        let mut marked = Vec::new();
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
         kept.each_slot(|slot| {
@@ -111,11 +118,14 @@ impl<P: Point> Incremental<P> {
             for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
                 *to = kept.number(code >> 2, marks);
             }
+            if second.iter().fold(false, |any, next| any | marks.contains(next)) {
+                marked.push((end / (2 * n)) as u32);
+            }
             end += 2 * n;
         });
         words.truncate(end);
         words.shrink_to_fit();
-        words
+        (words, marked)
     }
 }
 
@@ -177,7 +187,7 @@ mod tests {
         }
         assert_eq!(kept.len() as usize, expected.len());
         let marks = [u32::MAX - 1, u32::MAX];
-        let rows = delaunay.clone().into_rows(&kept, marks, |v| v + 100);
+        let (rows, marked) = delaunay.clone().into_rows(&kept, marks, |v| v + 100);
         assert_eq!(rows.len(), 6 * expected.len());
         for (row, vertices) in rows.chunks_exact(6).zip(&expected) {
             assert_eq!(row[..3], vertices[..]);
@@ -186,6 +196,10 @@ mod tests {
         let hull = complex.live_cells().filter(|&slot| complex.is_infinite(slot)).count();
         let open = (0..3).filter(|&i| complex.is_infinite(complex.neighbour(without, i).0)).count();
         assert_eq!((across(marks[0]), across(marks[1])), (3 - open, hull - open));
+        let is_marked = |row: &[u32]| row[3..].iter().any(|&n| n >= marks[0]);
+        let expected: Vec<u32> =
+            (0..).zip(rows.chunks_exact(6)).filter(|(_, row)| is_marked(row)).map(|(at, _)| at).collect();
+        assert_eq!(marked, expected);
         for (at, row) in (0u32..).zip(rows.chunks_exact(6)) {
             for &next in row[3..].iter().filter(|&&n| n < marks[0]) {
                 let back = &rows[next as usize * 6..][..6];

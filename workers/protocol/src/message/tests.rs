@@ -9,7 +9,12 @@ fn encoded_len_is_exact_and_messages_round_trip() {
         Body::Block(batch.clone()),
         Body::Samples(Bulk(vec![[0.0, 1.0]])),
         Body::Seam { points: batch.clone(), cells: Bulk(vec![0, 1, u32::MAX]) },
-        Body::Piece { leaf: 1, ids: Bulk(vec![7, 8, 9]), rows: Bulk(vec![0, 1, 2, 5, 6, 7]) },
+        Body::Piece {
+            leaf: 1,
+            ids: Bulk(vec![7, 8, 9]),
+            rows: Bulk(vec![0, 1, 2, 5, 6, 7]),
+            open: Bulk(vec![0]),
+        },
         Body::Decision {
             verdict: Verdict::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
