@@ -6,6 +6,7 @@
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
+use septet_geometry::incremental::MARKS;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::{Point, Simplex, lex_cmp};
 use septet_protocol::codec::Bulk;
@@ -28,7 +29,7 @@ pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 pub const HULL: u32 = u32::MAX;
 
 /// Across a facet of a piece's cell: a cell of another piece. Numbers of cells are smaller.
-pub const SEAM: u32 = 1 << 31;
+pub const SEAM: u32 = MARKS;
 
 impl<P: Point> Worker<P> {
     pub(crate) fn begin_merge(&mut self) {

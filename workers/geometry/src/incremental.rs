@@ -28,7 +28,7 @@ use cavity::Scratch;
 pub use cells::Cells;
 pub use order::{insertion_order, insertion_round};
 pub use read::facet_without;
-pub use rows::Kept;
+pub use rows::{Kept, MARKS};
 use sphere::Frame;
 use thiserror::Error;
 

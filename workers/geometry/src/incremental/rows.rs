@@ -79,6 +79,9 @@ impl Kept {
     }
 }
 
+/// The least mark of [`Incremental::into_rows`]: its bit is set in no number of a cell.
+pub const MARKS: u32 = 1 << 31;
+
 /// The word of a slot's bit, and the bit.
 #[inline]
 fn place(slot: u32) -> (usize, u64) {
@@ -93,8 +96,8 @@ impl<P: Point> Incremental<P> {
 
     /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each kept cell in the order of slots. A row
     /// holds what `vertex` makes of the cell's vertices, then for each of them the number of the cell across the
-    /// opposite facet, or one of two marks, which no cell has for a number: for a cell that is not kept, and for outer
-    /// space. Returns the numbers of the rows that have a mark, too.
+    /// opposite facet, or one of two marks, for a cell that is not kept and for outer space: numbers from [`MARKS`] on,
+    /// which no cell has. Returns the numbers of the rows that have a mark, too.
     ///
     /// **Work.** O(cells), in place: rows are shorter than cells, so none is written over before it is read.
     pub fn into_rows(
@@ -118,7 +121,7 @@ impl<P: Point> Incremental<P> {
             for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
                 *to = kept.number(code >> 2, marks);
             }
-            if second.iter().fold(false, |any, next| any | marks.contains(next)) {
+            if second.iter().fold(0, |all, next| all | next) >= MARKS {
                 marked.push((end / (2 * n)) as u32);
             }
             end += 2 * n;
