@@ -45,7 +45,8 @@ type Open = ([u64; 3], u32, u32);
 
 impl Pieces {
     /// Joins pieces, whose cells have `corners` vertices, across their seams. Nothing if three cells share a
-    /// facet, if other than `hull_facets` have one cell, or if a number is no cell's.
+    /// facet, if other than `hull_facets` have one cell, or if a list does not ascend or names no cell. A facet that neither of its cells'
+    /// pieces lists is not noticed.
     pub(crate) fn join(corners: usize, mut loose: Vec<Loose>, hull_facets: u64) -> Option<Self> {
         loose.sort_by_key(|l| l.piece.owner);
         let facets = |(at, loose): (usize, &Loose)| loose.piece.open(corners, at as u32, &loose.open);
@@ -133,8 +134,12 @@ impl Pieces {
 }
 
 impl Piece {
-    /// The number of hull facets, and all facets that other pieces share, of some cells; nothing if there is no such cell.
+    /// The number of hull facets, and all facets that other pieces share, of some cells; nothing if they do not
+    /// ascend or there is no such cell.
     fn open(&self, corners: usize, at: u32, cells: &[u32]) -> Option<(u64, Vec<Open>)> {
+        if !cells.is_sorted_by(|a, b| a < b) {
+            return None;
+        }
         let width = 2 * corners;
         let (mut hull, mut open) = (0, Vec::with_capacity(cells.len()));
         for &cell in cells {
@@ -143,7 +148,7 @@ impl Piece {
             for (slot, &code) in row.iter().enumerate().skip(corners) {
                 match code {
                     HULL => hull += 1,
-                    SEAM => open.push((self.facet(corners, start + slot), at, (start + slot) as u32)),
+                    SEAM.. => open.push((self.facet(corners, start + slot), at, (start + slot) as u32)),
                     _ => {}
                 }
             }
@@ -161,5 +166,38 @@ impl Piece {
         }
         facet[4 - corners..].sort_unstable();
         facet
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of two triangles, in a piece each, with these lists of open cells.
+    fn square(open: [&[u32]; 2]) -> Option<Pieces> {
+        let sides = [(1, vec![0, 1, 2], [HULL, SEAM, HULL]), (2, vec![0, 2, 3], [HULL, HULL, SEAM])];
+        let loose = sides.into_iter().zip(open).map(|((owner, ids, across), open)| {
+            let rows = [0, 1, 2].into_iter().chain(across).collect();
+            Loose { piece: Piece { owner, leaf: 1, ids, rows, seam: Vec::new() }, open: open.to_vec() }
+        });
+        // In no order.
+        Pieces::join(3, loose.rev().collect(), 4)
+    }
+
+    #[test]
+    fn pieces_are_joined_by_their_open_cells() {
+        let joined = square([&[0], &[0]]).unwrap();
+        let across = |piece, slot| joined.neighbour(piece, 0, slot);
+        assert_eq!([0, 1, 2].map(|slot| across(0, slot)), [None, Some((1, 0)), None]);
+        assert_eq!([0, 1, 2].map(|slot| across(1, slot)), [None, None, Some((0, 0))]);
+    }
+
+    #[test]
+    fn lists_that_are_wrong_are_refused() {
+        for open in
+            [[&[0][..], &[]], [&[], &[0]], [&[0], &[1]], [&[0], &[u32::MAX]], [&[0, 0], &[0]], [&[0, 0], &[]]]
+        {
+            assert_eq!(square(open), None, "{open:?}");
+        }
     }
 }

@@ -34,8 +34,9 @@ fn ended(failure: &dyn Error, code: u8) -> ExitCode {
 
 /// What the words of the command line ask for.
 struct Setting {
-    /// The points, as they are asked for and as they are made.
+    /// The points, as they were asked for.
     spec: String,
+    /// The same, as they are made.
     sample: Request,
     config: Config,
     counted: bool,

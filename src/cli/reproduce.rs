@@ -71,7 +71,8 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     files::check(None, &[], &texts)?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let threads = args.threads.map_or(cores, |threads| threads as usize);
-    threads::limit(threads);
+    // Machines of several sizes: nothing stays.
+    threads::limit(threads, 0);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();

@@ -105,7 +105,8 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    threads::limit(sweep.config.threads);
+    // Machines of several sizes: nothing stays.
+    threads::limit(sweep.config.threads, 0);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));

@@ -27,7 +27,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut config = args.config()?;
-    threads::limit(config.threads);
+    threads::limit(config.threads, threads::hosts(config.workers, config.transport));
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;

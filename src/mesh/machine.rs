@@ -193,7 +193,7 @@ impl<P: Point> Machine<P> for Counted {
     }
 }
 
-/// All cores there are, for what needs no machine.
+/// The threads of the global pool, for what needs no machine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AllCores;
 

@@ -74,7 +74,6 @@ mod tests {
     #[test]
     fn each_thread_stays_on_a_core_of_its_own() {
         let all = allowed(|| {});
-        assert!(!all.is_empty());
         let affinity = Affinity::for_threads(all.len());
         for (index, &core) in all.iter().enumerate() {
             assert_eq!(allowed(|| affinity.stay(index)), [core]);
@@ -85,7 +84,7 @@ mod tests {
     #[test]
     fn threads_that_are_not_as_many_as_cores_go_anywhere() {
         let all = allowed(|| {});
-        for threads in [0, all.len() - 1, all.len() + 1] {
+        for threads in [0, all.len().saturating_sub(1), all.len() + 1] {
             let affinity = Affinity::for_threads(threads);
             assert_eq!(allowed(|| affinity.stay(0)), all);
         }

@@ -180,7 +180,7 @@ pub(crate) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
 /// Hashes of points that were asked for last, by their local numbers.
 pub(crate) struct RecentHashes(Vec<(u32, u128)>);
 
-/// The most places, of 32 bytes each: a core's second cache has room for half a MiB.
+/// The most places, of 32 bytes each: half a MiB, for which most cores' caches have room.
 const RECENT: usize = 1 << 14;
 
 impl RecentHashes {

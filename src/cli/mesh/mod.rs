@@ -44,7 +44,7 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    threads::limit(request.threads);
+    threads::limit(request.threads, threads::hosts(request.workers, request.transport));
     request.cancel = Some(talk.cancel.clone());
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;

@@ -1,5 +1,5 @@
 //! Workers in threads. Every message goes through the receiver's crossbeam channel; the buffers move, and
-//! their length is billed. Any number of workers runs on the threads there are, which stay on one core each
+//! their length is billed. Any number of workers runs on the threads there are, which stay on one core each where that pays
 //! ([`crate::affinity`]); a worker that has more than one core to itself maps its leaves over them.
 //!
 //! A round ends at a barrier that sums what was sent. Sends never block (the channels are unbounded; a

@@ -106,6 +106,7 @@ impl<P: Point> Incremental<P> {
         marks: [u32; 2],
         vertex: impl Fn(u32) -> u32,
     ) -> (Vec<u32>, Vec<u32>) {
+        debug_assert!(marks.iter().all(|&mark| mark >= MARKS), "a mark could be a number");
         let n = P::DIM + 1;
         let mut marked = Vec::new();
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
