@@ -23,7 +23,7 @@ use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
 
 use crate::config::{Task, WorkerConfig, map_in};
 use crate::grow::{Builder, Grown};
-use crate::leader::{by_node, is_leaf, separator_of};
+use crate::leader::{by_node, is_leaf, sample_target, separator_of};
 use crate::table::Table;
 use crate::tree::{Bounds, Inner, Leaf, Shared, Split, Tree, bounds};
 use crate::worker::{Holding, Worker};
@@ -57,7 +57,8 @@ impl<P: Point> Worker<P> {
         let holding = &self.holdings[&node];
         let mut cost = Cost::ZERO;
         let key = DrawKey { seed: self.config.seed, node: node.0, attempt };
-        let sampler = Sampler::of(key, holding.population);
+        let target = sample_target(&self.config, holding.population);
+        let sampler = Sampler::aiming(key, holding.population, target);
         let samples = cost.pack(&holding.points.positions, |&x| sampler.takes(x));
         // Members before and after a move both charge this step: only the count step states the items.
         self.ledger.charge(Phase::Partition, node, cost, 0);

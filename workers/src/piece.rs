@@ -12,6 +12,7 @@ use septet_geometry::incremental::{
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
 use septet_protocol::message::Merged;
 
+use crate::border::ones;
 use crate::config::Stop;
 use crate::merge::{HULL, SEAM};
 
@@ -155,35 +156,74 @@ impl<P: Point> Piece<P> {
     /// Looks at all cells once: what the stars of all home points contribute to the merged result, and which cells
     /// belong here, those whose smallest vertex is at home. Calls `mixed` with every finite cell that has
     /// vertices at home and foreign ones, and with its smallest vertex, by local numbers.
-    pub(crate) fn survey(&mut self, positions: &[P], mut mixed: impl FnMut(&P::Cell, u32)) {
-        let mut seen = vec![0u8; self.home as usize];
-        let mut sum = Merged::default();
-        let mut kept = Kept::of(self.slots());
+    pub(crate) fn survey(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
         let firsts = Firsts::of(positions);
-        for (slot, cell, _) in self.delaunay.complex().entries() {
+        let mut kept = Kept::of(self.slots());
+        // Nothing is ever known in the last place, which is that of all vertices not at home.
+        let mut seen = vec![0u8; self.home as usize + 1];
+        let border = self.survey_home(&firsts, &mut seen, &mut kept);
+        seen.truncate(self.home as usize);
+        let hull_facets = self.survey_border(&border, &firsts, &mut seen, &mut kept, mixed);
+        self.merged = Merged {
+            cells: u64::from(kept.len()),
+            stars: seen.iter().filter(|&&s| s & CELL != 0).count() as u64,
+            minima: seen.iter().filter(|&&s| s & SMALLER == 0).count() as u64,
+            hull_facets,
+            ..Merged::default()
+        };
+        self.kept = kept;
+    }
+
+    /// The part of [`Piece::survey`] that most cells need, those whose vertices are all at home. Returns the slots of others.
+    fn survey_home(&self, firsts: &Firsts<'_, P>, seen: &mut [u8], kept: &mut Kept) -> Vec<u32> {
+        let cells = self.delaunay.complex();
+        let mut border = Vec::new();
+        for word in 0..self.slots().div_ceil(u64::BITS) {
             // Nearly every cell is at home and tells nothing new.
-            let known = |&v: &u32| seen.get(v as usize).is_some_and(|&s| s == CELL | SMALLER);
-            if cell.as_ref().iter().all(known) {
-                kept.keep(slot);
-                continue;
+            let (live, old) = self.delaunay.masks(word as usize, |_, cell| {
+                let known = |v: u32| seen[v.min(self.home) as usize];
+                cell.as_ref().iter().fold(CELL | SMALLER, |all, &v| all & known(v)) == CELL | SMALLER
+            });
+            let mut at_home = live & old;
+            for i in ones(live & !old) {
+                let slot = word * u64::BITS + i as u32;
+                let cell = cells.cell(slot);
+                if cell.as_ref().iter().all(|&v| v < self.home) {
+                    note_star(cell, firsts.smallest(cell), CELL, seen);
+                    at_home |= 1 << i;
+                } else {
+                    border.push(slot);
+                }
             }
-            let foreign = cell.as_ref().iter().filter(|&&v| v >= self.home).count();
-            if foreign == 0 {
-                note_star(cell, firsts.smallest(cell), CELL, &mut seen);
-                kept.keep(slot);
-                continue;
-            }
-            if foreign > P::DIM {
+            kept.keep_word(word as usize, at_home);
+        }
+        border
+    }
+
+    /// The part of [`Piece::survey`] for cells that have other vertices, too. Returns the number of facets of the hull that
+    /// belong here.
+    fn survey_border(
+        &self,
+        border: &[u32],
+        firsts: &Firsts<'_, P>,
+        seen: &mut [u8],
+        kept: &mut Kept,
+        mut mixed: impl FnMut(&P::Cell, u32),
+    ) -> u64 {
+        let mut hull_facets = 0;
+        for &slot in border {
+            let cell = self.vertices(slot);
+            if cell.as_ref().iter().all(|&v| v >= self.home) {
                 // Of no star at home: whether it is there is not known here.
                 continue;
             }
             let infinite = cell.as_ref().contains(&INFINITE);
             let cell = &self.local(cell);
             let smallest = firsts.smallest(cell);
-            note_star(cell, smallest, if infinite { 0 } else { CELL }, &mut seen);
+            note_star(cell, smallest, if infinite { 0 } else { CELL }, seen);
             if infinite {
                 kept.mark_outer(slot);
-                sum.hull_facets += u64::from(smallest < self.home);
+                hull_facets += u64::from(smallest < self.home);
                 continue;
             }
             mixed(cell, smallest);
@@ -191,10 +231,7 @@ impl<P: Point> Piece<P> {
                 kept.keep(slot);
             }
         }
-        sum.cells = u64::from(kept.len());
-        sum.stars = seen.iter().filter(|&&s| s & CELL != 0).count() as u64;
-        sum.minima = seen.iter().filter(|&&s| s & SMALLER == 0).count() as u64;
-        (self.kept, self.merged) = (kept, sum);
+        hull_facets
     }
 
     /// What [`Piece::survey`] found for the merged result.

@@ -2,37 +2,36 @@
 
 use super::Incremental;
 use super::cells::Cell;
+use crate::complex::NONE;
 use crate::point::Point;
 
-/// Which cells are kept, by slot: few bits a cell, so that the number of a kept one, counted in the order of slots, is
-/// nearly always found in the cache.
+/// Which cells are kept, by slot: a bit a cell.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
     /// A bit for each slot, set where its cell is kept.
     bits: Vec<u64>,
-    /// The number of kept cells before each word of bits that has one.
-    before: Vec<u32>,
     /// A bit for each slot, set where its cell is outer space.
     outer: Vec<u64>,
-    count: u32,
 }
 
 impl Kept {
     /// Nothing yet, of so many slots.
     pub fn of(slots: u32) -> Self {
         let words = slots.div_ceil(u64::BITS) as usize;
-        Kept { bits: vec![0; words], before: vec![0; words], outer: vec![0; words], count: 0 }
+        Kept { bits: vec![0; words], outer: vec![0; words] }
     }
 
-    /// Keeps the cell in a slot. Slots must come in their order.
+    /// Keeps the cell in a slot.
     #[inline]
     pub fn keep(&mut self, slot: u32) {
         let (word, bit) = place(slot);
-        if self.bits[word] == 0 {
-            self.before[word] = self.count;
-        }
         self.bits[word] |= bit;
-        self.count += 1;
+    }
+
+    /// Keeps those cells of the slots from `64 * word` on whose bits are set, the lowest for the first.
+    #[inline]
+    pub fn keep_word(&mut self, word: usize, bits: u64) {
+        self.bits[word] |= bits;
     }
 
     /// Marks the cell in a slot as outer space.
@@ -44,27 +43,12 @@ impl Kept {
 
     /// Number of cells kept.
     pub fn len(&self) -> u32 {
-        self.count
+        self.bits.iter().map(|bits| bits.count_ones()).sum()
     }
 
     /// Is none kept?
     pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
-    /// The number of the cell in a slot; `marks[0]` if it is not kept, `marks[1]` if it is outer space.
-    #[inline]
-    fn number(&self, slot: u32, marks: [u32; 2]) -> u32 {
-        let (word, bit) = place(slot);
-        let bits = self.bits[word];
-        if bits == u64::MAX {
-            // Most words: nothing to count.
-            self.before[word] + slot % u64::BITS
-        } else if bits & bit != 0 {
-            self.before[word] + (bits & (bit - 1)).count_ones()
-        } else {
-            marks[usize::from(self.outer[word] & bit != 0)]
-        }
+        self.bits.iter().all(|&bits| bits == 0)
     }
 
     /// Calls `f` with the slots of all cells kept, in their order.
@@ -75,6 +59,50 @@ impl Kept {
                 f(word * u64::BITS as usize + rest.trailing_zeros() as usize);
                 rest &= rest - 1;
             }
+        }
+    }
+}
+
+/// Numbers of kept cells, counted in the order of slots: for nearly all one look at few bits a cell, which a core's
+/// caches hold.
+struct Numbers<'a> {
+    kept: &'a Kept,
+    /// The number of the first cell of each word of which all cells are kept; [`NONE`] for other words.
+    full: Vec<u32>,
+    /// The number of kept cells before each word.
+    before: Vec<u32>,
+    marks: [u32; 2],
+}
+
+impl<'a> Numbers<'a> {
+    fn of(kept: &'a Kept, marks: [u32; 2]) -> Self {
+        let (mut full, mut before) =
+            (Vec::with_capacity(kept.bits.len()), Vec::with_capacity(kept.bits.len()));
+        let mut count = 0;
+        for &bits in &kept.bits {
+            full.push(if bits == u64::MAX { count } else { NONE });
+            before.push(count);
+            count += bits.count_ones();
+        }
+        Numbers { kept, full, before, marks }
+    }
+
+    /// The number of the cell in a slot; the first mark if it is not kept, the second if it is outer space.
+    #[inline]
+    fn number(&self, slot: u32) -> u32 {
+        let full = self.full[(slot / u64::BITS) as usize];
+        if full == NONE { self.beside(slot) } else { full + slot % u64::BITS }
+    }
+
+    /// The same, where not all cells of a word are kept.
+    #[cold]
+    fn beside(&self, slot: u32) -> u32 {
+        let (word, bit) = place(slot);
+        let bits = self.kept.bits[word];
+        if bits & bit != 0 {
+            self.before[word] + (bits & (bit - 1)).count_ones()
+        } else {
+            self.marks[usize::from(self.kept.outer[word] & bit != 0)]
         }
     }
 }
@@ -108,6 +136,7 @@ impl<P: Point> Incremental<P> {
     ) -> (Vec<u32>, Vec<u32>) {
         debug_assert!(marks.iter().all(|&mark| mark >= MARKS), "a mark could be a number");
         let n = P::DIM + 1;
+        let numbers = Numbers::of(kept, marks);
         let mut marked = Vec::new();
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
@@ -120,7 +149,7 @@ impl<P: Point> Incremental<P> {
                 *to = vertex(v);
             }
             for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
-                *to = kept.number(code >> 2, marks);
+                *to = numbers.number(code >> 2);
             }
             if second.iter().fold(0, |all, next| all | next) >= MARKS {
                 marked.push((end / (2 * n)) as u32);
@@ -136,7 +165,7 @@ impl<P: Point> Incremental<P> {
 #[cfg(test)]
 mod tests {
     use super::super::Incremental;
-    use super::Kept;
+    use super::{Kept, Numbers};
     use glam::DVec2;
 
     /// Words of which all, some and none are kept, and one that is not full.
@@ -151,7 +180,8 @@ mod tests {
         };
         let slots = 6 * 64 + 37;
         let mut kept = Kept::of(slots);
-        for slot in 0..slots {
+        kept.keep_word(0, 0xff);
+        for slot in (0..slots).rev() {
             if is_kept(slot) {
                 kept.keep(slot);
             } else if slot % 5 == 0 {
@@ -159,10 +189,11 @@ mod tests {
             }
         }
         let marks = [u32::MAX - 1, u32::MAX];
+        let numbers = Numbers::of(&kept, marks);
         let mut count = 0;
         for slot in 0..slots {
             let expected = if is_kept(slot) { count } else { marks[usize::from(slot % 5 == 0)] };
-            assert_eq!(kept.number(slot, marks), expected, "{slot}");
+            assert_eq!(numbers.number(slot), expected, "{slot}");
             count += u32::from(is_kept(slot));
         }
         assert_eq!((kept.len(), kept.is_empty()), (count, false));
@@ -190,6 +221,15 @@ mod tests {
             }
         }
         assert_eq!(kept.len() as usize, expected.len());
+        for word in 0..complex.slots().div_ceil(u64::BITS) {
+            let (live, passing) = delaunay.masks(word as usize, |_, vertices| vertices[0] % 3 == 0);
+            for (i, slot) in (word * u64::BITS..).take(64).enumerate() {
+                let is_live = slot < complex.slots() && complex.is_live(slot);
+                assert_eq!(live >> i & 1 == 1, is_live);
+                let passes = slot < complex.slots() && complex.cell(slot)[0].is_multiple_of(3);
+                assert_eq!(passing >> i & 1 == 1, passes);
+            }
+        }
         let marks = [u32::MAX - 1, u32::MAX];
         let (rows, marked) = delaunay.clone().into_rows(&kept, marks, |v| v + 100);
         assert_eq!(rows.len(), 6 * expected.len());

@@ -21,6 +21,10 @@ use crate::point::{Point, dist2, lex_cmp};
 pub const SAMPLE_TARGET: u64 = 400;
 /// Great circles tried in one draw.
 pub const TRIES: u64 = 10;
+/// Great circles tried where they may be moved ([`draw_halves`]).
+const MORE_TRIES: u64 = 30;
+/// A larger side that is about half of the samples: that of the set is no farther from it than samples can tell.
+const HALVED: f64 = 0.55;
 /// The density that scores assume.
 pub const SCORE_ALPHA: f64 = 2.5;
 
@@ -77,9 +81,14 @@ pub struct Sampler {
 impl Sampler {
     /// For one draw from a set of this size.
     pub fn of(key: DrawKey, population: u64) -> Self {
+        Self::aiming(key, population, SAMPLE_TARGET)
+    }
+
+    /// For an expected number of samples, which hold those for any smaller one.
+    pub fn aiming(key: DrawKey, population: u64, target: u64) -> Self {
         let start = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
-        let share = |n: u64| ((u128::from(SAMPLE_TARGET) << 64) / u128::from(n)) as u64;
-        Sampler { start, threshold: (population > SAMPLE_TARGET).then(|| share(population)) }
+        let share = |n: u64| ((u128::from(target) << 64) / u128::from(n)) as u64;
+        Sampler { start, threshold: (population > target).then(|| share(population)) }
     }
 
     /// Is this point a sample?
@@ -149,8 +158,10 @@ pub struct Drawn<P> {
     pub estimated_ratio: f64,
     /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross.
     pub estimated_crossing: f64,
-    /// Number of admissible great circles among [`TRIES`].
+    /// Number of admissible great circles among those tried, [`TRIES`] but for [`draw_halves`].
     pub admissible: u32,
+    /// Of [`draw_halves`]: do both sides have about half of the samples, moved there or not?
+    pub halves: bool,
     /// Groups of samples whose mean stood in for a Radon point.
     pub means: u32,
 }
@@ -164,6 +175,7 @@ impl<P: Point> Drawn<P> {
             estimated_ratio: 1.0,
             estimated_crossing: 0.0,
             admissible: 0,
+            halves: false,
             means: 0,
         }
     }
@@ -172,8 +184,24 @@ impl<P: Point> Drawn<P> {
 /// Draws one separator from the samples, in any order, of a subproblem of `population` points.
 /// Depth `O(log samples)`, whatever the population.
 pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    draw_of(TRIES, false, (key, population), samples, cost)
+}
+
+/// The same where neither work nor depth is claimed: more great circles, each also moved to the middle of the samples
+/// ([`Separator::halving`] knows that better, by more of them).
+pub fn draw_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    draw_of(MORE_TRIES, true, (key, population), samples, cost)
+}
+
+fn draw_of<P: Point>(
+    tries: u64,
+    moving: bool,
+    of: (DrawKey, u64),
+    samples: &[P],
+    cost: &mut Cost,
+) -> Drawn<P> {
     let mut own = Cost::ZERO;
-    let drawn = draw_from(key, population, samples, &mut own);
+    let drawn = draw_from(tries, moving, of, samples, &mut own);
     // Its scans run over the samples, not over the items of the subproblem.
     own.close(samples.len() as u64);
     cost.then(own);
@@ -218,11 +246,18 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
         estimated_ratio: ratio,
         estimated_crossing: 0.0,
         admissible: 0,
+        halves: false,
         means: 0,
     }
 }
 
-fn draw_from<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+fn draw_from<P: Point>(
+    tries: u64,
+    moving: bool,
+    (key, population): (DrawKey, u64),
+    samples: &[P],
+    cost: &mut Cost,
+) -> Drawn<P> {
     let mut sorted = samples.to_vec();
     cost.sort(&mut sorted, lex_cmp);
     match (sorted.first(), sorted.last()) {
@@ -235,12 +270,13 @@ fn draw_from<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut 
     let lifted = cost.map(&judge.local, |&y| lift(y));
     let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
 
-    let tries: Vec<u64> = (0..TRIES).collect();
+    let tries: Vec<u64> = (0..tries).collect();
     let scored = cost.map_nested(&tries, |&number, own| {
         let normal = unit_vector(&mut key.stream(number), own)?;
         let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
-        let scored = judge.score(circle, own);
-        (scored.ratio < 1.0 && scored.ratio <= split_bound::<P>()).then_some(scored)
+        let drawn = judge.admit(circle, own);
+        let moved = moving.then(|| judge.moved(circle, own)).flatten();
+        if moving { lowest(&[drawn, moved], own) } else { drawn }
     });
     let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
     let (best, kind) = if let Some(best) = lowest(&scored, cost) {
@@ -258,6 +294,7 @@ fn draw_from<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut 
         estimated_ratio: best.ratio,
         estimated_crossing: best.crossing,
         admissible,
+        halves: moving && best.ratio <= HALVED,
         means,
     }
 }
@@ -373,6 +410,18 @@ impl<P: Point> Judge<P> {
         let ratio = inside.max(m - inside) as f64 / m as f64;
         let crossing = across as f64 / m as f64 * self.thinning;
         Scored { separator, ratio, crossing, score: ratio + SCORE_ALPHA * crossing }
+    }
+
+    /// The score, if the sides are good enough.
+    fn admit(&self, separator: Separator<P>, cost: &mut Cost) -> Option<Scored<P>> {
+        let scored = self.score(separator, cost);
+        (scored.ratio < 1.0 && scored.ratio <= split_bound::<P>()).then_some(scored)
+    }
+
+    /// The same, moved to the middle of the samples.
+    fn moved(&self, separator: Separator<P>, cost: &mut Cost) -> Option<Scored<P>> {
+        let moved = separator.moved_to_middle(self.balls.iter().map(|ball| ball.0))?;
+        self.admit(moved, cost)
     }
 }
 

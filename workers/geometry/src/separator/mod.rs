@@ -29,13 +29,15 @@
 
 mod centrepoint;
 mod draw;
+mod halve;
 #[cfg(test)]
 mod tests;
 
 pub use draw::{
     DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, Sampler, TRIES, cut, draw,
-    is_sample, split_bound,
+    draw_halves, is_sample, split_bound,
 };
+pub use halve::halving_target;
 
 use crate::point::Point;
 use crate::simd::widest;

@@ -17,7 +17,7 @@ fn vector<P: Point>(mut coord: impl FnMut(usize) -> f64) -> P {
     p
 }
 
-fn uniform<P: Point>(n: usize, seed: u64) -> Vec<P> {
+pub(super) fn uniform<P: Point>(n: usize, seed: u64) -> Vec<P> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     (0..n).map(|_| vector(|_| unit(&mut rng))).collect()
 }
@@ -26,7 +26,7 @@ fn grid<P: Point>(side: usize) -> Vec<P> {
     (0..side.pow(P::DIM as u32)).map(|k| vector(|i| (k / side.pow(i as u32) % side) as f64)).collect()
 }
 
-fn key(seed: u64) -> DrawKey {
+pub(super) fn key(seed: u64) -> DrawKey {
     DrawKey { seed, node: 7, attempt: 0 }
 }
 
@@ -36,7 +36,7 @@ fn draw_at<P: Point>(key: DrawKey, points: &[P]) -> Drawn<P> {
     draw(key, n, &samples, &mut Cost::default())
 }
 
-fn ratio<P: Point>(s: &Separator<P>, points: &[P]) -> f64 {
+pub(super) fn ratio<P: Point>(s: &Separator<P>, points: &[P]) -> f64 {
     let inside = points.iter().filter(|&&x| s.side(x) == Side::Interior).count();
     inside.max(points.len() - inside) as f64 / points.len() as f64
 }
@@ -103,7 +103,7 @@ fn separator_sets_are_small() {
 }
 
 /// Sets of samples that break a careless separator.
-fn nasty<P: Point>() -> Vec<(&'static str, Vec<P>)> {
+pub(super) fn nasty<P: Point>() -> Vec<(&'static str, Vec<P>)> {
     let base = uniform::<P>(400, 5);
     let map = |f: &dyn Fn(usize, f64) -> f64| -> Vec<P> {
         base.iter().map(|p| vector(|i| f(i, p.coord(i)))).collect()
