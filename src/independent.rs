@@ -192,6 +192,7 @@ fn machine_of<P: Point>(fixed: u64, config: &Config) -> WorkerConfig {
         workers: 1,
         leaf: config.leaf.unwrap_or(if P::DIM == 3 { LEAF[1] } else { LEAF[0] }),
         counted: true,
+        halving: false,
         wanted: Wanted::Fixed(Supergraph::Density { alpha: 1.0 }),
         sets: SeparatorSets::Ghost,
         collect_graph: false,

@@ -316,6 +316,7 @@ pub(crate) fn started_on<'a, P: Point>(
         workers: 1,
         leaf: config.leaf_size(P::DIM, alpha),
         counted,
+        halving: !counted,
         wanted,
         sets: config.sets,
         collect_graph: config.keep_graph && counted,

@@ -20,6 +20,8 @@ mod faults;
 
 mod graphs;
 
+mod halves;
+
 mod independent;
 
 mod ledger;

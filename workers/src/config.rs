@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 pub use fault::{Fault, FaultTextError};
 use septet_geometry::graph::Supergraph;
+use septet_geometry::separator::{DrawKey, Sampler, halving_target};
 pub use stop::Stop;
 pub use text::ConfigTextError;
 
@@ -105,6 +106,8 @@ pub struct WorkerConfig {
     pub leaf: u64,
     /// Split to the floor and count work and depth; else a worker triangulates its piece at once.
     pub counted: bool,
+    /// Separators halve: where only the answer is wanted, and all wait for the largest piece.
+    pub halving: bool,
     /// The supergraph.
     pub wanted: Wanted,
     /// Separator sets.
@@ -131,6 +134,17 @@ pub struct WorkerConfig {
     pub stop: Stop,
 }
 
+impl WorkerConfig {
+    /// Who is a sample of a subproblem's attempt.
+    pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
+        if self.halving {
+            Sampler::aiming(key, population, halving_target(population))
+        } else {
+            Sampler::of(key, population)
+        }
+    }
+}
+
 #[cfg(test)]
 impl WorkerConfig {
     /// For tests: one worker, 8 nearest neighbours.
@@ -142,6 +156,7 @@ impl WorkerConfig {
             workers: 1,
             leaf: 60,
             counted: true,
+            halving: false,
             wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
             sets: SetRule::Ghost,
             collect_graph: false,

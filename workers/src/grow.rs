@@ -2,7 +2,7 @@
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
-use septet_geometry::separator::{DrawKey, is_sample};
+use septet_geometry::separator::DrawKey;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::tasks::SampleRow;
@@ -101,7 +101,8 @@ impl<P: Point> Builder<'_, P> {
         let mut attempts = 0;
         while found.is_none() && attempts < MAX_ATTEMPTS {
             let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
-            let mut samples = cost.pack(&points, |&x| is_sample(key, population, x));
+            let sampler = self.config.sampler(key, population);
+            let mut samples = cost.pack(&points, |&x| sampler.takes(x));
             if self.config.record_tasks {
                 let all = self.positions.len() as u64;
                 grown.samples.push(record_samples(key, population, members, &points, all));

@@ -8,8 +8,7 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
-    DrawKey, DrawKind, Drawn, SAMPLE_TARGET, SEPARATOR_WORDS, Sampler, Separator, cut, draw, draw_halves,
-    halving_target, split_bound,
+    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_halves, draw, draw_halves, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -72,8 +71,7 @@ pub fn kind_number<P>(drawn: &Drawn<P>) -> u64 {
     }
 }
 
-/// Draws a separator from samples in any order; returns it with its kind, charging the closed cost. Where nothing is
-/// counted it halves all samples, of which those that it is drawn from are a part.
+/// Draws a separator from samples in any order; returns it with its kind, charging the closed cost.
 pub fn draw_from<P: Point>(
     config: &WorkerConfig,
     node: NodeId,
@@ -84,15 +82,15 @@ pub fn draw_from<P: Point>(
 ) -> (Option<Separator<P>>, u64) {
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
-    let halving = config.partition == Partition::Sphere && !config.counted;
-    if !halving || config.fault.is_some() {
-        // The draw must not see the order of arrival.
+    if !config.halving || config.fault.is_some() {
+        // A draw, and what is planted in its place, must not see the order of arrival; those of halves sort what they need.
         samples.sort_unstable_by(lex_cmp);
     }
-    let mut drawn = match config.partition {
-        Partition::Sphere if halving => halve(key, population, samples, &mut own),
-        Partition::Sphere => draw(key, population, samples, &mut own),
-        Partition::Kd => cut(key, samples, &mut own),
+    let mut drawn = match (config.partition, config.halving) {
+        (Partition::Sphere, false) => draw(key, population, samples, &mut own),
+        (Partition::Sphere, true) => draw_halves(key, population, samples, &mut own),
+        (Partition::Kd, false) => cut(key, samples, &mut own),
+        (Partition::Kd, true) => cut_halves(key, population, samples, &mut own),
     };
     own.close(samples.len() as u64);
     cost.then(own);
@@ -101,24 +99,6 @@ pub fn draw_from<P: Point>(
     }
     let kind = kind_number(&drawn);
     (drawn.separator, kind)
-}
-
-/// Expected number of samples of a set of so many points.
-pub fn sample_target(config: &WorkerConfig, population: u64) -> u64 {
-    match config.partition {
-        Partition::Sphere if !config.counted => halving_target(population),
-        _ => SAMPLE_TARGET,
-    }
-}
-
-/// Draws from few of the samples, and halves them all. The order in which they came does not show.
-fn halve<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    let sampler = Sampler::of(key, population);
-    let few: Vec<P> = samples.iter().copied().filter(|&x| sampler.takes(x)).collect();
-    let drawn = draw_halves(key, population, &few, cost);
-    let separator =
-        drawn.separator.map(|drawn_from| if drawn.halves { drawn_from.halving(samples) } else { drawn_from });
-    Drawn { separator, ..drawn }
 }
 
 /// Is a split into these sides good enough?

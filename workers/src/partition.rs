@@ -3,7 +3,8 @@
 //! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random
 //! sphere splits the points; both sides are split in the same way, down to the floor. The tree is a
 //! function of (points, seed, parameters): which samples are taken, which spheres are drawn and which are
-//! accepted does not depend on the number of workers.
+//! accepted does not depend on the number of workers. Where only the answer is wanted separators halve
+//! ([`septet_geometry::separator::draw_halves`]).
 //!
 //! **Rounds.** Four a level: samples to the leader; the sphere to the members; counts to the leader; the
 //! verdict to the members, who move the points and send the children's samples in the same step.
@@ -15,7 +16,7 @@ use std::ops::Range;
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_geometry::separator::{DrawKey, Sampler, Separator, Side};
+use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::LedgerPart;
@@ -23,7 +24,7 @@ use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
 
 use crate::config::{Task, WorkerConfig, map_in};
 use crate::grow::{Builder, Grown};
-use crate::leader::{by_node, is_leaf, sample_target, separator_of};
+use crate::leader::{by_node, is_leaf, separator_of};
 use crate::table::Table;
 use crate::tree::{Bounds, Inner, Leaf, Shared, Split, Tree, bounds};
 use crate::worker::{Holding, Worker};
@@ -57,8 +58,7 @@ impl<P: Point> Worker<P> {
         let holding = &self.holdings[&node];
         let mut cost = Cost::ZERO;
         let key = DrawKey { seed: self.config.seed, node: node.0, attempt };
-        let target = sample_target(&self.config, holding.population);
-        let sampler = Sampler::aiming(key, holding.population, target);
+        let sampler = self.config.sampler(key, holding.population);
         let samples = cost.pack(&holding.points.positions, |&x| sampler.takes(x));
         // Members before and after a move both charge this step: only the count step states the items.
         self.ledger.charge(Phase::Partition, node, cost, 0);

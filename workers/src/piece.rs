@@ -180,7 +180,7 @@ impl<P: Point> Piece<P> {
         let mut border = Vec::new();
         for word in 0..self.slots().div_ceil(u64::BITS) {
             // Nearly every cell is at home and tells nothing new.
-            let (live, old) = self.delaunay.masks(word as usize, |_, cell| {
+            let (live, old) = self.delaunay.masks(word as usize, |cell| {
                 let known = |v: u32| seen[v.min(self.home) as usize];
                 cell.as_ref().iter().fold(CELL | SMALLER, |all, &v| all & known(v)) == CELL | SMALLER
             });

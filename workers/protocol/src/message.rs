@@ -8,7 +8,7 @@ use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
-pub const PROTOCOL_VERSION: u16 = 7;
+pub const PROTOCOL_VERSION: u16 = 8;
 
 /// A message with its envelope.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]

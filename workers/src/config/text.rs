@@ -19,8 +19,7 @@ pub struct ConfigTextError {
     pub field: usize,
 }
 
-/// Fields separated by spaces, in the order of the struct, but for what is the process's own; floating-point
-/// numbers by their bits.
+/// Fields separated by spaces, but for what is the process's own; floating-point numbers by their bits.
 impl fmt::Display for WorkerConfig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let WorkerConfig {
@@ -30,6 +29,7 @@ impl fmt::Display for WorkerConfig {
             workers,
             leaf,
             counted,
+            halving,
             wanted,
             sets,
             collect_graph,
@@ -72,9 +72,10 @@ impl fmt::Display for WorkerConfig {
         }
         write!(f, " {} {} {record_tasks}", partition.name(), correction.name())?;
         match task {
-            Task::Delaunay => f.write_str(" -"),
-            Task::Independent { fixed } => write!(f, " {fixed}"),
+            Task::Delaunay => f.write_str(" -")?,
+            Task::Independent { fixed } => write!(f, " {fixed}")?,
         }
+        write!(f, " {halving}")
     }
 }
 
@@ -84,7 +85,7 @@ impl FromStr for WorkerConfig {
     fn from_str(line: &str) -> Result<Self, ConfigTextError> {
         let fields: Vec<&str> = line.split(' ').collect();
         let fail = |field: usize| ConfigTextError { line: line.to_string(), field };
-        if fields.len() != 18 {
+        if fields.len() != 19 {
             return Err(fail(fields.len()));
         }
         let parameter = fields[6];
@@ -126,6 +127,7 @@ impl FromStr for WorkerConfig {
             workers: parse(&fields, 2).ok_or_else(|| fail(2))?,
             leaf: parse(&fields, 3).ok_or_else(|| fail(3))?,
             counted: parse(&fields, 4).ok_or_else(|| fail(4))?,
+            halving: parse(&fields, 18).ok_or_else(|| fail(18))?,
             wanted,
             sets,
             collect_graph: parse(&fields, 8).ok_or_else(|| fail(8))?,
@@ -177,6 +179,7 @@ mod tests {
                 workers: 8,
                 leaf: 1000,
                 counted: odd,
+                halving: i % 3 == 1,
                 wanted,
                 sets: [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3],
                 collect_graph: !odd,
@@ -194,7 +197,7 @@ mod tests {
             let back: WorkerConfig = line.parse().unwrap();
             assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
             let cut = line.rsplit_once(' ').unwrap().0;
-            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 17);
+            assert_eq!(cut.parse::<WorkerConfig>().unwrap_err().field, 18);
             let torn =
                 line.replacen("density", "dense", 1).replacen("knn", "k", 1).replacen("overlap", "o", 1);
             assert_eq!(torn.parse::<WorkerConfig>().unwrap_err().field, 5);

@@ -75,15 +75,15 @@ impl<P: Point> Incremental<P> {
         self.frame.radius_within(across)
     }
 
-    /// Which of the slots from `64 * word` on have a cell, and which pass a test of a cell's rounded radius and vertices: a
-    /// bit each, the first slot's the lowest. All are asked, those without a cell too, for no branch depends on it.
+    /// Which of the slots from `64 * word` on have a cell, and which pass a test of a cell's vertices: a bit each, the first
+    /// slot's the lowest. All are asked, those without a cell too, for no branch depends on it.
     #[inline]
-    pub fn masks(&self, word: usize, test: impl Fn(f32, &P::Cell) -> bool) -> (u64, u64) {
+    pub fn masks(&self, word: usize, test: impl Fn(&P::Cell) -> bool) -> (u64, u64) {
         let (slots, first) = (&self.cells.slots, word * u64::BITS as usize);
         let (mut live, mut passing) = (0, 0);
         for (i, cell) in slots[first..slots.len().min(first + u64::BITS as usize)].iter().enumerate() {
             live |= u64::from(!cell.is_removed()) << i;
-            passing |= u64::from(test(Frame::<P>::rounded_radius(cell.sphere()), cell.vertices())) << i;
+            passing |= u64::from(test(cell.vertices())) << i;
         }
         (live, passing)
     }

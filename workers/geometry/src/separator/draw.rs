@@ -17,14 +17,14 @@ use crate::columns::Rows;
 use crate::cost::Cost;
 use crate::point::{Point, dist2, lex_cmp};
 
-/// Expected number of samples of a subproblem that has more points than this.
+/// Expected number of samples that separators of a subproblem with more points than this are drawn from.
 pub const SAMPLE_TARGET: u64 = 400;
 /// Great circles tried in one draw.
 pub const TRIES: u64 = 10;
-/// Great circles tried where they may be moved ([`draw_halves`]).
+/// Great circles tried in [`draw_halves`]: more cross no less as far as so few samples can tell (`bench/README.md`).
 const MORE_TRIES: u64 = 30;
-/// A larger side that is about half of the samples: that of the set is no farther from it than samples can tell.
-const HALVED: f64 = 0.55;
+/// Larger sides of less than this, half and two standard deviations of [`SAMPLE_TARGET`] samples, may all be halves.
+const ABOUT_HALF: f64 = 0.55;
 /// The density that scores assume.
 pub const SCORE_ALPHA: f64 = 2.5;
 
@@ -70,7 +70,7 @@ pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
     Sampler::of(key, population).takes(x)
 }
 
-/// [`is_sample`] for all points of a set.
+/// [`is_sample`] for all points of a set, or the same for another number of samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     start: u64,
@@ -131,7 +131,7 @@ pub enum NoneReason {
 /// What was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawKind {
-    /// A great circle, pulled back.
+    /// A great circle, pulled back, or a sphere concentric with one ([`draw_halves`]).
     Sphere,
     /// An axis-aligned plane.
     Plane {
@@ -158,10 +158,9 @@ pub struct Drawn<P> {
     pub estimated_ratio: f64,
     /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross.
     pub estimated_crossing: f64,
-    /// Number of admissible great circles among those tried, [`TRIES`] but for [`draw_halves`].
+    /// Number of admissible great circles among those tried, [`TRIES`] but for [`draw_halves`], where a circle that is
+    /// admissible when it is moved counts.
     pub admissible: u32,
-    /// Of [`draw_halves`]: do both sides have about half of the samples, moved there or not?
-    pub halves: bool,
     /// Groups of samples whose mean stood in for a Radon point.
     pub means: u32,
 }
@@ -175,7 +174,6 @@ impl<P: Point> Drawn<P> {
             estimated_ratio: 1.0,
             estimated_crossing: 0.0,
             admissible: 0,
-            halves: false,
             means: 0,
         }
     }
@@ -184,24 +182,8 @@ impl<P: Point> Drawn<P> {
 /// Draws one separator from the samples, in any order, of a subproblem of `population` points.
 /// Depth `O(log samples)`, whatever the population.
 pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    draw_of(TRIES, false, (key, population), samples, cost)
-}
-
-/// The same where neither work nor depth is claimed: more great circles, each also moved to the middle of the samples
-/// ([`Separator::halving`] knows that better, by more of them).
-pub fn draw_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    draw_of(MORE_TRIES, true, (key, population), samples, cost)
-}
-
-fn draw_of<P: Point>(
-    tries: u64,
-    moving: bool,
-    of: (DrawKey, u64),
-    samples: &[P],
-    cost: &mut Cost,
-) -> Drawn<P> {
     let mut own = Cost::ZERO;
-    let drawn = draw_from(tries, moving, of, samples, &mut own);
+    let drawn = draw_from(key, population, samples, None, &mut own);
     // Its scans run over the samples, not over the items of the subproblem.
     own.close(samples.len() as u64);
     cost.then(own);
@@ -246,16 +228,40 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
         estimated_ratio: ratio,
         estimated_crossing: 0.0,
         admissible: 0,
-        halves: false,
         means: 0,
     }
 }
 
+/// Where only halves are asked for, the same from more great circles, each also moved to the middle of the samples that it is
+/// drawn from, those of [`Sampler::of`], and the best one to that of all samples: whatever scores less ([`super::halve`]).
+///
+/// Work O(samples), in any order; it is not charged step by step, for it claims no depth.
+pub fn draw_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    draw_from(key, population, &fewer(key, population, samples), Some(samples), cost)
+}
+
+/// [`cut`], moved to the middle of all samples.
+pub fn cut_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+    let mut few = fewer(key, population, samples);
+    few.sort_unstable_by(lex_cmp);
+    let drawn = cut_from(key, &few, cost);
+    let Some(separator) = drawn.separator.map(|plane| plane.halving(samples)) else { return drawn };
+    let ratio = separator.larger_side(samples) as f64 / samples.len() as f64;
+    Drawn { separator: Some(separator), score: ratio, estimated_ratio: ratio, ..drawn }
+}
+
+/// Those of more samples that a separator is drawn from.
+fn fewer<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
+    let sampler = Sampler::of(key, population);
+    samples.iter().copied().filter(|&x| sampler.takes(x)).collect()
+}
+
+/// [`draw`], or with `all` samples [`draw_halves`].
 fn draw_from<P: Point>(
-    tries: u64,
-    moving: bool,
-    (key, population): (DrawKey, u64),
+    key: DrawKey,
+    population: u64,
     samples: &[P],
+    all: Option<&[P]>,
     cost: &mut Cost,
 ) -> Drawn<P> {
     let mut sorted = samples.to_vec();
@@ -270,13 +276,12 @@ fn draw_from<P: Point>(
     let lifted = cost.map(&judge.local, |&y| lift(y));
     let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
 
-    let tries: Vec<u64> = (0..tries).collect();
+    let tries: Vec<u64> = (0..if all.is_some() { MORE_TRIES } else { TRIES }).collect();
     let scored = cost.map_nested(&tries, |&number, own| {
         let normal = unit_vector(&mut key.stream(number), own)?;
         let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
         let drawn = judge.admit(circle, own);
-        let moved = moving.then(|| judge.moved(circle, own)).flatten();
-        if moving { lowest(&[drawn, moved], own) } else { drawn }
+        if all.is_some() { judge.halves(circle, drawn, own) } else { drawn }
     });
     let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
     let (best, kind) = if let Some(best) = lowest(&scored, cost) {
@@ -287,6 +292,7 @@ fn draw_from<P: Point>(
         (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
     };
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
+    let best = all.and_then(|all| judge.settled(best, all, cost)).unwrap_or(best);
     Drawn {
         separator: Some(best.separator),
         kind,
@@ -294,7 +300,6 @@ fn draw_from<P: Point>(
         estimated_ratio: best.ratio,
         estimated_crossing: best.crossing,
         admissible,
-        halves: moving && best.ratio <= HALVED,
         means,
     }
 }
@@ -418,16 +423,29 @@ impl<P: Point> Judge<P> {
         (scored.ratio < 1.0 && scored.ratio <= split_bound::<P>()).then_some(scored)
     }
 
-    /// The same, moved to the middle of the samples.
-    fn moved(&self, separator: Separator<P>, cost: &mut Cost) -> Option<Scored<P>> {
-        let moved = separator.moved_to_middle(self.balls.iter().map(|ball| ball.0))?;
-        self.admit(moved, cost)
+    /// A surface as it was drawn, if it is admissible, or moved to the middle of the samples, which do not tell halves from
+    /// what is nearly that: whatever scores less.
+    fn halves(&self, circle: Separator<P>, drawn: Option<Scored<P>>, cost: &mut Cost) -> Option<Scored<P>> {
+        let moved = circle.moved_to_middle(self.balls.iter().map(|ball| ball.0));
+        let moved = moved.and_then(|moved| self.admit(moved, cost));
+        let about = |s: Scored<P>| Scored { score: s.ratio.max(ABOUT_HALF) + SCORE_ALPHA * s.crossing, ..s };
+        lowest(&[drawn.map(about), moved.map(about)], cost)
+    }
+
+    /// What is left as it is, or moved to the middle of more samples, which tell the sides of both: whatever scores less.
+    fn settled(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Option<Scored<P>> {
+        let again = |scored: Scored<P>| {
+            let ratio = scored.separator.larger_side(all) as f64 / all.len() as f64;
+            Scored { ratio, score: ratio + SCORE_ALPHA * scored.crossing, ..scored }
+        };
+        let moved = best.separator.moved_to_middle(all.iter().copied()).map(|moved| self.score(moved, cost));
+        lowest(&[Some(again(best)), moved.map(again).filter(|moved| moved.ratio < 1.0)], cost)
     }
 }
 
 /// `x^(1/d)` for normal `0 < x <= 1`, with the four operations only: Newton's method from the power of
 /// two above the root, less than 4 times too large, so that a fixed number of trips converges.
-fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
+pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     let degree = d as f64;
     let exponent = (x.to_bits() >> 52) as i64 - 1023;
     let above = (exponent.div_euclid(d as i64) + 1024) as u64;
@@ -472,10 +490,7 @@ fn cut_across<P: Point>(coords: &[f64], axis: usize, cost: &mut Cost) -> Option<
         });
     cost.close(m as u64);
     let (i, larger) = best?;
-    let (low, high) = (coords[i], coords[i + 1]);
-    let middle = 0.5 * low + 0.5 * high;
-    let at = if low < middle && middle <= high { middle } else { high };
-    Some((Separator::plane(axis, at), larger))
+    Some((Separator::between(axis, coords[i], coords[i + 1]), larger))
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@
 //!   axis and the dilation by `sqrt((1-r)/(1+r))`, multiplied out.
 //! - Several great circles are tried and scored on the samples ([`TRIES`]), since balance and size
 //!   of one circle vary; a circle that misses [`split_bound`] on the samples is dropped.
+//! - Where only halves are asked for, circles are moved off the centrepoint ([`draw_halves`]).
 //! - Where no circle is admissible (the centrepoint lies on the sphere, as for samples that coincide
 //!   at the scale of the others), an axis-aligned plane cuts the samples by exact comparison.
 
@@ -34,8 +35,8 @@ mod halve;
 mod tests;
 
 pub use draw::{
-    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, Sampler, TRIES, cut, draw,
-    draw_halves, is_sample, split_bound,
+    DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, Sampler, TRIES, cut,
+    cut_halves, draw, draw_halves, is_sample, split_bound,
 };
 pub use halve::halving_target;
 
@@ -112,6 +113,13 @@ impl<P: Point> Separator<P> {
         origin.set_coord(axis, at);
         b.set_coord(axis, 1.0);
         Separator { origin, unit: 1.0, a: 0.0, b, c: 0.0 }
+    }
+
+    /// The axis-aligned cut half-way between two coordinates, or at the higher one: that has what is there outside, and what
+    /// is at the lower one inside, unless they are equal.
+    fn between(axis: usize, low: f64, high: f64) -> Self {
+        let middle = 0.5 * low + 0.5 * high;
+        Self::plane(axis, if low < middle && middle <= high { middle } else { high })
     }
 
     /// The surface with these coefficients in the frame `(origin, unit)`, scaled to unit gradient;

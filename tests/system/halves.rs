@@ -1,0 +1,89 @@
+//! The tree of `triangulate`: halves of halves, which see neither who holds them nor the order of the points.
+
+use std::collections::BTreeMap;
+
+use crate::common::sets::{Draw, plane, space};
+use crate::common::{simulated, threaded};
+use septet::config::{Config, Partition, Workers};
+use septet::generate::Kind;
+use septet::geometry::point::Point;
+use septet::geometry::separator::halving_target;
+use septet::protocol::ids::NodeId;
+use septet::{simulate, triangulate};
+
+/// What is known of every subproblem that was split: its points, those inside, attempts, and the separator's hash.
+fn splits<P: Point>(points: &[P], config: &Config) -> BTreeMap<NodeId, [u64; 4]> {
+    let nodes = triangulate(points, config).unwrap().ledger.part.nodes;
+    let inner = nodes.into_iter().filter(|(_, facts)| !facts.is_leaf());
+    inner.map(|(node, f)| (node, [f.population, f.inside, f.attempts, f.separator])).collect()
+}
+
+fn trees_are_equal<P: Point>(points: &[P]) {
+    let all = splits(points, &threaded(Workers::Count(64), 2, 40));
+    assert!(all.len() >= 60, "{} of 63", all.len());
+    let mut order: Vec<P> = points.to_vec();
+    Draw::new(7).shuffle(&mut order);
+    for workers in [2, 3, 8, 64] {
+        for (points, config) in [
+            (points, threaded(Workers::Count(workers), 2, 40)),
+            (&order, threaded(Workers::Count(workers), 1, 40)),
+            (&order, simulated(Workers::Count(workers), 5, 40)),
+        ] {
+            let some = splits(points, &config);
+            assert!(some.len() + 1 >= workers.min(60) as usize, "{} of {workers}", some.len());
+            for (node, facts) in some {
+                assert_eq!(all.get(&node), Some(&facts), "{workers} workers, {node:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_tree_sees_neither_workers_nor_order() {
+    trees_are_equal(&space(Kind::Uniform, 20_000, 4));
+    trees_are_equal(&space(Kind::Clusters, 20_000, 4));
+    trees_are_equal(&plane(Kind::Uniform, 20_000, 4));
+}
+
+/// Within four standard deviations, by spheres and by planes; those of `simulate` are not.
+fn sides_are_halves<P: Point>(points: &[P]) {
+    let excess = |population: u64, inside: u64| {
+        let larger = inside.max(population - inside) as f64 / population as f64;
+        (larger - 0.5) * 2.0 * (halving_target(population) as f64).sqrt()
+    };
+    for partition in [Partition::Sphere, Partition::Kd] {
+        let config = Config { partition, ..threaded(Workers::Count(8), 2, 40) };
+        let split = splits(points, &config);
+        assert_eq!(split.len(), 7);
+        for (node, [population, inside, ..]) in split {
+            assert!(excess(population, inside) < 4.0, "{node:?}: {inside} of {population}");
+        }
+    }
+    let counted = simulate(points, &threaded(Workers::Count(8), 2, 2000)).unwrap().ledger.part.nodes;
+    let inner = counted.values().filter(|facts| !facts.is_leaf());
+    assert!(inner.map(|f| excess(f.population, f.inside)).fold(0.0, f64::max) > 4.0);
+}
+
+#[test]
+fn sides_of_even_sets_are_halves() {
+    sides_are_halves(&space(Kind::Uniform, 50_000, 4));
+    sides_are_halves(&plane(Kind::Uniform, 50_000, 4));
+}
+
+/// With a worker for each leaf all of them have one, and none has more points than that.
+fn leaves_are_those_planned<P: Point>(points: &[P]) {
+    let leaf = 300;
+    let run = triangulate(points, &threaded(Workers::Leaves, 2, leaf)).unwrap();
+    let leaves: Vec<u64> =
+        run.ledger.part.nodes.values().filter(|f| f.is_leaf()).map(|f| f.population).collect();
+    assert_eq!(leaves.len(), run.settled.workers as usize);
+    assert!(leaves.iter().all(|&population| population <= leaf && population > 0), "{leaves:?}");
+    assert_eq!(leaves.iter().sum::<u64>(), points.len() as u64);
+}
+
+#[test]
+fn a_worker_for_each_leaf_has_one() {
+    leaves_are_those_planned(&space(Kind::Uniform, 10_000, 4));
+    leaves_are_those_planned(&space(Kind::Clusters, 10_000, 4));
+    leaves_are_those_planned(&plane(Kind::Uniform, 10_000, 4));
+}
