@@ -95,7 +95,7 @@ impl<'a> Numbers<'a> {
     }
 
     /// The same, where not all cells of a word are kept.
-    #[cold]
+    #[inline]
     fn beside(&self, slot: u32) -> u32 {
         let (word, bit) = place(slot);
         let bits = self.kept.bits[word];
