@@ -12,7 +12,7 @@ fn a_failed_certificate_is_exit_4_with_its_counts() {
     let place = Place::new();
     for command in ["triangulate", "simulate"] {
         let line =
-            format!("{command} sample:uniform:2000 --workers 3 --fault spoil:2 -o a.vtu --json r.json");
+            format!("{command} sample:uniform:2000 --workers 3 --fault spoil:1 -o a.vtu --json r.json");
         let output = place.run(&line);
         let talk = stderr(&output);
         assert_eq!(code(&output), 4, "{talk}");

@@ -21,7 +21,7 @@ use crate::point::{Point, dist2, lex_cmp};
 pub const SAMPLE_TARGET: u64 = 400;
 /// Great circles tried in one draw.
 pub const TRIES: u64 = 10;
-/// Great circles tried in [`draw_halves`]: more cross no less as far as so few samples can tell (`bench/README.md`).
+/// Great circles tried in [`draw_halves`].
 const MORE_TRIES: u64 = 30;
 /// Larger sides of less than this, half and two standard deviations of [`SAMPLE_TARGET`] samples, may all be halves.
 const ABOUT_HALF: f64 = 0.55;
@@ -232,7 +232,7 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
     }
 }
 
-/// Where only halves are asked for, the same from more great circles, each also moved to the middle of the samples that it is
+/// [`draw`] where only halves are asked for: from more great circles, each also moved to the middle of the samples that it is
 /// drawn from, those of [`Sampler::of`], and the best one to that of all samples: whatever scores less ([`super::halve`]).
 ///
 /// Work O(samples), in any order; it is not charged step by step, for it claims no depth.
@@ -292,7 +292,7 @@ fn draw_from<P: Point>(
         (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
     };
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
-    let best = all.and_then(|all| judge.settled(best, all, cost)).unwrap_or(best);
+    let best = all.map_or(best, |all| judge.settled(best, all, cost));
     Drawn {
         separator: Some(best.separator),
         kind,
@@ -432,14 +432,18 @@ impl<P: Point> Judge<P> {
         lowest(&[drawn.map(about), moved.map(about)], cost)
     }
 
-    /// What is left as it is, or moved to the middle of more samples, which tell the sides of both: whatever scores less.
-    fn settled(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Option<Scored<P>> {
+    /// A surface as it is, or moved to the middle of more samples, which tell the sides of both, if it is better halved and
+    /// scores less.
+    fn settled(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Scored<P> {
         let again = |scored: Scored<P>| {
             let ratio = scored.separator.larger_side(all) as f64 / all.len() as f64;
             Scored { ratio, score: ratio + SCORE_ALPHA * scored.crossing, ..scored }
         };
-        let moved = best.separator.moved_to_middle(all.iter().copied()).map(|moved| self.score(moved, cost));
-        lowest(&[Some(again(best)), moved.map(again).filter(|moved| moved.ratio < 1.0)], cost)
+        let as_it_is = again(best);
+        let moved =
+            best.separator.moved_to_middle(all.iter().copied()).map(|moved| again(self.score(moved, cost)));
+        let is_better = |moved: &Scored<P>| moved.ratio < as_it_is.ratio && moved.score < as_it_is.score;
+        moved.filter(is_better).unwrap_or(as_it_is)
     }
 }
 
