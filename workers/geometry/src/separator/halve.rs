@@ -102,6 +102,13 @@ mod tests {
         points.iter().copied().filter(|&x| many.takes(x)).collect()
     }
 
+    /// What is drawn for a set from those.
+    fn drawn_for<P: Point>(seed: u64, points: &[P]) -> Separator<P> {
+        let key = DrawKey { seed, node: 1, attempt: 0 };
+        let drawn = draw_halves(key, points.len() as u64, &taken(key, points), &mut Cost::default());
+        drawn.separator.unwrap()
+    }
+
     /// Separators leave halves of the set that the samples are of, and cross no more balls than those of [`draw`].
     fn sets_are_halved<P: Point>() {
         let points = uniform::<P>(200_000, 3);
@@ -156,9 +163,7 @@ mod tests {
             .collect();
         let mut through = 0;
         for seed in 0..20 {
-            let key = DrawKey { seed, node: 1, attempt: 0 };
-            let drawn = draw_halves(key, 2000, &taken(key, &points), &mut Cost::default());
-            let s = drawn.separator.unwrap();
+            let s = drawn_for(seed, &points);
             through += usize::from((ratio(&s, &points) - 0.501).abs() < 1e-9);
         }
         assert!(through >= 14, "{through} of 20 go through the gap");
@@ -175,7 +180,8 @@ mod tests {
     fn nasty_sets_are_split<P: Point>() {
         for (name, points) in nasty::<P>() {
             let n = points.len() as u64;
-            for (population, bound) in [(n, split_bound::<P>()), (4 * SAMPLE_TARGET, 1.0)] {
+            // Drawn from some of the points, the sides of all are not bounded, but neither is empty.
+            for (population, bound) in [(n, split_bound::<P>()), (4 * SAMPLE_TARGET, 1.0 - f64::EPSILON)] {
                 let mut drawn_from_some = 0;
                 for seed in 0..20 {
                     let drawn = draw_halves(key(seed), population, &points, &mut Cost::default());
@@ -216,9 +222,7 @@ mod tests {
             .collect();
         let mut planes = 0;
         for seed in 0..20 {
-            let key = DrawKey { seed, node: 1, attempt: 0 };
-            let drawn = draw_halves(key, 4000, &taken(key, &points), &mut Cost::default());
-            let s = drawn.separator.unwrap();
+            let s = drawn_for(seed, &points);
             if s.is_sphere() {
                 continue;
             }
