@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use septet::io::write::{OutputError, OutputFormat, check_output};
+use septet::io::write::{OutputError, OutputFormat, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
 
@@ -73,30 +73,9 @@ pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Resu
         check_output(output)?;
     }
     for path in texts {
-        probe(path)?;
+        check_text_output(path)?;
     }
     Ok(())
-}
-
-/// The temporary file that becomes `path`.
-fn temporary(path: &Path) -> PathBuf {
-    let name = format!(".septet-{}-json.partial", std::process::id());
-    path.with_file_name(name)
-}
-
-/// Can the file be written?
-fn probe(path: &Path) -> Result<(), OutputError> {
-    let (path, temporary) = (path.to_path_buf(), temporary(path));
-    if path.is_dir() {
-        return Err(OutputError::IsDirectory { path });
-    }
-    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !parent.is_dir() {
-        let directory = parent.to_path_buf();
-        return Err(OutputError::MissingDirectory { path, directory });
-    }
-    let probed = std::fs::write(&temporary, b"").and_then(|()| std::fs::remove_file(&temporary));
-    probed.map_err(|source| OutputError::NotWritable { path, source })
 }
 
 /// Writes text to a file that appears whole or not at all; `-` is standard output.
@@ -106,11 +85,5 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
         let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
         return written.map_err(|source| OutputError::Stream { source });
     }
-    let temporary = temporary(path);
-    let written = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // Nothing better can be done with a failure here.
-        let _ = std::fs::remove_file(&temporary);
-        OutputError::Io { path: path.to_path_buf(), source }
-    })
+    septet::io::write::write_text(path, text)
 }

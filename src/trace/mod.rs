@@ -56,7 +56,7 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::registry::LookupSpan;
 
 use crate::io::write::OutputError;
-use crate::io::write::stage::{Stage, probe};
+use crate::io::write::stage::{Stage, probe, sync};
 
 use buffer::Recorder;
 
@@ -133,7 +133,7 @@ impl TraceFile {
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         let io_error = |source| OutputError::Io { path: self.path.clone(), source };
         let file = self.recorder.finish().map_err(io_error)?;
-        file.sync_all().map_err(io_error)?;
+        sync(&file).map_err(io_error)?;
         self.stage.commit()?;
         Ok(self.path)
     }

@@ -63,6 +63,24 @@ pub fn check_output(path: &Path) -> Result<OutputFormat, OutputError> {
     Ok(format)
 }
 
+/// Checks before any work starts that a file of text can be written under this path.
+///
+/// # Errors
+/// An [`OutputError`] that tells what stands in the way.
+pub fn check_text_output(path: &Path) -> Result<(), OutputError> {
+    stage::probe(path)
+}
+
+/// Writes text (a report, a table) to a file that appears whole or not at all; to a device or a pipe as it is.
+///
+/// # Errors
+/// An [`OutputError`]; a file that was there before remains as it was.
+pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    let mut stage = Stage::default();
+    stage.write(path, |out| Ok(out.write_all(text.as_bytes())?))?;
+    stage.commit().map(|_| ())
+}
+
 /// The second file of a `.vtu` of a mesh of a domain, which has its faces: `mesh.faces.vtu` beside `mesh.vtu`.
 pub fn faces_path(path: &Path) -> PathBuf {
     path.with_extension("faces.vtu")

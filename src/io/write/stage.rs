@@ -1,5 +1,9 @@
 //! Files that appear whole or not at all: written under a temporary name beside the target, renamed
 //! when all files of a set are complete, removed on every other way out.
+//!
+//! Devices and pipes (`/dev/null`, `/dev/stdout`, `>(command)` of a shell) are written to as they are: a file
+//! renamed over one would take its place. Where the target is a symbolic link, the file that it names is
+//! replaced and the link stays.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -17,16 +21,23 @@ const ATTEMPTS: u32 = 1000;
 /// A set of files on the way to their names.
 #[derive(Default)]
 pub(crate) struct Stage {
-    /// Temporary name and target of every complete file, in the order of writing.
-    files: Vec<(PathBuf, PathBuf)>,
+    /// Temporary name and target of every complete file, in the order of writing; no temporary name where the
+    /// target is no regular file.
+    files: Vec<(Option<PathBuf>, PathBuf)>,
 }
 
 impl Stage {
     /// Opens one file of the set under a temporary name, for a caller that writes it bit by bit and closes
     /// it before the set is committed.
     pub(crate) fn open(&mut self, target: &Path) -> Result<File, OutputError> {
+        if is_special(target) {
+            let opened = OpenOptions::new().write(true).open(target);
+            let not_writable = |source| OutputError::NotWritable { path: target.to_path_buf(), source };
+            self.files.push((None, target.to_path_buf()));
+            return opened.map_err(not_writable);
+        }
         let (file, temporary) = create_beside(target)?;
-        self.files.push((temporary, target.to_path_buf()));
+        self.files.push((Some(temporary), target.to_path_buf()));
         Ok(file)
     }
 
@@ -41,7 +52,7 @@ impl Stage {
         body(&mut buffered).map_err(|fault| fault.at(target))?;
         let io_error = |source| OutputError::Io { path: target.to_path_buf(), source };
         let file = buffered.into_inner().map_err(|error| io_error(error.into_error()))?;
-        file.sync_all().map_err(io_error)
+        sync(&file).map_err(io_error)
     }
 
     /// Gives all files their names, replacing earlier files of those names; returns the names. Where
@@ -53,31 +64,36 @@ impl Stage {
         let files = std::mem::take(&mut self.files);
         let mut done = Vec::with_capacity(files.len());
         for (index, (temporary, target)) in files.iter().enumerate() {
-            if let Err(source) = fs::rename(temporary, target) {
+            let Some(temporary) = temporary else { continue };
+            if let Err(source) = fs::rename(temporary, resolved(target)) {
                 self.files = files[index..].to_vec();
                 for path in &done {
                     let _ = fs::remove_file(path);
                 }
                 return Err(OutputError::Io { path: target.clone(), source });
             }
-            done.push(target.clone());
+            done.push(resolved(target));
         }
-        Ok(done)
+        Ok(files.into_iter().map(|(_, target)| target).collect())
     }
 }
 
 impl Drop for Stage {
     fn drop(&mut self) {
-        for (temporary, _) in &self.files {
+        for temporary in self.files.iter().filter_map(|(temporary, _)| temporary.as_ref()) {
             // Nothing better can be done with a failure here.
             let _ = fs::remove_file(temporary);
         }
     }
 }
 
-/// Can a file be written under this name? Creates and removes a temporary file to find out.
+/// Can a file be written under this name? Creates and removes a temporary file to find out; a device or a pipe
+/// is not opened before there is something to write.
 pub(crate) fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
+    if is_special(target) {
+        return Ok(());
+    }
     if let Ok(metadata) = fs::metadata(target)
         && metadata.permissions().readonly()
     {
@@ -97,10 +113,27 @@ fn refuse_directory(target: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
+/// Is there something under this name that a rename must not replace: a device, a pipe, a socket?
+fn is_special(target: &Path) -> bool {
+    fs::metadata(target).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// Waits until the bytes are on the disk; devices and pipes know no such thing.
+pub(crate) fn sync(file: &File) -> io::Result<()> {
+    if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
+}
+
+/// The file that a symbolic link names, else the path itself.
+fn resolved(target: &Path) -> PathBuf {
+    let named = if target.is_symlink() { target.canonicalize().ok() } else { None };
+    named.unwrap_or_else(|| target.to_path_buf())
+}
+
 /// A new file in the directory of the target.
 fn create_beside(target: &Path) -> Result<(File, PathBuf), OutputError> {
     let path = || target.to_path_buf();
-    let directory = match target.parent() {
+    let resolved = resolved(target);
+    let directory = match resolved.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
@@ -193,7 +226,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let (stage, _) = staged(directory.path());
         // The temporary of the second file vanishes: its rename must fail.
-        fs::remove_file(&stage.files[1].0).unwrap();
+        fs::remove_file(stage.files[1].0.as_ref().unwrap()).unwrap();
         assert!(stage.commit().is_err());
         assert!(names(directory.path()).is_empty());
     }
@@ -206,6 +239,51 @@ mod tests {
         let error = stage.commit().unwrap_err();
         assert!(matches!(error, OutputError::IsDirectory { .. }));
         assert_eq!(names(directory.path()), ["a.ele"]);
+    }
+
+    /// A pipe under the name: what is written comes out of it, and it stays a pipe.
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_written_to_and_stay() {
+        use std::os::unix::fs::FileTypeExt;
+        let directory = tempfile::tempdir().unwrap();
+        let pipe = directory.path().join("a.off");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        probe(&pipe).unwrap();
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read(pipe).unwrap()
+        });
+        let mut stage = Stage::default();
+        stage.write(&pipe, |out| Ok(out.write_all(b"through")?)).unwrap();
+        assert_eq!(stage.commit().unwrap(), std::slice::from_ref(&pipe));
+        assert_eq!(reader.join().unwrap(), b"through");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        assert_eq!(names(directory.path()), ["a.off"]);
+        // A set that is given up does not take the device with it.
+        let mut stage = Stage::default();
+        stage.write(Path::new("/dev/null"), |out| Ok(out.write_all(b"nothing")?)).unwrap();
+        drop(stage);
+        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    }
+
+    /// A link to a file of another directory: the file is replaced, from beside it.
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_and_what_they_name_is_replaced() {
+        let (here, there) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let (link, file) = (here.path().join("latest.off"), there.path().join("run.off"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        probe(&link).unwrap();
+        let mut stage = Stage::default();
+        stage.write(&link, |out| Ok(out.write_all(b"new")?)).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"old");
+        assert_eq!(stage.commit().unwrap(), std::slice::from_ref(&link));
+        assert!(link.is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert_eq!((names(here.path()).len(), names(there.path()).len()), (1, 1));
     }
 
     #[test]
