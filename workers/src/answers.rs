@@ -22,23 +22,17 @@ pub(crate) struct Asked {
     /// The sender's names of the queries; how many each group has.
     slots: Vec<u32>,
     groups: Vec<u32>,
-    /// The lists that are complete, and which of them is a query's.
+    /// What was found at once, and the lists that were completed later; which of them is a query's.
     lists: Lists<u32>,
     places: Vec<u32>,
 }
 
 impl Asked {
-    /// Those of a batch, of which none is answered, with room for so many items in their lists.
-    pub(crate) fn of<P>(from: Rank, batch: &QueryBatch<P>, items: usize) -> Self {
-        let queries = batch.slots.len();
-        Asked {
-            from,
-            outstanding: queries as u32,
-            slots: batch.slots.0.clone(),
-            groups: batch.groups.0.clone(),
-            lists: Lists::with_capacity(queries, items),
-            places: vec![NONE; queries],
-        }
+    /// Those of a batch, in their order, with what was found for each: the answer, but for `outstanding` of them that
+    /// are answered later.
+    pub(crate) fn of<P>(from: Rank, batch: QueryBatch<P>, found: Lists<u32>, outstanding: u32) -> Self {
+        let places = (0..batch.slots.len() as u32).collect();
+        Asked { from, outstanding, slots: batch.slots.0, groups: batch.groups.0, lists: found, places }
     }
 
     /// Who asked.
@@ -46,7 +40,7 @@ impl Asked {
         self.from
     }
 
-    /// Enters the list of a query, by its position in the batch.
+    /// Enters the list of a query that was outstanding, by its position in the batch.
     pub(crate) fn answer(&mut self, query: u32, list: impl IntoIterator<Item = u32>) {
         self.outstanding -= 1;
         self.places[query as usize] = self.lists.len() as u32;
@@ -112,13 +106,13 @@ mod tests {
             groups: Bulk(vec![2, 0, 1]),
             ..QueryBatch::default()
         };
-        let mut asked = Asked::of(3, &batch, 0);
+        let found = [vec![0], vec![2, 3], vec![1, 0]].into_iter().collect();
+        let mut asked = Asked::of(3, batch, found, 2);
         let mut marks = vec![NONE; 4];
-        // In the order in which they are done.
-        asked.answer(2, [1, 0]);
-        asked.answer(0, [3, 1]);
-        assert!(!asked.is_complete());
+        // In the order in which they are done: the last one was at once.
         asked.answer(1, [1, 2, 3]);
+        assert!(!asked.is_complete());
+        asked.answer(0, [3, 1]);
         assert!(asked.is_complete());
         let answer = asked.take(&table, &mut marks);
         assert_eq!((answer.slots.0, answer.counts.0), (vec![7, 8, 9], vec![2, 3, 2]));

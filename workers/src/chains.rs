@@ -1,4 +1,6 @@
-//! Many lists that grow by parts as answers come, in one block: no list costs an allocation.
+//! Many lists that grow by parts as answers come: no list costs an allocation, and no answer is copied.
+
+use std::ops::Range;
 
 use septet_geometry::complex::NONE;
 
@@ -14,46 +16,60 @@ impl Chain {
     pub(crate) const EMPTY: Chain = Chain { first: NONE, last: NONE };
 }
 
-/// The parts of all lists: numbers, and for each part where it begins, its length, and the part that follows.
+/// The parts of all lists: runs of numbers in blocks as they came, which are not copied.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chains {
-    numbers: Vec<u32>,
-    parts: Vec<(usize, u32, u32)>,
+    blocks: Vec<Vec<u32>>,
+    parts: Vec<Part>,
+}
+
+/// A run of a block, and the part that follows it in its list.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    block: u32,
+    begin: u32,
+    end: u32,
+    next: u32,
 }
 
 impl Chains {
-    /// Makes room for more parts of so many numbers in all.
-    pub(crate) fn reserve(&mut self, parts: usize, numbers: usize) {
+    /// Makes room for more parts.
+    pub(crate) fn reserve(&mut self, parts: usize) {
         self.parts.reserve(parts);
-        self.numbers.reserve(numbers);
     }
 
-    /// Adds a part to a list.
-    pub(crate) fn add(&mut self, chain: &mut Chain, part: impl IntoIterator<Item = u32>) {
-        let begin = self.numbers.len();
-        self.numbers.extend(part);
-        let len = (self.numbers.len() - begin) as u32;
-        if len == 0 {
+    /// The number of the block that comes next.
+    pub(crate) fn next_block(&self) -> u32 {
+        self.blocks.len() as u32
+    }
+
+    /// Takes a block, of which lists have parts.
+    pub(crate) fn take_block(&mut self, block: Vec<u32>) {
+        self.blocks.push(block);
+    }
+
+    /// Adds a run of a block, which may be the one that comes next, to a list.
+    pub(crate) fn add(&mut self, chain: &mut Chain, block: u32, run: Range<usize>) {
+        if run.is_empty() {
             return;
         }
         let at = self.parts.len() as u32;
-        self.parts.push((begin, len, NONE));
+        self.parts.push(Part { block, begin: run.start as u32, end: run.end as u32, next: NONE });
         match self.parts.get_mut(chain.last as usize) {
-            Some(last) => last.2 = at,
+            Some(last) => last.next = at,
             None => chain.first = at,
         }
         chain.last = at;
     }
 
-    /// The numbers of a list in the order in which they came.
-    pub(crate) fn iter(&self, chain: Chain) -> impl Iterator<Item = u32> {
+    /// The parts of a list in the order in which they came.
+    pub(crate) fn parts(&self, chain: Chain) -> impl Iterator<Item = &[u32]> {
         let mut at = chain.first;
-        let parts = std::iter::from_fn(move || {
-            let &(begin, len, next) = self.parts.get(at as usize)?;
+        std::iter::from_fn(move || {
+            let &Part { block, begin, end, next } = self.parts.get(at as usize)?;
             at = next;
-            Some(&self.numbers[begin..begin + len as usize])
-        });
-        parts.flatten().copied()
+            Some(&self.blocks[block as usize][begin as usize..end as usize])
+        })
     }
 }
 
@@ -65,12 +81,16 @@ mod tests {
     fn lists_keep_their_parts_in_order() {
         let mut chains = Chains::default();
         let [mut a, mut b, c] = [Chain::EMPTY; 3];
-        chains.add(&mut a, [1, 2]);
-        chains.add(&mut b, [7]);
-        chains.add(&mut a, []);
-        chains.add(&mut a, [3]);
-        chains.add(&mut b, [8, 9]);
-        let all = |chain| chains.iter(chain).collect::<Vec<_>>();
+        assert_eq!(chains.next_block(), 0);
+        chains.add(&mut a, 0, 0..2);
+        chains.add(&mut b, 0, 2..3);
+        chains.take_block(vec![1, 2, 7]);
+        assert_eq!(chains.next_block(), 1);
+        chains.take_block(vec![0, 3, 8, 9]);
+        chains.add(&mut a, 1, 2..2);
+        chains.add(&mut a, 1, 1..2);
+        chains.add(&mut b, 1, 2..4);
+        let all = |chain| chains.parts(chain).collect::<Vec<_>>().concat();
         assert_eq!((all(a), all(b), all(c)), (vec![1, 2, 3], vec![7, 8, 9], vec![]));
     }
 }

@@ -15,6 +15,11 @@ pub(crate) struct Part {
 }
 
 impl Part {
+    /// No lists, with room for so many of so many items in all.
+    pub(crate) fn with_capacity(lists: usize, items: usize) -> Self {
+        Part { homes: Vec::with_capacity(lists), nearest: NearestLists::with_capacity(lists, items) }
+    }
+
     pub(crate) fn push(&mut self, home: u32, kth2: f64, list: impl IntoIterator<Item = u32>) {
         self.homes.push(home);
         self.nearest.push(kth2, list);

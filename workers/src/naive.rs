@@ -102,7 +102,7 @@ impl<P: Point> Worker<P> {
                 if goes {
                     found.clear();
                     walk.down(&inner.children[1 - side], &ball, &mut found);
-                    nearer.extend(found.as_slice().iter().map(|f| (home, f.0)));
+                    nearer.extend(found.distances2().iter().map(|&d2| (home, d2)));
                 }
             }
         }

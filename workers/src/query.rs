@@ -166,11 +166,10 @@ impl<P: Point> Worker<P> {
         let groups: Vec<&[Ball]> = balls.chunks(2048).collect();
         let largest2 = self.largest_balls(balls);
         let walked = map_in(&self.pool, &groups, |group| self.walk_balls(ask, group, known, &largest2));
-        // What they found so far, and room for as much again that comes: other workers' balls too.
-        let leaving = walked.iter().map(|(_, leaving, _)| (leaving.balls.len(), leaving.found.items()));
-        let (balls, found) = leaving.fold((0, 0), |all, own| (all.0 + own.0, all.1 + own.1));
-        self.engine.pending.reserve(2 * balls);
-        self.engine.chains.reserve(2 * balls, 2 * found);
+        // Room for other workers' balls, too.
+        let leaving: usize = walked.iter().map(|(_, leaving, _)| leaving.balls.len()).sum();
+        self.engine.pending.reserve(2 * leaving);
+        self.engine.chains.reserve(4 * leaving);
         let mut forwards = Forwards::new(ask);
         for ((done, leaving, counts), group) in walked.into_iter().zip(groups) {
             self.engine.done.parts.push(done);
@@ -178,12 +177,14 @@ impl<P: Point> Worker<P> {
             if let (Some(recorder), Some(reached)) = (&mut self.recorder, counts.reach.reached) {
                 recorder.reached(self.phase, reached);
             }
+            let (block, mut begin) = (self.engine.chains.next_block(), 0);
             for (at, found, ways) in leaving.iter() {
                 let ball = &group[at];
                 let centre = self.table.positions[ball.home as usize];
                 forwards.add(self, ways, centre, ball.radius2, ball.leaf as u64);
                 let mut list = Chain::EMPTY;
-                self.engine.chains.add(&mut list, found.iter().copied());
+                self.engine.chains.add(&mut list, block, begin..begin + found.len());
+                begin += found.len();
                 self.engine.pending.push(Pending {
                     origin: None,
                     home: ball.home,
@@ -193,7 +194,11 @@ impl<P: Point> Worker<P> {
                     list,
                 });
             }
+            self.engine.chains.take_block(leaving.found.into_parts().0);
         }
+        // Theirs are complete last.
+        let wanted = leaving * ask.wanted as usize;
+        self.engine.done.parts.push(Part::with_capacity(leaving, wanted));
         forwards.send(self);
     }
 
@@ -216,7 +221,8 @@ impl<P: Point> Worker<P> {
         largest2: &[f64],
     ) -> Walked {
         let mut walk = self.walk();
-        let (mut done, mut leaving) = (Part::default(), LookedAt::default());
+        let mut done = Part::with_capacity(group.len(), group.len() * ask.wanted as usize);
+        let mut leaving = LookedAt::default();
         let (mut found, mut ways) = (FoundList::default(), Vec::new());
         let mut leaf = None;
         for (at, ball) in group.iter().enumerate() {
@@ -249,7 +255,7 @@ impl<P: Point> Worker<P> {
             let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
             found.extend(own.map_or(&[][..], |own| own.1).iter().map(at_of));
             let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
-            let list = found.as_slice().iter().map(|found| found.1);
+            let list = found.numbers().iter().copied();
             if ways.is_empty() {
                 done.push(ball.home, kth2, list);
             } else {
@@ -296,11 +302,11 @@ impl<P: Point> Worker<P> {
         });
         let mut forwards = Forwards::new(self.engine.ask);
         for (from, node, batch) in queries {
-            self.on_query(from, node, &batch, &mut forwards);
+            self.on_query(from, node, batch, &mut forwards);
         }
         forwards.send(self);
         for batch in lists {
-            self.on_answer(&batch);
+            self.on_answer(batch);
         }
         self.answer_batches();
     }
@@ -315,13 +321,14 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Keeps account of a batch of queries that found so much here; returns its number.
-    fn ask_for(&mut self, from: Rank, batch: &QueryBatch<P>, found: usize) -> u32 {
-        self.engine.asked.push(Asked::of(from, batch, found));
+    /// Keeps account of a batch of queries and of what was found for them, so many of which are answered later; returns
+    /// its number.
+    fn ask_for(&mut self, from: Rank, batch: QueryBatch<P>, found: Lists<u32>, outstanding: u32) -> u32 {
+        self.engine.asked.push(Asked::of(from, batch, found, outstanding));
         self.engine.asked.len() as u32 - 1
     }
 
-    fn on_query(&mut self, from: Rank, node: NodeId, batch: &QueryBatch<P>, forwards: &mut Forwards<P>) {
+    fn on_query(&mut self, from: Rank, node: NodeId, batch: QueryBatch<P>, forwards: &mut Forwards<P>) {
         self.engine.ask.wanted = batch.wanted;
         self.engine.ask.probe = batch.probe;
         if let Some((at, holder)) = self.relay
@@ -345,23 +352,27 @@ impl<P: Point> Worker<P> {
                 walk.down(tree, &ball, &mut found);
             }
             found.keep_nearest(batch.wanted as usize, radius2);
-            results.push(i, found.as_slice().iter().map(|found| found.1), &ways);
+            results.push(i, found.numbers().iter().copied(), &ways);
         }
         self.count_walk(&walk.into_counts());
-        let asked = self.ask_for(from, batch, results.found.items());
+        let asked = self.engine.asked.len() as u32;
         let mut groups =
             (0u64..).zip(&batch.groups.0).flat_map(|(at, &n)| std::iter::repeat_n(at, n as usize));
+        // What was found for those that go on.
+        let (block, mut numbers) = (self.engine.chains.next_block(), Vec::new());
+        let mut outstanding = 0;
         for (i, found, ways) in results.iter() {
             let group = groups.next().unwrap_or_default();
             if ways.is_empty() {
-                self.engine.asked[asked as usize].answer(i as u32, found.iter().copied());
                 continue;
             }
             let (centre, radius2) = (batch.centres[i], batch.radii2[i]);
             // One leaf's balls come in one batch.
             forwards.add(self, ways, centre, radius2, u64::from(asked) << 32 | group);
             let mut list = Chain::EMPTY;
-            self.engine.chains.add(&mut list, found.iter().copied());
+            self.engine.chains.add(&mut list, block, numbers.len()..numbers.len() + found.len());
+            numbers.extend_from_slice(found);
+            outstanding += 1;
             self.engine.pending.push(Pending {
                 origin: Some((asked, i as u32)),
                 home: u32::MAX,
@@ -371,47 +382,66 @@ impl<P: Point> Worker<P> {
                 list,
             });
         }
+        self.engine.chains.take_block(numbers);
+        self.ask_for(from, batch, results.found, outstanding);
     }
 
     /// Passes queries for a node that turned out a leaf on to the rank that holds it.
-    fn relay_queries(&mut self, from: Rank, node: NodeId, holder: Rank, batch: &QueryBatch<P>) {
+    fn relay_queries(&mut self, from: Rank, node: NodeId, holder: Rank, batch: QueryBatch<P>) {
         let mut on = batch.clone();
-        let asked = self.ask_for(from, batch, 0);
+        let queries = batch.slots.len();
+        let nothing = std::iter::repeat_n(Vec::new(), queries).collect();
+        let asked = self.ask_for(from, batch, nothing, queries as u32);
         for (i, slot) in on.slots.iter_mut().enumerate() {
             *slot = self.engine.pending.len() as u32;
             self.engine.pending.push(Pending {
                 origin: Some((asked, i as u32)),
                 home: u32::MAX,
                 outstanding: 1,
-                centre: batch.centres[i],
-                radius2: batch.radii2[i],
+                centre: on.centres[i],
+                radius2: on.radii2[i],
                 list: Chain::EMPTY,
             });
         }
         self.out.send(holder, node, 0, Body::Query(on));
     }
 
-    fn on_answer(&mut self, batch: &AnswerBatch<P>) {
-        let points = &batch.points;
+    /// Enters the lists of an answer, which become numbers of the table where they stand.
+    fn on_answer(&mut self, batch: AnswerBatch<P>) {
+        let AnswerBatch { slots, counts, groups, sizes, places, points } = batch;
         // Their own leaves were not asked: no home point is among them.
         let each = points.ids.iter().zip(&points.positions.0).zip(&points.owners.0);
         let numbers: Vec<u32> = each.map(|((&id, &x), &owner)| self.table.receive(id, x, owner).0).collect();
-        let mut lists = batch.slots.iter().zip(&batch.counts.0);
-        let (mut places, mut rest) = (batch.places.0.as_slice(), 0..points.len());
-        for (&queries, &size) in batch.groups.iter().zip(&batch.sizes.0) {
-            let begin = rest.start;
-            rest.start = (begin + size as usize).min(rest.end);
-            for (&slot, &count) in lists.by_ref().take(queries as usize) {
-                let (list, after) = places.split_at((count as usize).min(places.len()));
-                places = after;
-                let Engine { pending, chains, .. } = &mut self.engine;
-                let Some(pending) = pending.get_mut(slot as usize) else { return };
-                let at = list.iter().map(|&place| begin + place as usize).filter(|&at| at < rest.start);
-                chains.add(&mut pending.list, at.map(|at| numbers[at]));
-                pending.outstanding -= 1;
-                if pending.outstanding == 0 {
-                    self.complete(slot);
+        let (mut counts, mut places) = (counts.0, places.0);
+        let (mut read, mut kept, mut rest) = (0, 0, numbers.as_slice());
+        let mut each = counts.iter_mut();
+        for (&queries, &size) in groups.iter().zip(&sizes.0) {
+            let (named, after) = rest.split_at((size as usize).min(rest.len()));
+            rest = after;
+            for count in each.by_ref().take(queries as usize) {
+                let (begin, end) = (kept, (read + *count as usize).min(places.len()));
+                for at in read..end {
+                    if let Some(&number) = named.get(places[at] as usize) {
+                        places[kept] = number;
+                        kept += 1;
+                    }
                 }
+                (read, *count) = (end, (kept - begin) as u32);
+            }
+        }
+        let ahead = each.len();
+        let entered = counts.len() - ahead;
+        let (block, mut begin) = (self.engine.chains.next_block(), 0);
+        self.engine.chains.take_block(places);
+        for (&slot, &count) in slots.iter().zip(&counts[..entered]) {
+            let run = begin..begin + count as usize;
+            begin = run.end;
+            let Engine { pending, chains, .. } = &mut self.engine;
+            let Some(pending) = pending.get_mut(slot as usize) else { return };
+            chains.add(&mut pending.list, block, run);
+            pending.outstanding -= 1;
+            if pending.outstanding == 0 {
+                self.complete(slot);
             }
         }
     }
@@ -422,9 +452,11 @@ impl<P: Point> Worker<P> {
         let pending = &pending[slot as usize];
         let positions = &self.table.positions;
         scratch.clear();
-        scratch.extend(chains.iter(pending.list).map(|j| (dist2(positions[j as usize], pending.centre), j)));
+        for part in chains.parts(pending.list) {
+            scratch.extend(part.iter().map(|&j| (dist2(positions[j as usize], pending.centre), j)));
+        }
         let kth2 = scratch.keep_nearest(ask.wanted as usize, pending.radius2);
-        let list = scratch.as_slice().iter().map(|found| found.1);
+        let list = scratch.numbers().iter().copied();
         match pending.origin {
             None => done.push(pending.home, kth2, list),
             Some((of, query)) => asked[of as usize].answer(query, list),

@@ -66,15 +66,21 @@ impl Reach {
     }
 
     /// A ball reaches a node and finds these points below it.
-    pub(crate) fn found(&mut self, node: NodeId, below: &[Found], wanted: usize, radius2: f64) {
+    pub(crate) fn found(
+        &mut self,
+        node: NodeId,
+        below: impl Iterator<Item = Found>,
+        wanted: usize,
+        radius2: f64,
+    ) {
         if let Some(reached) = &mut self.reached {
             let mut nearest = FoundList::default();
-            nearest.extend(below.iter().copied());
+            nearest.extend(below);
             nearest.keep_nearest(wanted, radius2);
             let entry = reached.entry((self.origin, node)).or_default();
             entry.balls += 1;
             entry.entries += nearest.len() as u64;
-            entry.points.extend(nearest.as_slice().iter().map(|found| found.1));
+            entry.points.extend(nearest.numbers());
         }
     }
 }

@@ -167,7 +167,7 @@ impl<P: Point> Walk<'_, P> {
                             let wanted = self.ask.wanted as usize;
                             self.counts.reach.found(
                                 inner.id.child(side),
-                                &found.as_slice()[before..],
+                                found.iter().skip(before),
                                 wanted,
                                 ball.radius2,
                             );

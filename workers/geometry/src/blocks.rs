@@ -19,7 +19,7 @@ use crate::columns::{LANES, Rows};
 use crate::found::FoundList;
 use crate::neighbourhood::{Bounds, bounds, join_bounds};
 use crate::point::Point;
-use crate::simd::{each_bit, larger, up_to, widest};
+use crate::simd::{Masks, each_bit, larger, widest};
 
 /// Points in blocks, by their positions in a slice.
 #[derive(Clone, Debug)]
@@ -77,6 +77,7 @@ impl<P: Point> Blocks<P> {
 
     /// The points within the limit of each point in turn, to `keep`: rows and columns are places in [`Blocks::order`].
     pub(crate) fn each_row(&self, keep: &mut impl Rows) {
+        let masks = Masks::default();
         widest(
             #[inline(always)]
             || {
@@ -84,9 +85,13 @@ impl<P: Point> Blocks<P> {
                     let mut limit = Some(keep.begin(row));
                     let at = [0, 1, 2].map(|axis| if axis < P::DIM { self.axes[axis][row] } else { 0.0 });
                     while let Some(limit2) = limit {
-                        self.each_block(at, limit2, |first, distances2, limit2| {
-                            keep.near_together(first, distances2, limit2)
-                        });
+                        self.each_block(
+                            masks,
+                            at,
+                            limit2,
+                            #[inline(always)]
+                            |first, distances2, limit2| keep.near_together(first, distances2, limit2),
+                        );
                         limit = keep.again(row);
                     }
                     keep.end(row);
@@ -99,20 +104,30 @@ impl<P: Point> Blocks<P> {
     /// the slice, counted from `start`.
     pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut FoundList) {
         let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
+        let masks = Masks::default();
         widest(
             #[inline(always)]
             || {
-                self.each_block(at, limit2, |first, distances2, limit2| {
-                    let rest = &self.order[first..];
-                    let mut numbers = [0; LANES];
-                    match rest.first_chunk() {
-                        Some(block) => numbers = *block,
-                        None => numbers[..rest.len()].copy_from_slice(rest),
-                    }
-                    let is_near = |d2: f64| (d2 <= limit2) & (d2 > 0.0);
-                    found.take_lanes(distances2, |lane| start + numbers[lane], is_near);
-                    limit2
-                });
+                self.each_block(
+                    masks,
+                    at,
+                    limit2,
+                    #[inline(always)]
+                    |first, distances2, limit2| {
+                        let rest = &self.order[first..];
+                        let mut numbers = [0; LANES];
+                        match rest.first_chunk() {
+                            Some(block) => numbers = *block,
+                            None => numbers[..rest.len()].copy_from_slice(rest),
+                        }
+                        found.take_lanes(
+                            distances2,
+                            &numbers.map(|number| start.wrapping_add(number)),
+                            (0.0, limit2),
+                        );
+                        limit2
+                    },
+                );
             },
         );
     }
@@ -122,6 +137,7 @@ impl<P: Point> Blocks<P> {
     #[inline(always)]
     fn each_block(
         &self,
+        masks: Masks,
         at: [f64; 3],
         mut limit2: f64,
         mut near: impl FnMut(usize, &[f64; LANES], f64) -> f64,
@@ -130,11 +146,11 @@ impl<P: Point> Blocks<P> {
         let (y, _) = self.axes[1].as_chunks::<LANES>();
         let (z, _) = self.axes[P::DIM - 1].as_chunks::<LANES>();
         for (many, sides) in self.groups.iter().enumerate() {
-            for group in each_bit(within::<P>(sides, at, limit2)) {
+            for group in each_bit(u64::from(within::<P>(masks, sides, at, limit2))) {
                 let group = many * LANES + group;
                 // An endless limit takes in what is none.
                 let Some(boxes) = self.boxes.get(group) else { continue };
-                for block in each_bit(within::<P>(boxes, at, limit2)) {
+                for block in each_bit(u64::from(within::<P>(masks, boxes, at, limit2))) {
                     let block = group * LANES + block;
                     let (x, y, z) = (&x[block], &y[block], &z[block]);
                     let found: [f64; LANES] = std::array::from_fn(|i| {
@@ -170,14 +186,14 @@ fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes> {
 
 /// Those of eight boxes that are no farther than the limit, as the bits of a number.
 #[inline(always)]
-fn within<P: Point>(sides: &Boxes, at: [f64; 3], limit2: f64) -> u32 {
+fn within<P: Point>(masks: Masks, sides: &Boxes, at: [f64; 3], limit2: f64) -> u32 {
     let gaps2: [f64; LANES] = std::array::from_fn(|i| {
         let gap = |axis: usize| larger(larger(sides[axis][i] - at[axis], at[axis] - sides[3 + axis][i]), 0.0);
         let (x, y) = (gap(0), gap(1));
         if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
     });
     let any = gaps2.iter().fold(false, |any, &gap2| any | (gap2 <= limit2));
-    if any { up_to(&gaps2, limit2) } else { 0 }
+    if any { masks.up_to(&gaps2, limit2) } else { 0 }
 }
 
 /// Halves a set until its parts are blocks. Coordinates are compared by their leading bits, the last ones being the
@@ -232,7 +248,7 @@ mod tests {
                         let mut list = FoundList::default();
                         list.push((9.0, 9));
                         blocks.find_within(centre, limit2, 100, &mut list);
-                        let mut found = list.as_slice().to_vec();
+                        let mut found: Vec<_> = list.iter().collect();
                         assert_eq!(found.remove(0), (9.0, 9));
                         found.sort_by_key(|found| found.1);
                         let all = points.iter().zip(100..).map(|(&x, number)| (dist2(x, centre), number));

@@ -24,7 +24,9 @@ pub const NONE: u32 = u32::MAX;
 pub struct Complex<S> {
     cells: Vec<Cell<S>>,
     free: Vec<u32>,
+    /// Those of the last cavity, and room behind them.
     border: Vec<Border>,
+    sides: usize,
     created: Vec<u32>,
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
     /// for nothing that it has not entered.
@@ -52,12 +54,17 @@ struct Border {
     outer: u32,
 }
 
+impl Border {
+    const NONE: Border = Border { first: NONE, last: NONE, slot: 0, outer: NONE };
+}
+
 impl<S: Simplex> Default for Complex<S> {
     fn default() -> Self {
         Complex {
             cells: Vec::new(),
             free: Vec::new(),
             border: Vec::new(),
+            sides: 0,
             created: Vec::new(),
             starts: Vec::new(),
             codes: Vec::new(),
@@ -195,14 +202,18 @@ impl<S: Simplex> Complex<S> {
     /// `is_inside` tells the cells of the cavity from others.
     #[inline]
     pub fn replace(&mut self, vertex: u32, cavity: &[u32], is_inside: impl Fn(u32) -> bool) {
-        self.border.clear();
+        // Which ridges are of the border cannot be foreseen: each is written, and stays if it is.
+        let room = S::LEN * cavity.len();
+        if room > self.border.len() {
+            self.border.resize(room, Border::NONE);
+        }
+        self.sides = 0;
         for &cell in cavity {
             let Cell { vertices, neighbours, .. } = self.cells[cell as usize];
             for (slot, &outer) in neighbours.as_ref().iter().enumerate() {
-                if !is_inside(outer >> 2) {
-                    let (first, last) = ridge(vertices.as_ref(), slot);
-                    self.border.push(Border { first, last, slot: slot as u32, outer });
-                }
+                let (first, last) = ridge(vertices.as_ref(), slot);
+                self.border[self.sides] = Border { first, last, slot: slot as u32, outer };
+                self.sides += usize::from(!is_inside(outer >> 2));
             }
         }
         self.allocate(cavity);
@@ -212,27 +223,27 @@ impl<S: Simplex> Complex<S> {
     /// Numbers the new cells: slots of the cavity, free ones, new ones.
     fn allocate(&mut self, cavity: &[u32]) {
         self.created.clear();
-        let reused = cavity.len().min(self.border.len());
-        self.created.extend_from_slice(&cavity[..reused]);
+        let reused = cavity.len().min(self.sides);
+        cavity[..reused].iter().for_each(|&cell| self.created.push(cell));
         for &cell in &cavity[reused..] {
             self.cells[cell as usize].is_live = false;
             self.free.push(cell);
         }
-        for _ in reused..self.border.len() {
+        for _ in reused..self.sides {
             let cell = self.free.pop().unwrap_or_else(|| self.push(S::splat(NONE)));
             self.created.push(cell);
         }
     }
 
     fn fill_disc(&mut self, vertex: u32) {
-        for (border, &new) in self.border.iter().zip(&self.created) {
+        for (border, &new) in self.border[..self.sides].iter().zip(&self.created) {
             let start = border.first.wrapping_add(1) as usize;
             if start >= self.starts.len() {
                 self.starts.resize(start + 64, NONE);
             }
             self.starts[start] = new;
         }
-        for (border, &new) in self.border.iter().zip(&self.created) {
+        for (border, &new) in self.border[..self.sides].iter().zip(&self.created) {
             let &Border { first, last, outer, .. } = border;
             // Around the new vertex, the next facet has this one across the ridge opposite its last vertex.
             let next = self.starts[last.wrapping_add(1) as usize];

@@ -24,6 +24,7 @@ use crate::blocks::Blocks;
 use crate::columns::{Columns, Rows};
 use crate::found::FoundList;
 use crate::point::Point;
+use crate::simd::Masks;
 
 /// Work and depth so far. See the module's text for the rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -308,17 +309,17 @@ impl Cost {
         let places = (1u64 << ceil_log2(len as u64)) - 1;
         scratch.clear();
         scratch.extend((0u64..).zip(numbers.iter()).map(|(place, &number)| key(number) & !places | place));
-        scratch.sort_unstable();
+        let keys = Masks::default().sorted(scratch);
         numbers.extend_from_within(..);
         let (sorted, given) = numbers.split_at_mut(len);
         let (mut last, mut are_clear) = (u64::MAX, true);
-        for (number, &key) in sorted.iter_mut().zip(scratch.iter()) {
+        for (number, &key) in sorted.iter_mut().zip(keys) {
             *number = given[(key & places) as usize];
             are_clear &= (key ^ last) > places;
             last = key;
         }
         let mut rest = sorted;
-        for run in scratch.chunk_by(|a, b| (a ^ b) <= places).filter(|_| !are_clear) {
+        for run in keys.chunk_by(|a, b| (a ^ b) <= places).filter(|_| !are_clear) {
             let (own, others) = rest.split_at_mut(run.len());
             own.sort_unstable_by(&compare);
             rest = others;

@@ -223,7 +223,8 @@ impl Rows for Nearest<'_> {
         if self.k == 1 || (self.own as usize).wrapping_sub(first) < LANES {
             return one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2));
         }
-        self.found.take_lanes(distances2, |lane| (first + lane) as u32, |d2| d2 <= limit2);
+        let numbers = std::array::from_fn(|lane| (first + lane) as u32);
+        self.found.take_lanes(distances2, &numbers, (-1.0, limit2));
         self.prune_if_full();
         self.limit2
     }
@@ -242,14 +243,14 @@ impl Rows for Nearest<'_> {
     fn end(&mut self, row: usize) {
         let kth = self.found.keep_kth(self.k);
         if self.are_same {
-            for &(d2, column) in self.found.as_slice().iter().filter(|found| found.1 as usize > row) {
+            for (d2, column) in self.found.iter().filter(|found| found.1 as usize > row) {
                 let hint = &mut self.hints[column as usize];
                 if d2 < hint.0 {
                     *hint = (d2, kth);
                 }
             }
         }
-        self.lists.push(kth, self.found.as_slice().iter().map(|found| self.cols[found.1 as usize]));
+        self.lists.push(kth, self.found.numbers().iter().map(|&column| self.cols[column as usize]));
     }
 }
 

@@ -6,11 +6,14 @@
 //!
 //! The choice is made once, when it is first asked for (of x86-64: its baseline, AVX2, AVX-512).
 
+#![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pulp::Arch;
+#[cfg(target_arch = "x86_64")]
+use pulp::x86::V4;
+use pulp::{Arch, cast};
 
 static BASELINE: AtomicBool = AtomicBool::new(false);
 
@@ -33,24 +36,135 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// What is told of eight lanes as the bits of a number, and done by such bits: AVX-512 has instructions for it, others
+/// are given loops. Told once before a loop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Masks {
+    #[cfg(target_arch = "x86_64")]
+    v4: Option<V4>,
+}
+
+impl Default for Masks {
+    /// With the instructions at hand, unless others are asked for.
+    fn default() -> Self {
+        Masks {
+            #[cfg(target_arch = "x86_64")]
+            v4: if BASELINE.load(Ordering::Relaxed) { None } else { V4::try_new() },
+        }
+    }
+}
+
+impl Masks {
+    /// The lanes that are no larger than a limit.
+    #[inline(always)]
+    pub(crate) fn up_to(self, lanes: &[f64; 8], limit: f64) -> u32 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = self.v4 {
+            return u32::from(v4.cmp_le_f64x8(cast(*lanes), cast([limit; 8])).0);
+        }
+        up_to(lanes, limit)
+    }
+
+    /// The lanes that are not below their limits.
+    #[inline(always)]
+    pub(crate) fn not_below(self, lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = self.v4 {
+            return u32::from(!v4.cmp_lt_f32x8(cast(*lanes), cast(*limits)).0);
+        }
+        let clear = lanes.iter().zip(limits).fold(true, |all, (lane, limit)| all & (lane < limit));
+        if clear { 0 } else { not_below(lanes, limits) }
+    }
+
+    /// Different numbers in their order, in the storage in which they are given: a few, up to 96, by counting the smaller
+    /// ones of each. Where that is slow, and for more of them, they are sorted as such.
+    pub(crate) fn sorted(self, numbers: &mut Vec<u64>) -> &[u64] {
+        let len = numbers.len();
+        if !self.can_count() || len > 96 {
+            numbers.sort_unstable();
+            return numbers;
+        }
+        let room = len.next_multiple_of(8);
+        numbers.resize(room + len, u64::MAX);
+        let (given, sorted) = numbers.split_at_mut(room);
+        widest(
+            #[inline(always)]
+            || by_counting(given, sorted),
+        );
+        sorted
+    }
+
+    /// Are whole numbers of 64 bits compared eight at a time?
+    fn can_count(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        let can = self.v4.is_some();
+        #[cfg(not(target_arch = "x86_64"))]
+        let can = false;
+        can
+    }
+
+    /// Those of eight numbers and of their names whose bits are set, in order, at the front; what stands behind them
+    /// is left open.
+    #[inline(always)]
+    pub(crate) fn pack(self, numbers: &[f64; 8], names: &[u32; 8], bits: u32) -> ([f64; 8], [u32; 8]) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v4) = self.v4 {
+            let numbers = v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*numbers));
+            // The upper half is not looked at.
+            let names = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*names; 2]));
+            return (cast(numbers), cast::<_, [[u32; 8]; 2]>(names)[0]);
+        }
+        pack(numbers, names, bits)
+    }
+}
+
 /// The lanes that are no larger than a limit, as the bits of a number. Not inlined: in the loop that computes the lanes
 /// it would turn them into eight single numbers.
 #[inline(never)]
-pub(crate) fn up_to(lanes: &[f64; 8], limit: f64) -> u32 {
+fn up_to(lanes: &[f64; 8], limit: f64) -> u32 {
     let bits: [u64; 8] = std::array::from_fn(|lane| if lanes[lane] <= limit { 1 << lane } else { 0 });
     bits.iter().fold(0, |all, bit| all | bit) as u32
 }
 
 /// The lanes that are not below their limits, as the bits of a number. Not inlined, like [`up_to`].
 #[inline(never)]
-pub(crate) fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
+fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
     let bits: [u32; 8] = std::array::from_fn(|lane| if lanes[lane] < limits[lane] { 0 } else { 1 << lane });
     bits.iter().fold(0, |all, bit| all | bit)
 }
 
+/// Puts the first of some different numbers, as many as there is room for, into their order; the others fill the last
+/// block of eight.
+#[inline(always)]
+fn by_counting(given: &[u64], sorted: &mut [u64]) {
+    for (at, block) in given.as_chunks::<8>().0.iter().enumerate() {
+        let mut smaller = [0u64; 8];
+        for &other in &given[..sorted.len()] {
+            for (count, &number) in smaller.iter_mut().zip(block) {
+                *count = count.wrapping_add(u64::from(other < number));
+            }
+        }
+        for (&number, &place) in block.iter().zip(&smaller).take(sorted.len() - 8 * at) {
+            sorted[place as usize] = number;
+        }
+    }
+}
+
+/// Moves lanes to the front, without a branch: each is written, and stays if it is wanted.
+#[inline(always)]
+fn pack(numbers: &[f64; 8], names: &[u32; 8], bits: u32) -> ([f64; 8], [u32; 8]) {
+    let (mut packed, mut count) = (([0.0; 8], [0; 8]), 0);
+    for lane in 0..8 {
+        packed.0[count & 7] = numbers[lane];
+        packed.1[count & 7] = names[lane];
+        count += (bits >> lane & 1) as usize;
+    }
+    packed
+}
+
 /// The numbers of the bits that are set, in order.
 #[inline(always)]
-pub(crate) fn each_bit(mut bits: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn each_bit(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(
         #[inline(always)]
         move || {
@@ -76,15 +190,60 @@ mod tests {
         x.iter().zip(y).map(|(x, y)| (x * x + y * y - x * y).to_bits()).collect()
     }
 
+    /// With the instructions at hand, and with the loops.
+    fn both() -> [Masks; 2] {
+        let loops = Masks {
+            #[cfg(target_arch = "x86_64")]
+            v4: None,
+        };
+        [Masks::default(), loops]
+    }
+
     #[test]
     fn lanes_are_told_by_bits() {
-        let x = [0.0, 2.0, -1.0, f64::NAN, 1.0, f64::INFINITY, 1.5, -0.0];
-        assert_eq!(each_bit(up_to(&x, 1.0)).collect::<Vec<_>>(), [0, 2, 4, 7]);
-        assert_eq!(each_bit(up_to(&x, f64::INFINITY)).collect::<Vec<_>>(), [0, 1, 2, 4, 5, 6, 7]);
-        let (x, limits) = (x.map(|x| x as f32), [0.0, 3.0, -1.0, 0.0, f32::NAN, 1.0, f32::INFINITY, 1.0]);
-        assert_eq!(each_bit(not_below(&x, &limits)).collect::<Vec<_>>(), [0, 2, 3, 4, 5]);
+        for lanes in both() {
+            let told = |bits: u32| each_bit(u64::from(bits)).collect::<Vec<_>>();
+            let x = [0.0, 2.0, -1.0, f64::NAN, 1.0, f64::INFINITY, 1.5, -0.0];
+            assert_eq!(told(lanes.up_to(&x, 1.0)), [0, 2, 4, 7]);
+            assert_eq!(told(lanes.up_to(&x, f64::INFINITY)), [0, 1, 2, 4, 5, 6, 7]);
+            assert_eq!(told(lanes.up_to(&x, f64::NAN)), []);
+            let limits = [0.0, 3.0, -1.0, 0.0, f32::NAN, 1.0, f32::INFINITY, 1.0];
+            assert_eq!(told(lanes.not_below(&x.map(|x| x as f32), &limits)), [0, 2, 3, 4, 5]);
+        }
         assert_eq!(each_bit(0).count(), 0);
-        assert_eq!(each_bit(u32::MAX).collect::<Vec<_>>(), (0..32).collect::<Vec<_>>());
+        assert_eq!(each_bit(u64::MAX).collect::<Vec<_>>(), (0..64).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn few_are_sorted() {
+        for masks in both() {
+            for len in (0..40).chain([63, 64, 65, 95, 96, 97, 200]) {
+                let number = |i: u64| if i & 1 == 0 { i } else { i.wrapping_mul(0x9E37_79B9_7F4A_7C15) };
+                let mut numbers: Vec<u64> = (0..len).map(number).collect();
+                let mut sorted = numbers.clone();
+                sorted.sort_unstable();
+                assert_eq!(masks.sorted(&mut numbers), sorted, "{len}");
+            }
+            let mut ends = vec![u64::MAX, 0, 1 << 63, u64::MAX - 1, 1];
+            assert_eq!(masks.sorted(&mut ends), [0, 1, 1 << 63, u64::MAX - 1, u64::MAX]);
+        }
+    }
+
+    #[test]
+    fn lanes_are_packed_by_bits() {
+        let names: [u32; 8] = std::array::from_fn(|lane| 1 << 31 | lane as u32);
+        let numbers = names.map(|name| f64::from(name) / 3.0);
+        for lanes in both() {
+            for bits in 0..256 {
+                let packed = lanes.pack(&numbers, &names, bits);
+                for (to, lane) in each_bit(u64::from(bits)).enumerate() {
+                    assert_eq!(
+                        (packed.0[to].to_bits(), packed.1[to]),
+                        (numbers[lane].to_bits(), names[lane])
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -322,6 +322,7 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Computes the planes of new facets; no image to come is longer than `longest`.
+    #[inline(always)]
     fn enter_created(&mut self, longest: f64) {
         let slots = self.link.slots() as usize;
         if slots > self.sides.len() {
@@ -377,7 +378,7 @@ impl<P: Point> StarBuilder<P> {
 }
 
 /// Computes the plane of a facet.
-#[inline]
+#[inline(always)]
 fn enter<P: Point>(
     planes: &mut Planes,
     points: &[Candidate<P>],

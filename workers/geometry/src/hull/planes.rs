@@ -38,7 +38,7 @@
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
 use crate::point::Point;
-use crate::simd::{each_bit, larger, not_below};
+use crate::simd::{Masks, each_bit, larger};
 
 /// `136 u`.
 const UNIT: f64 = 136.0 * (f64::EPSILON / 2.0);
@@ -115,6 +115,7 @@ pub(super) enum Side {
 /// The planes of all facets of a link, by the facets' numbers.
 #[derive(Debug, Default)]
 pub(super) struct Planes {
+    masks: Masks,
     blocks: Vec<Block>,
     rows: Vec<Plane>,
     /// The squared length of the longest image from which on all are certain not to be beyond.
@@ -156,7 +157,7 @@ impl Planes {
 
     /// Enters a facet with these images, in positive order; `longest` bounds the lengths of those still to
     /// come.
-    #[inline]
+    #[inline(always)]
     pub(super) fn set<P: Point>(&mut self, facet: u32, [a, b, c]: [&Image<P>; 3], longest: f64) {
         let facet = facet as usize;
         let normal = P::hull_normal(&[b.at - a.at, c.at - a.at][..P::DIM - 1]);
@@ -195,18 +196,19 @@ impl Planes {
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
             *x = (image.coord(i) * self.scale[0]) as f32;
         }
-        for (k, block) in self.blocks.iter().enumerate() {
-            let [x, y, z] = &block.normal;
-            let product: Lanes = std::array::from_fn(|i| {
-                let planar = x[i] * at[0] + y[i] * at[1];
-                if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
-            });
-            let clear = product.iter().zip(&block.low).fold(true, |all, (p, low)| all & (p < low));
-            if clear {
-                continue;
+        // As many blocks at a time as their facets have bits in one number: without a branch for each.
+        for (k, blocks) in self.blocks.chunks(LANES).enumerate() {
+            let mut uncertain = 0;
+            for (shift, block) in (0u32..).step_by(LANES).zip(blocks) {
+                let [x, y, z] = &block.normal;
+                let product: Lanes = std::array::from_fn(|i| {
+                    let planar = x[i] * at[0] + y[i] * at[1];
+                    if P::DIM == 2 { planar } else { planar + z[i] * at[2] }
+                });
+                uncertain |= u64::from(self.masks.not_below(&product, &block.low)) << shift;
             }
-            for lane in each_bit(not_below(&product, &block.low)) {
-                let facet = k * LANES + lane;
+            for lane in each_bit(uncertain) {
+                let facet = k * LANES * LANES + lane;
                 match self.side(facet, image) {
                     Side::Clear => {}
                     side => f(facet as u32, side),
