@@ -3,15 +3,17 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use septet::io::write::{OutputError, OutputFormat, check_output, check_text_output};
+use septet::io::write::{OutputError, OutputFormat, check_output, check_text_output, destination};
 
 use super::errors::{Code, Failure};
 
-/// A name that is the same for the same file, however it is written.
+/// A name that is the same for the same file, however it is written, there or not.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(real) = path.canonicalize() {
         return real;
     }
+    // A name that is refused as an output is refused as such.
+    let path = &destination(path).unwrap_or_else(|_| path.to_owned());
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match (parent.canonicalize(), path.file_name()) {
         (Ok(parent), Some(name)) => parent.join(name),

@@ -1,4 +1,4 @@
-//! Many lists that grow by parts as answers come: no list costs an allocation, and no answer is copied.
+//! Many lists that grow by parts as answers come: no list costs an allocation, and answers stay where they came.
 
 use std::ops::Range;
 
@@ -16,26 +16,26 @@ impl Chain {
     pub(crate) const EMPTY: Chain = Chain { first: NONE, last: NONE };
 }
 
-/// The parts of all lists: runs of numbers in blocks as they came, which are not copied.
+/// The parts of all lists: runs of numbers in blocks, which stay as they came.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chains {
     blocks: Vec<Vec<u32>>,
-    parts: Vec<Part>,
+    runs: Vec<Run>,
 }
 
-/// A run of a block, and the part that follows it in its list.
+/// Numbers that follow each other in a block, and the run that follows in their list.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct Run {
+    begin: usize,
     block: u32,
-    begin: u32,
-    end: u32,
+    len: u32,
     next: u32,
 }
 
 impl Chains {
-    /// Makes room for more parts.
-    pub(crate) fn reserve(&mut self, parts: usize) {
-        self.parts.reserve(parts);
+    /// Makes room for more runs.
+    pub(crate) fn reserve(&mut self, runs: usize) {
+        self.runs.reserve(runs);
     }
 
     /// The number of the block that comes next.
@@ -53,9 +53,9 @@ impl Chains {
         if run.is_empty() {
             return;
         }
-        let at = self.parts.len() as u32;
-        self.parts.push(Part { block, begin: run.start as u32, end: run.end as u32, next: NONE });
-        match self.parts.get_mut(chain.last as usize) {
+        let at = self.runs.len() as u32;
+        self.runs.push(Run { begin: run.start, block, len: run.len() as u32, next: NONE });
+        match self.runs.get_mut(chain.last as usize) {
             Some(last) => last.next = at,
             None => chain.first = at,
         }
@@ -66,9 +66,9 @@ impl Chains {
     pub(crate) fn parts(&self, chain: Chain) -> impl Iterator<Item = &[u32]> {
         let mut at = chain.first;
         std::iter::from_fn(move || {
-            let &Part { block, begin, end, next } = self.parts.get(at as usize)?;
+            let &Run { begin, block, len, next } = self.runs.get(at as usize)?;
             at = next;
-            Some(&self.blocks[block as usize][begin as usize..end as usize])
+            Some(&self.blocks[block as usize][begin..begin + len as usize])
         })
     }
 }

@@ -35,6 +35,7 @@ pub(crate) fn difference<P: Point>(
 }
 
 /// The sum of some vertices' numbers.
+#[inline]
 fn sum_of(vertices: &[u32]) -> u32 {
     vertices.iter().fold(0, |sum: u32, &v| sum.wrapping_add(v))
 }

@@ -17,6 +17,9 @@
 //! **Work and depth.** At each node one vector step over its balls down and one over its replicated balls
 //! up; at a leaf one vector step over (ball, point) pairs and one segmented scan.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
 use septet_geometry::complex::NONE;
@@ -194,11 +197,11 @@ impl<P: Point> Worker<P> {
                     list,
                 });
             }
-            self.engine.chains.take_block(leaving.found.into_parts().0);
+            self.engine.chains.take_block(leaving.found.into_items());
         }
-        // Theirs are complete last.
-        let wanted = leaving * ask.wanted as usize;
-        self.engine.done.parts.push(Part::with_capacity(leaving, wanted));
+        // The lists of the balls that left, as they are complete.
+        let items = leaving.saturating_mul(ask.wanted as usize);
+        self.engine.done.parts.push(Part::with_capacity(leaving, items));
         forwards.send(self);
     }
 
@@ -252,8 +255,8 @@ impl<P: Point> Worker<P> {
                 done.push(ball.home, kth2, list.iter().copied());
                 continue;
             }
-            let at_of = |&j: &u32| (dist2(self.table.positions[j as usize], start.centre), j);
-            found.extend(own.map_or(&[][..], |own| own.1).iter().map(at_of));
+            let distance2 = |j: u32| dist2(self.table.positions[j as usize], start.centre);
+            found.extend(own.map_or(&[], |own| own.1), distance2);
             let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
             let list = found.numbers().iter().copied();
             if ways.is_empty() {
@@ -290,11 +293,11 @@ impl<P: Point> Worker<P> {
         let mut queries = Vec::new();
         let mut lists = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
-            Body::Query(batch) => {
+            Body::Query(batch) if batch.is_consistent() => {
                 queries.push((m.from, m.node, std::mem::take(batch)));
                 false
             }
-            Body::Answer(batch) => {
+            Body::Answer(batch) if batch.is_consistent() => {
                 lists.push(std::mem::take(batch));
                 false
             }
@@ -412,28 +415,20 @@ impl<P: Point> Worker<P> {
         // Their own leaves were not asked: no home point is among them.
         let each = points.ids.iter().zip(&points.positions.0).zip(&points.owners.0);
         let numbers: Vec<u32> = each.map(|((&id, &x), &owner)| self.table.receive(id, x, owner).0).collect();
-        let (mut counts, mut places) = (counts.0, places.0);
-        let (mut read, mut kept, mut rest) = (0, 0, numbers.as_slice());
-        let mut each = counts.iter_mut();
+        let (mut places, mut counted) = (places.0, counts.iter());
+        let (mut rest, mut begin) = (places.as_mut_slice(), 0);
         for (&queries, &size) in groups.iter().zip(&sizes.0) {
-            let (named, after) = rest.split_at((size as usize).min(rest.len()));
-            rest = after;
-            for count in each.by_ref().take(queries as usize) {
-                let (begin, end) = (kept, (read + *count as usize).min(places.len()));
-                for at in read..end {
-                    if let Some(&number) = named.get(places[at] as usize) {
-                        places[kept] = number;
-                        kept += 1;
-                    }
-                }
-                (read, *count) = (end, (kept - begin) as u32);
+            let items = counted.by_ref().take(queries as usize).map(|&count| count as usize).sum();
+            let (own, after) = rest.split_at_mut(items);
+            let named = &numbers[begin..begin + size as usize];
+            for place in own {
+                *place = named[*place as usize];
             }
+            (rest, begin) = (after, begin + size as usize);
         }
-        let ahead = each.len();
-        let entered = counts.len() - ahead;
         let (block, mut begin) = (self.engine.chains.next_block(), 0);
         self.engine.chains.take_block(places);
-        for (&slot, &count) in slots.iter().zip(&counts[..entered]) {
+        for (&slot, &count) in slots.iter().zip(&counts.0) {
             let run = begin..begin + count as usize;
             begin = run.end;
             let Engine { pending, chains, .. } = &mut self.engine;
@@ -453,7 +448,7 @@ impl<P: Point> Worker<P> {
         let positions = &self.table.positions;
         scratch.clear();
         for part in chains.parts(pending.list) {
-            scratch.extend(part.iter().map(|&j| (dist2(positions[j as usize], pending.centre), j)));
+            scratch.extend(part, |j| dist2(positions[j as usize], pending.centre));
         }
         let kth2 = scratch.keep_nearest(ask.wanted as usize, pending.radius2);
         let list = scratch.numbers().iter().copied();

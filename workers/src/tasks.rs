@@ -75,7 +75,7 @@ impl Reach {
     ) {
         if let Some(reached) = &mut self.reached {
             let mut nearest = FoundList::default();
-            nearest.extend(below);
+            below.for_each(|found| nearest.push(found));
             nearest.keep_nearest(wanted, radius2);
             let entry = reached.entry((self.origin, node)).or_default();
             entry.balls += 1;

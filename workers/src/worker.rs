@@ -228,7 +228,10 @@ impl<P: Point> Worker<P> {
             Phase::Pieces | Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
-            return Err(Self::bad(message, &format!("it has no place in phase {}", self.phase.name())));
+            return Err(Self::bad(
+                message,
+                &format!("it has no place in phase {}, or its arrays do not fit together", self.phase.name()),
+            ));
         }
         self.config.stop.check()?;
         Ok(self.out.take(self.phase, &mut self.ledger))

@@ -1,9 +1,9 @@
 //! Files that appear whole or not at all: written under a temporary name beside the target, renamed
 //! when all files of a set are complete, removed on every other way out.
 //!
-//! Devices and pipes (`/dev/null`, `/dev/stdout`, `>(command)` of a shell) are written to as they are: a file
-//! renamed over one would take its place. Where the target is a symbolic link, the file that it names is
-//! replaced and the link stays.
+//! Devices and pipes (`/dev/null`, `>(command)` of a shell) are written to as they are: a file renamed over one would
+//! take its place. Opening a pipe waits for its reader. Where the target is a symbolic link, the file that it names is
+//! written, there or not, and the link stays; a name of an open file (`/dev/stdout` where that is a file) is refused.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -27,21 +27,22 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Opens one file of the set under a temporary name, for a caller that writes it bit by bit and closes
-    /// it before the set is committed.
+    /// Opens one file of the set, under a temporary name unless it is a device or a pipe, for a caller that writes it bit
+    /// by bit and closes it before the set is committed.
     pub(crate) fn open(&mut self, target: &Path) -> Result<File, OutputError> {
-        if is_special(target) {
-            let opened = OpenOptions::new().write(true).open(target);
-            let not_writable = |source| OutputError::NotWritable { path: target.to_path_buf(), source };
-            self.files.push((None, target.to_path_buf()));
-            return opened.map_err(not_writable);
+        let target = destination(target)?;
+        if is_special(&target) {
+            let opened = OpenOptions::new().write(true).open(&target);
+            let file = opened.map_err(|source| not_writable(&target, source))?;
+            self.files.push((None, target));
+            return Ok(file);
         }
-        let (file, temporary) = create_beside(target)?;
-        self.files.push((Some(temporary), target.to_path_buf()));
+        let (file, temporary) = create_beside(&target)?;
+        self.files.push((Some(temporary), target));
         Ok(file)
     }
 
-    /// Writes one file of the set under a temporary name.
+    /// Writes one file of the set as [`Stage::open`] has it.
     pub(in crate::io::write) fn write(
         &mut self,
         target: &Path,
@@ -65,14 +66,14 @@ impl Stage {
         let mut done = Vec::with_capacity(files.len());
         for (index, (temporary, target)) in files.iter().enumerate() {
             let Some(temporary) = temporary else { continue };
-            if let Err(source) = fs::rename(temporary, resolved(target)) {
+            if let Err(source) = fs::rename(temporary, target) {
                 self.files = files[index..].to_vec();
                 for path in &done {
                     let _ = fs::remove_file(path);
                 }
                 return Err(OutputError::Io { path: target.clone(), source });
             }
-            done.push(resolved(target));
+            done.push(target.clone());
         }
         Ok(files.into_iter().map(|(_, target)| target).collect())
     }
@@ -87,23 +88,47 @@ impl Drop for Stage {
     }
 }
 
-/// Can a file be written under this name? Creates and removes a temporary file to find out; a device or a pipe
-/// is not opened before there is something to write.
+/// Can a file be written under this name? Creates and removes a temporary file to find out, or opens the device; of a
+/// pipe, which waits for a reader, only the permissions are looked at.
 pub(crate) fn probe(target: &Path) -> Result<(), OutputError> {
-    refuse_directory(target)?;
-    if is_special(target) {
+    let target = destination(target)?;
+    refuse_directory(&target)?;
+    if let Ok(metadata) = fs::metadata(&target) {
+        if metadata.permissions().readonly() {
+            let source = io::Error::new(ErrorKind::PermissionDenied, "it is read-only");
+            return Err(not_writable(&target, source));
+        }
+        if is_special(&target) {
+            return probe_special(&target, &metadata);
+        }
+    }
+    let (file, temporary) = create_beside(&target)?;
+    drop(file);
+    fs::remove_file(temporary).map_err(|source| not_writable(&target, source))
+}
+
+#[cfg(unix)]
+fn probe_special(target: &Path, metadata: &fs::Metadata) -> Result<(), OutputError> {
+    use std::os::unix::fs::FileTypeExt;
+    let kind = metadata.file_type();
+    if kind.is_fifo() {
         return Ok(());
     }
-    if let Ok(metadata) = fs::metadata(target)
-        && metadata.permissions().readonly()
-    {
-        let source = io::Error::new(ErrorKind::PermissionDenied, "the file is read-only");
-        return Err(OutputError::NotWritable { path: target.to_path_buf(), source });
+    if kind.is_socket() {
+        let source = io::Error::new(ErrorKind::InvalidInput, "it is a socket, which is not opened by a name");
+        return Err(not_writable(target, source));
     }
-    let (file, temporary) = create_beside(target)?;
-    drop(file);
-    let path = || target.to_path_buf();
-    fs::remove_file(temporary).map_err(|source| OutputError::NotWritable { path: path(), source })
+    let opened = OpenOptions::new().write(true).open(target);
+    opened.map(drop).map_err(|source| not_writable(target, source))
+}
+
+#[cfg(not(unix))]
+fn probe_special(_target: &Path, _metadata: &fs::Metadata) -> Result<(), OutputError> {
+    Ok(())
+}
+
+fn not_writable(target: &Path, source: io::Error) -> OutputError {
+    OutputError::NotWritable { path: target.to_path_buf(), source }
 }
 
 fn refuse_directory(target: &Path) -> Result<(), OutputError> {
@@ -118,25 +143,47 @@ fn is_special(target: &Path) -> bool {
     fs::metadata(target).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// Waits until the bytes are on the disk; devices and pipes know no such thing.
+/// Waits until the bytes of a file are on the disk.
 pub(crate) fn sync(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
 
-/// The file that a symbolic link names, else the path itself.
-fn resolved(target: &Path) -> PathBuf {
-    let named = if target.is_symlink() { target.canonicalize().ok() } else { None };
-    named.unwrap_or_else(|| target.to_path_buf())
+/// As many links as Linux follows.
+const LINKS: u32 = 40;
+
+/// What is written under a name: where the name is a symbolic link, what it names, there or not.
+///
+/// # Errors
+/// If links go round, or the name is that of an open regular file (`/dev/stdout`, `/dev/fd/3`): the file would be replaced
+/// under the hands of whoever has it open.
+pub fn destination(target: &Path) -> Result<PathBuf, OutputError> {
+    if is_special(target) {
+        return Ok(target.to_path_buf());
+    }
+    let mut path = target.to_path_buf();
+    for _ in 0..LINKS {
+        let Ok(link) = fs::read_link(&path) else { return Ok(path) };
+        let parent = directory_of(&path);
+        if parent.canonicalize().is_ok_and(|parent| parent.starts_with("/proc")) {
+            let source = io::Error::new(
+                ErrorKind::InvalidInput,
+                "it is an open file; name the file, or `-` for standard output where that is possible",
+            );
+            return Err(not_writable(target, source));
+        }
+        path = if parent == Path::new(".") { link } else { parent.join(link) };
+    }
+    Err(not_writable(target, io::Error::new(ErrorKind::InvalidInput, "too many symbolic links")))
+}
+
+fn directory_of(path: &Path) -> &Path {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// A new file in the directory of the target.
 fn create_beside(target: &Path) -> Result<(File, PathBuf), OutputError> {
     let path = || target.to_path_buf();
-    let resolved = resolved(target);
-    let directory = match resolved.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let directory = directory_of(target);
     if !directory.is_dir() {
         let directory = directory.to_path_buf();
         return Err(OutputError::MissingDirectory { path: path(), directory });
@@ -261,11 +308,42 @@ mod tests {
         assert_eq!(reader.join().unwrap(), b"through");
         assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
         assert_eq!(names(directory.path()), ["a.off"]);
-        // A set that is given up does not take the device with it.
-        let mut stage = Stage::default();
-        stage.write(Path::new("/dev/null"), |out| Ok(out.write_all(b"nothing")?)).unwrap();
-        drop(stage);
-        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        // Nor does a device go, whether the set is given up or complete.
+        let null = Path::new("/dev/null");
+        probe(null).unwrap();
+        for complete in [false, true] {
+            let mut stage = Stage::default();
+            stage.write(null, |out| Ok(out.write_all(b"nothing")?)).unwrap();
+            assert!(stage.files.iter().all(|(temporary, _)| temporary.is_none()));
+            if complete {
+                stage.commit().unwrap();
+            }
+            assert!(fs::metadata(null).unwrap().file_type().is_char_device());
+        }
+        let socket = directory.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        assert!(matches!(probe(&socket).unwrap_err(), OutputError::NotWritable { .. }));
+    }
+
+    /// The name of a file that somebody has open.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn names_of_open_files_are_refused() {
+        use std::os::fd::AsRawFd;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("log.txt");
+        let file = File::create(&path).unwrap();
+        for folder in ["/dev/fd", "/proc/self/fd"] {
+            let name = Path::new(folder).join(file.as_raw_fd().to_string());
+            let link = directory.path().join("link.off");
+            std::os::unix::fs::symlink(&name, &link).unwrap();
+            for target in [&name, &link] {
+                assert!(probe(target).unwrap_err().to_string().contains("open file"));
+                assert!(Stage::default().open(target).is_err());
+            }
+            fs::remove_file(link).unwrap();
+        }
+        assert_eq!(names(directory.path()), ["log.txt"]);
     }
 
     /// A link to a file of another directory: the file is replaced, from beside it.
@@ -280,10 +358,21 @@ mod tests {
         let mut stage = Stage::default();
         stage.write(&link, |out| Ok(out.write_all(b"new")?)).unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"old");
-        assert_eq!(stage.commit().unwrap(), std::slice::from_ref(&link));
+        assert_eq!(stage.commit().unwrap(), std::slice::from_ref(&file));
         assert!(link.is_symlink());
         assert_eq!(fs::read(&file).unwrap(), b"new");
-        assert_eq!((names(here.path()).len(), names(there.path()).len()), (1, 1));
+        // One that names what is not there yet, from its own directory; and links that go round.
+        let dangling = here.path().join("next.off");
+        std::os::unix::fs::symlink("b.off", &dangling).unwrap();
+        let mut stage = Stage::default();
+        stage.write(&dangling, |_| Ok(())).unwrap();
+        assert_eq!(stage.commit().unwrap(), [here.path().join("b.off")]);
+        assert!(dangling.is_symlink());
+        std::os::unix::fs::symlink("round.off", here.path().join("round.off")).unwrap();
+        let error = probe(&here.path().join("round.off")).unwrap_err();
+        assert!(error.to_string().contains("too many"), "{error}");
+        assert_eq!(names(here.path()), ["b.off", "latest.off", "next.off", "round.off"]);
+        assert_eq!(names(there.path()), ["run.off"]);
     }
 
     #[test]

@@ -24,7 +24,9 @@ use crate::simd::{Masks, each_bit, larger, widest};
 /// Points in blocks, by their positions in a slice.
 #[derive(Clone, Debug)]
 pub struct Blocks<P> {
-    /// Position of each point in the slice, block by block.
+    /// Number of points.
+    len: usize,
+    /// Position of each point in the slice, block by block, and zeros that fill the last one.
     order: Vec<u32>,
     /// Coordinates in that order; behind the last point, and in blocks that are not, no numbers.
     axes: [Vec<f64>; 3],
@@ -57,22 +59,23 @@ impl<P: Point> Blocks<P> {
         let joined = |group: &[Bounds<P>]| group[1..].iter().fold(group[0], |a, &b| join_bounds(a, b));
         let (boxes, groups) =
             (boxes_of(&sides), boxes_of(&sides.chunks(LANES).map(joined).collect::<Vec<_>>()));
-        Blocks { order, axes, boxes, groups, marker: PhantomData }
+        order.resize(points.len().next_multiple_of(LANES), 0);
+        Blocks { len: points.len(), order, axes, boxes, groups, marker: PhantomData }
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.order.len()
+        self.len
     }
 
     /// Are there none?
     pub fn is_empty(&self) -> bool {
-        self.order.is_empty()
+        self.len == 0
     }
 
     /// The points' positions in the slice, block by block.
     pub fn order(&self) -> &[u32] {
-        &self.order
+        &self.order[..self.len]
     }
 
     /// The points within the limit of each point in turn, to `keep`: rows and columns are places in [`Blocks::order`].
@@ -114,15 +117,11 @@ impl<P: Point> Blocks<P> {
                     limit2,
                     #[inline(always)]
                     |first, distances2, limit2| {
-                        let rest = &self.order[first..];
-                        let mut numbers = [0; LANES];
-                        match rest.first_chunk() {
-                            Some(block) => numbers = *block,
-                            None => numbers[..rest.len()].copy_from_slice(rest),
-                        }
+                        // Only whole blocks are looked at.
+                        let numbers = self.order[first..].first_chunk().copied().unwrap_or_default();
                         found.take_lanes(
                             distances2,
-                            &numbers.map(|number| start.wrapping_add(number)),
+                            &numbers.map(|number: u32| start.wrapping_add(number)),
                             (0.0, limit2),
                         );
                         limit2

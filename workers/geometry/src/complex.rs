@@ -26,6 +26,7 @@ pub struct Complex<S> {
     free: Vec<u32>,
     /// Those of the last cavity, and room behind them.
     border: Vec<Border>,
+    /// How many.
     sides: usize,
     created: Vec<u32>,
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
@@ -224,7 +225,7 @@ impl<S: Simplex> Complex<S> {
     fn allocate(&mut self, cavity: &[u32]) {
         self.created.clear();
         let reused = cavity.len().min(self.sides);
-        cavity[..reused].iter().for_each(|&cell| self.created.push(cell));
+        self.created.extend_from_slice(&cavity[..reused]);
         for &cell in &cavity[reused..] {
             self.cells[cell as usize].is_live = false;
             self.free.push(cell);

@@ -3,7 +3,8 @@
 //! **Statement.** The `k` nearest are those no farther than the `k`-th, ties included: then they do not depend on how ties
 //! are numbered. The `k`-th is selected between bounds that are drawn together: the numbers up to a bound are counted,
 //! eight in one step, and the next bound is the one between that would split them right if they were spread evenly (the
-//! search by interpolation, Peterson 1957). Among the few that are left it is selected as such (Hoare 1961).
+//! search by interpolation, Peterson 1957). After a few rounds it is selected as such (Hoare 1961) among those that are left
+//! between them; where nothing compares eight numbers in one step, among all.
 //!
 //! **Work.** O(1) for each point found or looked at, linear for the nearest. Those that are kept stand in the order in which
 //! they were found, which is that of blocks of points, or in which answers came: whoever uses them sorts them, or does not
@@ -26,11 +27,11 @@ pub struct FoundList {
     distances2: Vec<f64>,
     numbers: Vec<u32>,
     len: usize,
-    /// Those between the bounds.
-    between: Vec<f64>,
+    /// Those between the bounds, by their bits, which are in the order of the numbers.
+    between: Vec<u64>,
 }
 
-/// How often the bounds are drawn together at most, and how many between them are few.
+/// How often the bounds are drawn together at most, and of how many between them it is selected at once.
 const ROUNDS: u32 = 6;
 const FEW: usize = 2;
 
@@ -88,27 +89,31 @@ impl FoundList {
         self.len += 1;
     }
 
-    /// Adds points.
-    pub fn extend(&mut self, found: impl IntoIterator<Item = Found>) {
-        let found = found.into_iter();
-        self.make_room(found.size_hint().0);
-        found.for_each(|found| self.push(found));
+    /// Adds points by their positions, with what tells their squared distances.
+    #[inline]
+    pub fn extend(&mut self, numbers: &[u32], distance2: impl Fn(u32) -> f64) {
+        self.make_room(numbers.len());
+        let added = self.len..self.len + numbers.len();
+        self.numbers[added.clone()].copy_from_slice(numbers);
+        for (d2, &number) in self.distances2[added].iter_mut().zip(numbers) {
+            *d2 = distance2(number);
+        }
+        self.len += numbers.len();
     }
 
-    /// Adds those of eight points that are no farther than `limit2`, and farther than `above2`.
+    /// Adds those of eight points that are farther than the first limit and no farther than the second.
     #[inline(always)]
     pub(crate) fn take_lanes(
         &mut self,
         distances2: &[f64; LANES],
         numbers: &[u32; LANES],
-        (above2, limit2): (f64, f64),
+        limits2: (f64, f64),
     ) {
         self.make_room(LANES);
-        let bits = self.masks.up_to(distances2, limit2) & !self.masks.up_to(distances2, above2);
-        let packed = self.masks.pack(distances2, numbers, bits);
-        self.distances2[self.len..self.len + LANES].copy_from_slice(&packed.0);
-        self.numbers[self.len..self.len + LANES].copy_from_slice(&packed.1);
-        self.len += bits.count_ones() as usize;
+        let to = (self.distances2[self.len..].first_chunk_mut(), self.numbers[self.len..].first_chunk_mut());
+        if let (Some(to_distances2), Some(to_numbers)) = to {
+            self.len += self.masks.pack((distances2, numbers), limits2, (to_distances2, to_numbers));
+        }
     }
 
     /// Keeps those no farther than the `k`-th nearest, ties included, and no farther than `limit2`. Returns the `k`-th
@@ -140,9 +145,10 @@ impl FoundList {
         self.distances2[self.len..self.len + LANES].fill(f64::NAN);
         let (all, _) = self.distances2[..self.len.next_multiple_of(LANES)].as_chunks::<LANES>();
         let (len, between) = (self.len, &mut self.between);
+        let rounds = if self.masks.can_count() { ROUNDS } else { 0 };
         widest(
             #[inline(always)]
-            || kth_between(all, len, k, between),
+            || kth_between(all, len, k, rounds, between),
         )
     }
 
@@ -155,16 +161,13 @@ impl FoundList {
             #[inline(always)]
             || {
                 for at in (0..self.len).step_by(LANES) {
-                    let (Some(distances2), Some(numbers)) =
-                        (self.distances2[at..].first_chunk(), self.numbers[at..].first_chunk())
-                    else {
-                        break;
-                    };
-                    let bits = self.masks.up_to(distances2, limit2);
-                    let packed = self.masks.pack(distances2, numbers, bits);
-                    self.distances2[kept..kept + LANES].copy_from_slice(&packed.0);
-                    self.numbers[kept..kept + LANES].copy_from_slice(&packed.1);
-                    kept += bits.count_ones() as usize;
+                    let from = (self.distances2[at..].first_chunk(), self.numbers[at..].first_chunk());
+                    let (Some(&distances2), Some(&numbers)) = from else { break };
+                    let to =
+                        (self.distances2[kept..].first_chunk_mut(), self.numbers[kept..].first_chunk_mut());
+                    let (Some(to_distances2), Some(to_numbers)) = to else { break };
+                    let limits = (f64::NEG_INFINITY, limit2);
+                    kept += self.masks.pack((&distances2, &numbers), limits, (to_distances2, to_numbers));
                 }
             },
         );
@@ -175,12 +178,14 @@ impl FoundList {
 /// The `k`-th smallest of `len` numbers of at least 0 in blocks of eight, of which the last is filled up with what is no
 /// number.
 #[inline(always)]
-fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, between: &mut Vec<f64>) -> f64 {
+fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between: &mut Vec<u64>) -> f64 {
     let most = largest(all, f64::INFINITY);
-    // `below` are up to `low`, at least k up to `high`.
+    // `below` are up to `low`, at least k up to `high`. None are below 0.
     let (mut low, mut below, mut high, mut within) = (-1.0, 0, most, len);
-    let mut middle = most * (k as f64 / len as f64);
-    for _ in 0..ROUNDS {
+    // Between what points spread evenly in the plane and in space would ask for.
+    let part = k as f64 / len as f64;
+    let mut middle = most * part * (1.5 - 0.5 * part);
+    for _ in 0..rounds {
         if within == k || within - below <= FEW || !(low < middle && middle < high) {
             break;
         }
@@ -190,14 +195,22 @@ fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, between: &mut Vec<f64
         } else {
             (high, within) = (middle, count);
         }
-        middle = low + (high - low) * ((k - below) as f64 - 0.5) / (within - below) as f64;
+        let from = larger(low, 0.0);
+        middle = from + (high - from) * ((k - below) as f64 - 0.5) / (within - below) as f64;
     }
     if within == k {
         return largest(all, high);
     }
     between.clear();
-    between.extend(all.as_flattened().iter().filter(|&&d2| d2 > low && d2 <= high));
-    *between.select_nth_unstable_by(k - below - 1, f64::total_cmp).1
+    if below == 0 && within == len {
+        between.extend(all.as_flattened()[..len].iter().map(|d2| d2.to_bits()));
+    } else {
+        let is_between = |d2: &&f64| **d2 > low && **d2 <= high;
+        between.extend(all.as_flattened().iter().filter(is_between).map(|d2| d2.to_bits()));
+    }
+    // There are fewer if some are no numbers.
+    let Some(last) = between.len().checked_sub(1) else { return high };
+    f64::from_bits(*between.select_nth_unstable((k - below - 1).min(last)).1)
 }
 
 /// How many are no larger than the limit.
@@ -228,21 +241,35 @@ fn largest(all: &[[f64; LANES]], limit: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Squared distances with ties, in no order.
+    /// A squared distance, in no order, with ties.
+    fn distance2(i: u32) -> f64 {
+        f64::from(i * 7 % 13)
+    }
+
     fn some(count: u32) -> Vec<Found> {
-        (0..count).map(|i| (f64::from(i * 7 % 13), i)).collect()
+        (0..count).map(|i| (distance2(i), i)).collect()
+    }
+
+    fn fill(list: &mut FoundList, count: u32) {
+        list.extend(&(0..count).collect::<Vec<_>>(), distance2);
     }
 
     #[test]
     fn the_nearest_are_those_of_a_sorted_list() {
+        for masks in Masks::both() {
+            the_nearest_are_those_of_a_sorted_list_with(masks);
+        }
+    }
+
+    fn the_nearest_are_those_of_a_sorted_list_with(masks: Masks) {
         // One list for all, in storage that was longer.
-        let mut list = FoundList::default();
-        list.extend(some(200));
+        let mut list = FoundList { masks, ..FoundList::default() };
+        fill(&mut list, 200);
         for count in 0..40 {
             for k in 0..45 {
                 for limit2 in [0.0, 3.0, 12.0, f64::INFINITY] {
                     list.clear();
-                    list.extend(some(count));
+                    fill(&mut list, count);
                     let kth = list.keep_nearest(k, limit2);
                     let mut within: Vec<Found> = some(count).into_iter().filter(|f| f.0 <= limit2).collect();
                     let mut sorted: Vec<f64> = within.iter().map(|f| f.0).collect();
@@ -259,9 +286,53 @@ mod tests {
         }
     }
 
+    /// Sizes of all orders, evenly spread or not, with ties, zeros, infinities and what is no number.
+    #[test]
+    fn the_kth_is_that_of_a_sorted_list() {
+        let mut seed = 1u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let scales = [1e-320, 1e-300, 1e-6, 1.0, 1e300];
+        let spreads: [fn(f64) -> f64; 6] = [
+            |x| x,
+            |x| x * x * x,
+            |x| 1.0 - x * 1e-12,
+            |x| (x * 4.0).floor(),
+            |x| 10f64.powf(x * 300.0 - 300.0),
+            |x| if x < 0.3 { 0.0 } else { 1.0 / (x - 0.3 + 1e-3) },
+        ];
+        let mut list = FoundList::default();
+        for len in [1, 2, 7, 8, 9, 48, 63, 64, 65, 100, 208, 300] {
+            for (scale, spread) in scales.into_iter().flat_map(|scale| spreads.map(|spread| (scale, spread)))
+            {
+                for endless in [0, 1, len / 2] {
+                    let each = |i| if i < endless { f64::INFINITY } else { spread(random()) * scale };
+                    let distances2: Vec<f64> = (0..len).map(each).collect();
+                    let mut sorted = distances2.clone();
+                    sorted.sort_by(f64::total_cmp);
+                    for k in [1, 2, 8, 48, len / 2, len - 1, len].into_iter().filter(|&k| 0 < k && k <= len) {
+                        list.clear();
+                        list.extend(&(0..len as u32).collect::<Vec<_>>(), |i| distances2[i as usize]);
+                        assert_eq!(list.keep_kth(k), sorted[k - 1], "{len} {k} {distances2:?}");
+                    }
+                }
+            }
+        }
+        list.clear();
+        list.extend(&[0, 1, 2], |i| if i == 1 { 1.0 } else { f64::NAN });
+        assert_eq!(list.keep_kth(2), 1.0, "of what is no number nothing is known");
+    }
+
     #[test]
     fn lanes_are_taken_in_their_order() {
-        let mut list = FoundList::default();
+        for masks in Masks::both() {
+            lanes_are_taken_in_their_order_with(FoundList { masks, ..FoundList::default() });
+        }
+    }
+
+    fn lanes_are_taken_in_their_order_with(mut list: FoundList) {
         list.push((9.0, 9));
         let distances2 = [3.0, f64::NAN, 0.0, 1.0, 4.0, 1.0, f64::INFINITY, 2.0];
         for start in [10, 20] {

@@ -63,9 +63,9 @@ impl<T> Lists<T> {
         self.ends.extend(other.ends.into_iter().map(|end| before + end));
     }
 
-    /// All items, and one past the last item of each list.
-    pub fn into_parts(self) -> (Vec<T>, Vec<usize>) {
-        (self.items, self.ends)
+    /// All items, list by list.
+    pub fn into_items(self) -> Vec<T> {
+        self.items
     }
 
     /// All lists, in order.
@@ -106,6 +106,6 @@ mod tests {
         assert_eq!((&lists[3], &lists[4]), (&[][..], &[4, 5][..]));
         lists.push_two(&[6], [7, 8]);
         assert_eq!((lists.len(), &lists[5]), (6, &[6, 7, 8][..]));
-        assert_eq!(lists.into_parts(), (vec![1, 2, 3, 4, 5, 6, 7, 8], vec![2, 2, 3, 3, 5, 8]));
+        assert_eq!(lists.into_items(), [1, 2, 3, 4, 5, 6, 7, 8]);
     }
 }

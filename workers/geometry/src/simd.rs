@@ -11,13 +11,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use pulp::Arch;
 #[cfg(target_arch = "x86_64")]
-use pulp::x86::V4;
-use pulp::{Arch, cast};
+use pulp::{cast, x86::V4};
 
 static BASELINE: AtomicBool = AtomicBool::new(false);
 
-/// From now on this process uses the registers that every processor of its kind has: to compare, and to count
+/// What begins from now on in this process uses the registers that every processor of its kind has: to compare, and to count
 /// instructions that do not depend on the machine. Results are the same.
 pub fn use_baseline_registers() {
     BASELINE.store(true, Ordering::Relaxed);
@@ -55,6 +55,16 @@ impl Default for Masks {
 }
 
 impl Masks {
+    /// With the instructions at hand, and with the loops.
+    #[cfg(test)]
+    pub(crate) fn both() -> [Self; 2] {
+        let loops = Masks {
+            #[cfg(target_arch = "x86_64")]
+            v4: None,
+        };
+        [Masks::default(), loops]
+    }
+
     /// The lanes that are no larger than a limit.
     #[inline(always)]
     pub(crate) fn up_to(self, lanes: &[f64; 8], limit: f64) -> u32 {
@@ -94,8 +104,8 @@ impl Masks {
         sorted
     }
 
-    /// Are whole numbers of 64 bits compared eight at a time?
-    fn can_count(self) -> bool {
+    /// Are numbers compared eight at a time, so that counting what is smaller is no detour?
+    pub(crate) fn can_count(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         let can = self.v4.is_some();
         #[cfg(not(target_arch = "x86_64"))]
@@ -103,19 +113,43 @@ impl Masks {
         can
     }
 
-    /// Those of eight numbers and of their names whose bits are set, in order, at the front; what stands behind them
-    /// is left open.
+    /// Puts those of eight numbers that are larger than the first limit and no larger than the second to the front of a
+    /// place for eight, and their names; what stands behind them is left open. Returns how many there are.
     #[inline(always)]
-    pub(crate) fn pack(self, numbers: &[f64; 8], names: &[u32; 8], bits: u32) -> ([f64; 8], [u32; 8]) {
+    pub(crate) fn pack(
+        self,
+        (numbers, names): (&[f64; 8], &[u32; 8]),
+        (above, limit): (f64, f64),
+        (to_numbers, to_names): (&mut [f64; 8], &mut [u32; 8]),
+    ) -> usize {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = self.v4 {
-            let numbers = v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*numbers));
+            let bits = self.up_to(numbers, limit) & !self.up_to(numbers, above);
+            *to_numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*numbers)));
             // The upper half is not looked at.
             let names = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*names; 2]));
-            return (cast(numbers), cast::<_, [[u32; 8]; 2]>(names)[0]);
+            *to_names = cast::<_, [[u32; 8]; 2]>(names)[0];
+            return bits.count_ones() as usize;
         }
-        pack(numbers, names, bits)
+        pack((numbers, names), (above, limit), (to_numbers, to_names))
     }
+}
+
+/// Puts those of eight numbers that are wanted, and their names, to the front: without a branch, each is written and stays
+/// if it is. Not inlined, like [`up_to`].
+#[inline(never)]
+fn pack(
+    (numbers, names): (&[f64; 8], &[u32; 8]),
+    (above, limit): (f64, f64),
+    (to_numbers, to_names): (&mut [f64; 8], &mut [u32; 8]),
+) -> usize {
+    let mut count = 0;
+    for lane in 0..8 {
+        to_numbers[count & 7] = numbers[lane];
+        to_names[count & 7] = names[lane];
+        count += usize::from((numbers[lane] <= limit) & (numbers[lane] > above));
+    }
+    count
 }
 
 /// The lanes that are no larger than a limit, as the bits of a number. Not inlined: in the loop that computes the lanes
@@ -150,18 +184,6 @@ fn by_counting(given: &[u64], sorted: &mut [u64]) {
     }
 }
 
-/// Moves lanes to the front, without a branch: each is written, and stays if it is wanted.
-#[inline(always)]
-fn pack(numbers: &[f64; 8], names: &[u32; 8], bits: u32) -> ([f64; 8], [u32; 8]) {
-    let (mut packed, mut count) = (([0.0; 8], [0; 8]), 0);
-    for lane in 0..8 {
-        packed.0[count & 7] = numbers[lane];
-        packed.1[count & 7] = names[lane];
-        count += (bits >> lane & 1) as usize;
-    }
-    packed
-}
-
 /// The numbers of the bits that are set, in order.
 #[inline(always)]
 pub(crate) fn each_bit(mut bits: u64) -> impl Iterator<Item = usize> {
@@ -190,18 +212,9 @@ mod tests {
         x.iter().zip(y).map(|(x, y)| (x * x + y * y - x * y).to_bits()).collect()
     }
 
-    /// With the instructions at hand, and with the loops.
-    fn both() -> [Masks; 2] {
-        let loops = Masks {
-            #[cfg(target_arch = "x86_64")]
-            v4: None,
-        };
-        [Masks::default(), loops]
-    }
-
     #[test]
     fn lanes_are_told_by_bits() {
-        for lanes in both() {
+        for lanes in Masks::both() {
             let told = |bits: u32| each_bit(u64::from(bits)).collect::<Vec<_>>();
             let x = [0.0, 2.0, -1.0, f64::NAN, 1.0, f64::INFINITY, 1.5, -0.0];
             assert_eq!(told(lanes.up_to(&x, 1.0)), [0, 2, 4, 7]);
@@ -216,12 +229,16 @@ mod tests {
 
     #[test]
     fn few_are_sorted() {
-        for masks in both() {
+        for masks in Masks::both() {
             for len in (0..40).chain([63, 64, 65, 95, 96, 97, 200]) {
                 let number = |i: u64| if i & 1 == 0 { i } else { i.wrapping_mul(0x9E37_79B9_7F4A_7C15) };
                 let mut numbers: Vec<u64> = (0..len).map(number).collect();
                 let mut sorted = numbers.clone();
                 sorted.sort_unstable();
+                let (mut given, mut counted) = (numbers.clone(), vec![0; sorted.len()]);
+                given.resize(given.len().next_multiple_of(8), u64::MAX);
+                by_counting(&given, &mut counted);
+                assert_eq!(counted, sorted, "{len}");
                 assert_eq!(masks.sorted(&mut numbers), sorted, "{len}");
             }
             let mut ends = vec![u64::MAX, 0, 1 << 63, u64::MAX - 1, 1];
@@ -230,17 +247,25 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_packed_by_bits() {
+    fn lanes_are_packed_between_limits() {
         let names: [u32; 8] = std::array::from_fn(|lane| 1 << 31 | lane as u32);
-        let numbers = names.map(|name| f64::from(name) / 3.0);
-        for lanes in both() {
-            for bits in 0..256 {
-                let packed = lanes.pack(&numbers, &names, bits);
-                for (to, lane) in each_bit(u64::from(bits)).enumerate() {
-                    assert_eq!(
-                        (packed.0[to].to_bits(), packed.1[to]),
-                        (numbers[lane].to_bits(), names[lane])
-                    );
+        let edges = [-1.0, 0.0, 1.5, 3.0, f64::INFINITY];
+        for masks in Masks::both() {
+            for wanted in 0..256 {
+                for (above, limit) in edges.windows(2).map(|edges| (edges[0], edges[1])) {
+                    // The lanes that are wanted stand at the upper limit, the others at the lower one, beyond or nowhere.
+                    let numbers = std::array::from_fn(|lane| {
+                        let others = [above, limit.next_up(), f64::NAN, above - 1.0];
+                        if wanted >> lane & 1 != 0 { limit } else { others[lane % 4] }
+                    });
+                    let mut packed = ([0.0; 8], [0; 8]);
+                    let to = (&mut packed.0, &mut packed.1);
+                    let count = masks.pack((&numbers, &names), (above, limit), to);
+                    let expected: Vec<usize> = each_bit(wanted).collect();
+                    assert_eq!(count, expected.len(), "{numbers:?}");
+                    for (to, lane) in expected.into_iter().enumerate() {
+                        assert_eq!((packed.0[to], packed.1[to]), (numbers[lane], names[lane]));
+                    }
                 }
             }
         }

@@ -132,6 +132,19 @@ pub struct QueryBatch<P> {
     pub wanted: u32,
 }
 
+impl<P> QueryBatch<P> {
+    /// Do the arrays fit together?
+    pub fn is_consistent(&self) -> bool {
+        let queries = self.slots.len();
+        self.centres.len() == queries && self.radii2.len() == queries && adds_up(&self.groups, queries)
+    }
+}
+
+/// Is this the sum of the counts?
+fn adds_up(counts: &[u32], sum: usize) -> bool {
+    counts.iter().map(|&count| u64::from(count)).sum::<u64>() == sum as u64
+}
+
 /// Answers to queries: a list a slot, of points that the lists of a group share.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
@@ -148,6 +161,25 @@ pub struct AnswerBatch<P> {
     pub places: Bulk<u32>,
     /// The points of all groups, one after the other.
     pub points: PointBatch<P>,
+}
+
+impl<P: Copy> AnswerBatch<P> {
+    /// Do the arrays fit together, and does every list name points of its group?
+    pub fn is_consistent(&self) -> bool {
+        let fits = self.counts.len() == self.slots.len()
+            && self.sizes.len() == self.groups.len()
+            && adds_up(&self.groups, self.slots.len())
+            && adds_up(&self.counts, self.places.len())
+            && adds_up(&self.sizes, self.points.len())
+            && self.points.is_consistent();
+        let (mut counts, mut places) = (self.counts.iter(), self.places.0.as_slice());
+        fits && self.groups.iter().zip(&self.sizes.0).all(|(&queries, &size)| {
+            let items: usize = counts.by_ref().take(queries as usize).map(|&count| count as usize).sum();
+            let (own, rest) = places.split_at(items);
+            places = rest;
+            own.iter().fold(0, |most, &place| place.max(most)) < size || own.is_empty()
+        })
+    }
 }
 
 /// Lists of points, one list a slot: neighbours found elsewhere.

@@ -46,3 +46,50 @@ fn encoded_len_is_exact_and_messages_round_trip() {
         }
     }
 }
+
+/// Every array that is one too short or too long is found.
+#[test]
+fn batches_of_queries_and_answers_fit_together_or_not() {
+    let query = QueryBatch::<[f64; 3]> {
+        slots: Bulk(vec![4, 5, 6]),
+        centres: Bulk(vec![[0.0; 3]; 3]),
+        radii2: Bulk(vec![1.0; 3]),
+        groups: Bulk(vec![2, 0, 1]),
+        ..QueryBatch::default()
+    };
+    assert!(query.is_consistent() && QueryBatch::<[f64; 3]>::default().is_consistent());
+    let spoil: [fn(&mut QueryBatch<[f64; 3]>); 4] =
+        [|q| q.slots.push(7), |q| q.centres.0.truncate(2), |q| q.radii2.push(1.0), |q| q.groups[1] = 1];
+    for spoil in spoil {
+        let mut spoilt = query.clone();
+        spoil(&mut spoilt);
+        assert!(!spoilt.is_consistent());
+    }
+    let mut points = PointBatch::default();
+    (0..3).for_each(|id| points.push(id, [0.0; 3], 1, 1.0));
+    let answer = AnswerBatch {
+        slots: Bulk(vec![4, 5, 6]),
+        counts: Bulk(vec![2, 1, 0]),
+        groups: Bulk(vec![1, 2]),
+        sizes: Bulk(vec![2, 1]),
+        places: Bulk(vec![1, 0, 0]),
+        points,
+    };
+    assert!(answer.is_consistent() && AnswerBatch::<[f64; 3]>::default().is_consistent());
+    let spoil: [fn(&mut AnswerBatch<[f64; 3]>); 9] = [
+        |a| a.slots.push(7),
+        |a| a.counts[2] = 1,
+        |a| a.counts[0] = u32::MAX,
+        |a| a.groups[0] = 2,
+        |a| a.groups.push(0),
+        |a| a.sizes[1] = 2,
+        |a| a.places[2] = 1,
+        |a| a.places.push(0),
+        |a| a.points.positions.0.truncate(2),
+    ];
+    for spoil in spoil {
+        let mut spoilt = answer.clone();
+        spoil(&mut spoilt);
+        assert!(!spoilt.is_consistent());
+    }
+}
