@@ -255,7 +255,8 @@ mod tests {
                 for (above, limit) in edges.windows(2).map(|edges| (edges[0], edges[1])) {
                     // The lanes that are wanted stand at the upper limit, the others at the lower one, beyond or nowhere.
                     let numbers = std::array::from_fn(|lane| {
-                        let others = [above, limit.next_up(), f64::NAN, above - 1.0];
+                        let beyond = if limit.is_finite() { limit.next_up() } else { f64::NAN };
+                        let others = [above, beyond, f64::NAN, above - 1.0];
                         if wanted >> lane & 1 != 0 { limit } else { others[lane % 4] }
                     });
                     let mut packed = ([0.0; 8], [0; 8]);
