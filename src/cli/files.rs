@@ -3,22 +3,31 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use septet::io::write::{OutputError, OutputFormat, check_output, check_text_output, destination};
+use septet::io::write::{OutputError, OutputFormat, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
 
-/// A name that is the same for the same file, however it is written, there or not.
+/// A name that is the same for the same file, however it is written.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(real) = path.canonicalize() {
         return real;
     }
-    // A name that is refused as an output is refused as such.
-    let path = &destination(path).unwrap_or_else(|_| path.to_owned());
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match (parent.canonicalize(), path.file_name()) {
         (Ok(parent), Some(name)) => parent.join(name),
         _ => path.to_owned(),
     }
+}
+
+#[cfg(unix)]
+fn is_device(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    std::fs::metadata(path).is_ok_and(|found| found.file_type().is_char_device())
+}
+
+#[cfg(not(unix))]
+fn is_device(_path: &Path) -> bool {
+    false
 }
 
 /// All files that an output stands for.
@@ -62,6 +71,10 @@ pub fn check(input: Option<&Path>, outputs: &[PathBuf], texts: &[&Path]) -> Resu
                     "choose another name for the output"
                 };
                 return Err(Failure::new(Code::Usage, message).help(help));
+            }
+            // A device takes what many write, one after the other.
+            if is_device(&file) {
+                continue;
             }
             if let Some((_, other)) = taken.iter().find(|(f, _)| *f == file) {
                 let message =

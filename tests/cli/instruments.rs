@@ -45,6 +45,28 @@ fn impossible_instruments_are_refused() {
     place.fails("triangulate a.json --trace a.json", 2, &["overwrite the input"]);
 }
 
+/// Devices stay, and take several outputs; a pipe takes one, and the name of an open file none.
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_and_pipes_are_written_to() {
+    use std::os::unix::fs::FileTypeExt;
+    let place = Place::new();
+    place.good("simulate sample:uniform:200 --trace /dev/null --json /dev/null");
+    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    let pipe = place.path("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    place.fails("simulate sample:uniform:200 --trace pipe --json pipe", 2, &["same file"]);
+    let reader = std::thread::spawn(move || fs::read(pipe).unwrap());
+    place.good("simulate sample:uniform:200 --json pipe");
+    let report: Value = serde_json::from_slice(&reader.join().unwrap()).unwrap();
+    assert_eq!(report["schema"], "septet-run/1");
+    let log = fs::File::create(place.path("log")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_septet"));
+    command.args(["simulate", "sample:uniform:200", "--json", "/dev/stdout"]).stdout(log);
+    let output = command.stderr(Stdio::piped()).output().unwrap();
+    assert!(!output.status.success() && stderr(&output).contains("open file"), "{}", stderr(&output));
+}
+
 #[test]
 fn tables_as_files_say_what_is_modelled_and_what_is_measured() {
     let place = Place::new();

@@ -30,6 +30,7 @@ use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
+use septet_protocol::transport::TransportError;
 
 use crate::answers::Asked;
 use crate::chains::{Chain, Chains};
@@ -200,8 +201,7 @@ impl<P: Point> Worker<P> {
             self.engine.chains.take_block(leaving.found.into_items());
         }
         // The lists of the balls that left, as they are complete.
-        let items = leaving.saturating_mul(ask.wanted as usize);
-        self.engine.done.parts.push(Part::with_capacity(leaving, items));
+        self.engine.done.parts.push(Part::with_capacity(leaving, leaving * ask.wanted as usize));
         forwards.send(self);
     }
 
@@ -288,8 +288,11 @@ impl<P: Point> Worker<P> {
         }
     }
 
-    /// Queries from other workers, and answers to own ones.
-    pub(crate) fn on_queries(&mut self, inbox: &mut Vec<Message<P>>) {
+    /// Queries from other workers, and answers to own ones; those whose arrays do not fit together stay in the inbox.
+    ///
+    /// # Errors
+    /// If something is answered that was not asked.
+    pub(crate) fn on_queries(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), TransportError> {
         let mut queries = Vec::new();
         let mut lists = Vec::new();
         inbox.retain_mut(|m| match &mut m.body {
@@ -298,7 +301,7 @@ impl<P: Point> Worker<P> {
                 false
             }
             Body::Answer(batch) if batch.is_consistent() => {
-                lists.push(std::mem::take(batch));
+                lists.push((m.from, std::mem::take(batch)));
                 false
             }
             _ => true,
@@ -308,10 +311,13 @@ impl<P: Point> Worker<P> {
             self.on_query(from, node, batch, &mut forwards);
         }
         forwards.send(self);
-        for batch in lists {
-            self.on_answer(batch);
+        for (from, batch) in lists {
+            let unasked =
+                || TransportError::BadMessage { from, reason: "it answers what was not asked".into() };
+            self.on_answer(batch).ok_or_else(unasked)?;
         }
         self.answer_batches();
+        Ok(())
     }
 
     /// Answers every batch whose last query is done: as many answers as there were questions.
@@ -409,8 +415,8 @@ impl<P: Point> Worker<P> {
         self.out.send(holder, node, 0, Body::Query(on));
     }
 
-    /// Enters the lists of an answer, which become numbers of the table where they stand.
-    fn on_answer(&mut self, batch: AnswerBatch<P>) {
+    /// Enters the lists of an answer, which become numbers of the table where they stand; nothing if some were not asked.
+    fn on_answer(&mut self, batch: AnswerBatch<P>) -> Option<()> {
         let AnswerBatch { slots, counts, groups, sizes, places, points } = batch;
         // Their own leaves were not asked: no home point is among them.
         let each = points.ids.iter().zip(&points.positions.0).zip(&points.owners.0);
@@ -432,13 +438,14 @@ impl<P: Point> Worker<P> {
             let run = begin..begin + count as usize;
             begin = run.end;
             let Engine { pending, chains, .. } = &mut self.engine;
-            let Some(pending) = pending.get_mut(slot as usize) else { return };
+            let pending = pending.get_mut(slot as usize)?;
+            pending.outstanding = pending.outstanding.checked_sub(1)?;
             chains.add(&mut pending.list, block, run);
-            pending.outstanding -= 1;
             if pending.outstanding == 0 {
                 self.complete(slot);
             }
         }
+        Some(())
     }
 
     /// A query whose answers are all there.

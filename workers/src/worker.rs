@@ -208,7 +208,7 @@ impl<P: Point> Worker<P> {
             Phase::Load => self.on_load(&mut inbox),
             Phase::Partition => self.on_partition(&mut inbox),
             Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Choice | Phase::Knn => {
-                self.on_queries(&mut inbox);
+                self.on_queries(&mut inbox)?;
                 self.on_choice(&mut inbox);
             }
             Phase::Halo => self.on_halo(&mut inbox),
@@ -228,10 +228,9 @@ impl<P: Point> Worker<P> {
             Phase::Pieces | Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
-            return Err(Self::bad(
-                message,
-                &format!("it has no place in phase {}, or its arrays do not fit together", self.phase.name()),
-            ));
+            let fits = message.body.is_consistent();
+            let why = if fits { "it has no place" } else { "its arrays do not fit together" };
+            return Err(Self::bad(message, &format!("{why} in phase {}", self.phase.name())));
         }
         self.config.stop.check()?;
         Ok(self.out.take(self.phase, &mut self.ledger))

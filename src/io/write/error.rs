@@ -30,12 +30,13 @@ pub enum OutputError {
         /// The path asked for.
         path: PathBuf,
     },
-    /// The file exists and is read-only, or its directory takes no new files.
+    /// The file exists and is read-only, its directory takes no new files, or the name is not one of a file that could be
+    /// replaced.
     #[error("{}: cannot be written: {source}", .path.display())]
     NotWritable {
         /// The path asked for.
         path: PathBuf,
-        /// What the operating system said.
+        /// What stands in the way.
         source: io::Error,
     },
     /// Writing failed on the way, for instance because the disk is full.

@@ -1,7 +1,7 @@
 //! Writers of triangulations and point sets.
 //!
 //! A file appears under its name only when it is complete; the files of a set appear together. Devices and pipes are
-//! written to as they are; where a name is a symbolic link, what it names is written. The bytes depend on the mesh and the options alone, not on the number of threads.
+//! written to as they are. The bytes depend on the mesh and the options alone, not on the number of threads.
 
 mod buckets;
 mod error;
@@ -35,7 +35,6 @@ pub use quality::radius_edge_ratio;
 
 use records::Progress;
 use stage::Stage;
-pub use stage::destination;
 
 /// What may be chosen about a file besides its format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

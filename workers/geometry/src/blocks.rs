@@ -117,7 +117,7 @@ impl<P: Point> Blocks<P> {
                     limit2,
                     #[inline(always)]
                     |first, distances2, limit2| {
-                        // Only whole blocks are looked at.
+                        // The last block is filled up.
                         let numbers = self.order[first..].first_chunk().copied().unwrap_or_default();
                         found.take_lanes(
                             distances2,

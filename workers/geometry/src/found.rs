@@ -208,8 +208,8 @@ fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between:
         let is_between = |d2: &&f64| **d2 > low && **d2 <= high;
         between.extend(all.as_flattened().iter().filter(is_between).map(|d2| d2.to_bits()));
     }
-    // There are fewer if some are no numbers.
-    let Some(last) = between.len().checked_sub(1) else { return high };
+    // At least one is, for `high` is; there are too few if some are no numbers.
+    let last = between.len() - 1;
     f64::from_bits(*between.select_nth_unstable((k - below - 1).min(last)).1)
 }
 
@@ -304,7 +304,7 @@ mod tests {
             |x| if x < 0.3 { 0.0 } else { 1.0 / (x - 0.3 + 1e-3) },
         ];
         let mut list = FoundList::default();
-        for len in [1, 2, 7, 8, 9, 48, 63, 64, 65, 100, 208, 300] {
+        for len in [1usize, 2, 7, 8, 9, 48, 63, 64, 65, 100, 208, 300] {
             for (scale, spread) in scales.into_iter().flat_map(|scale| spreads.map(|spread| (scale, spread)))
             {
                 for endless in [0, 1, len / 2] {
@@ -312,21 +312,34 @@ mod tests {
                     let distances2: Vec<f64> = (0..len).map(each).collect();
                     let mut sorted = distances2.clone();
                     sorted.sort_by(f64::total_cmp);
+                    let mut blocks = distances2.clone();
+                    blocks.resize(len.next_multiple_of(LANES), f64::NAN);
+                    let blocks = blocks.as_chunks::<LANES>().0;
                     for k in [1, 2, 8, 48, len / 2, len - 1, len].into_iter().filter(|&k| 0 < k && k <= len) {
                         list.clear();
                         list.extend(&(0..len as u32).collect::<Vec<_>>(), |i| distances2[i as usize]);
                         assert_eq!(list.keep_kth(k), sorted[k - 1], "{len} {k} {distances2:?}");
+                        for rounds in [0, 1, ROUNDS] {
+                            let kth = kth_between(blocks, len, k, rounds, &mut Vec::new());
+                            assert_eq!(kth, sorted[k - 1], "{len} {k} {rounds} {distances2:?}");
+                        }
                     }
                 }
             }
         }
-        // Of what is no number nothing is known, but that it does no harm.
-        for k in 1..=3 {
-            list.clear();
-            list.extend(&[0, 1, 2], |i| if i == 1 { 1.0 } else { f64::NAN });
-            let kth = list.keep_kth(k);
-            assert!(kth.is_nan() || kth == 1.0, "{kth}");
+    }
+
+    /// Of what is no number nothing is known, but that it ends.
+    #[test]
+    fn what_is_no_number_does_no_harm() {
+        let few = [1.0, 1.1, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN];
+        for k in 1..=8 {
+            for rounds in [0, 1, ROUNDS] {
+                let kth = kth_between(&[few], 8, k, rounds, &mut Vec::new());
+                assert!(kth.is_nan() || few.contains(&kth), "{kth}");
+            }
         }
+        assert!(kth_between(&[[f64::NAN; LANES]], 3, 2, ROUNDS, &mut Vec::new()).is_nan());
     }
 
     #[test]

@@ -136,7 +136,7 @@ impl Masks {
 }
 
 /// Puts those of eight numbers that are wanted, and their names, to the front: without a branch, each is written and stays
-/// if it is. Not inlined, like [`up_to`].
+/// if it is wanted. Not inlined, like [`up_to`].
 #[inline(never)]
 fn pack(
     (numbers, names): (&[f64; 8], &[u32; 8]),

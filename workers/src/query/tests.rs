@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::DVec2;
 use septet_protocol::codec::Bulk;
 use septet_protocol::message::{PROTOCOL_VERSION, PointBatch};
-use septet_protocol::transport::TransportError;
 
 use super::*;
 use crate::config::WorkerConfig;
@@ -88,7 +87,30 @@ fn an_answer_that_does_not_fit_together_is_refused() {
         let [mut first, _] = answers();
         spoil(&mut first);
         let inbox = vec![message(&worker, 2, 0, first)];
-        let Err(error) = worker.step(1, inbox) else { panic!("it was taken") };
-        assert!(matches!(error, TransportError::BadMessage { from: 2, .. }), "{error}");
+        refused(worker.step(1, inbox), "fit together");
     }
+    let mut worker = waiting();
+    let mut query = message(&worker, 2, 0, answers().into_iter().next().unwrap());
+    query.body = Body::Query(QueryBatch { slots: Bulk(vec![1]), ..QueryBatch::default() });
+    refused(worker.step(1, vec![query]), "fit together");
+}
+
+/// One query is not there, one has had all its answers.
+#[test]
+fn what_was_not_asked_is_not_answered() {
+    for slot in [0, 7] {
+        let mut worker = waiting();
+        let [first, second] = answers();
+        let mut third = second.clone();
+        third.slots[0] = slot;
+        let batches = (0..).zip([first, second, third]);
+        let inbox = batches.map(|(sequence, batch)| message(&worker, 2, sequence, batch)).collect();
+        refused(worker.step(1, inbox), "not asked");
+    }
+}
+
+fn refused<T>(result: Result<T, TransportError>, why: &str) {
+    let Err(error) = result else { panic!("it was taken") };
+    assert!(matches!(error, TransportError::BadMessage { from: 2, .. }), "{error}");
+    assert!(error.to_string().contains(why), "{error}");
 }

@@ -76,8 +76,18 @@ fn batches_of_queries_and_answers_fit_together_or_not() {
         points,
     };
     assert!(answer.is_consistent() && AnswerBatch::<[f64; 3]>::default().is_consistent());
-    let spoil: [fn(&mut AnswerBatch<[f64; 3]>); 9] = [
+    // A group that found nothing.
+    let nothing = AnswerBatch::<[f64; 3]> {
+        slots: Bulk(vec![4, 5]),
+        counts: Bulk(vec![0; 2]),
+        groups: Bulk(vec![2]),
+        sizes: Bulk(vec![0]),
+        ..AnswerBatch::default()
+    };
+    assert!(nothing.is_consistent());
+    let spoil: [fn(&mut AnswerBatch<[f64; 3]>); 10] = [
         |a| a.slots.push(7),
+        |a| a.counts.push(0),
         |a| a.counts[2] = 1,
         |a| a.counts[0] = u32::MAX,
         |a| a.groups[0] = 2,
