@@ -103,7 +103,7 @@ fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
     facets
 }
 
-#[library_benchmark(config = at_most(7_243_765))]
+#[library_benchmark(config = at_most(8_096_726))]
 #[bench::uniform(uniform(700))]
 fn nearest(points: Vec<DVec3>) -> usize {
     let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 48, &mut Cost::default());
