@@ -147,7 +147,7 @@ pub(crate) fn sync(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
 
-/// Is this a name that the system gives an open file, or a link to one (`/dev/fd/3`, `/dev/stdout`)?
+/// Refuses a name that the system gives an open file, and a link to one (`/dev/fd/3`, `/dev/stdout`).
 fn refuse_open_file(target: &Path) -> Result<(), OutputError> {
     let of_process =
         |path: &Path| directory_of(path).canonicalize().is_ok_and(|real| real.starts_with("/proc"));

@@ -26,7 +26,7 @@ pub struct Complex<S> {
     free: Vec<u32>,
     /// Those of the last cavity, and room behind them.
     border: Vec<Border>,
-    /// How many.
+    /// How many sides the last cavity has.
     sides: usize,
     created: Vec<u32>,
     /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks

@@ -257,17 +257,6 @@ impl<P: Copy> ViewPart<P> {
     }
 }
 
-impl<P: Copy> Body<P> {
-    /// Do the arrays of queries and answers fit together? Of others nothing is known.
-    pub fn is_consistent(&self) -> bool {
-        match self {
-            Body::Query(batch) => batch.is_consistent(),
-            Body::Answer(batch) => batch.is_consistent(),
-            _ => true,
-        }
-    }
-}
-
 /// What a message says.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
@@ -500,6 +489,17 @@ impl<P> Body<P> {
             self,
             Body::Block(_) | Body::Cells { .. } | Body::Piece { .. } | Body::Selected { .. } | Body::Edges(_)
         )
+    }
+}
+
+impl<P: Copy> Body<P> {
+    /// Do the arrays of queries and answers fit together? Of others nothing is known.
+    pub fn is_consistent(&self) -> bool {
+        match self {
+            Body::Query(batch) => batch.is_consistent(),
+            Body::Answer(batch) => batch.is_consistent(),
+            _ => true,
+        }
     }
 }
 
