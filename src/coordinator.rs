@@ -22,11 +22,12 @@ use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::{Transport, TransportError};
 use septet_workers::choice::{choose, encode_choice};
 use septet_workers::config::{SetRule, Wanted, WorkerConfig};
-use septet_workers::leader::{Leader, by_node, is_leaf};
+use septet_workers::leader::{Leader, by_node};
+use septet_workers::machine::{Context, Running};
 use septet_workers::outbox::Outbox;
-use septet_workers::partition::lead_partition;
-use septet_workers::profile::{phase_span, received, run_span};
+use septet_workers::profile::{phase_span, run_span};
 use septet_workers::schedule::{Known, Outcome, next};
+use septet_workers::{frame, partition, summaries};
 
 use crate::config::{Config, Progress};
 use crate::error::Error;
@@ -34,8 +35,7 @@ use crate::pieces::{Loose, Piece};
 use crate::prepare::Prepared;
 use crate::view::Album;
 
-/// Leaves below every node of a planned tree.
-pub(crate) type Plan = BTreeMap<NodeId, u32>;
+pub(crate) use septet_workers::leader::Plan;
 
 /// What a run leaves with the coordinator.
 #[derive(Debug, Default)]
@@ -79,7 +79,6 @@ pub(crate) struct Coordinator<'a, P: Point> {
     phase: Phase,
     known: Known,
     population: u64,
-    frame: PointBatch<P>,
     samples: (u32, Vec<u64>),
     gathered: (u32, PointBatch<P>),
     certificates: u32,
@@ -100,7 +99,6 @@ impl<'a, P: Point> Coordinator<'a, P> {
             phase: Phase::Load,
             known: Known { supergraph, outcome: Outcome::Passed, level: 0 },
             population: 0,
-            frame: PointBatch::default(),
             samples: (0, Vec::new()),
             gathered: (0, PointBatch::default()),
             certificates: 0,
@@ -108,42 +106,97 @@ impl<'a, P: Point> Coordinator<'a, P> {
         }
     }
 
-    /// Runs the machine to its end.
+    /// Runs the machine to its end: rank 0, and the clock of the phases.
     pub(crate) fn run(
-        mut self,
+        self,
         transport: &mut dyn Transport<P>,
         points: &Prepared<'_, P>,
         plan: &Plan,
     ) -> Result<Collected, Error> {
-        let _run = run_span(&self.machine, points.positions.len() as u64);
-        let mut phase = phase_span(self.machine.run, self.phase);
-        let mut outbox = self.load(points, plan);
-        let mut round = 0;
-        let mut started = Instant::now();
-        while self.phase != Phase::Done {
-            let delivery = match transport.exchange(outbox, self.out.has_own()) {
-                Err(TransportError::Stopped) if self.cancelled() => return Err(Error::Interrupted),
-                delivery => delivery?,
-            };
-            round += 1;
-            self.out.set_round(round);
-            if self.cancelled() {
+        let (config, machine) = (self.config, self.machine.clone());
+        let _run = run_span(&machine, points.positions.len() as u64);
+        let cancelled = || config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed));
+        let failure = |error| match error {
+            TransportError::Stopped if cancelled() => Error::Interrupted,
+            error => error.into(),
+        };
+        let program = |cx| self.coordinate(cx, points, plan);
+        let mut rank = Running::start(COORDINATOR, machine.clone(), None, program);
+        let mut span = phase_span(machine.run, rank.phase());
+        let mut outbox = rank.step().map_err(failure)?;
+        let (mut round, mut started, mut seconds) = (0, Instant::now(), Vec::new());
+        while !rank.is_done() {
+            let delivery = transport.exchange(outbox, rank.busy()).map_err(failure)?;
+            if cancelled() {
                 return Err(Error::Interrupted);
             }
-            if delivery.active {
-                outbox = self.step(delivery.inbox)?;
-            } else {
-                self.time(started.elapsed().as_secs_f64());
+            round += 1;
+            if !delivery.active {
+                time(&mut seconds, rank.phase(), started.elapsed().as_secs_f64());
                 started = Instant::now();
-                let begun = next(self.phase, &self.machine, &self.known);
-                self.known.enter(self.phase, begun, &self.machine);
-                self.phase = begun;
-                drop(phase);
-                phase = phase_span(self.machine.run, self.phase);
-                outbox = self.begin();
             }
-            self.tell(round);
+            rank.deliver(round, delivery.active.then_some(delivery.inbox));
+            outbox = rank.step().map_err(failure)?;
+            if !delivery.active {
+                drop(span);
+                span = phase_span(machine.run, rank.phase());
+            }
+            if let Some(progress) = &config.progress {
+                let position = (rank.phase() as usize, Phase::ALL.len() - 1);
+                progress(Progress { phase: rank.phase().name(), position, round });
+            }
         }
+        let mut collected = rank.into_result().unwrap_or_default();
+        collected.seconds = seconds;
+        Ok(collected)
+    }
+
+    /// What rank 0 runs.
+    async fn coordinate(
+        mut self,
+        mut cx: Context<P>,
+        points: &Prepared<'_, P>,
+        plan: &Plan,
+    ) -> Result<Collected, TransportError> {
+        cx.enter(Phase::Load)?;
+        self.load(&mut cx, points);
+        while cx.exchange().await? {}
+        let led = partition::lead_root(&mut cx, self.population, plan.clone()).await?;
+        for root in &led {
+            self.leader.lead(root.node, root.child.population, root.child.first, root.child.ranks);
+        }
+        self.phase = Phase::Partition;
+        loop {
+            let phase = next(self.phase, &self.machine, &self.known);
+            self.known.enter(self.phase, phase, &self.machine);
+            self.phase = phase;
+            match phase {
+                Phase::Done => break,
+                Phase::Summaries => summaries::lead_root(&mut cx, &led).await?,
+                Phase::Halo => {
+                    cx.enter(phase)?;
+                    let mut known = PointBatch::default();
+                    while cx.exchange().await? {
+                        frame::collect(&mut cx, &mut known);
+                    }
+                }
+                phase => {
+                    cx.enter(phase)?;
+                    self.gathered = (0, PointBatch::default());
+                    while cx.exchange().await? {
+                        let (out, _, inbox) = cx.parts();
+                        std::mem::swap(&mut self.out, out);
+                        let mut inbox = std::mem::take(inbox);
+                        self.step(&mut inbox)?;
+                        let (out, _, rest) = cx.parts();
+                        std::mem::swap(&mut self.out, out);
+                        *rest = inbox;
+                    }
+                }
+            }
+        }
+        cx.enter(Phase::Done)?;
+        self.result.ledger.merge(cx.parts().1);
         self.result.supergraph = self.known.supergraph;
         Ok(self.result)
     }
@@ -152,24 +205,8 @@ impl<'a, P: Point> Coordinator<'a, P> {
         self.config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
     }
 
-    /// Seconds of a phase; of one that runs in several passes, all of them.
-    fn time(&mut self, seconds: f64) {
-        match self.result.seconds.last_mut() {
-            Some((phase, sum)) if *phase == self.phase => *sum += seconds,
-            _ => self.result.seconds.push((self.phase, seconds)),
-        }
-    }
-
-    fn tell(&self, round: u32) {
-        if let Some(progress) = &self.config.progress {
-            let position = (self.phase as usize, Phase::ALL.len() - 1);
-            progress(Progress { phase: self.phase.name(), position, round });
-        }
-    }
-
-    /// Blocks of the input in its order, one a worker; and to the root's leader the root.
-    fn load(&mut self, points: &Prepared<'_, P>, plan: &Plan) -> Vec<Message<P>> {
-        let _span = self.out.site().round(self.phase, None);
+    /// Blocks of the input in its order, one a worker.
+    fn load(&mut self, cx: &mut Context<P>, points: &Prepared<'_, P>) {
         let workers = self.machine.workers;
         self.population = points.positions.len() as u64;
         let mut frame = PointBatch::default();
@@ -191,23 +228,9 @@ impl<'a, P: Point> Coordinator<'a, P> {
         let blocks: Vec<PointBatch<P>> = (1..workers + 1).into_par_iter().map(block).collect();
         for (rank, block) in (1..).zip(blocks) {
             let start = Body::Start { population: self.population, frame: frame.clone() };
-            self.out.send(rank, NodeId::ROOT, 0, start);
-            self.out.send(rank, NodeId::ROOT, 0, Body::Block(block));
+            cx.send(rank, NodeId::ROOT, 0, start);
+            cx.send(rank, NodeId::ROOT, 0, Body::Block(block));
         }
-        if workers > 1 && !is_leaf(&self.machine, NodeId::ROOT, self.population) {
-            let (nodes, leaves): (Vec<u64>, Vec<u32>) = plan.iter().map(|(n, l)| (n.0, *l)).unzip();
-            self.leader.plan(&nodes, &leaves);
-            self.leader.lead(NodeId::ROOT, self.population, 1, workers);
-        }
-        self.out.take(self.phase, &mut self.result.ledger)
-    }
-
-    fn begin(&mut self) -> Vec<Message<P>> {
-        let _span = self.out.site().round(self.phase, None);
-        if self.phase == Phase::Fallback {
-            self.gathered = (0, PointBatch::default());
-        }
-        self.out.take(self.phase, &mut self.result.ledger)
     }
 
     fn broadcast(&mut self, body: &Body<P>) {
@@ -216,35 +239,11 @@ impl<'a, P: Point> Coordinator<'a, P> {
         }
     }
 
-    /// Handles a round's messages; returns what it sends.
-    fn step(&mut self, mut inbox: Vec<Message<P>>) -> Result<Vec<Message<P>>, Error> {
-        let _span = self.out.site().round(self.phase, Some(inbox.len()));
-        received(self.phase, &inbox);
-        inbox.extend(self.out.take_own());
-        inbox.sort_by_key(|m| (m.from, m.sequence));
-        inbox.dedup_by_key(|m| (m.from, m.sequence));
-        if matches!(self.phase, Phase::Summaries | Phase::Halo) {
-            self.on_frame(&mut inbox);
-        }
-        let ledger = &mut self.result.ledger;
+    /// Handles a round's messages.
+    fn step(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), TransportError> {
         match self.phase {
-            Phase::Partition => {
-                let (leader, out) = (&mut self.leader, &mut self.out);
-                lead_partition(&mut inbox, leader, &self.machine, out, ledger, self.phase);
-            }
-            Phase::Summaries => {
-                let below = by_node(&mut inbox, |m| match &m.body {
-                    Body::Summary(summary) => Some(summary.clone()),
-                    _ => None,
-                });
-                for (child, summary) in
-                    below.into_iter().flat_map(|(c, s)| s.into_iter().map(move |s| (c, s)))
-                {
-                    self.leader.on_summary(child, summary, &mut self.out, ledger);
-                }
-            }
             Phase::Sets => {
-                let counts = by_node(&mut inbox, |m| match &mut m.body {
+                let counts = by_node(inbox, |m| match &mut m.body {
                     Body::SetCounts(c) => Some(std::mem::take(&mut c.0)),
                     _ => None,
                 });
@@ -255,40 +254,13 @@ impl<'a, P: Point> Coordinator<'a, P> {
                     self.leader.on_set_counts(node, &all, rule, &mut self.out);
                 }
             }
-            Phase::Choice => self.on_samples(&mut inbox),
-            Phase::Merge => self.on_merged(&mut inbox),
-            Phase::Fallback => self.on_gathered(&mut inbox),
-            Phase::Graph | Phase::Collect => self.on_collected(&mut inbox)?,
+            Phase::Choice => self.on_samples(inbox),
+            Phase::Merge => self.on_merged(inbox),
+            Phase::Fallback => self.on_gathered(inbox),
+            Phase::Graph | Phase::Collect => self.on_collected(inbox)?,
             _ => {}
         }
-        match inbox.first() {
-            None => Ok(self.out.take(self.phase, &mut self.result.ledger)),
-            Some(message) => Err(TransportError::BadMessage {
-                from: message.from,
-                reason: format!("it has no place at the coordinator in phase {}", self.phase.name()),
-            }
-            .into()),
-        }
-    }
-
-    /// Collects where the frame's points are at home; tells all when it knows.
-    fn on_frame(&mut self, inbox: &mut Vec<Message<P>>) {
-        let frame = &mut self.frame;
-        let before = frame.len();
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Frame(homes) => {
-                frame.ids.append(&mut homes.ids);
-                frame.positions.append(&mut homes.positions);
-                frame.owners.append(&mut homes.owners);
-                frame.radii2.append(&mut homes.radii2);
-                false
-            }
-            _ => true,
-        });
-        if before <= P::DIM && frame.len() == P::DIM + 1 {
-            let body = Body::Frame(frame.clone());
-            self.broadcast(&body);
-        }
+        Ok(())
     }
 
     /// Sums the sampled stars; decides when all workers have reported.
@@ -421,7 +393,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
         }
     }
 
-    fn on_collected(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), Error> {
+    fn on_collected(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), TransportError> {
         let keep_owner = self.config.with_owner;
         let mut torn = None;
         for message in std::mem::take(inbox) {
@@ -461,8 +433,16 @@ impl<'a, P: Point> Coordinator<'a, P> {
             None => Ok(()),
             Some(from) => {
                 let reason = "its ledger is torn".to_string();
-                Err(TransportError::BadMessage { from, reason }.into())
+                Err(TransportError::BadMessage { from, reason })
             }
         }
+    }
+}
+
+/// Seconds of a phase; of one that runs in several passes, all of them.
+fn time(all: &mut Vec<(Phase, f64)>, phase: Phase, seconds: f64) {
+    match all.last_mut() {
+        Some((last, sum)) if *last == phase => *sum += seconds,
+        _ => all.push((phase, seconds)),
     }
 }

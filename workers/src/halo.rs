@@ -26,12 +26,16 @@
 use std::ops::Range;
 
 use septet_geometry::point::{Point, dist2};
-use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::ids::{Phase, Rank};
+use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::transport::TransportError;
 
 use crate::border::ones;
+use crate::machine::Context;
+use crate::partition::Subdomain;
 use crate::piece::round_len;
+use crate::table::Table;
 use crate::tree::Shared;
-use crate::worker::Worker;
 
 /// The radius of a halo over the distance between neighbours along the curve.
 const WIDTH: f64 = 2.2;
@@ -162,100 +166,114 @@ fn look_around<P: Point>(
     }
 }
 
-impl<P: Point> Worker<P> {
-    /// Sends the home points near the border to where their balls reach.
-    pub(crate) fn begin_halo(&mut self) {
-        self.report_frame();
-        if self.path.is_empty() {
-            return;
-        }
-        let mut batches = self.batches();
-        let mut margins: Vec<Margin> = Vec::with_capacity(self.table.home as usize);
-        let mut gaps2 = Gaps2::default();
-        for (run, scale2) in runs(&self.table.positions[..self.table.home as usize]) {
-            let (ids, points) = (&self.table.ids[run.clone()], &self.table.positions[run]);
-            look_around(&self.path, (points, scale2), &mut gaps2, &mut margins, |level, at, radius2| {
-                batches[level][1 - self.path[level].mine].push(ids[at], points[at], self.rank, radius2);
-            });
-        }
-        let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
-        let layer = f64::from(self.table.home).powf((P::DIM - 1) as f64 / P::DIM as f64);
-        if sent as f64 > MOST * layer * self.path.len() as f64 {
-            for margin in &mut margins {
-                margin.sent = 0.0;
-            }
-            batches = self.batches();
-        }
-        self.seams.margins = margins;
-        self.send_halos(batches);
-    }
+/// What the halo leaves to the phases after it.
+#[derive(Debug, Default)]
+pub(crate) struct Halo {
+    /// For each home point how far around it nothing more has to be told.
+    pub(crate) margins: Vec<Margin>,
+    /// Foreign points that came, by their local numbers.
+    pub(crate) arrived: Vec<u32>,
+}
 
-    /// Points of others' halos: those that reach this piece stay, and all go on to where they reach.
-    pub(crate) fn on_halo(&mut self, inbox: &mut Vec<Message<P>>) {
-        self.learn_frame(inbox);
-        let mut received = Vec::new();
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Ghosts(points) => {
-                received.push((m.node, std::mem::take(points)));
-                false
-            }
-            _ => true,
-        });
-        let mut batches = self.batches();
-        for (node, points) in received {
-            if let Some(holder) = self.relayed(node) {
-                self.out.send(holder, node, 0, Body::Ghosts(points));
+/// Sends the home points near the border to where their balls reach; those of others that reach this piece stay, and
+/// all go on to where they reach.
+pub(crate) async fn halo<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    frame: &mut PointBatch<P>,
+) -> Result<Halo, TransportError> {
+    cx.enter(Phase::Halo)?;
+    crate::frame::report(cx, table, &subdomain.leaves, frame);
+    let (margins, batches) = own_points(subdomain, table, cx.rank);
+    send_halos(cx, subdomain, batches);
+    let mut arrived = Vec::new();
+    while cx.exchange().await? {
+        crate::frame::learn(cx, table, frame);
+        let mut batches = empty_batches(&subdomain.path);
+        for (node, points) in cx.take(|m| match &mut m.body {
+            Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
+            _ => None,
+        }) {
+            if let Some(holder) = subdomain.relayed(node, cx.rank) {
+                cx.send(holder, node, 0, Body::Ghosts(points));
                 continue;
             }
-            let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
-            if start == self.path.len() {
+            let start = subdomain.position(node);
+            if start == subdomain.path.len() {
                 // Most of them stay.
-                self.table.reserve_foreign(points.len());
+                table.reserve_foreign(points.len());
             }
             for at in 0..points.len() {
-                if self.halo_goes_on(&points, at, start, &mut batches) {
-                    self.arrive(&points, at);
+                if goes_on(&subdomain.path[start..], &points, at, &mut batches[start..]) {
+                    table.arrive(&points, at, cx.rank, &mut arrived);
                 }
             }
         }
-        self.send_halos(batches);
+        send_halos(cx, subdomain, batches);
     }
+    Ok(Halo { margins, arrived })
+}
 
-    /// Sends a point on along the path, from a position on it. Does it reach this worker's piece?
-    fn halo_goes_on(
-        &self,
-        points: &PointBatch<P>,
-        at: usize,
-        start: usize,
-        batches: &mut Batches<P>,
-    ) -> bool {
-        let (x, radius2) = (points.positions[at], points.radii2[at]);
-        for (shared, batch) in self.path.iter().zip(batches).skip(start) {
-            let mut push = |side: usize| batch[side].push(points.ids[at], x, points.owners[at], radius2);
-            if shared.split.reaches(x, radius2, 1 - shared.mine) {
-                push(1 - shared.mine);
-            }
-            let mine = shared.split.reaches(x, radius2, shared.mine);
-            if mine && !shared.goes_on {
-                push(shared.mine);
-            }
-            if !mine || !shared.goes_on {
-                return false;
-            }
+/// The margins of the home points, and those of them that are sent.
+fn own_points<P: Point>(subdomain: &Subdomain<P>, table: &Table<P>, rank: Rank) -> (Vec<Margin>, Batches<P>) {
+    let path = &subdomain.path;
+    if path.is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    let mut batches = empty_batches(path);
+    let mut margins: Vec<Margin> = Vec::with_capacity(table.home as usize);
+    let mut gaps2 = Gaps2::default();
+    for (run, scale2) in runs(&table.positions[..table.home as usize]) {
+        let (ids, points) = (&table.ids[run.clone()], &table.positions[run]);
+        look_around(path, (points, scale2), &mut gaps2, &mut margins, |level, at, radius2| {
+            batches[level][1 - path[level].mine].push(ids[at], points[at], rank, radius2);
+        });
+    }
+    let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
+    let layer = f64::from(table.home).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    if sent as f64 > MOST * layer * path.len() as f64 {
+        for margin in &mut margins {
+            margin.sent = 0.0;
         }
-        true
+        batches = empty_batches(path);
     }
+    (margins, batches)
+}
 
-    fn batches(&self) -> Batches<P> {
-        self.path.iter().map(|_| <[PointBatch<P>; 2]>::default()).collect()
+/// Sends a point on along a path. Does it reach the piece below?
+fn goes_on<P: Point>(
+    path: &[Shared<P>],
+    points: &PointBatch<P>,
+    at: usize,
+    batches: &mut [[PointBatch<P>; 2]],
+) -> bool {
+    let (x, radius2) = (points.positions[at], points.radii2[at]);
+    for (shared, batch) in path.iter().zip(batches) {
+        let mut push = |side: usize| batch[side].push(points.ids[at], x, points.owners[at], radius2);
+        if shared.split.reaches(x, radius2, 1 - shared.mine) {
+            push(1 - shared.mine);
+        }
+        let mine = shared.split.reaches(x, radius2, shared.mine);
+        if mine && !shared.goes_on {
+            push(shared.mine);
+        }
+        if !mine || !shared.goes_on {
+            return false;
+        }
     }
+    true
+}
 
-    fn send_halos(&mut self, batches: Batches<P>) {
-        for (shared, batch) in self.path.iter().zip(batches) {
-            for (side, points) in batch.into_iter().enumerate().filter(|(_, points)| !points.is_empty()) {
-                let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
-                self.out.send(to, node, 0, Body::Ghosts(points));
-            }
+fn empty_batches<P: Point>(path: &[Shared<P>]) -> Batches<P> {
+    path.iter().map(|_| <[PointBatch<P>; 2]>::default()).collect()
+}
+
+fn send_halos<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches: Batches<P>) {
+    for (shared, batch) in subdomain.path.iter().zip(batches) {
+        for (side, points) in batch.into_iter().enumerate().filter(|(_, points)| !points.is_empty()) {
+            let (to, node) = (shared.member_below(cx.rank, side), shared.id.child(side));
+            cx.send(to, node, 0, Body::Ghosts(points));
         }
     }
 }

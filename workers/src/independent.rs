@@ -37,9 +37,12 @@ use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
+use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, map_in};
 use crate::edges::Edges;
+use crate::machine::Context;
+use crate::table::Table;
 use crate::tree::Leaf;
 use crate::worker::Worker;
 
@@ -57,7 +60,7 @@ enum State {
 #[derive(Debug, Default)]
 pub(crate) struct Selection {
     /// The neighbours of each leaf's home points.
-    graphs: Vec<Lists<u32>>,
+    pub(crate) graphs: Vec<Lists<u32>>,
     /// Of every point of the table.
     states: Vec<State>,
     /// Of every point of the table: its priority, or [`DECIDED`].
@@ -122,53 +125,78 @@ impl<P: Point> Worker<P> {
         }
         self.selection = Selection { graphs, ..Selection::default() };
     }
+}
 
-    /// Puts out the neighbours of points that are in from the start.
-    pub(crate) fn begin_independent(&mut self) {
-        let Task::Independent { fixed } = self.config.task else { return };
-        let seed = self.config.seed;
-        self.selection.priorities = self.table.positions.iter().map(|&x| priority(seed, x)).collect();
-        self.selection.states = vec![State::Undecided; self.table.ids.len()];
-        let earlier: Vec<u32> =
-            (0u32..).zip(&self.table.ids).filter(|&(_, &id)| id < fixed).map(|(at, _)| at).collect();
-        for at in earlier {
-            self.selection.decide(at, State::In);
+/// Rounds of local priorities, until no point of any rank is undecided: those that come before all their undecided
+/// neighbours join, then the neighbours of those that are in are out.
+pub(crate) async fn independent<P: Point>(
+    cx: &mut Context<P>,
+    leaves: &[Leaf<P>],
+    table: &Table<P>,
+    graphs: Vec<Lists<u32>>,
+    fixed: u64,
+) -> Result<Selection, TransportError> {
+    cx.enter(Phase::Independent)?;
+    let mut selection = Selection::begin(cx.config.seed, leaves, table, graphs, fixed);
+    if fixed > 0 {
+        selection.leave(cx, leaves, table);
+    }
+    while cx.exchange_if(selection.is_pending()).await? {
+        selection.hear(cx, table);
+        selection.join(cx, leaves, table);
+        if !cx.exchange_if(selection.is_pending()).await? {
+            break;
         }
-        let states = &self.selection.states;
-        let undecided = |&v: &u32| states[v as usize] == State::Undecided;
-        let open = self.leaves.iter().map(|leaf| leaf.home().filter(undecided).collect()).collect();
-        self.selection.open = open;
-        if fixed > 0 {
-            self.leave();
+        selection.hear(cx, table);
+        selection.leave(cx, leaves, table);
+    }
+    Ok(selection)
+}
+
+impl Selection {
+    /// Nothing is decided but the points that are in from the start.
+    fn begin<P: Point>(
+        seed: u64,
+        leaves: &[Leaf<P>],
+        table: &Table<P>,
+        graphs: Vec<Lists<u32>>,
+        fixed: u64,
+    ) -> Self {
+        let priorities = table.positions.iter().map(|&x| priority(seed, x)).collect();
+        let states = vec![State::Undecided; table.ids.len()];
+        let mut selection = Selection { graphs, states, priorities, ..Selection::default() };
+        for (at, _) in (0u32..).zip(&table.ids).filter(|&(_, &id)| id < fixed) {
+            selection.decide(at, State::In);
         }
+        let undecided = |&v: &u32| selection.states[v as usize] == State::Undecided;
+        let open = leaves.iter().map(|leaf| leaf.home().filter(undecided).collect()).collect();
+        selection.open = open;
+        selection
     }
 
-    /// Half a round: what was told, then who joins or who is out.
-    pub(crate) fn on_independent(&mut self, inbox: &mut Vec<Message<P>>) {
-        inbox.retain(|m| {
-            let (ids, state) = match &m.body {
-                Body::Joined(ids) => (ids, State::In),
-                Body::Left(ids) => (ids, State::Out),
-                _ => return true,
-            };
-            for &id in &ids.0 {
-                if let Some(ghost) = self.table.find(id).filter(|&at| !self.table.is_home(at)) {
-                    self.selection.decide(ghost, state);
+    /// Takes what was told of other ranks' points.
+    fn hear<P: Point>(&mut self, cx: &mut Context<P>, table: &Table<P>) {
+        for (ids, state) in cx.take(|m: &mut Message<P>| match &mut m.body {
+            Body::Joined(ids) => Some((std::mem::take(&mut ids.0), State::In)),
+            Body::Left(ids) => Some((std::mem::take(&mut ids.0), State::Out)),
+            _ => None,
+        }) {
+            for id in ids {
+                if let Some(ghost) = table.find(id).filter(|&at| !table.is_home(at)) {
+                    self.decide(ghost, state);
                 }
             }
-            false
-        });
-        if self.step % 2 == 1 { self.join() } else { self.leave() }
+        }
     }
 
     /// Those that come before all their undecided neighbours join.
-    fn join(&mut self) {
-        let count: u64 = self.selection.open.iter().map(|open| open.len() as u64).sum();
+    fn join<P: Point>(&mut self, cx: &mut Context<P>, leaves: &[Leaf<P>], table: &Table<P>) {
+        let count: u64 = self.open.iter().map(|open| open.len() as u64).sum();
         if count > 0 {
-            self.selection.undecided.push(count);
+            self.undecided.push(count);
         }
-        let halves = self.half("join", |leaf, open, lists, cost| {
-            let (priorities, positions) = (&self.selection.priorities, &self.table.positions);
+        let halves = self.half(cx, (leaves, table), "join", |leaf, open, lists, cost| {
+            let (priorities, positions) = (&self.priorities, &table.positions);
             let first = cost.map_nested(open, |&v, own| {
                 let (mine, mut first) = ((priorities[v as usize], positions[v as usize]), true);
                 let mut sweep = own.sweep();
@@ -181,13 +209,13 @@ impl<P: Point> Worker<P> {
             });
             (first, false)
         });
-        self.settle_half(halves, State::In);
+        self.settle(cx, (leaves, table), halves, State::In);
     }
 
     /// The neighbours of those that are in are out.
-    fn leave(&mut self) {
-        let halves = self.half("leave", |leaf, open, lists, cost| {
-            let states = &self.selection.states;
+    fn leave<P: Point>(&mut self, cx: &mut Context<P>, leaves: &[Leaf<P>], table: &Table<P>) {
+        let halves = self.half(cx, (leaves, table), "leave", |leaf, open, lists, cost| {
+            let states = &self.states;
             let out = cost.map_nested(open, |&v, own| {
                 let mut out = false;
                 let mut sweep = own.sweep();
@@ -197,22 +225,23 @@ impl<P: Point> Worker<P> {
             });
             (out, true)
         });
-        self.settle_half(halves, State::Out);
+        self.settle(cx, (leaves, table), halves, State::Out);
     }
 
     /// Half a round in every leaf that has undecided points: which of them are decided (and whether the round ends
     /// with that), and whom that concerns.
-    fn half(
+    fn half<P: Point>(
         &self,
+        cx: &Context<P>,
+        (leaves, table): (&[Leaf<P>], &Table<P>),
         step: &'static str,
         rule: impl Fn(&Leaf<P>, &[u32], &Lists<u32>, &mut Cost) -> (Vec<bool>, bool) + Sync + Send,
     ) -> Vec<(usize, Half)> {
-        let places: Vec<usize> =
-            (0..self.leaves.len()).filter(|&at| !self.selection.open[at].is_empty()).collect();
-        let site = self.out.site();
-        map_in(&self.pool, &places, |&at| {
-            let (leaf, lists) = (&self.leaves[at], &self.selection.graphs[at]);
-            let open = &self.selection.open[at];
+        let places: Vec<usize> = (0..leaves.len()).filter(|&at| !self.open[at].is_empty()).collect();
+        let site = cx.site();
+        map_in(&cx.pool, &places, |&at| {
+            let (leaf, lists) = (&leaves[at], &self.graphs[at]);
+            let open = &self.open[at];
             let _span = site.subproblem(Phase::Independent, leaf.id, step, open.len() as u64);
             let mut cost = Cost::ZERO;
             let (flags, ends) = rule(leaf, open, lists, &mut cost);
@@ -221,18 +250,14 @@ impl<P: Point> Worker<P> {
             cost.map_nested(&flagged, |&(v, decided), own| {
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start) as usize], |&u| {
-                    if decided
-                        && u >= self.table.home
-                        && self.selection.states[u as usize] == State::Undecided
-                    {
-                        told.push((self.table.owners[u as usize], v));
+                    if decided && u >= table.home && self.states[u as usize] == State::Undecided {
+                        told.push((table.owners[u as usize], v));
                     }
                 });
                 own.swept_inside(sweep);
             });
             let open = ends.then(|| {
-                let undecided =
-                    |&(v, out): &(u32, bool)| !out && self.selection.states[v as usize] == State::Undecided;
+                let undecided = |&(v, out): &(u32, bool)| !out && self.states[v as usize] == State::Undecided;
                 cost.pack(&flagged, undecided).into_iter().map(|(v, _)| v).collect()
             });
             let decided = flagged.into_iter().filter(|f| f.1).map(|f| f.0).collect();
@@ -241,31 +266,39 @@ impl<P: Point> Worker<P> {
     }
 
     /// Takes the outcome of half a round, and tells it.
-    fn settle_half(&mut self, halves: Vec<(usize, Half)>, state: State) {
+    fn settle<P: Point>(
+        &mut self,
+        cx: &mut Context<P>,
+        (leaves, table): (&[Leaf<P>], &Table<P>),
+        halves: Vec<(usize, Half)>,
+        state: State,
+    ) {
         let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
         for (at, half) in halves {
-            let leaf = &self.leaves[at];
-            self.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.home_len());
+            let leaf = &leaves[at];
+            cx.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.home_len());
             for point in half.decided {
-                self.selection.decide(point, state);
+                self.decide(point, state);
             }
             for (owner, point) in half.told {
-                let (batch, id) = (batches.entry(owner).or_default(), self.table.ids[point as usize]);
+                let (batch, id) = (batches.entry(owner).or_default(), table.ids[point as usize]);
                 // One point's ghosts stand together: an owner of several is told once.
                 if batch.last() != Some(&id) {
                     batch.push(id);
                 }
             }
             if let Some(open) = half.open {
-                self.selection.open[at] = open;
+                self.open[at] = open;
             }
         }
         for (owner, ids) in batches {
             let body = if state == State::In { Body::Joined(Bulk(ids)) } else { Body::Left(Bulk(ids)) };
-            self.out.send(owner, NodeId::ROOT, 0, body);
+            cx.send(owner, NodeId::ROOT, 0, body);
         }
     }
+}
 
+impl<P: Point> Worker<P> {
     /// Sends the members that joined, and how many were undecided.
     pub(crate) fn send_selected(&mut self) {
         let Task::Independent { fixed } = self.config.task else { return };

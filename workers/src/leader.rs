@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
-    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_halves, draw, draw_halves, split_bound,
+    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_halves, draw as draw_separator,
+    draw_halves, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -16,7 +17,9 @@ use septet_protocol::ledger::{LedgerPart, NodeFacts};
 use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
 
 use crate::config::{Partition, SetRule, WorkerConfig};
+use crate::machine::Context;
 use crate::outbox::Outbox;
+use crate::partition::Group;
 use crate::profile::Site;
 use crate::tree::join_bounds;
 
@@ -26,15 +29,12 @@ pub const MAX_ATTEMPTS: u32 = 8;
 /// A set whose larger child holds more than this share of it is not split further.
 pub const STOP_SHARE: f64 = 0.93;
 
-/// A subproblem that this rank leads.
+/// A subproblem that this rank leads, after the partition.
 #[derive(Clone, Debug)]
 pub struct Lead<P> {
     population: u64,
     first: Rank,
     ranks: u32,
-    attempt: u32,
-    kind: u64,
-    separator: Option<Separator<P>>,
     children: [Option<Summary<P>>; 2],
     merged: Vec<Merged>,
 }
@@ -43,13 +43,14 @@ pub struct Lead<P> {
 #[derive(Clone, Debug)]
 pub struct Leader<P> {
     leads: BTreeMap<NodeId, Lead<P>>,
-    /// Leaves below nodes, where the placement is planned.
-    plan: BTreeMap<NodeId, u32>,
 }
+
+/// Leaves below nodes, where the placement is planned.
+pub type Plan = BTreeMap<NodeId, u32>;
 
 impl<P> Default for Leader<P> {
     fn default() -> Self {
-        Leader { leads: BTreeMap::new(), plan: BTreeMap::new() }
+        Leader { leads: BTreeMap::new() }
     }
 }
 
@@ -87,7 +88,7 @@ pub fn draw_from<P: Point>(
         samples.sort_unstable_by(lex_cmp);
     }
     let mut drawn = match (config.partition, config.halving) {
-        (Partition::Sphere, false) => draw(key, population, samples, &mut own),
+        (Partition::Sphere, false) => draw_separator(key, population, samples, &mut own),
         (Partition::Sphere, true) => draw_halves(key, population, samples, &mut own),
         (Partition::Kd, false) => cut(key, samples, &mut own),
         (Partition::Kd, true) => cut_halves(key, population, samples, &mut own),
@@ -115,140 +116,129 @@ pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
     population <= config.leaf || node.level() >= NodeId::DEEPEST
 }
 
+/// The samples of a node's attempt are here: draws a separator, and sends it to the members.
+pub(crate) fn draw<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+) -> (Option<Separator<P>>, u64) {
+    let samples = cx.take(|m| match &mut m.body {
+        Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
+        _ => None,
+    });
+    let round = samples.first().map_or(0, |p| p.0);
+    let mut samples: Vec<P> = samples.into_iter().flat_map(|p| p.1).collect();
+    let tally = cx.ledger.tally(round, Phase::Partition);
+    tally.active += 1;
+    tally.separators += 1;
+    let (mut cost, population) = (Cost::ZERO, group.child.population);
+    let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
+    let drawn = draw_from(&cx.config, group.node, attempt, population, &mut samples, &mut cost);
+    cx.ledger.charge_leader(Phase::Partition, group.node, cost);
+    let words = drawn.0.map_or(Vec::new(), |s| s.to_array().to_vec());
+    for rank in group.members() {
+        cx.send(rank, group.node, attempt, Body::Sphere(Bulk(words.clone())));
+    }
+    drawn
+}
+
+/// The counts of a node's attempt are here: accepts the separator, draws again, or leaves the node unsplit; tells the
+/// members, and the children's leaders the plan of what is below.
+pub(crate) fn judge<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    (separator, kind): (Option<Separator<P>>, u64),
+    plan: &Plan,
+) -> Verdict {
+    let node = group.node;
+    let counts = cx.take(|m| match &mut m.body {
+        Body::Counts { inside, outside, boxes } => {
+            Some((m.round, (*inside, *outside), std::mem::take(&mut boxes.0)))
+        }
+        _ => None,
+    });
+    let round = counts.first().map_or(0, |c| c.0);
+    cx.ledger.tally(round, Phase::Partition).retries += u64::from(attempt > 0);
+    let inside: u64 = counts.iter().map(|c| c.1.0).sum();
+    let outside: u64 = counts.iter().map(|c| c.1.1).sum();
+    let mut boxes: Vec<P> = Vec::new();
+    let verdict = if cx.config.fault.is_some_and(|fault| fault.refuses(node)) {
+        Verdict::Leaf
+    } else if separator.is_some() && acceptable::<P>(&cx.config, inside, outside) {
+        let all = counts.iter().map(|c| &c.2);
+        for side in 0..2 {
+            let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);
+            let joined = all.clone().map(of).reduce(join_bounds);
+            boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
+        }
+        Verdict::Split(place(group, [inside, outside], plan, &cx.config))
+    } else if separator.is_some() && attempt + 1 < MAX_ATTEMPTS {
+        Verdict::Retry
+    } else {
+        Verdict::Leaf
+    };
+    let facts = cx.ledger.facts(node);
+    facts.population = group.child.population;
+    facts.attempts = u64::from(attempt) + 1;
+    if let Verdict::Split(children) = &verdict {
+        facts.inside = inside;
+        facts.kind = kind;
+        facts.separator = separator.as_ref().map_or(0, separator_hash);
+        send_plan(cx, node, children, plan);
+    }
+    for rank in group.members() {
+        let body = Body::Decision { verdict: verdict.clone(), boxes: Bulk(boxes.clone()) };
+        cx.send(rank, node, attempt, body);
+    }
+    verdict
+}
+
+/// Divides the group in proportion to the children's cost: planned leaves, else points.
+fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig) -> [Child; 2] {
+    let ids = [group.node.child(0), group.node.child(1)];
+    let planned = |i: usize| plan.get(&ids[i]).map(|&l| u64::from(l));
+    let weight = match (planned(0), planned(1)) {
+        (Some(a), Some(b)) => [a, b],
+        _ => population,
+    };
+    let Child { first, ranks, .. } = group.child;
+    let interior = divide(ranks, weight);
+    let child = |i: usize, first: Rank, ranks: u32| Child {
+        population: population[i],
+        first,
+        ranks,
+        leaf: is_leaf(config, ids[i], population[i]),
+    };
+    [child(0, first, interior), child(1, first + interior, ranks - interior)]
+}
+
+/// Hands the plan of each child to the child's leader.
+fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2], plan: &Plan) {
+    for (side, child) in children.iter().enumerate() {
+        let id = node.child(side);
+        if child.leaf || child.ranks < 2 {
+            continue;
+        }
+        let below = plan.iter().filter(|(n, _)| id.contains(**n) && **n != id);
+        let (nodes, leaves): (Vec<u64>, Vec<u32>) = below.map(|(n, l)| (n.0, *l)).unzip();
+        if !nodes.is_empty() {
+            let body = Body::Plan { nodes: Bulk(nodes), leaves: Bulk(leaves) };
+            cx.send(child.first, id, 0, body);
+        }
+    }
+}
+
 impl<P: Point> Leader<P> {
     /// Takes over a subproblem.
     pub fn lead(&mut self, node: NodeId, population: u64, first: Rank, ranks: u32) {
-        let lead = Lead {
-            population,
-            first,
-            ranks,
-            attempt: 0,
-            kind: 0,
-            separator: None,
-            children: [None, None],
-            merged: Vec::new(),
-        };
+        let lead = Lead { population, first, ranks, children: [None, None], merged: Vec::new() };
         self.leads.insert(node, lead);
     }
 
     /// Does this rank lead the node?
     pub fn leads(&self, node: NodeId) -> bool {
         self.leads.contains_key(&node)
-    }
-
-    /// Learns the planned number of leaves below nodes.
-    pub fn plan(&mut self, nodes: &[u64], leaves: &[u32]) {
-        for (&node, &count) in nodes.iter().zip(leaves) {
-            self.plan.insert(NodeId(node), count);
-        }
-    }
-
-    /// All samples of a node in one round: draw, and tell the members.
-    pub fn on_samples(
-        &mut self,
-        node: NodeId,
-        mut samples: Vec<P>,
-        config: &WorkerConfig,
-        out: &mut Outbox<P>,
-        ledger: &mut LedgerPart,
-    ) {
-        let Some(lead) = self.leads.get_mut(&node) else { return };
-        let mut cost = Cost::ZERO;
-        let population = lead.population;
-        let _span = out.site().subproblem(Phase::Partition, node, "draw", population);
-        let (separator, kind) = draw_from(config, node, lead.attempt, population, &mut samples, &mut cost);
-        ledger.charge_leader(Phase::Partition, node, cost);
-        lead.kind = kind;
-        lead.separator = separator;
-        let words = separator.map_or(Vec::new(), |s| s.to_array().to_vec());
-        for rank in lead.first..lead.first + lead.ranks {
-            out.send(rank, node, lead.attempt, Body::Sphere(Bulk(words.clone())));
-        }
-    }
-
-    /// All counts of a node in one round: accept, draw again, or leave it unsplit.
-    pub fn on_counts(
-        &mut self,
-        node: NodeId,
-        counts: &[(u64, u64, Vec<P>)],
-        config: &WorkerConfig,
-        out: &mut Outbox<P>,
-        ledger: &mut LedgerPart,
-    ) {
-        let Some(lead) = self.leads.get_mut(&node) else { return };
-        let separator = lead.separator;
-        let inside: u64 = counts.iter().map(|c| c.0).sum();
-        let outside: u64 = counts.iter().map(|c| c.1).sum();
-        let mut boxes: Vec<P> = Vec::new();
-        let verdict = if config.fault.is_some_and(|fault| fault.refuses(node)) {
-            Verdict::Leaf
-        } else if separator.is_some() && acceptable::<P>(config, inside, outside) {
-            let all = counts.iter().map(|c| &c.2);
-            for side in 0..2 {
-                let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);
-                let joined = all.clone().map(of).reduce(join_bounds);
-                boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
-            }
-            Verdict::Split(self.place(node, [inside, outside], config))
-        } else if separator.is_some() && lead.attempt + 1 < MAX_ATTEMPTS {
-            lead.attempt += 1;
-            Verdict::Retry
-        } else {
-            Verdict::Leaf
-        };
-        let Some(lead) = self.leads.get(&node) else { return };
-        let facts = ledger.facts(node);
-        facts.population = lead.population;
-        match verdict {
-            Verdict::Split(_) => {
-                facts.inside = inside;
-                facts.attempts = u64::from(lead.attempt) + 1;
-                facts.kind = lead.kind;
-                facts.separator = separator.as_ref().map_or(0, separator_hash);
-            }
-            _ => facts.attempts = u64::from(lead.attempt) + 1,
-        }
-        self.send_plan(node, &verdict, out);
-        for rank in lead.first..lead.first + lead.ranks {
-            let body = Body::Decision { verdict: verdict.clone(), boxes: Bulk(boxes.clone()) };
-            out.send(rank, node, lead.attempt, body);
-        }
-    }
-
-    /// Divides the group in proportion to the children's cost: planned leaves, else points.
-    fn place(&self, node: NodeId, population: [u64; 2], config: &WorkerConfig) -> [Child; 2] {
-        let lead = &self.leads[&node];
-        let ids = [node.child(0), node.child(1)];
-        let planned = |i: usize| self.plan.get(&ids[i]).map(|&l| u64::from(l));
-        let weight = match (planned(0), planned(1)) {
-            (Some(a), Some(b)) => [a, b],
-            _ => population,
-        };
-        let interior = divide(lead.ranks, weight);
-        let child = |i: usize, first: Rank, ranks: u32| Child {
-            population: population[i],
-            first,
-            ranks,
-            leaf: is_leaf(config, ids[i], population[i]),
-        };
-        [child(0, lead.first, interior), child(1, lead.first + interior, lead.ranks - interior)]
-    }
-
-    /// Hands the plan of each child to the child's leader.
-    fn send_plan(&self, node: NodeId, verdict: &Verdict, out: &mut Outbox<P>) {
-        let Verdict::Split(children) = verdict else { return };
-        for (side, child) in children.iter().enumerate() {
-            let id = node.child(side);
-            if child.leaf || child.ranks < 2 {
-                continue;
-            }
-            let below = self.plan.iter().filter(|(n, _)| id.contains(**n) && **n != id);
-            let (nodes, leaves): (Vec<u64>, Vec<u32>) = below.map(|(n, l)| (n.0, *l)).unzip();
-            if !nodes.is_empty() {
-                let body = Body::Plan { nodes: Bulk(nodes), leaves: Bulk(leaves) };
-                out.send(child.first, id, 0, body);
-            }
-        }
     }
 
     /// A child's summary. When both are known, tells the members and returns the node's own summary.

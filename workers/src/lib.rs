@@ -19,9 +19,13 @@ pub mod outbox;
 
 pub mod leader;
 
-pub mod worker;
+mod worker;
+
+pub mod machine;
 
 pub mod partition;
+
+pub mod frame;
 
 mod grow;
 
@@ -36,7 +40,7 @@ mod neighbours;
 
 mod naive;
 
-mod summaries;
+pub mod summaries;
 
 pub mod choice;
 

@@ -18,336 +18,434 @@ use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::LedgerPart;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
+use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig, map_in};
 use crate::grow::{Builder, Grown};
-use crate::leader::{by_node, is_leaf, separator_of};
+use crate::leader::{Plan, draw, is_leaf, judge, separator_of};
+use crate::machine::Context;
 use crate::table::Table;
 use crate::tree::{Bounds, Inner, Leaf, Shared, Split, Tree, bounds};
-use crate::worker::{Holding, Worker};
 
-impl<P: Point> Worker<P> {
-    /// Sends the root's samples, or its points where one worker takes it whole.
-    pub(crate) fn begin_partition(&mut self) {
-        let Some(holding) = self.holdings.get_mut(&NodeId::ROOT) else { return };
-        holding.child.leaf = is_leaf(&self.config, NodeId::ROOT, self.population);
-        holding.population = self.population;
-        let child = holding.child;
-        if child.ranks == 1 || child.leaf {
-            let points = std::mem::take(&mut holding.points);
-            self.holdings.clear();
-            self.hand_over(NodeId::ROOT, &child, points);
-        } else {
-            let leader = septet_protocol::ids::COORDINATOR;
-            self.send_samples(NodeId::ROOT, leader, 0);
-        }
-    }
+/// What a rank is given to begin with.
+#[derive(Debug)]
+pub(crate) struct Input<P> {
+    /// Number of points of all ranks.
+    pub(crate) population: u64,
+    /// Points that span the space.
+    pub(crate) frame: PointBatch<P>,
+    /// This rank's block.
+    pub(crate) block: PointBatch<P>,
+}
 
-    fn hand_over(&mut self, node: NodeId, child: &Child, points: PointBatch<P>) {
-        // The holder always hears from itself, so that it starts even if nobody else has points.
-        if !points.is_empty() || child.first == self.rank {
-            self.out.send(child.first, node, 0, Body::Move(points));
-        }
-    }
+/// Where a rank is in the tree, and what is at home there.
+#[derive(Debug)]
+pub(crate) struct Subdomain<P> {
+    /// Shared nodes from the root down.
+    pub(crate) path: Vec<Shared<P>>,
+    /// The shared node below them that its group could not split, and the rank that holds it.
+    pub(crate) relay: Option<(NodeId, Rank)>,
+    /// The tree below.
+    pub(crate) tree: Option<(NodeId, Tree<P>)>,
+    pub(crate) inner_ids: Vec<NodeId>,
+    pub(crate) leaves: Vec<Leaf<P>>,
+    /// The shared nodes that this rank leads.
+    pub(crate) led: Vec<Group>,
+}
 
-    /// The node's samples among this worker's share, to the leader.
-    fn send_samples(&mut self, node: NodeId, leader: u32, attempt: u32) {
-        let holding = &self.holdings[&node];
-        let mut cost = Cost::ZERO;
-        let key = DrawKey { seed: self.config.seed, node: node.0, attempt };
-        let sampler = self.config.sampler(key, holding.population);
-        let samples = cost.pack(&holding.points.positions, |&x| sampler.takes(x));
-        // Members before and after a move both charge this step: only the count step states the items.
-        self.ledger.charge(Phase::Partition, node, cost, 0);
-        self.out.send(leader, node, attempt, Body::Samples(Bulk(samples)));
-    }
-
-    pub(crate) fn on_partition(&mut self, inbox: &mut Vec<Message<P>>) {
-        self.on_moves(inbox);
-        self.lead_partition(inbox);
-        let spheres = by_node(inbox, |m| match &mut m.body {
-            Body::Sphere(words) => Some((m.from, m.attempt, std::mem::take(&mut words.0))),
-            _ => None,
-        });
-        for (node, sphere) in spheres {
-            for (leader, attempt, words) in sphere {
-                self.count_sides(node, leader, attempt, &words);
-            }
-        }
-        let decisions = by_node(inbox, |m| match &mut m.body {
-            Body::Decision { verdict, boxes } => {
-                Some((m.from, verdict.clone(), std::mem::take(&mut boxes.0)))
-            }
-            _ => None,
-        });
-        for (node, all) in decisions {
-            for (leader, verdict, boxes) in all {
-                self.obey(node, leader, &verdict, &boxes);
-            }
-        }
-    }
-
-    /// Points that arrive at a node: kept as its share, or, if it is this worker's alone, split here.
-    fn on_moves(&mut self, inbox: &mut Vec<Message<P>>) {
-        let moves = by_node(inbox, |m| match &mut m.body {
-            Body::Move(points) => Some(std::mem::take(points)),
-            _ => None,
-        });
-        for (node, batches) in moves {
-            let shared = self.holdings.get(&node).is_some_and(|h| h.child.ranks > 1 && !h.child.leaf);
-            if shared {
-                let Some(holding) = self.holdings.get_mut(&node) else { continue };
-                let own = std::mem::take(&mut holding.points);
-                holding.points = united(own, batches);
-            } else {
-                let own = self.holdings.remove(&node).map_or_else(PointBatch::default, |h| h.points);
-                self.own(node, united(own, batches));
-            }
-        }
-    }
-
-    fn lead_partition(&mut self, inbox: &mut Vec<Message<P>>) {
-        let plans = by_node(inbox, |m| match &mut m.body {
-            Body::Plan { nodes, leaves } => {
-                Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0)))
-            }
-            _ => None,
-        });
-        for (nodes, leaves) in plans.into_values().flatten() {
-            self.leader.plan(&nodes, &leaves);
-        }
-        lead_partition(inbox, &mut self.leader, &self.config, &mut self.out, &mut self.ledger, self.phase);
-    }
-
-    /// Counts this worker's points on either side of a sphere.
-    fn count_sides(&mut self, node: NodeId, leader: u32, attempt: u32, words: &[f64]) {
-        let Some(holding) = self.holdings.get_mut(&node) else { return };
-        let Some(separator) = separator_of::<P>(words) else {
-            let body = Body::Counts { inside: 0, outside: 0, boxes: Bulk(Vec::new()) };
-            self.out.send(leader, node, attempt, body);
-            return;
-        };
-        let mut cost = Cost::ZERO;
-        let counted = sides_of(&separator, &holding.points.positions, &mut cost);
-        let items = holding.points.len() as u64;
-        self.ledger.charge(Phase::Partition, node, cost, items);
-        let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
-        let [a, b] = counted.boxes;
-        holding.sides = counted.of;
-        holding.separator = Some(separator);
-        let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
-        self.out.send(leader, node, attempt, Body::Counts { inside, outside, boxes });
-    }
-
-    fn obey(&mut self, node: NodeId, leader: u32, verdict: &Verdict, boxes: &[P]) {
-        let Some(holding) = self.holdings.get_mut(&node) else { return };
-        match verdict {
-            Verdict::Retry => {
-                holding.attempt += 1;
-                let attempt = holding.attempt;
-                self.send_samples(node, leader, attempt);
-            }
-            Verdict::Leaf => {
-                let points = std::mem::take(&mut holding.points);
-                let child = holding.child;
-                self.holdings.remove(&node);
-                self.relay = Some((node, child.first));
-                if let Some(parent) = self.path.last_mut() {
-                    parent.children[parent.mine].leaf = true;
-                    parent.goes_on = child.first == self.rank;
-                }
-                self.hand_over(node, &child, points);
-            }
-            Verdict::Split(children) => self.split(node, leader, *children, boxes),
-        }
-    }
-
-    /// Moves the points to the children's groups and sends the children's samples.
-    fn split(&mut self, node: NodeId, leader: u32, children: [Child; 2], boxes: &[P]) {
-        let Some(holding) = self.holdings.remove(&node) else { return };
-        let (Some(separator), [a, b, c, d]) = (holding.separator, boxes) else { return };
-        let member = |side: usize| {
-            let child = &children[side];
-            (child.first..child.first + child.ranks).contains(&self.rank)
-        };
-        let mine = usize::from(!member(0));
-        let shared = Shared {
-            id: node,
-            first: holding.child.first,
-            ranks: holding.child.ranks,
-            leader,
-            split: Split { separator, boxes: [(*a, *b), (*c, *d)] },
-            children,
-            mine,
-            goes_on: !children[mine].leaf || children[mine].first == self.rank,
-            summaries: None,
-        };
-        let mut cost = Cost::ZERO;
-        let items = holding.points.len() as u64;
-        let parts = split_batch(holding.points, &holding.sides, mine, &mut cost);
-        self.ledger.charge(Phase::Partition, node, cost, items);
-        for (side, points) in parts.into_iter().enumerate() {
-            let (id, child) = (node.child(side), children[side]);
-            let whole = child.ranks == 1 || child.leaf;
-            let mine = shared.mine == side;
-            self.holdings.insert(id, Holding::of(points, child));
-            if !whole {
-                if child.first == self.rank {
-                    self.leader.lead(id, child.population, child.first, child.ranks);
-                }
-                self.send_samples(id, child.first, 0);
-            }
-            if whole || !mine {
-                let Some(holding) = self.holdings.remove(&id) else { continue };
-                let to = shared.member_below(self.rank, side);
-                if whole {
-                    self.hand_over(id, &child, holding.points);
-                } else if !holding.points.is_empty() {
-                    self.out.send(to, id, 0, Body::Move(holding.points));
-                }
-            }
-        }
-        self.path.push(shared);
-    }
-
-    /// Takes a node whole: splits it down to the floor (or not at all, if only the answer is wanted).
-    fn own(&mut self, node: NodeId, points: PointBatch<P>) {
-        if !self.config.counted {
-            self.settle_whole(node, points);
-            return;
-        }
-        let site = self.out.site();
-        let builder = Builder { config: &self.config, site, positions: &points.positions };
-        let everyone: Vec<u32> = (0..points.len() as u32).collect();
-        let mut grown = Grown::default();
-        // A node that its group could not split has had all its attempts.
-        let refused = self.relay.is_some_and(|(at, _)| at == node);
-        if refused {
-            grown.leaves.push((node, everyone));
-            grown.tree.push(Sketch::Leaf);
-        } else {
-            grown = builder.grow(node, everyone, &self.pool);
-        }
-        let round = self.out.round();
-        let tally = self.ledger.tally(round, Phase::Partition);
-        for facts in grown.facts.nodes.values() {
-            tally.active += u64::from(facts.attempts > 0);
-            tally.separators += facts.attempts;
-            tally.retries += facts.attempts.saturating_sub(1);
-        }
-        for (node, cost, items) in &grown.charges {
-            self.ledger.charge(Phase::Partition, *node, *cost, *items);
-        }
-        for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
-            self.ledger.facts(node).add(&facts);
-        }
-        if let Some(recorder) = &mut self.recorder {
-            recorder.grown(&mut grown, points.len() as u64);
-        }
-        self.settle(node, &points, &grown.leaves, grown.tree);
-    }
-
-    /// Numbers the home points of a worker that triangulates them at once, in the order of insertion: neighbours lie
-    /// near each other in memory.
-    fn settle_whole(&mut self, node: NodeId, points: PointBatch<P>) {
-        let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
-        let order = insertion_order(&positions);
-        // The copy is given back, so that the piece's own points find room where it was.
-        permute(&mut ids, &order);
-        permute(&mut positions, &order);
-        drop(order);
-        let bounds = bounds(positions.iter().copied());
-        let end = positions.len() as u32;
-        self.leaves.push(Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0, ghosts: Vec::new() });
-        self.ledger.facts(node).population = u64::from(end);
-        self.table = Table::of_whole(ids, positions, self.rank);
-        self.inner_ids.clear();
-        self.tree = Some((node, Tree::Leaf(0)));
-    }
-
-    /// Numbers the home points leaf by leaf, each leaf in lexicographic order.
-    fn settle(
-        &mut self,
-        node: NodeId,
-        points: &PointBatch<P>,
-        leaves: &[(NodeId, Vec<u32>)],
-        sketch: Vec<Sketch<P>>,
-    ) {
-        let mut ids = Vec::with_capacity(points.len());
-        let mut positions = Vec::with_capacity(points.len());
-        let ordered = map_in(&self.pool, leaves, |(_, members)| {
-            let mut members = members.clone();
-            members.sort_unstable_by(|&a, &b| {
-                lex_cmp(&points.positions[a as usize], &points.positions[b as usize])
-            });
-            members
-        });
-        for ((id, _), members) in leaves.iter().zip(&ordered) {
-            let start = ids.len() as u32;
-            ids.extend(members.iter().map(|&i| points.ids[i as usize]));
-            positions.extend(members.iter().map(|&i| points.positions[i as usize]));
-            let end = ids.len() as u32;
-            let of = |r: Range<u32>| bounds(positions[r.start as usize..r.end as usize].iter().copied());
-            self.leaves.push(Leaf {
-                id: *id,
-                start,
-                end,
-                bounds: of(start..end),
-                max_radius2: 0.0,
-                ghosts: Vec::new(),
-            });
-            self.ledger.facts(*id).population = u64::from(end - start);
-        }
-        self.table = Table::of_home(ids, positions, self.rank);
-        if self.config.task != Task::Delaunay {
-            self.table.radii2 = ordered.iter().flatten().map(|&i| points.radii2[i as usize]).collect();
-        }
-        self.inner_ids.clear();
-        let (mut inner, mut leaf) = (Vec::new(), 0);
-        let mut sketch = sketch.into_iter();
-        let tree = raise(node, &mut sketch, &mut inner, &mut leaf);
-        self.inner_ids = inner;
-        self.tree = Some((node, tree));
+impl<P> Default for Subdomain<P> {
+    fn default() -> Self {
+        let (path, inner_ids, leaves, led) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Subdomain { path, relay: None, tree: None, inner_ids, leaves, led }
     }
 }
 
-/// What a leader (of any rank, the coordinator too) does in the partition phase.
-pub fn lead_partition<P: Point>(
-    inbox: &mut Vec<Message<P>>,
-    leader: &mut crate::leader::Leader<P>,
-    config: &WorkerConfig,
-    out: &mut crate::outbox::Outbox<P>,
-    ledger: &mut LedgerPart,
-    phase: Phase,
-) {
-    let samples = by_node(inbox, |m| match &mut m.body {
-        Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
-        _ => None,
-    });
-    for (node, parts) in samples {
-        let round = parts.first().map_or(0, |p| p.0);
-        let all = parts.into_iter().flat_map(|p| p.1).collect();
-        let tally = ledger.tally(round, phase);
-        tally.active += 1;
-        tally.separators += 1;
-        leader.on_samples(node, all, config, out, ledger);
+impl<P> Subdomain<P> {
+    /// The rank that holds a node which this rank is asked for, if it is another.
+    pub(crate) fn relayed(&self, node: NodeId, own: Rank) -> Option<Rank> {
+        self.relay.filter(|&(at, holder)| at == node && holder != own).map(|(_, holder)| holder)
     }
-    let counts = by_node(inbox, |m| match &mut m.body {
-        Body::Counts { inside, outside, boxes } => {
-            Some((m.round, m.attempt, (*inside, *outside, std::mem::take(&mut boxes.0))))
+
+    /// The position of a node on the path, or its end.
+    pub(crate) fn position(&self, node: NodeId) -> usize {
+        self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())
+    }
+}
+
+/// A node, and the group of ranks that has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// The node.
+    pub node: NodeId,
+    /// Who leads the group.
+    pub leader: Rank,
+    /// Its ranks and points.
+    pub child: Child,
+}
+
+impl Group {
+    /// All workers. Rank 0 leads them.
+    fn root(config: &WorkerConfig, population: u64) -> Self {
+        let leaf = is_leaf(config, NodeId::ROOT, population);
+        let child = Child { population, first: 1, ranks: config.workers, leaf };
+        Group { node: NodeId::ROOT, leader: COORDINATOR, child }
+    }
+
+    /// That of a child. Its lowest rank leads it.
+    fn below(self, side: usize, child: Child) -> Self {
+        Group { node: self.node.child(side), leader: child.first, child }
+    }
+
+    /// Does one rank take it whole?
+    fn is_whole(&self) -> bool {
+        self.child.ranks == 1 || self.child.leaf
+    }
+
+    pub(crate) fn members(&self) -> Range<Rank> {
+        self.child.first..self.child.first + self.child.ranks
+    }
+}
+
+/// Waits for this rank's block.
+pub(crate) async fn load<P: Point>(cx: &mut Context<P>) -> Result<Input<P>, TransportError> {
+    let mut input = Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() };
+    while cx.exchange().await? {
+        for (population, frame) in cx.take(|m| match &mut m.body {
+            Body::Start { population, frame } => Some((*population, std::mem::take(frame))),
+            _ => None,
+        }) {
+            (input.population, input.frame) = (population, frame);
         }
+        cx.take(|m| match &mut m.body {
+            Body::Block(points) => Some(std::mem::take(points)),
+            _ => None,
+        })
+        .into_iter()
+        .for_each(|block| input.block = block);
+    }
+    Ok(input)
+}
+
+/// Splits the points of all ranks until each has its own: the tree above and below, and the table of home points.
+pub(crate) async fn partition<P: Point>(
+    cx: &mut Context<P>,
+    population: u64,
+    mut points: PointBatch<P>,
+) -> Result<(Subdomain<P>, Table<P>), TransportError> {
+    cx.enter(Phase::Partition)?;
+    let (mut path, mut led, mut relay, mut plan) = (Vec::new(), Vec::new(), None, Plan::new());
+    let mut group = Group::root(&cx.config, population);
+    if !group.is_whole() {
+        send_samples(cx, &group, 0, &points);
+    }
+    while !group.is_whole() {
+        let Some(agreed) = agree(cx, &group, Some(&mut points), &mut plan).await? else {
+            relay = Some((group.node, group.child.first));
+            break;
+        };
+        led.extend((group.leader == cx.rank).then_some(group));
+        (group, points) = descend(cx, &group, agreed, points, &mut path);
+    }
+    if let (Some(_), Some(parent)) = (relay, path.last_mut()) {
+        parent.children[parent.mine].leaf = true;
+        parent.goes_on = group.child.first == cx.rank;
+    }
+    if path.is_empty() || relay.is_some() {
+        hand_over(cx, &group, points);
+    }
+    let mut home = None;
+    while cx.exchange().await? {
+        let moves = take_moves(cx);
+        if !moves.is_empty() {
+            let points = united(PointBatch::default(), moves);
+            home = Some(if cx.config.counted {
+                grow(cx, group.node, relay.is_some(), points)
+            } else {
+                keep_whole(cx, group.node, points)
+            });
+        }
+    }
+    let Home { tree, inner_ids, leaves, table } = home.unwrap_or_default();
+    Ok((Subdomain { path, relay, tree, inner_ids, leaves, led }, table))
+}
+
+/// What rank 0 does in this phase: it leads the root. Returns the nodes that it led and that were split.
+///
+/// # Errors
+/// See [`Context::exchange`].
+pub async fn lead_root<P: Point>(
+    cx: &mut Context<P>,
+    population: u64,
+    mut plan: Plan,
+) -> Result<Vec<Group>, TransportError> {
+    cx.enter(Phase::Partition)?;
+    let root = Group::root(&cx.config, population);
+    if !root.is_whole() {
+        agree(cx, &root, None, &mut plan).await?;
+    }
+    while cx.exchange().await? {}
+    Ok(vec![root])
+}
+
+/// A split that a group agreed on.
+struct Agreed<P> {
+    split: Split<P>,
+    children: [Child; 2],
+    /// The side of each point of this rank's share.
+    sides: Vec<u8>,
+}
+
+/// Attempts at a node, four rounds each, until its leader accepts a separator or gives up; the samples are on their way.
+async fn agree<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    mut share: Option<&mut PointBatch<P>>,
+    plan: &mut Plan,
+) -> Result<Option<Agreed<P>>, TransportError> {
+    let leads = cx.rank == group.leader;
+    for attempt in 0.. {
+        // To the leader: samples. To the members, before the first attempt: the points that move here.
+        cx.next_round().await?;
+        if let Some(points) = &mut share {
+            **points = united(std::mem::take(*points), take_moves(cx));
+        }
+        let drawn = leads.then(|| draw(cx, group, attempt));
+        // To the members: the separator.
+        cx.next_round().await?;
+        let counted = match &share {
+            Some(points) => Some(count_sides(cx, group, attempt, points)?),
+            None => None,
+        };
+        // To the leader: how many points lie on either side.
+        cx.next_round().await?;
+        let verdict = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
+        // To the members: what becomes of it.
+        cx.next_round().await?;
+        let (Some(points), Some(counted)) = (&share, counted) else {
+            if verdict == Some(Verdict::Retry) { continue } else { return Ok(None) }
+        };
+        plan.extend(take_plan(cx));
+        let (verdict, boxes) = cx.take_one(|m| match &mut m.body {
+            Body::Decision { verdict, boxes } => Some((verdict.clone(), std::mem::take(&mut boxes.0))),
+            _ => None,
+        })?;
+        match (verdict, counted, boxes.as_slice()) {
+            (Verdict::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
+            (Verdict::Split(children), Some((separator, sides)), &[a, b, c, d]) => {
+                let split = Split { separator, boxes: [(a, b), (c, d)] };
+                return Ok(Some(Agreed { split, children, sides }));
+            }
+            _ => return Ok(None),
+        }
+    }
+    Ok(None)
+}
+
+/// Moves the points to the children's groups and sends the children's samples. Returns this rank's group and its share.
+fn descend<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    Agreed { split, children, sides }: Agreed<P>,
+    points: PointBatch<P>,
+    path: &mut Vec<Shared<P>>,
+) -> (Group, PointBatch<P>) {
+    let groups = [0, 1].map(|side| group.below(side, children[side]));
+    let mine = usize::from(!groups[0].members().contains(&cx.rank));
+    let shared = Shared {
+        id: group.node,
+        first: group.child.first,
+        ranks: group.child.ranks,
+        leader: group.leader,
+        split,
+        children,
+        mine,
+        goes_on: !children[mine].leaf || children[mine].first == cx.rank,
+        summaries: None,
+    };
+    let mut cost = Cost::ZERO;
+    let items = points.len() as u64;
+    let parts = split_batch(points, &sides, mine, &mut cost);
+    cx.ledger.charge(Phase::Partition, group.node, cost, items);
+    let mut kept = PointBatch::default();
+    for (side, points) in parts.into_iter().enumerate() {
+        let below = groups[side];
+        if below.is_whole() {
+            hand_over(cx, &below, points);
+            continue;
+        }
+        send_samples(cx, &below, 0, &points);
+        if side == mine {
+            kept = points;
+        } else if !points.is_empty() {
+            cx.send(shared.member_below(cx.rank, side), below.node, 0, Body::Move(points));
+        }
+    }
+    path.push(shared);
+    (groups[mine], kept)
+}
+
+/// Sends a share of a node to the rank that takes it whole.
+fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>) {
+    // The holder always hears from itself, so that it starts even if nobody else has points.
+    if !points.is_empty() || group.child.first == cx.rank {
+        cx.send(group.child.first, group.node, 0, Body::Move(points));
+    }
+}
+
+/// The node's samples among this rank's share, to the leader.
+fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, points: &PointBatch<P>) {
+    let mut cost = Cost::ZERO;
+    let key = DrawKey { seed: cx.config.seed, node: group.node.0, attempt };
+    let sampler = cx.config.sampler(key, group.child.population);
+    let samples = cost.pack(&points.positions, |&x| sampler.takes(x));
+    // Members before and after a move both charge this step: only the count step states the items.
+    cx.ledger.charge(Phase::Partition, group.node, cost, 0);
+    cx.send(group.leader, group.node, attempt, Body::Samples(Bulk(samples)));
+}
+
+/// Counts this rank's points on either side of the sphere that came; returns it with the side of each, if it is one.
+#[allow(clippy::type_complexity)]
+fn count_sides<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    points: &PointBatch<P>,
+) -> Result<Option<(Separator<P>, Vec<u8>)>, TransportError> {
+    let words = cx.take_one(|m| match &mut m.body {
+        Body::Sphere(words) => Some(std::mem::take(&mut words.0)),
+        _ => None,
+    })?;
+    let Some(separator) = separator_of::<P>(&words) else {
+        let body = Body::Counts { inside: 0, outside: 0, boxes: Bulk(Vec::new()) };
+        cx.send(group.leader, group.node, attempt, body);
+        return Ok(None);
+    };
+    let mut cost = Cost::ZERO;
+    let counted = sides_of(&separator, &points.positions, &mut cost);
+    cx.ledger.charge(Phase::Partition, group.node, cost, points.len() as u64);
+    let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
+    let [a, b] = counted.boxes;
+    let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
+    cx.send(group.leader, group.node, attempt, Body::Counts { inside, outside, boxes });
+    Ok(Some((separator, counted.of)))
+}
+
+fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
+    cx.take(|m: &mut Message<P>| match &mut m.body {
+        Body::Move(points) => Some(std::mem::take(points)),
+        _ => None,
+    })
+}
+
+fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
+    let plans = cx.take(|m| match &mut m.body {
+        Body::Plan { nodes, leaves } => Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0))),
         _ => None,
     });
-    for (node, parts) in counts {
-        let (round, attempt) = parts.first().map_or((0, 0), |p| (p.0, p.1));
-        let all: Vec<_> = parts.into_iter().map(|p| p.2).collect();
-        let tally = ledger.tally(round, phase);
-        tally.retries += u64::from(attempt > 0);
-        leader.on_counts(node, &all, config, out, ledger);
+    plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
+}
+
+/// What one rank has of the tree.
+struct Home<P> {
+    tree: Option<(NodeId, Tree<P>)>,
+    inner_ids: Vec<NodeId>,
+    leaves: Vec<Leaf<P>>,
+    table: Table<P>,
+}
+
+impl<P> Default for Home<P> {
+    fn default() -> Self {
+        Home { tree: None, inner_ids: Vec::new(), leaves: Vec::new(), table: Table::default() }
     }
+}
+
+/// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
+fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: PointBatch<P>) -> Home<P> {
+    let builder = Builder { config: &cx.config, site: cx.site(), positions: &points.positions };
+    let everyone: Vec<u32> = (0..points.len() as u32).collect();
+    let mut grown = Grown::default();
+    // A node that its group could not split has had all its attempts.
+    if refused {
+        grown.leaves.push((node, everyone));
+        grown.tree.push(Sketch::Leaf);
+    } else {
+        grown = builder.grow(node, everyone, &cx.pool);
+    }
+    let round = cx.out.round();
+    let tally = cx.ledger.tally(round, Phase::Partition);
+    for facts in grown.facts.nodes.values() {
+        tally.active += u64::from(facts.attempts > 0);
+        tally.separators += facts.attempts;
+        tally.retries += facts.attempts.saturating_sub(1);
+    }
+    for (node, cost, items) in &grown.charges {
+        cx.ledger.charge(Phase::Partition, *node, *cost, *items);
+    }
+    for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
+        cx.ledger.facts(node).add(&facts);
+    }
+    if let Some(recorder) = &mut cx.recorder {
+        recorder.grown(&mut grown, points.len() as u64);
+    }
+    settle(cx, node, &points, &grown.leaves, grown.tree)
+}
+
+/// Numbers the home points of a rank that triangulates them at once, in the order of insertion: neighbours lie
+/// near each other in memory.
+fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> Home<P> {
+    let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
+    let order = insertion_order(&positions);
+    // The copy is given back, so that the piece's own points find room where it was.
+    permute(&mut ids, &order);
+    permute(&mut positions, &order);
+    drop(order);
+    let bounds = bounds(positions.iter().copied());
+    let end = positions.len() as u32;
+    cx.ledger.facts(node).population = u64::from(end);
+    Home {
+        tree: Some((node, Tree::Leaf(0))),
+        inner_ids: Vec::new(),
+        leaves: vec![Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0, ghosts: Vec::new() }],
+        table: Table::of_whole(ids, positions, cx.rank),
+    }
+}
+
+/// Numbers the home points leaf by leaf, each leaf in lexicographic order.
+fn settle<P: Point>(
+    cx: &mut Context<P>,
+    node: NodeId,
+    points: &PointBatch<P>,
+    members: &[(NodeId, Vec<u32>)],
+    sketch: Vec<Sketch<P>>,
+) -> Home<P> {
+    let mut ids = Vec::with_capacity(points.len());
+    let mut positions = Vec::with_capacity(points.len());
+    let ordered = map_in(&cx.pool, members, |(_, members)| {
+        let mut members = members.clone();
+        members
+            .sort_unstable_by(|&a, &b| lex_cmp(&points.positions[a as usize], &points.positions[b as usize]));
+        members
+    });
+    let mut leaves = Vec::with_capacity(members.len());
+    for ((id, _), members) in members.iter().zip(&ordered) {
+        let start = ids.len() as u32;
+        ids.extend(members.iter().map(|&i| points.ids[i as usize]));
+        positions.extend(members.iter().map(|&i| points.positions[i as usize]));
+        let end = ids.len() as u32;
+        let of = |r: Range<u32>| bounds(positions[r.start as usize..r.end as usize].iter().copied());
+        let (bounds, ghosts) = (of(start..end), Vec::new());
+        leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0, ghosts });
+        cx.ledger.facts(*id).population = u64::from(end - start);
+    }
+    let mut table = Table::of_home(ids, positions, cx.rank);
+    if cx.config.task != Task::Delaunay {
+        table.radii2 = ordered.iter().flatten().map(|&i| points.radii2[i as usize]).collect();
+    }
+    let (mut inner_ids, mut leaf) = (Vec::new(), 0);
+    let tree = raise(node, &mut sketch.into_iter(), &mut inner_ids, &mut leaf);
+    Home { tree: Some((node, tree)), inner_ids, leaves, table }
 }
 
 /// Puts `items[order[i]]` to place `i`.

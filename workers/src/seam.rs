@@ -45,7 +45,7 @@ use crate::worker::Worker;
 #[derive(Debug, Default)]
 pub(crate) struct Seams {
     /// Foreign points that came and are not inserted yet.
-    arrived: Vec<u32>,
+    pub(crate) arrived: Vec<u32>,
     /// For each home point how far around it nothing more has to be told.
     pub(crate) margins: Vec<Margin>,
     /// What went where a group is one worker: home point, position on the path, and side.
@@ -270,14 +270,7 @@ impl<P: Point> Worker<P> {
 
     /// A point that may be a neighbour of a home point.
     pub(crate) fn arrive(&mut self, points: &PointBatch<P>, at: usize) {
-        let (id, owner) = (points.ids[at], points.owners[at]);
-        if owner == self.rank {
-            return;
-        }
-        let (number, is_new) = self.table.receive(id, points.positions[at], owner);
-        if is_new {
-            self.seams.arrived.push(number);
-        }
+        self.table.arrive(points, at, self.rank, &mut self.seams.arrived);
     }
 
     /// Points sent here, or through here.

@@ -1,104 +1,140 @@
 //! What every subproblem holds (largest radius, lexicographically smallest point): up the tree to the
 //! root, and down to the members. The radii prune the separator sets; the smallest points seed stars.
 
+use std::collections::BTreeMap;
+
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::{Body, Message, PointBatch, Summary};
+use septet_protocol::transport::TransportError;
 
-use crate::leader::by_node;
+use crate::frame;
+use crate::leader::join_summaries;
+use crate::machine::Context;
+use crate::partition::{Group, Subdomain};
 use crate::table::Table;
 use crate::tree::{Leaf, Tree};
-use crate::worker::Worker;
 
-impl<P: Point> Worker<P> {
-    pub(crate) fn begin_summaries(&mut self) {
-        self.shrink(Phase::Neighbours);
-        self.report_frame();
-        let mut charges = Vec::new();
-        for leaf in &mut self.leaves {
-            let radii = &self.table.radii2[leaf.start as usize..leaf.end as usize];
-            let mut cost = Cost::ZERO;
-            leaf.max_radius2 = cost.reduce(radii, 0.0, |m: f64, &r| m.max(r));
-            charges.push((leaf.id, cost, radii.len() as u64));
-        }
-        let Some((root, tree)) = &mut self.tree else { return };
-        let (max2, smallest) = summarise(tree, &self.leaves, &self.table, &mut charges);
-        let root = *root;
-        for (node, cost, items) in charges {
-            self.ledger.charge(Phase::Summaries, node, cost, items);
-        }
-        if smallest == u32::MAX {
-            return;
-        }
-        let mut point = PointBatch::default();
-        self.table.export(smallest, &mut point);
-        self.send_summary(root, Summary { max_radius2: max2, smallest: point });
+/// Summarises the home points, and learns what the children of all shared nodes hold.
+pub(crate) async fn summaries<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &mut Subdomain<P>,
+    table: &mut Table<P>,
+    frame: &mut PointBatch<P>,
+) -> Result<(), TransportError> {
+    cx.enter(Phase::Summaries)?;
+    frame::report(cx, table, &subdomain.leaves, frame);
+    if let Some((root, own)) = own_summary(cx, subdomain, table) {
+        send_up(cx, subdomain, root, own);
     }
-
-    /// Tells the coordinator which points of the frame are at home here.
-    pub(crate) fn report_frame(&mut self) {
-        let mut homes = PointBatch::default();
-        for at in self.table.homes_among(&self.frame.ids.0) {
-            self.table.export(at, &mut homes);
-            let leaf = self.leaf_number(at);
-            if let Some(recorder) = &mut self.recorder {
-                recorder.log.frame.push(leaf);
-            }
+    let mut joining = Joining::default();
+    while cx.exchange().await? {
+        frame::learn(cx, table, frame);
+        for (node, own) in joining.join(cx, &subdomain.led) {
+            send_up(cx, subdomain, node, own);
         }
-        if !homes.is_empty() {
-            self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Frame(homes));
-        }
-    }
-
-    /// Learns where the points of the frame are at home.
-    pub(crate) fn learn_frame(&mut self, inbox: &mut Vec<Message<P>>) {
-        let mut frames = Vec::new();
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Frame(frame) => {
-                frames.push(std::mem::take(frame));
-                false
-            }
-            _ => true,
-        });
-        for frame in frames {
-            for (&id, &owner) in frame.ids.iter().zip(&frame.owners.0) {
-                self.table.set_owner(id, owner);
-            }
-            self.frame = frame;
-        }
-    }
-
-    fn send_summary(&mut self, node: NodeId, summary: Summary<P>) {
-        let parent = node.parent();
-        if let Some(shared) = self.path.iter().find(|s| Some(s.id) == parent) {
-            self.out.send(shared.leader, node, 0, Body::Summary(summary));
-        }
-    }
-
-    pub(crate) fn on_summaries(&mut self, inbox: &mut Vec<Message<P>>) {
-        self.learn_frame(inbox);
-        let below = by_node(inbox, |m| match &mut m.body {
-            Body::Summary(summary) => Some(summary.clone()),
+        for (node, children) in cx.take(|m| match &m.body {
+            Body::Children(children) => Some((m.node, children.clone())),
             _ => None,
-        });
-        for (child, all) in below {
-            for summary in all {
-                let up = self.leader.on_summary(child, summary, &mut self.out, &mut self.ledger);
-                if let Some((node, own)) = up {
-                    self.send_summary(node, own);
-                }
-            }
-        }
-        let down = by_node(inbox, |m| match &m.body {
-            Body::Children(children) => Some(children.clone()),
-            _ => None,
-        });
-        for (node, children) in down.into_iter().flat_map(|(n, all)| all.into_iter().map(move |c| (n, c))) {
-            if let Some(shared) = self.path.iter_mut().find(|s| s.id == node) {
+        }) {
+            if let Some(shared) = subdomain.path.iter_mut().find(|s| s.id == node) {
                 shared.summaries = Some(children);
             }
         }
+    }
+    Ok(())
+}
+
+/// What rank 0 does in this phase: it joins the root's children, and collects the frame.
+///
+/// # Errors
+/// See [`Context::exchange`].
+pub async fn lead_root<P: Point>(cx: &mut Context<P>, led: &[Group]) -> Result<(), TransportError> {
+    cx.enter(Phase::Summaries)?;
+    let (mut joining, mut known) = (Joining::default(), PointBatch::default());
+    while cx.exchange().await? {
+        frame::collect(cx, &mut known);
+        joining.join(cx, led);
+    }
+    Ok(())
+}
+
+/// Summaries of children whose other child has none yet, by parent.
+struct Joining<P>(BTreeMap<NodeId, Summary<P>>);
+
+impl<P> Default for Joining<P> {
+    fn default() -> Self {
+        Joining(BTreeMap::new())
+    }
+}
+
+impl<P: Point> Joining<P> {
+    /// Joins the children of the nodes that this rank leads, and tells the members; returns the nodes' own summaries.
+    fn join(&mut self, cx: &mut Context<P>, led: &[Group]) -> Vec<(NodeId, Summary<P>)> {
+        let mut below = cx.take(|m: &mut Message<P>| match &m.body {
+            Body::Summary(summary) => Some((m.node, summary.clone())),
+            _ => None,
+        });
+        below.sort_by_key(|(child, _)| *child);
+        let join = |(child, summary): (NodeId, Summary<P>)| {
+            let group = led.iter().find(|group| Some(group.node) == child.parent())?;
+            let Some(other) = self.0.remove(&group.node) else {
+                self.0.insert(group.node, summary);
+                return None;
+            };
+            let mut both = [other, summary];
+            if child.side() == 0 {
+                both.reverse();
+            }
+            Some((group.node, join_children(cx, group, both)))
+        };
+        below.into_iter().filter_map(join).collect()
+    }
+}
+
+fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>; 2]) -> Summary<P> {
+    let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
+    let mut cost = Cost::ZERO;
+    let own = cost.reduce(&both, both[0].clone(), |best, s| join_summaries(&best, s));
+    cx.ledger.charge_leader(Phase::Summaries, group.node, cost);
+    let both = Box::new(both);
+    for rank in group.members() {
+        cx.send(rank, group.node, 0, Body::Children(both.clone()));
+    }
+    own
+}
+
+/// The summary of this rank's own tree; none if it has no point.
+fn own_summary<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &mut Subdomain<P>,
+    table: &Table<P>,
+) -> Option<(NodeId, Summary<P>)> {
+    let mut charges = Vec::new();
+    for leaf in &mut subdomain.leaves {
+        let radii = &table.radii2[leaf.start as usize..leaf.end as usize];
+        let mut cost = Cost::ZERO;
+        leaf.max_radius2 = cost.reduce(radii, 0.0, |m: f64, &r| m.max(r));
+        charges.push((leaf.id, cost, radii.len() as u64));
+    }
+    let (root, tree) = subdomain.tree.as_mut()?;
+    let (max_radius2, smallest) = summarise(tree, &subdomain.leaves, table, &mut charges);
+    for (node, cost, items) in charges {
+        cx.ledger.charge(Phase::Summaries, node, cost, items);
+    }
+    (smallest != u32::MAX).then(|| {
+        let mut point = PointBatch::default();
+        table.export(smallest, &mut point);
+        (*root, Summary { max_radius2, smallest: point })
+    })
+}
+
+/// Sends the summary of a node to its parent's leader.
+fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId, summary: Summary<P>) {
+    let parent = node.parent();
+    if let Some(shared) = subdomain.path.iter().find(|s| Some(s.id) == parent) {
+        cx.send(shared.leader, node, 0, Body::Summary(summary));
     }
 }
 

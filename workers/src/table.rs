@@ -115,6 +115,18 @@ impl<P: Point> Table<P> {
         (at, at == next)
     }
 
+    /// Takes in a point that was sent, unless it is at home here; new ones are noted.
+    pub(crate) fn arrive(&mut self, points: &PointBatch<P>, at: usize, own: Rank, arrived: &mut Vec<u32>) {
+        let (id, owner) = (points.ids[at], points.owners[at]);
+        if owner == own {
+            return;
+        }
+        let (number, is_new) = self.receive(id, points.positions[at], owner);
+        if is_new {
+            arrived.push(number);
+        }
+    }
+
     /// Makes room among the numbers of foreign points for so many more.
     pub fn reserve_foreign(&mut self, more: usize) {
         self.foreign.reserve(more);

@@ -126,3 +126,8 @@ impl<P> Leaf<P> {
         u64::from(self.end - self.start)
     }
 }
+
+/// The position of a home point's leaf.
+pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], home: u32) -> u32 {
+    leaves.partition_point(|leaf| leaf.end <= home) as u32
+}

@@ -6,12 +6,13 @@ use septet_geometry::point::dist2;
 
 use super::*;
 use crate::config::{Wanted, WorkerConfig};
-use crate::host::step_all;
-use crate::leader::{Leader, is_leaf};
-use crate::outbox::Outbox;
-use crate::partition::lead_partition;
+use crate::host::Host;
+use crate::leader::Plan;
+use crate::machine::{Context, Running};
+use crate::{partition, summaries};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
+use septet_protocol::transport::{Delivery, TransportError};
 
 fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     let task = Task::Independent { fixed };
@@ -31,48 +32,36 @@ struct Outcome {
     ledger: LedgerPart,
 }
 
-/// The coordinator's part: blocks, and the lead of the root.
-struct Root<P: Point> {
-    config: Arc<WorkerConfig>,
-    out: Outbox<P>,
-    leader: Leader<P>,
-    ledger: LedgerPart,
-}
-
-impl<P: Point> Root<P> {
-    fn load(&mut self, points: &[P], radii2: &[f64]) -> Vec<Message<P>> {
-        let (n, p) = (points.len(), self.config.workers);
-        for rank in 1..=p {
-            let share = |r: u32| n * r as usize / p as usize;
-            let range = share(rank - 1)..share(rank);
-            let block = PointBatch {
-                ids: Bulk(range.clone().map(|i| i as u64).collect()),
-                owners: Bulk(vec![rank; range.len()]),
-                radii2: Bulk(radii2[range.clone()].to_vec()),
-                positions: Bulk(points[range].to_vec()),
-            };
-            let start = Body::Start { population: n as u64, frame: PointBatch::default() };
-            self.out.send(rank, NodeId::ROOT, 0, start);
-            self.out.send(rank, NodeId::ROOT, 0, Body::Block(block));
-        }
-        if p > 1 && !is_leaf(&self.config, NodeId::ROOT, n as u64) {
-            self.leader.lead(NodeId::ROOT, n as u64, 1, p);
-        }
-        self.out.take(Phase::Load, &mut self.ledger)
+/// What rank 0 runs: blocks, the lead of the root, and what comes in the end.
+async fn root<P: Point>(
+    mut cx: Context<P>,
+    points: &[P],
+    radii2: &[f64],
+) -> Result<(Outcome, LedgerPart), TransportError> {
+    let (n, p) = (points.len(), cx.config.workers);
+    for rank in 1..=p {
+        let share = |r: u32| n * r as usize / p as usize;
+        let range = share(rank - 1)..share(rank);
+        let block = PointBatch {
+            ids: Bulk(range.clone().map(|i| i as u64).collect()),
+            owners: Bulk(vec![rank; range.len()]),
+            radii2: Bulk(radii2[range.clone()].to_vec()),
+            positions: Bulk(points[range].to_vec()),
+        };
+        cx.send(rank, NodeId::ROOT, 0, Body::Start { population: n as u64, frame: PointBatch::default() });
+        cx.send(rank, NodeId::ROOT, 0, Body::Block(block));
     }
-
-    fn step(&mut self, phase: Phase, round: u32, mut inbox: Vec<Message<P>>) -> Vec<Message<P>> {
-        self.out.set_round(round);
-        inbox.sort_by_key(|m| (m.from, m.sequence));
-        let Root { config, out, leader, ledger } = self;
-        lead_partition(&mut inbox, leader, config, out, ledger, phase);
-        for message in inbox {
-            if let Body::Summary(summary) = message.body {
-                leader.on_summary(message.node, summary, out, ledger);
-            }
+    while cx.exchange().await? {}
+    let led = partition::lead_root(&mut cx, n as u64, Plan::new()).await?;
+    summaries::lead_root(&mut cx, &led).await?;
+    let mut outcome = Outcome::default();
+    for phase in [Phase::Sets, Phase::Graph, Phase::Independent, Phase::Collect] {
+        cx.enter(phase)?;
+        while cx.exchange().await? {
+            collect(cx.parts().2, &mut outcome);
         }
-        out.take(phase, ledger)
     }
+    Ok((outcome, cx.ledger))
 }
 
 /// Takes what is for the coordinator at the end.
@@ -95,38 +84,34 @@ fn collect<P: Point>(inbox: &mut Vec<Message<P>>, outcome: &mut Outcome) {
 
 /// A machine without a transport: messages are handed over as they are, the last ones first.
 fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Outcome {
-    let mut root = Root {
-        config: config.clone(),
-        out: Outbox::new(1, COORDINATOR),
-        leader: Leader::default(),
-        ledger: LedgerPart::default(),
-    };
-    let mut workers: Vec<Worker<P>> =
-        (1..=config.workers).map(|rank| Worker::new(rank, config.clone(), None)).collect();
-    let (mut wire, mut outcome) = (root.load(points, radii2), Outcome::default());
-    let mut phase = Phase::Load;
+    let mut first = Running::start(COORDINATOR, config.clone(), None, |cx| root(cx, points, radii2));
+    let mut host = Host::<P>::new(1..=config.workers, config, &None);
+    let mut wire = first.step().unwrap();
+    wire.extend(host.begin().unwrap());
+    let (mut steps, mut told, mut phases) = (0, 0, Vec::new());
     for round in 1.. {
-        let busy = root.out.has_own() || workers.iter().any(Worker::busy);
-        if busy || !wire.is_empty() {
-            outcome.steps += u32::from(phase == Phase::Independent);
-            outcome.told += wire.iter().filter(|_| phase == Phase::Independent).count();
-            wire.reverse();
-            let (mut up, down): (Vec<_>, Vec<_>) =
-                std::mem::take(&mut wire).into_iter().partition(|m| m.to == 0);
-            collect(&mut up, &mut outcome);
-            wire = root.step(phase, round, up);
-            wire.extend(step_all(&mut workers, round, down).unwrap());
-        } else {
-            phase = workers[0].next_phase();
-            if phase == Phase::Done {
-                break;
-            }
-            outcome.phases.push(phase);
-            root.out.set_round(round);
-            wire.extend(workers.iter_mut().flat_map(|worker| worker.begin(phase, round).unwrap()));
+        let active = first.busy() || host.busy() || !wire.is_empty();
+        if active && host.phase() == Phase::Independent {
+            steps += 1;
+            told += wire.len();
+        }
+        wire.reverse();
+        let (up, inbox) = std::mem::take(&mut wire).into_iter().partition(|m| m.to == 0);
+        first.deliver(round, active.then_some(up));
+        wire = first.step().unwrap();
+        wire.extend(host.turn(Delivery { inbox, active }).unwrap());
+        assert_eq!(first.is_done(), host.is_done());
+        if first.is_done() {
+            break;
+        }
+        if !active {
+            assert_eq!(first.phase(), host.phase());
+            phases.push(host.phase());
         }
     }
-    outcome.ledger.merge(&root.ledger);
+    let (mut outcome, ledger) = first.into_result().unwrap();
+    (outcome.steps, outcome.told, outcome.phases) = (steps, told, phases);
+    outcome.ledger.merge(&ledger);
     outcome
 }
 

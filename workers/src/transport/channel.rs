@@ -18,8 +18,7 @@ use tracing::dispatcher::{self, Dispatch};
 
 use crate::affinity::Affinity;
 use crate::config::{Pool, WorkerConfig};
-use crate::host::serve;
-use crate::worker::Worker;
+use crate::host::{Host, serve};
 
 /// What all hosts of the machine share: a barrier, and no data.
 struct Barrier {
@@ -178,11 +177,8 @@ fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::
 
 fn host_thread<P: Point>(mut end: End<P>, ranks: &[Rank], config: &Arc<WorkerConfig>, pool: &Pool) {
     let barrier = end.barrier.clone();
-    let run = std::panic::AssertUnwindSafe(|| {
-        let new = |&rank: &Rank| Worker::new(rank, config.clone(), pool.clone());
-        let mut workers: Vec<Worker<P>> = ranks.iter().map(new).collect();
-        serve(&mut end, &mut workers)
-    });
+    let run =
+        std::panic::AssertUnwindSafe(|| serve(&mut end, &mut Host::new(ranks.iter().copied(), config, pool)));
     match std::panic::catch_unwind(run) {
         Ok(Ok(())) => {}
         Ok(Err(error)) => barrier.fail(error),

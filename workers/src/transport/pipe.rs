@@ -23,8 +23,7 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 
 use crate::config::WorkerConfig;
-use crate::host::serve;
-use crate::worker::Worker;
+use crate::host::{Host, serve};
 
 const IDLE: u8 = 0;
 const BUSY: u8 = 1;
@@ -217,8 +216,8 @@ pub fn serve_pipe<P: Point>(
 ) -> Result<(), TransportError> {
     let size = config.workers + 1;
     let mut pipe = Pipe { input: BufReader::new(input), output: BufWriter::new(output), size };
-    let mut workers = [Worker::<P>::new(rank, Arc::new(config), None)];
-    let result = serve(&mut pipe, &mut workers);
+    let mut host = Host::<P>::new(std::iter::once(rank), &Arc::new(config), &None);
+    let result = serve(&mut pipe, &mut host);
     if let Err(error) = &result {
         // If the coordinator is gone there is no one left to tell.
         let _ = write_round(&mut pipe.output, FAILED, &[(COORDINATOR, error.to_string().into_bytes())]);

@@ -7,33 +7,31 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ids::COORDINATOR;
 use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 
 use crate::config::WorkerConfig;
-use crate::host::step_all;
-use crate::worker::Worker;
+use crate::host::Host;
 
 /// The coordinator's end of a simulated machine; the workers live inside.
 pub(crate) struct Sim<P: Point> {
-    workers: Vec<Worker<P>>,
+    host: Host<P>,
+    size: u32,
+    begun: bool,
     /// What the workers sent in the last round, as bytes.
     wire: Vec<Vec<u8>>,
     order: ChaCha8Rng,
-    round: u32,
-    phase: Phase,
 }
 
 impl<P: Point> Sim<P> {
     pub(crate) fn new(config: &Arc<WorkerConfig>, delivery_seed: u64) -> Self {
-        let workers = (1..=config.workers).map(|rank| Worker::new(rank, config.clone(), None));
         Sim {
-            workers: workers.collect(),
+            host: Host::new(1..=config.workers, config, &None),
+            size: config.workers + 1,
+            begun: false,
             wire: Vec::new(),
             order: ChaCha8Rng::seed_from_u64(delivery_seed),
-            round: 0,
-            phase: Phase::Load,
         }
     }
 
@@ -53,11 +51,15 @@ fn bad(from: u32, error: &dyn std::fmt::Display) -> TransportError {
 
 impl<P: Point> Transport<P> for Sim<P> {
     fn size(&self) -> u32 {
-        self.workers.len() as u32 + 1
+        self.size
     }
 
     fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
-        let busy = busy || self.workers.iter().any(Worker::busy);
+        if !std::mem::replace(&mut self.begun, true) {
+            let sent = self.host.begin()?;
+            self.send(sent)?;
+        }
+        let busy = busy || self.host.busy();
         self.send(outbox)?;
         let mut frames = std::mem::take(&mut self.wire);
         frames.shuffle(&mut self.order);
@@ -67,16 +69,9 @@ impl<P: Point> Transport<P> for Sim<P> {
             let message = Message::decode(&frame).map_err(|e| bad(0, &e))?;
             if message.to == COORDINATOR { inbox.push(message) } else { inner.push(message) }
         }
-        self.round += 1;
-        if active {
-            let sent = step_all(&mut self.workers, self.round, inner)?;
+        if !self.host.is_done() {
+            let sent = self.host.turn(Delivery { inbox: inner, active })?;
             self.send(sent)?;
-        } else if self.phase != Phase::Done {
-            self.phase = self.workers.first().map_or(Phase::Done, Worker::next_phase);
-            for i in 0..self.workers.len() {
-                let sent = self.workers[i].begin(self.phase, self.round)?;
-                self.send(sent)?;
-            }
         }
         Ok(Delivery { inbox, active })
     }
