@@ -11,25 +11,25 @@ use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::check::Agreement;
 use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
-use crate::exchange::Exchange;
-use crate::halo::{Halo, halo};
-use crate::independent::{Selection, independent};
-use crate::leader::Leader;
-use crate::machine::Context;
-use crate::outbox::Outbox;
-use crate::partition::{Group, Input, Subdomain, load, partition};
-use crate::profile::received;
-use crate::query::Engine;
+use crate::direct::halo::{Halo, halo};
+use crate::direct::seam::Seams;
+use crate::graph::independent::{Selection, independent};
+use crate::graph::sets::SetEngine;
+use crate::graph::summaries::summaries;
+use crate::machine::context::Context;
+use crate::machine::outbox::Outbox;
+use crate::machine::profile::received;
+use crate::neighbours::query::Engine;
+use crate::partition::leader::Leader;
+use crate::partition::shared::{Group, Input, Subdomain, load, partition};
 use crate::schedule::{Known, Outcome, next};
-use crate::seam::Seams;
-use crate::sets::SetEngine;
-use crate::stars::Stars;
-use crate::summaries::summaries;
-use crate::table::Table;
-use crate::tasks::Recorder;
-use crate::tree::{Leaf, Shared, Tree};
+use crate::splaying::exchange::Exchange;
+use crate::stars::check::Agreement;
+use crate::stars::hulls::Stars;
+use crate::state::subdomain::{Leaf, Shared, Tree};
+use crate::state::table::Table;
+use crate::state::tasks::Recorder;
 
 /// What a worker runs: the first phases as functions, then those that are still methods of [`Worker`].
 pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportError> {

@@ -1,0 +1,7 @@
+//! The partition tree: nodes that several ranks share, and the subtree that one worker grows alone.
+
+pub mod leader;
+pub(crate) mod local;
+pub mod shared;
+
+pub use shared::*;
