@@ -6,7 +6,7 @@ use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, Simplex};
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
@@ -22,12 +22,12 @@ use crate::machine::outbox::Outbox;
 use crate::machine::profile::received;
 use crate::neighbours::query::Engine;
 use crate::partition::leader::Leader;
-use crate::partition::shared::{Group, Input, Subdomain, load, partition};
+use crate::partition::shared::{Input, load, partition};
 use crate::schedule::{Known, Outcome, next};
 use crate::splaying::exchange::Exchange;
 use crate::stars::check::Agreement;
 use crate::stars::hulls::Stars;
-use crate::state::subdomain::{Leaf, Shared, Tree};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tasks::Recorder;
 
@@ -54,15 +54,15 @@ pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportEr
                 }
                 worker.shrink(Phase::Neighbours);
                 worker.swap(&mut cx);
-                let mut subdomain = worker.take_subdomain();
-                summaries(&mut cx, &mut subdomain, &mut worker.table, &mut worker.frame).await?;
-                worker.settle(subdomain);
+                let Worker { subdomain, table, frame, .. } = &mut worker;
+                summaries(&mut cx, subdomain, table, frame).await?;
                 worker.phase = Phase::Summaries;
             }
             Phase::Independent => {
                 let Task::Independent { fixed } = cx.config.task else { return Ok(()) };
                 let graphs = std::mem::take(&mut worker.selection.graphs);
-                worker.selection = independent(&mut cx, &worker.leaves, &worker.table, graphs, fixed).await?;
+                worker.selection =
+                    independent(&mut cx, &worker.subdomain.leaves, &worker.table, graphs, fixed).await?;
                 worker.phase = Phase::Independent;
             }
             phase => worker.run(&mut cx, phase).await?,
@@ -102,13 +102,7 @@ pub struct Worker<P: Point> {
     pub(crate) population: u64,
     pub(crate) frame: PointBatch<P>,
     pub(crate) leader: Leader<P>,
-    pub(crate) path: Vec<Shared<P>>,
-    /// A shared node of this worker's that turned out a leaf, and the rank that holds it.
-    pub(crate) relay: Option<(NodeId, Rank)>,
-    pub(crate) tree: Option<(NodeId, Tree<P>)>,
-    pub(crate) inner_ids: Vec<NodeId>,
-    pub(crate) leaves: Vec<Leaf<P>>,
-    pub(crate) led: Vec<Group>,
+    pub(crate) subdomain: Subdomain<P>,
     pub(crate) table: Table<P>,
     pub(crate) engine: Engine<P>,
     pub(crate) sets: SetEngine,
@@ -146,12 +140,7 @@ impl<P: Point> Worker<P> {
             population: 0,
             frame: PointBatch::default(),
             leader: Leader::default(),
-            path: Vec::new(),
-            relay: None,
-            tree: None,
-            inner_ids: Vec::new(),
-            leaves: Vec::new(),
-            led: Vec::new(),
+            subdomain: Subdomain::default(),
             table: Table::default(),
             engine: Engine::default(),
             sets: SetEngine::default(),
@@ -284,25 +273,11 @@ impl<P: Point> Worker<P> {
 
     /// What the functions of the first phases leave.
     fn settle(&mut self, subdomain: Subdomain<P>) {
-        let Subdomain { path, relay, tree, inner_ids, leaves, led } = subdomain;
-        for group in &led {
+        for group in &subdomain.led {
             let Child { population, first, ranks, .. } = group.child;
             self.leader.lead(group.node, population, first, ranks);
         }
-        self.led = led;
-        (self.path, self.relay, self.tree) = (path, relay, tree);
-        (self.inner_ids, self.leaves) = (inner_ids, leaves);
-    }
-
-    fn take_subdomain(&mut self) -> Subdomain<P> {
-        Subdomain {
-            path: std::mem::take(&mut self.path),
-            relay: self.relay,
-            tree: self.tree.take(),
-            inner_ids: std::mem::take(&mut self.inner_ids),
-            leaves: std::mem::take(&mut self.leaves),
-            led: std::mem::take(&mut self.led),
-        }
+        self.subdomain = subdomain;
     }
 
     /// Takes what every phase needs of the machine from the context, or gives it back.

@@ -54,8 +54,8 @@ pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &Reach<P>, side: usize)
 impl<P: Point> Worker<P> {
     /// What the cells of the piece look out to, if there is a piece and another one.
     pub(crate) fn border(&self) -> Option<Border<'_, P>> {
-        let piece = self.stars.piece().filter(|_| !self.path.is_empty())?;
-        Some(Border::of(&self.path, piece, &self.table.positions, &self.seams.margins))
+        let piece = self.stars.piece().filter(|_| !self.subdomain.path.is_empty())?;
+        Some(Border::of(&self.subdomain.path, piece, &self.table.positions, &self.seams.margins))
     }
 }
 

@@ -33,8 +33,7 @@ use septet_protocol::transport::TransportError;
 use crate::direct::border::ones;
 use crate::direct::piece::round_len;
 use crate::machine::context::Context;
-use crate::partition::shared::Subdomain;
-use crate::state::subdomain::Shared;
+use crate::state::subdomain::{Shared, Subdomain};
 use crate::state::table::Table;
 
 /// The radius of a halo over the distance between neighbours along the curve.

@@ -118,10 +118,10 @@ impl<P: Point> Worker<P> {
         if home == 0 {
             return;
         }
-        let piece = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
+        let piece = self.subdomain.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
         let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", u64::from(home));
         let mut foreign = std::mem::take(&mut self.seams.arrived);
-        let more = if self.path.is_empty() { 0 } else { expected_foreign::<P>(home) };
+        let more = if self.subdomain.path.is_empty() { 0 } else { expected_foreign::<P>(home) };
         let mut built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
         if built.is_none() {
             // A flat piece: points of the frame are real points, so they may stand in any star.
@@ -147,7 +147,7 @@ impl<P: Point> Worker<P> {
         self.seams.sent = HashSet::default();
         let arrived = std::mem::take(&mut self.seams.arrived);
         let Some(mut piece) = self.stars.take_piece() else { return };
-        let id = self.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
+        let id = self.subdomain.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
         let _span = self.out.site().subproblem(self.phase, id, "insert ghosts", arrived.len() as u64);
 
         piece.add(&arrived, &self.table.positions, &self.config.stop);
@@ -156,14 +156,17 @@ impl<P: Point> Worker<P> {
     }
 
     fn note_ghosts(&mut self, foreign: Vec<u32>) {
-        if let Some(leaf) = self.leaves.first_mut() {
+        if let Some(leaf) = self.subdomain.leaves.first_mut() {
             leaf.ghosts.extend(foreign);
         }
     }
 
     /// The rank that holds a leaf which this worker is asked for, if it is another.
     pub(crate) fn relayed(&self, node: NodeId) -> Option<Rank> {
-        self.relay.filter(|&(at, holder)| at == node && holder != self.rank).map(|(_, holder)| holder)
+        self.subdomain
+            .relay
+            .filter(|&(at, holder)| at == node && holder != self.rank)
+            .map(|(_, holder)| holder)
     }
 
     /// Sends the vertices of cells to where the cells reach.
@@ -186,7 +189,7 @@ impl<P: Point> Worker<P> {
         let mut parcels = BTreeMap::new();
         for (row, out) in rows.iter().zip(cells) {
             for i in ones(out.levels) {
-                self.pack(&transit, row, (i, 1 - self.path[i].mine), &mut parcels);
+                self.pack(&transit, row, (i, 1 - self.subdomain.path[i].mine), &mut parcels);
             }
         }
         self.send_parcels(parcels);
@@ -214,7 +217,7 @@ impl<P: Point> Worker<P> {
 
     fn send_parcels(&mut self, parcels: Parcels<P>) {
         for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| !p.transit.points.is_empty()) {
-            let shared = &self.path[i];
+            let shared = &self.subdomain.path[i];
             let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
             let Transit { points, cells } = parcel.transit;
             self.out.send(to, node, 0, Body::Seam { points, cells: Bulk(cells) });
@@ -230,13 +233,13 @@ impl<P: Point> Worker<P> {
         start: usize,
         parcels: &mut Parcels<P>,
     ) -> bool {
-        for i in start..self.path.len() {
-            let shared = &self.path[i];
+        for i in start..self.subdomain.path.len() {
+            let shared = &self.subdomain.path[i];
             let (mine, goes_on) = (shared.mine, shared.goes_on);
             if reaches(&shared.split, reach, 1 - mine) {
                 self.pack(transit, cell, (i, 1 - mine), parcels);
             }
-            let reached = reaches(&self.path[i].split, reach, mine);
+            let reached = reaches(&self.subdomain.path[i].split, reach, mine);
             if reached && !goes_on {
                 self.pack(transit, cell, (i, mine), parcels);
             }
@@ -248,7 +251,7 @@ impl<P: Point> Worker<P> {
     }
 
     fn pack(&mut self, transit: &Transit<P>, cell: &P::Cell, to: (usize, usize), parcels: &mut Parcels<P>) {
-        let child = &self.path[to.0].children[to.1];
+        let child = &self.subdomain.path[to.0].children[to.1];
         let parcel = parcels.entry(to).or_insert_with(|| Parcel::of(transit));
         if child.ranks > 1 && !child.leaf {
             parcel.cell(&transit.points, cell);
@@ -290,8 +293,9 @@ impl<P: Point> Worker<P> {
                 self.out.send(holder, node, 0, Body::Seam { points, cells: Bulk(cells) });
                 continue;
             }
-            let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
-            if start == self.path.len() && transit.cells.is_empty() {
+            let start =
+                self.subdomain.path.iter().position(|s| s.id == node).unwrap_or(self.subdomain.path.len());
+            if start == self.subdomain.path.len() && transit.cells.is_empty() {
                 (0..transit.points.len()).for_each(|at| self.arrive(&transit.points, at));
             } else {
                 self.route(&transit, start);

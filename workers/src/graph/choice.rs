@@ -77,7 +77,7 @@ impl<P: Point> Worker<P> {
         let key = DrawKey { seed: self.config.seed, node: 0, attempt: 0 };
         let positions = &self.table.positions;
         let mut balls = Vec::new();
-        for (at, leaf) in self.leaves.iter().enumerate() {
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
             let members: Vec<u32> = leaf.home().collect();
             let mut cost = Cost::ZERO;
             let sample = cost.pack(&members, |&home| is_sample(key, population, positions[home as usize]));

@@ -110,10 +110,10 @@ impl<P: Point> Worker<P> {
     fn ghost_walk(&self) -> Walk<'_, P> {
         Walk {
             rule: self.supergraph(),
-            path: &self.path,
-            leaves: &self.leaves,
-            shared: vec![Sweep::default(); self.path.len()],
-            local: vec![Sweep::default(); self.inner_ids.len()],
+            path: &self.subdomain.path,
+            leaves: &self.subdomain.leaves,
+            shared: vec![Sweep::default(); self.subdomain.path.len()],
+            local: vec![Sweep::default(); self.subdomain.inner_ids.len()],
             reach: Reach::new(self.recorder.is_some()),
         }
     }
@@ -141,9 +141,9 @@ impl<P: Point> Worker<P> {
         let radii: Vec<f64> =
             table.radii2[homes.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
         let mut splits: Vec<(NodeId, &Split<P>, Range<usize>)> =
-            self.path.iter().map(|shared| (shared.id, &shared.split, homes.clone())).collect();
-        if let Some((_, tree)) = &self.tree {
-            splits_below(tree, &self.leaves, &mut splits);
+            self.subdomain.path.iter().map(|shared| (shared.id, &shared.split, homes.clone())).collect();
+        if let Some((_, tree)) = &self.subdomain.tree {
+            splits_below(tree, &self.subdomain.leaves, &mut splits);
         }
         let groups: Vec<(NodeId, &Split<P>, Range<usize>)> = splits
             .into_iter()
@@ -167,7 +167,7 @@ impl<P: Point> Worker<P> {
     /// Pushes home points to other leaves.
     fn push_home(&mut self) {
         let mut groups = Vec::new();
-        for (at, leaf) in self.leaves.iter().enumerate() {
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
             let homes: Vec<u32> = leaf.home().collect();
             groups.extend(homes.chunks(GROUP).map(|c| (at, c.to_vec())));
         }
@@ -179,11 +179,11 @@ impl<P: Point> Worker<P> {
                 let x = Pushed {
                     position: self.table.positions[home as usize],
                     radius2: self.table.radii2[home as usize],
-                    home: Some(self.leaves[*at].id),
+                    home: Some(self.subdomain.leaves[*at].id),
                 };
                 let (mut hits, mut ways) = (Vec::new(), Vec::new());
                 walk.along_path(0, &x, &mut ways);
-                if let Some((_, tree)) = &self.tree {
+                if let Some((_, tree)) = &self.subdomain.tree {
                     walk.down(tree, &x, &mut hits);
                 }
                 if !hits.is_empty() || !ways.is_empty() {
@@ -202,7 +202,7 @@ impl<P: Point> Worker<P> {
             }
             for (home, hits, ways) in found {
                 for at in hits {
-                    self.leaves[at].ghosts.push(home);
+                    self.subdomain.leaves[at].ghosts.push(home);
                 }
                 self.batch_ghost(home, &ways, &mut batches);
             }
@@ -211,8 +211,8 @@ impl<P: Point> Worker<P> {
     }
 
     fn charge_sets(&mut self, shared: &[Sweep], local: &[Sweep]) {
-        let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
-        for (ids, sweeps) in [(&ids, shared), (&self.inner_ids, local)] {
+        let ids: Vec<NodeId> = self.subdomain.path.iter().map(|s| s.id).collect();
+        for (ids, sweeps) in [(&ids, shared), (&self.subdomain.inner_ids, local)] {
             for (&id, sweep) in ids.iter().zip(sweeps) {
                 if sweep.items() > 0 {
                     self.sets.sweeps.entry(id).or_default().join(sweep);
@@ -228,7 +228,7 @@ impl<P: Point> Worker<P> {
         batches: &mut BTreeMap<(NodeId, Rank), PointBatch<P>>,
     ) {
         for &(i, side) in ways {
-            let shared = &self.path[i];
+            let shared = &self.subdomain.path[i];
             let to = shared.member_below(self.rank, side);
             let batch = batches.entry((shared.id.child(side), to)).or_default();
             self.table.export(point, batch);
@@ -253,7 +253,7 @@ impl<P: Point> Worker<P> {
         });
         let mut batches = BTreeMap::new();
         for (node, points) in received {
-            if let Some((at, holder)) = self.relay
+            if let Some((at, holder)) = self.subdomain.relay
                 && at == node
                 && holder != self.rank
             {
@@ -261,7 +261,8 @@ impl<P: Point> Worker<P> {
                 continue;
             }
             let numbers = self.table.intern_all(&points);
-            let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
+            let start =
+                self.subdomain.path.iter().position(|s| s.id == node).unwrap_or(self.subdomain.path.len());
             let mut walk = self.ghost_walk();
             let mut found = Vec::with_capacity(numbers.len());
             for &number in &numbers {
@@ -272,7 +273,7 @@ impl<P: Point> Worker<P> {
                 };
                 let (mut hits, mut ways) = (Vec::new(), Vec::new());
                 if walk.along_path(start, &x, &mut ways)
-                    && let Some((_, tree)) = &self.tree
+                    && let Some((_, tree)) = &self.subdomain.tree
                 {
                     walk.down(tree, &x, &mut hits);
                 }
@@ -282,7 +283,7 @@ impl<P: Point> Worker<P> {
             self.charge_sets(&shared, &local);
             for (number, (hits, ways)) in numbers.into_iter().zip(found) {
                 for at in hits {
-                    self.leaves[at].ghosts.push(number);
+                    self.subdomain.leaves[at].ghosts.push(number);
                 }
                 self.batch_ghost(number, &ways, &mut batches);
             }

@@ -98,13 +98,13 @@ impl<P: Point> Worker<P> {
     /// The conflict graph of the home points.
     pub(crate) fn begin_conflicts(&mut self) {
         self.finish_sets();
-        for leaf in &mut self.leaves {
+        for leaf in &mut self.subdomain.leaves {
             // Their order is of no account: lists are only gone through whole.
             leaf.ghosts.sort_unstable();
             leaf.ghosts.dedup();
         }
         let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
-        let results = map_in(&self.pool, &self.leaves, |leaf| {
+        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
             let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.home_len());
             let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
             let mut cost = Cost::ZERO;
@@ -117,7 +117,7 @@ impl<P: Point> Worker<P> {
             (lists, cost, members.len() as u64, edges)
         });
         let mut graphs = Vec::with_capacity(results.len());
-        for (leaf, (lists, cost, members, edges)) in self.leaves.iter().zip(results) {
+        for (leaf, (lists, cost, members, edges)) in self.subdomain.leaves.iter().zip(results) {
             self.ledger.charge(Phase::Graph, leaf.id, cost, members);
             self.ledger.facts(leaf.id).members += members;
             edges.enter(leaf.id, &mut self.ledger);

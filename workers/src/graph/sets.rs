@@ -93,7 +93,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_set_recursion(&mut self) {
         self.sets.items = (0..self.table.home).map(|point| Item::new(point, None)).collect();
         let members: Vec<u32> = (0..self.table.home).collect();
-        let root = self.path.first().map(|s| s.id).or(self.tree.as_ref().map(|t| t.0));
+        let root = self.subdomain.path.first().map(|s| s.id).or(self.subdomain.tree.as_ref().map(|t| t.0));
         if let Some(root) = root {
             self.sets.members.insert(root, members);
             self.sets.due.push(root);
@@ -114,7 +114,7 @@ impl<P: Point> Worker<P> {
         due.sort_unstable();
         due.dedup();
         for node in due {
-            if self.path.iter().any(|s| s.id == node) && !self.sets.stopped.contains(&node) {
+            if self.subdomain.path.iter().any(|s| s.id == node) && !self.sets.stopped.contains(&node) {
                 self.count_set(node);
             } else {
                 self.solve_set(node);
@@ -145,7 +145,7 @@ impl<P: Point> Worker<P> {
     /// The member's count of a shared node's set, to its leader.
     fn count_set(&mut self, node: NodeId) {
         let members = self.sets.members.get(&node).cloned().unwrap_or_default();
-        let Some(shared) = self.path.iter().find(|s| s.id == node) else { return };
+        let Some(shared) = self.subdomain.path.iter().find(|s| s.id == node) else { return };
         let (split, leader) = (shared.split.clone(), shared.leader);
         let mut cost = Cost::ZERO;
         let sum = self.count_members(&split, &members, &mut cost);
@@ -165,8 +165,8 @@ impl<P: Point> Worker<P> {
     /// Obeys the leader: divides this worker's share of the set, or hands it to the lowest rank.
     fn share_set(&mut self, node: NodeId, decision: u8) {
         let members = self.sets.members.remove(&node).unwrap_or_default();
-        let Some(at) = self.path.iter().position(|s| s.id == node) else { return };
-        let shared = self.path[at].clone();
+        let Some(at) = self.subdomain.path.iter().position(|s| s.id == node) else { return };
+        let shared = self.subdomain.path[at].clone();
         let mut leaving: Leaving<P> = BTreeMap::new();
         if decision == 0 {
             let holder = shared.first;
@@ -206,8 +206,11 @@ impl<P: Point> Worker<P> {
             self.ledger.charge(Phase::Sets, node, cost, 0);
             let id = node.child(shared.mine);
             self.sets.members.entry(id).or_default().extend(staying);
-            let relayed = self.relay.is_some_and(|r| r.0 == id);
-            if relayed || self.path.len() > at + 1 || self.tree.as_ref().is_some_and(|t| t.0 == id) {
+            let relayed = self.subdomain.relay.is_some_and(|r| r.0 == id);
+            if relayed
+                || self.subdomain.path.len() > at + 1
+                || self.subdomain.tree.as_ref().is_some_and(|t| t.0 == id)
+            {
                 self.wait_for_items(id);
             }
         }
@@ -241,7 +244,7 @@ impl<P: Point> Worker<P> {
             self.sets.items.extend(new);
             let last = self.sets.items.len() as u32;
             self.sets.members.entry(node).or_default().extend(first..last);
-            match self.relay {
+            match self.subdomain.relay {
                 Some((at, holder)) if at == node && holder != self.rank => self.relay_items(node, holder),
                 // The group's other ranks hand on in this step what they were sent as well: wait for it.
                 Some((at, _)) if at == node && !self.sets.delayed.contains_key(&node) => {
@@ -278,12 +281,12 @@ impl<P: Point> Worker<P> {
         for &item in &members {
             self.sets.items[item as usize].outstanding -= 1;
         }
-        let tree = self.tree.take();
+        let tree = self.subdomain.tree.take();
         let lists = match &tree {
             Some((root, tree)) if *root == node => self.solve(tree, node, &members),
             _ => self.solve_direct(node, &members),
         };
-        self.tree = tree;
+        self.subdomain.tree = tree;
         for (&item, list) in members.iter().zip(lists) {
             self.sets.items[item as usize].own = Some(list);
         }

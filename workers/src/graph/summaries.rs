@@ -11,9 +11,8 @@ use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
 use crate::partition::leader::join_summaries;
-use crate::partition::shared::{Group, Subdomain};
 use crate::state::frame;
-use crate::state::subdomain::{Leaf, Tree};
+use crate::state::subdomain::{Group, Leaf, Subdomain, Tree};
 use crate::state::table::Table;
 
 /// Summarises the home points, and learns what the children of all shared nodes hold.

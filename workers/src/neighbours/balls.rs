@@ -26,7 +26,7 @@ impl<P: Point> Worker<P> {
     /// Radii inside every leaf.
     pub(crate) fn begin_radii(&mut self) {
         let (table, site, fault) = (&self.table, self.out.site(), self.config.fault);
-        let results = map_in(&self.pool, &self.leaves, |leaf| {
+        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
             let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.home_len());
             let members: Vec<u32> = leaf.home().collect();
             let mut cost = Cost::ZERO;
@@ -36,7 +36,7 @@ impl<P: Point> Worker<P> {
             (nearest.kth2, cost)
         });
         let mut radii2 = Vec::with_capacity(self.table.home as usize);
-        for (leaf, (nearest2, cost)) in self.leaves.iter().zip(results) {
+        for (leaf, (nearest2, cost)) in self.subdomain.leaves.iter().zip(results) {
             self.ledger.charge(Phase::Radii, leaf.id, cost, leaf.home_len() * leaf.home_len());
             radii2.extend(nearest2);
         }
@@ -52,7 +52,7 @@ impl<P: Point> Worker<P> {
     /// Balls of home points; of all, or of those that probe.
     fn balls(&self, radius2: impl Fn(&Self, u32) -> f64, large_only: bool) -> Vec<Ball> {
         let mut balls = Vec::new();
-        for (at, leaf) in self.leaves.iter().enumerate() {
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
             let radii: Vec<f64> = leaf.home().map(|h| radius2(self, h)).collect();
             let limit = if large_only { punt_limit(&radii) } else { f64::NEG_INFINITY };
             for (home, &r2) in leaf.home().zip(&radii) {
@@ -93,14 +93,14 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_knn_radii(&mut self) {
         let k = self.k();
         let site = self.out.site();
-        let results = map_in(&self.pool, &self.leaves, |leaf| {
+        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
             let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.home_len());
             let blocks = Blocks::of(&self.table.positions[leaf.start as usize..leaf.end as usize]);
             let mut cost = Cost::ZERO;
             let nearest = nearest_in_blocks(&blocks, leaf.start, k, &mut cost);
             (blocks, nearest, cost)
         });
-        for (leaf, (blocks, nearest, cost)) in self.leaves.iter().zip(results) {
+        for (leaf, (blocks, nearest, cost)) in self.subdomain.leaves.iter().zip(results) {
             self.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.home_len() * leaf.home_len());
             self.exchange.knn.push(nearest);
             self.exchange.blocks.push(blocks);
@@ -160,12 +160,12 @@ impl<P: Point> Worker<P> {
         let leaf_of = self.leaf_numbers();
         let mut other_leaves = Vec::new();
         let mut recorder = self.recorder.take();
-        self.sets.told = vec![Sweep::default(); self.leaves.len()];
+        self.sets.told = vec![Sweep::default(); self.subdomain.leaves.len()];
         let nearest = done.by_home(self.table.home);
         let (table, sets, homes) = (&self.table, &mut self.sets, leaf_of.len());
         // Of home points, all of the same length.
         let (positions, radii2) = (&table.positions[..homes], &table.radii2[..homes]);
-        for (leaf, number) in self.leaves.iter().zip(0u32..) {
+        for (leaf, number) in self.subdomain.leaves.iter().zip(0u32..) {
             let mut edges = Sweep::default();
             for home in leaf.home() {
                 let own = positions[home as usize];
@@ -200,7 +200,7 @@ impl<P: Point> Worker<P> {
     /// The leaf of each home point.
     fn leaf_numbers(&self) -> Vec<u32> {
         let mut leaf_of = Vec::with_capacity(self.table.home as usize);
-        for (at, leaf) in (0u32..).zip(&self.leaves) {
+        for (at, leaf) in (0u32..).zip(&self.subdomain.leaves) {
             leaf_of.extend(leaf.home().map(|_| at));
         }
         leaf_of
@@ -245,12 +245,12 @@ impl<P: Point> Worker<P> {
         let nearest = done.by_home(self.table.home);
         let items = nearest.iter().map(|list| list.len()).sum::<usize>() + self.sets.reverse.len();
         // Delivery to the leaves; within each the order is charged.
-        let mut unknown = vec![Vec::new(); self.leaves.len()];
+        let mut unknown = vec![Vec::new(); self.subdomain.leaves.len()];
         for edge in std::mem::take(&mut self.sets.reverse) {
             unknown[leaf_of[edge.0 as usize] as usize].push(edge);
         }
         let mut united = Lists::with_capacity(self.table.home as usize, items);
-        for ((leaf, unknown), told) in self.leaves.iter().zip(unknown).zip(told) {
+        for ((leaf, unknown), told) in self.subdomain.leaves.iter().zip(unknown).zip(told) {
             let mut cost = Cost::ZERO;
             cost.delivered(told);
             let own = cost.sorted_by_place(

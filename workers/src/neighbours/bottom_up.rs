@@ -33,9 +33,9 @@ impl<P: Point> Worker<P> {
             self.land_correction(level + 1);
         }
         self.ask_afresh(ASK);
-        let at = self.path.iter().position(|shared| shared.id.level() == level);
-        let Some(at) = at.filter(|_| self.tree.is_some()) else { return };
-        let shared = &self.path[at];
+        let at = self.subdomain.path.iter().position(|shared| shared.id.level() == level);
+        let Some(at) = at.filter(|_| self.subdomain.tree.is_some()) else { return };
+        let shared = &self.subdomain.path[at];
         let (id, other, split) = (shared.id, 1 - shared.mine, shared.split.clone());
         let mut forwards = Forwards::new(ASK);
         for home in 0..self.table.home {
@@ -68,16 +68,16 @@ impl<P: Point> Worker<P> {
     }
 
     fn correct_piece(&mut self) {
-        if let Some((root, tree)) = self.tree.take() {
+        if let Some((root, tree)) = self.subdomain.tree.take() {
             self.correct(&tree);
-            self.tree = Some((root, tree));
+            self.subdomain.tree = Some((root, tree));
         }
     }
 
     /// Corrects the balls of a subtree's nodes, children first; returns its home points.
     fn correct(&mut self, tree: &Tree<P>) -> std::ops::Range<u32> {
         let inner = match tree {
-            Tree::Leaf(at) => return self.leaves[*at].home(),
+            Tree::Leaf(at) => return self.subdomain.leaves[*at].home(),
             Tree::Node(inner) => inner,
         };
         let homes = [0, 1].map(|side| self.correct(&inner.children[side]));

@@ -28,7 +28,7 @@ impl<P: Point> Forwards<P> {
         let ask = worker.engine.ask();
         self.ask = ask;
         for &(i, side) in ways {
-            let shared = &worker.path[i];
+            let shared = &worker.subdomain.path[i];
             let to = shared.member_below(worker.rank, side);
             let key = (shared.id.child(side), to);
             let (batch, last) = self.batches.entry(key).or_insert_with(|| (QueryBatch::default(), group));

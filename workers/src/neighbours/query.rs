@@ -207,7 +207,7 @@ impl<P: Point> Worker<P> {
 
     /// The largest squared radius of the balls of each leaf.
     fn largest_balls(&self, balls: &[Ball]) -> Vec<f64> {
-        let mut largest2 = vec![0.0; self.leaves.len()];
+        let mut largest2 = vec![0.0; self.subdomain.leaves.len()];
         for ball in balls {
             let most: &mut f64 = &mut largest2[ball.leaf];
             *most = most.max(ball.radius2);
@@ -236,16 +236,17 @@ impl<P: Point> Worker<P> {
             let start = Probe {
                 centre: self.table.positions[ball.home as usize],
                 radius2: ball.radius2,
-                home: Some(self.leaves[ball.leaf].id),
+                home: Some(self.subdomain.leaves[ball.leaf].id),
             };
             found.clear();
             ways.clear();
             if walk.along_path(0, &start, &mut ways)
-                && let Some((_, tree)) = &self.tree
+                && let Some((_, tree)) = &self.subdomain.tree
             {
                 walk.down(tree, &start, &mut found);
             }
-            let own = known.map(|leaves| leaves[ball.leaf].of(ball.home - self.leaves[ball.leaf].start));
+            let own =
+                known.map(|leaves| leaves[ball.leaf].of(ball.home - self.subdomain.leaves[ball.leaf].start));
             if let Some((kth2, list)) = own
                 && found.is_empty()
                 && ways.is_empty()
@@ -271,8 +272,8 @@ impl<P: Point> Worker<P> {
     /// Adds what a walk counted.
     pub(crate) fn count_walk(&mut self, counts: &Counts) {
         let Counts { shared, local, at_leaf, .. } = counts;
-        let ids: Vec<NodeId> = self.path.iter().map(|s| s.id).collect();
-        for (ids, sweeps) in [(&ids, shared), (&self.inner_ids, local)] {
+        let ids: Vec<NodeId> = self.subdomain.path.iter().map(|s| s.id).collect();
+        for (ids, sweeps) in [(&ids, shared), (&self.subdomain.inner_ids, local)] {
             for (&id, (down, up)) in ids.iter().zip(sweeps) {
                 if down.items() > 0 {
                     self.engine.down.entry(id).or_default().join(down);
@@ -280,7 +281,7 @@ impl<P: Point> Worker<P> {
                 }
             }
         }
-        for (leaf, (pairs, visits)) in self.leaves.iter().zip(at_leaf) {
+        for (leaf, (pairs, visits)) in self.subdomain.leaves.iter().zip(at_leaf) {
             if *visits > 0 {
                 self.engine.pairs.entry(leaf.id).or_default().join(pairs);
                 self.ledger.facts(leaf.id).visits += visits;
@@ -340,14 +341,15 @@ impl<P: Point> Worker<P> {
     fn on_query(&mut self, from: Rank, node: NodeId, batch: QueryBatch<P>, forwards: &mut Forwards<P>) {
         self.engine.ask.wanted = batch.wanted;
         self.engine.ask.probe = batch.probe;
-        if let Some((at, holder)) = self.relay
+        if let Some((at, holder)) = self.subdomain.relay
             && at == node
             && holder != self.rank
         {
             self.relay_queries(from, node, holder, batch);
             return;
         }
-        let start = self.path.iter().position(|s| s.id == node).unwrap_or(self.path.len());
+        let start =
+            self.subdomain.path.iter().position(|s| s.id == node).unwrap_or(self.subdomain.path.len());
         let mut walk = self.walk();
         let mut results = LookedAt::default();
         let (mut found, mut ways) = (FoundList::default(), Vec::new());
@@ -356,7 +358,7 @@ impl<P: Point> Worker<P> {
             found.clear();
             ways.clear();
             if walk.along_path(start, &ball, &mut ways)
-                && let Some((_, tree)) = &self.tree
+                && let Some((_, tree)) = &self.subdomain.tree
             {
                 walk.down(tree, &ball, &mut found);
             }

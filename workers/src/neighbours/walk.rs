@@ -207,20 +207,20 @@ impl<P: Point> Worker<P> {
     /// A walk that has counted nothing yet.
     pub(crate) fn walk(&self) -> Walk<'_, P> {
         Walk {
-            path: &self.path,
-            leaves: &self.leaves,
+            path: &self.subdomain.path,
+            leaves: &self.subdomain.leaves,
             homes: self.table.columns(),
             blocks: &self.exchange.blocks,
             ask: self.engine.ask(),
             around: Around {
                 ball: (P::default(), f64::INFINITY),
-                shared: vec![None; self.path.len()],
-                local: vec![None; self.inner_ids.len()],
+                shared: vec![None; self.subdomain.path.len()],
+                local: vec![None; self.subdomain.inner_ids.len()],
             },
             counts: Counts {
-                shared: vec![Default::default(); self.path.len()],
-                local: vec![Default::default(); self.inner_ids.len()],
-                at_leaf: vec![Default::default(); self.leaves.len()],
+                shared: vec![Default::default(); self.subdomain.path.len()],
+                local: vec![Default::default(); self.subdomain.inner_ids.len()],
+                at_leaf: vec![Default::default(); self.subdomain.leaves.len()],
                 reach: Reach::new(self.recorder.is_some()),
             },
         }

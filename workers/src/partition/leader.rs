@@ -20,8 +20,7 @@ use crate::config::{Partition, SetRule, WorkerConfig};
 use crate::machine::context::Context;
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::Site;
-use crate::partition::shared::Group;
-use crate::state::subdomain::join_bounds;
+use crate::state::subdomain::{Group, join_bounds};
 
 /// Draws before a subproblem is left unsplit.
 pub const MAX_ATTEMPTS: u32 = 8;

@@ -4,4 +4,5 @@ pub mod leader;
 pub(crate) mod local;
 pub mod shared;
 
+pub use crate::state::subdomain::Group;
 pub use shared::*;

@@ -18,7 +18,7 @@ use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
 use septet_protocol::transport::TransportError;
 
@@ -26,7 +26,7 @@ use crate::config::{Task, WorkerConfig, map_in};
 use crate::machine::context::Context;
 use crate::partition::leader::{Plan, draw, is_leaf, judge, separator_of};
 use crate::partition::local::{Builder, Grown};
-use crate::state::subdomain::{Bounds, Inner, Leaf, Shared, Split, Tree, bounds};
+use crate::state::subdomain::{Bounds, Group, Inner, Leaf, Shared, Split, Subdomain, Tree, bounds};
 use crate::state::table::Table;
 
 /// What a rank is given to begin with.
@@ -38,74 +38,6 @@ pub(crate) struct Input<P> {
     pub(crate) frame: PointBatch<P>,
     /// This rank's block.
     pub(crate) block: PointBatch<P>,
-}
-
-/// Where a rank is in the tree, and what is at home there.
-#[derive(Debug)]
-pub(crate) struct Subdomain<P> {
-    /// Shared nodes from the root down.
-    pub(crate) path: Vec<Shared<P>>,
-    /// The shared node below them that its group could not split, and the rank that holds it.
-    pub(crate) relay: Option<(NodeId, Rank)>,
-    /// The tree below.
-    pub(crate) tree: Option<(NodeId, Tree<P>)>,
-    pub(crate) inner_ids: Vec<NodeId>,
-    pub(crate) leaves: Vec<Leaf<P>>,
-    /// The shared nodes that this rank leads.
-    pub(crate) led: Vec<Group>,
-}
-
-impl<P> Default for Subdomain<P> {
-    fn default() -> Self {
-        let (path, inner_ids, leaves, led) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Subdomain { path, relay: None, tree: None, inner_ids, leaves, led }
-    }
-}
-
-impl<P> Subdomain<P> {
-    /// The rank that holds a node which this rank is asked for, if it is another.
-    pub(crate) fn relayed(&self, node: NodeId, own: Rank) -> Option<Rank> {
-        self.relay.filter(|&(at, holder)| at == node && holder != own).map(|(_, holder)| holder)
-    }
-
-    /// The position of a node on the path, or its end.
-    pub(crate) fn position(&self, node: NodeId) -> usize {
-        self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())
-    }
-}
-
-/// A node, and the group of ranks that has it.
-#[derive(Clone, Copy, Debug)]
-pub struct Group {
-    /// The node.
-    pub node: NodeId,
-    /// Who leads the group.
-    pub leader: Rank,
-    /// Its ranks and points.
-    pub child: Child,
-}
-
-impl Group {
-    /// All workers. Rank 0 leads them.
-    fn root(config: &WorkerConfig, population: u64) -> Self {
-        let leaf = is_leaf(config, NodeId::ROOT, population);
-        let child = Child { population, first: 1, ranks: config.workers, leaf };
-        Group { node: NodeId::ROOT, leader: COORDINATOR, child }
-    }
-
-    /// That of a child. Its lowest rank leads it.
-    fn below(self, side: usize, child: Child) -> Self {
-        Group { node: self.node.child(side), leader: child.first, child }
-    }
-
-    /// Does one rank take it whole?
-    fn is_whole(&self) -> bool {
-        self.child.ranks == 1 || self.child.leaf
-    }
-
-    pub(crate) fn members(&self) -> Range<Rank> {
-        self.child.first..self.child.first + self.child.ranks
-    }
 }
 
 /// Waits for this rank's block.
@@ -136,7 +68,7 @@ pub(crate) async fn partition<P: Point>(
 ) -> Result<(Subdomain<P>, Table<P>), TransportError> {
     cx.enter(Phase::Partition)?;
     let (mut path, mut led, mut relay, mut plan) = (Vec::new(), Vec::new(), None, Plan::new());
-    let mut group = Group::root(&cx.config, population);
+    let mut group = root(&cx.config, population);
     if !group.is_whole() {
         send_samples(cx, &group, 0, &points);
     }
@@ -181,12 +113,19 @@ pub async fn lead_root<P: Point>(
     mut plan: Plan,
 ) -> Result<Vec<Group>, TransportError> {
     cx.enter(Phase::Partition)?;
-    let root = Group::root(&cx.config, population);
+    let root = root(&cx.config, population);
     if !root.is_whole() {
         agree(cx, &root, None, &mut plan).await?;
     }
     while cx.exchange().await? {}
     Ok(vec![root])
+}
+
+/// All workers. Rank 0 leads them.
+fn root(config: &WorkerConfig, population: u64) -> Group {
+    let leaf = is_leaf(config, NodeId::ROOT, population);
+    let child = Child { population, first: 1, ranks: config.workers, leaf };
+    Group { node: NodeId::ROOT, leader: COORDINATOR, child }
 }
 
 /// A split that a group agreed on.

@@ -52,13 +52,13 @@ impl<P: Point> Worker<P> {
             (sum, sweep, owned)
         });
         self.exchange.owned.clear();
-        let mut merged = vec![(Merged::default(), Sweep::default()); self.leaves.len()];
+        let mut merged = vec![(Merged::default(), Sweep::default()); self.subdomain.leaves.len()];
         for ((at, _), (sum, sweep, owned)) in groups.into_iter().zip(results) {
             self.exchange.owned.extend(owned);
             merged[at].0.join(&sum);
             merged[at].1.join(&sweep);
         }
-        for (leaf, (_, sweep)) in self.leaves.iter().zip(&merged) {
+        for (leaf, (_, sweep)) in self.subdomain.leaves.iter().zip(&merged) {
             let mut cost = Cost::ZERO;
             cost.swept(*sweep);
             self.ledger.charge(phase, leaf.id, cost, sweep.items());
@@ -69,7 +69,7 @@ impl<P: Point> Worker<P> {
 
     /// Merges the leaves' results up this worker's own subtree and sends what comes of it.
     fn merge_up(&mut self, phase: Phase, leaves: &[Merged], disagreements: &[Disagreement]) {
-        let Some((root, tree)) = &self.tree else { return };
+        let Some((root, tree)) = &self.subdomain.tree else { return };
         let mut charges = Vec::new();
         let mut all = merge_tree(tree, leaves, &mut charges);
         let root = *root;
@@ -130,7 +130,7 @@ impl<P: Point> Worker<P> {
         match node.parent() {
             None => self.out.send(COORDINATOR, node, 0, Body::Merged(merged)),
             Some(parent) => {
-                if let Some(shared) = self.path.iter().find(|s| s.id == parent) {
+                if let Some(shared) = self.subdomain.path.iter().find(|s| s.id == parent) {
                     self.out.send(shared.leader, node, 0, Body::Merged(merged));
                 }
             }
@@ -201,14 +201,14 @@ impl<P: Point> Worker<P> {
         }
         let (mut cells, mut homes) = (Vec::new(), Vec::new());
         let (mut sent, all) = (0, self.exchange.cells as usize * (P::DIM + 1));
-        for at in 0..self.leaves.len() {
+        for at in 0..self.subdomain.leaves.len() {
             if cells.is_empty() {
                 // Leaves are far smaller than what is left of a message that is full.
                 cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
             }
-            let (leaf, positions) = (self.leaves[at].id.0, self.table.positions.as_slice());
+            let (leaf, positions) = (self.subdomain.leaves[at].id.0, self.table.positions.as_slice());
             let before = sent + cells.len();
-            for home in self.leaves[at].home() {
+            for home in self.subdomain.leaves[at].home() {
                 let (x, link) = (positions[home as usize], self.stars.link(home));
                 // Most cells belong to another vertex. Merging has told which, of as many as there are bits.
                 let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
@@ -244,7 +244,7 @@ impl<P: Point> Worker<P> {
             None => self.glued(),
         };
         let body = Body::Piece {
-            leaf: self.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
+            leaf: self.subdomain.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
             ids: Bulk(std::mem::take(&mut self.table.ids)),
             rows: Bulk(rows),
             open: Bulk(open),

@@ -57,7 +57,7 @@ impl<P: Point> Worker<P> {
 
     fn show_points(&self, part: &mut ViewPart<P>) {
         let mut diameters = Diameters::default();
-        for leaf in &self.leaves {
+        for leaf in &self.subdomain.leaves {
             for home in leaf.home().filter(|&home| self.is_shown(home)) {
                 let (star, _) = self.merge_star(home, &mut diameters, &mut Sweep::default());
                 self.table.export(home, &mut part.points);
@@ -78,10 +78,10 @@ impl<P: Point> Worker<P> {
             u64::from(split.separator.crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
         };
         let mut levels = 0;
-        for shared in &self.path {
+        for shared in &self.subdomain.path {
             levels |= bit(shared.id, &shared.split);
         }
-        let mut tree = self.tree.as_ref().map(|t| &t.1);
+        let mut tree = self.subdomain.tree.as_ref().map(|t| &t.1);
         while let Some(Tree::Node(inner)) = tree {
             levels |= bit(inner.id, &inner.split);
             tree = inner.children.get(inner.id.side_of(leaf));
@@ -90,7 +90,7 @@ impl<P: Point> Worker<P> {
     }
 
     fn show_ghosts(&self, part: &mut ViewPart<P>) {
-        for leaf in &self.leaves {
+        for leaf in &self.subdomain.leaves {
             let shown: BTreeSet<u32> = leaf.ghosts.iter().copied().filter(|&g| self.is_shown(g)).collect();
             for ghost in shown {
                 part.ghosts.push(self.table.ids[ghost as usize]);
@@ -101,10 +101,10 @@ impl<P: Point> Worker<P> {
 
     /// Splits of this worker's own subtree, and those of shared nodes whose first rank it is.
     fn show_splits(&self, part: &mut ViewPart<P>) {
-        for shared in self.path.iter().filter(|s| s.first == self.rank) {
+        for shared in self.subdomain.path.iter().filter(|s| s.first == self.rank) {
             show_split(shared.id, &shared.split, part);
         }
-        let mut open: Vec<&Tree<P>> = self.tree.iter().map(|t| &t.1).collect();
+        let mut open: Vec<&Tree<P>> = self.subdomain.tree.iter().map(|t| &t.1).collect();
         while let Some(tree) = open.pop() {
             if let Tree::Node(inner) = tree {
                 show_split(inner.id, &inner.split, part);

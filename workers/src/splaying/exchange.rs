@@ -286,8 +286,8 @@ impl<P: Point> Worker<P> {
 
     /// The leaf of a home point.
     fn leaf_of(&self, home: u32) -> NodeId {
-        let at = self.leaves.partition_point(|leaf| leaf.end <= home);
-        self.leaves[at].id
+        let at = self.subdomain.leaves.partition_point(|leaf| leaf.end <= home);
+        self.subdomain.leaves[at].id
     }
 }
 

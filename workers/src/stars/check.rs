@@ -70,7 +70,7 @@ impl<P: Point> Worker<P> {
     /// Position of a leaf, and some of its home points.
     pub(crate) fn home_groups(&self) -> Vec<(usize, std::ops::Range<u32>)> {
         let mut groups = Vec::new();
-        for (at, leaf) in self.leaves.iter().enumerate() {
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
             for start in leaf.home().step_by(GROUP) {
                 groups.push((at, start..leaf.end.min(start + GROUP as u32)));
             }
@@ -101,7 +101,7 @@ impl<P: Point> Worker<P> {
         let mut sweeps: BTreeMap<NodeId, Sweep> = BTreeMap::new();
         let mut all = Sums::default();
         for ((at, _), (sums, pairs)) in groups.into_iter().zip(scans) {
-            sweeps.entry(self.leaves[at].id).or_default().join(&pairs);
+            sweeps.entry(self.subdomain.leaves[at].id).or_default().join(&pairs);
             unite(&mut all.from_smallest, sums.from_smallest);
             unite(&mut all.from_other, sums.from_other);
             for (rank, sum) in sums.remote {

@@ -135,7 +135,7 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_graph(&mut self) {
         self.finish_sets();
         let positions = &self.table.positions;
-        for leaf in &mut self.leaves {
+        for leaf in &mut self.subdomain.leaves {
             let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
             leaf.ghosts.sort_unstable_by(rank);
             leaf.ghosts.dedup();
@@ -153,7 +153,7 @@ impl<P: Point> Worker<P> {
     /// All pairs of every leaf's home points with its members.
     fn graph_of_leaves(&mut self) {
         let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
-        let results = map_in(&self.pool, &self.leaves, |leaf| {
+        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
             let _span = site.subproblem(Phase::Graph, leaf.id, "leaf graph", leaf.home_len());
             let home: Vec<u32> = leaf.home().collect();
             let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
@@ -162,7 +162,7 @@ impl<P: Point> Worker<P> {
             (lists, cost, members.len() as u64)
         });
         let mut adjacency = Lists::default();
-        for (leaf, (lists, cost, members)) in self.leaves.iter().zip(results) {
+        for (leaf, (lists, cost, members)) in self.subdomain.leaves.iter().zip(results) {
             let pairs = members * u64::from(leaf.end - leaf.start);
             self.ledger.charge(Phase::Graph, leaf.id, cost, pairs);
             self.ledger.facts(leaf.id).members += members;
@@ -174,7 +174,7 @@ impl<P: Point> Worker<P> {
     /// Counts edges once, at their smaller end; sends them if asked for.
     fn measure_graph(&mut self) {
         let mut sent = Vec::new();
-        for leaf in &self.leaves {
+        for leaf in &self.subdomain.leaves {
             let mut edges = Edges::default();
             for home in leaf.home() {
                 let list = &self.adjacency[home as usize];
@@ -194,7 +194,7 @@ impl<P: Point> Worker<P> {
     /// For every leaf, the smaller point that its first point starts with.
     fn leaf_seeds(&mut self) -> Vec<Option<u32>> {
         let mut seed = None;
-        for shared in &self.path {
+        for shared in &self.subdomain.path {
             let Some(summaries) = &shared.summaries else { continue };
             let (mine, other) = (&summaries[shared.mine].smallest, &summaries[1 - shared.mine].smallest);
             let (Some(a), Some(b)) = (mine.positions.first(), other.positions.first()) else { continue };
@@ -203,8 +203,8 @@ impl<P: Point> Worker<P> {
             }
         }
         let above = seed.and_then(|point| self.table.intern_all(&point).first().copied());
-        let mut seeds = vec![above; self.leaves.len()];
-        if let Some((_, tree)) = &self.tree {
+        let mut seeds = vec![above; self.subdomain.leaves.len()];
+        if let Some((_, tree)) = &self.subdomain.tree {
             let positions = &self.table.positions;
             let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
             hand_down(tree, above, &less, &mut seeds);
@@ -220,7 +220,7 @@ impl<P: Point> Worker<P> {
         }
         let seeds = self.leaf_seeds();
         let frame = self.table.intern_all(&self.frame);
-        let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.leaves.iter().zip(seeds).collect();
+        let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.subdomain.leaves.iter().zip(seeds).collect();
         self.stars.reserve(self.table.home as usize);
         // Few at a time: their storage is soon used again.
         for group in leaves.chunks(if self.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {

@@ -1,6 +1,8 @@
 //! What a worker knows of the partition tree: the shared nodes from the root down to its own piece, and
 //! the subtree of that piece. Nobody holds the whole tree.
 
+use std::ops::Range;
+
 use septet_geometry::neighbourhood::box_dist2;
 pub use septet_geometry::neighbourhood::{Bounds, bounds, join_bounds};
 use septet_geometry::point::Point;
@@ -130,4 +132,67 @@ impl<P> Leaf<P> {
 /// The position of a home point's leaf.
 pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], home: u32) -> u32 {
     leaves.partition_point(|leaf| leaf.end <= home) as u32
+}
+
+/// Where a rank is in the tree, and what is at home there.
+#[derive(Debug)]
+pub(crate) struct Subdomain<P> {
+    /// Shared nodes from the root down.
+    pub(crate) path: Vec<Shared<P>>,
+    /// The shared node below them that its group could not split, and the rank that holds it.
+    pub(crate) relay: Option<(NodeId, Rank)>,
+    /// The tree below.
+    pub(crate) tree: Option<(NodeId, Tree<P>)>,
+    /// The inner nodes below.
+    pub(crate) inner_ids: Vec<NodeId>,
+    /// The leaves below.
+    pub(crate) leaves: Vec<Leaf<P>>,
+    /// The shared nodes that this rank leads.
+    pub(crate) led: Vec<Group>,
+}
+
+impl<P> Default for Subdomain<P> {
+    fn default() -> Self {
+        let (path, inner_ids, leaves, led) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Subdomain { path, relay: None, tree: None, inner_ids, leaves, led }
+    }
+}
+
+impl<P> Subdomain<P> {
+    /// The rank that holds a node which this rank is asked for, if it is another.
+    pub(crate) fn relayed(&self, node: NodeId, own: Rank) -> Option<Rank> {
+        self.relay.filter(|&(at, holder)| at == node && holder != own).map(|(_, holder)| holder)
+    }
+
+    /// The position of a node on the path, or its end.
+    pub(crate) fn position(&self, node: NodeId) -> usize {
+        self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())
+    }
+}
+
+/// A node, and the group of ranks that has it.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// The node.
+    pub node: NodeId,
+    /// Who leads the group.
+    pub leader: Rank,
+    /// Its ranks and points.
+    pub child: Child,
+}
+
+impl Group {
+    /// That of a child. Its lowest rank leads it.
+    pub(crate) fn below(self, side: usize, child: Child) -> Self {
+        Group { node: self.node.child(side), leader: child.first, child }
+    }
+
+    /// Does one rank take it whole?
+    pub(crate) fn is_whole(&self) -> bool {
+        self.child.ranks == 1 || self.child.leaf
+    }
+
+    pub(crate) fn members(&self) -> Range<Rank> {
+        self.child.first..self.child.first + self.child.ranks
+    }
 }

@@ -198,7 +198,7 @@ impl Recorder {
 impl<P: Point> Worker<P> {
     /// The position of a home point's leaf.
     pub(crate) fn leaf_number(&self, home: u32) -> u32 {
-        self.leaves.partition_point(|leaf| leaf.end <= home) as u32
+        self.subdomain.leaves.partition_point(|leaf| leaf.end <= home) as u32
     }
 
     /// What the stars of every two leaves must agree on.
@@ -207,8 +207,8 @@ impl<P: Point> Worker<P> {
             return;
         }
         let mut sums: BTreeMap<(u32, u32), (u128, u64)> = BTreeMap::new();
-        let starts: Vec<u32> = self.leaves.iter().map(|l| l.end).collect();
-        for (at, leaf) in self.leaves.iter().enumerate() {
+        let starts: Vec<u32> = self.subdomain.leaves.iter().map(|l| l.end).collect();
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
             for home in leaf.home() {
                 self.each_pair(home, self.stars.link(home), |key, other| {
                     let to = starts.partition_point(|&end| end <= other) as u32;

@@ -141,7 +141,7 @@ fn what_has_no_place_is_refused() {
 fn futures_are_small() {
     let all = |cx: Context<DVec3>| async move {
         let mut cx = cx;
-        let mut subdomain = partition::Subdomain::default();
+        let mut subdomain = crate::state::subdomain::Subdomain::default();
         let (mut table, mut frame) = (crate::state::table::Table::default(), PointBatch::default());
         let context = size_of_val(&cx);
         let exchange = size_of_val(&cx.exchange());

@@ -41,7 +41,7 @@ fn worker<P: Point>(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Worke
     let mut worker = Worker::new(1, Arc::new(WorkerConfig::plain()), None);
     let n = points.len() as u32;
     worker.table = Table::of_home((0..u64::from(n)).collect(), points.to_vec(), 1);
-    worker.leaves.push(Leaf {
+    worker.subdomain.leaves.push(Leaf {
         id: NodeId::ROOT,
         start: 0,
         end: n,
