@@ -13,7 +13,8 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
 use crate::direct::halo::{Halo, halo};
-use crate::direct::seam::Seams;
+use crate::direct::interface::{insert, interface};
+use crate::direct::piece::triangulate_piece;
 use crate::graph::independent::{Selection, independent};
 use crate::graph::sets::SetEngine;
 use crate::graph::summaries::summaries;
@@ -35,12 +36,14 @@ use crate::state::tasks::Recorder;
 pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportError> {
     let mut worker = Worker::new(cx.rank, cx.config.clone(), cx.pool.clone());
     let Input { population, mut frame, block } = load(&mut cx).await?;
-    let (subdomain, mut table) = partition(&mut cx, population, block).await?;
+    let (mut subdomain, mut table) = partition(&mut cx, population, block).await?;
     worker.phase = Phase::Partition;
     if worker.next_phase() == Phase::Halo {
         let Halo { margins, arrived } = halo(&mut cx, &subdomain, &mut table, &mut frame).await?;
-        (worker.seams.margins, worker.seams.arrived) = (margins, arrived);
-        worker.phase = Phase::Halo;
+        let piece = triangulate_piece(&mut cx, &mut subdomain, &mut table, arrived, &frame).await?;
+        let arrived = interface(&mut cx, &subdomain, &mut table, piece.as_ref(), margins).await?;
+        worker.stars.set_piece(insert(&mut cx, &mut subdomain, &table, piece, arrived).await?);
+        worker.phase = Phase::Hulls;
     }
     (worker.population, worker.frame, worker.table) = (population, frame, table);
     worker.settle(subdomain);
@@ -106,7 +109,6 @@ pub struct Worker<P: Point> {
     pub(crate) table: Table<P>,
     pub(crate) engine: Engine<P>,
     pub(crate) sets: SetEngine,
-    pub(crate) seams: Seams,
     /// Graph neighbours of home points, where they are kept as lists.
     pub(crate) adjacency: Lists<u32>,
     pub(crate) selection: Selection,
@@ -144,7 +146,6 @@ impl<P: Point> Worker<P> {
             table: Table::default(),
             engine: Engine::default(),
             sets: SetEngine::default(),
-            seams: Seams::default(),
             adjacency: Lists::default(),
             selection: Selection::default(),
             stars: Stars::default(),
@@ -183,9 +184,9 @@ impl<P: Point> Worker<P> {
             | Phase::Halo
             | Phase::Summaries
             | Phase::Independent
+            | Phase::Pieces
+            | Phase::Seam
             | Phase::Done => {}
-            Phase::Pieces => self.begin_pieces(),
-            Phase::Seam => self.begin_seam(),
             Phase::Radii => self.begin_radii(),
             Phase::Probe => self.begin_probe(),
             Phase::Neighbours if self.config.correction == Correction::Naive => self.begin_correction(),
@@ -235,7 +236,6 @@ impl<P: Point> Worker<P> {
                 self.on_queries(&mut inbox)?;
                 self.on_choice(&mut inbox);
             }
-            Phase::Seam => self.on_seam(&mut inbox),
             Phase::Sets => {
                 self.on_ghosts(&mut inbox);
                 self.on_reverse(&mut inbox);
@@ -252,6 +252,7 @@ impl<P: Point> Worker<P> {
             | Phase::Summaries
             | Phase::Independent
             | Phase::Pieces
+            | Phase::Seam
             | Phase::Radii
             | Phase::KnnRadii
             | Phase::Graph

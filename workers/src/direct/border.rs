@@ -17,7 +17,6 @@ use septet_geometry::separator::Side;
 use crate::direct::halo::Margin;
 use crate::direct::piece::Piece;
 use crate::state::subdomain::{Shared, Split};
-use crate::worker::Worker;
 
 /// A cell that reaches out: its vertices by local numbers; a bit for each place on the path, set where the cell may
 /// conflict with a point of the other side; and a bit for each vertex, set where it must be sent there.
@@ -51,17 +50,14 @@ pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &Reach<P>, side: usize)
     reach.meets(&split.separator, side_of(side), low, high)
 }
 
-impl<P: Point> Worker<P> {
-    /// What the cells of the piece look out to, if there is a piece and another one.
-    pub(crate) fn border(&self) -> Option<Border<'_, P>> {
-        let piece = self.stars.piece().filter(|_| !self.subdomain.path.is_empty())?;
-        Some(Border::of(&self.subdomain.path, piece, &self.table.positions, &self.seams.margins))
-    }
-}
-
 impl<'a, P: Point> Border<'a, P> {
     /// Of a piece whose home points come first, with a margin each.
-    fn of(path: &'a [Shared<P>], piece: &'a Piece<P>, positions: &'a [P], margins: &'a [Margin]) -> Self {
+    pub(crate) fn of(
+        path: &'a [Shared<P>],
+        piece: &'a Piece<P>,
+        positions: &'a [P],
+        margins: &'a [Margin],
+    ) -> Self {
         let limits = margins.iter().map(|margin| piece.radius_within(margin.free)).collect();
         // Pages of zeros that nobody asks for cost nothing.
         let clear = vec![0.0; path.len() * margins.len()];

@@ -1,7 +1,7 @@
 //! The halo of a piece: foreign points near its border, which come before it is triangulated.
 //!
 //! **Statement.** Every home point `x` has a radius `r(x)`, and is sent to each worker whose region may hold a point
-//! of the ball `B(x, r(x))`. Whatever the radii, what the workers triangulate then is right ([`crate::direct::seam`]); cells whose
+//! of the ball `B(x, r(x))`. Whatever the radii, what the workers triangulate then is right ([`crate::direct::interface`]); cells whose
 //! ball lies in `B(x, r(x))` for each of their vertices at home need not be looked at again. A point that is clear of all
 //! separators by more than its radius goes nowhere, and cells that are clear of them by that need not be looked at, either.
 //!

@@ -2,5 +2,5 @@
 
 pub(crate) mod border;
 pub(crate) mod halo;
+pub(crate) mod interface;
 pub(crate) mod piece;
-pub(crate) mod seam;

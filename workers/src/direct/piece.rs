@@ -10,11 +10,16 @@ use septet_geometry::incremental::{
     ASKED_EVERY, Incremental, Kept, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
-use septet_protocol::message::Merged;
+use septet_protocol::ids::Phase;
+use septet_protocol::message::{Merged, PointBatch};
+use septet_protocol::transport::TransportError;
 
 use crate::config::Stop;
 use crate::direct::border::ones;
+use crate::machine::context::Context;
 use crate::result::merge::{HULL, SEAM};
+use crate::state::subdomain::Subdomain;
+use crate::state::table::Table;
 
 /// The triangulation of a worker's piece and of the foreign points it was sent. Home points are its first
 /// vertices, by their local numbers.
@@ -294,6 +299,47 @@ impl<P: Point> Piece<P> {
         });
         (facets, ranges)
     }
+}
+
+/// Ghosts to expect beyond the ghost layer, as a multiple of the number of owned points to the power `(d - 1) / d`.
+const LAYERS: f64 = 4.0;
+
+/// Triangulates the owned points and the ghosts that arrived. Returns no piece if there are no owned points, or if they
+/// and the frame lie in a plane.
+pub(crate) async fn triangulate_piece<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &mut Subdomain<P>,
+    table: &mut Table<P>,
+    mut ghosts: Vec<u32>,
+    frame: &PointBatch<P>,
+) -> Result<Option<Piece<P>>, TransportError> {
+    cx.enter(Phase::Pieces)?;
+    let home = table.home;
+    let mut piece = None;
+    if home > 0 {
+        let _span =
+            cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(home));
+        let more = if subdomain.path.is_empty() { 0 } else { expected_ghosts::<P>(home) };
+        piece = Piece::new(&table.positions, home, &ghosts, more, &cx.config.stop);
+        if piece.is_none() {
+            // A flat piece: points of the frame are real points, so they may stand in any star.
+            let frame = table.intern_all(frame);
+            ghosts.extend(frame.into_iter().filter(|&v| v >= home));
+            ghosts.sort_unstable();
+            ghosts.dedup();
+            piece = Piece::new(&table.positions, home, &ghosts, more, &cx.config.stop);
+        }
+        subdomain.note_ghosts(ghosts);
+    }
+    while cx.exchange().await? {}
+    Ok(piece)
+}
+
+/// Ghosts beyond its ghost layer that a piece of so many points makes room for: somewhat more than random points need.
+/// Memory that is not written to is not used.
+fn expected_ghosts<P: Point>(home: u32) -> usize {
+    let layer = f64::from(home).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    (LAYERS * layer) as usize
 }
 
 /// The extent of a piece over the smallest radius of which the kernel's sphere, which is in single precision, is larger

@@ -9,7 +9,7 @@
 //! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
 //!
 //! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::piece`]) and gets
-//! what it needs from others ([`crate::direct::halo`], [`crate::direct::seam`]).
+//! what it needs from others ([`crate::direct::halo`], [`crate::direct::interface`]).
 
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::{Supergraph, graph_direct};
@@ -214,10 +214,6 @@ impl<P: Point> Worker<P> {
 
     /// The local hulls of all home points.
     pub(crate) fn begin_hulls(&mut self) {
-        if !self.config.counted {
-            self.finish_seams();
-            return;
-        }
         let seeds = self.leaf_seeds();
         let frame = self.table.intern_all(&self.frame);
         let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.subdomain.leaves.iter().zip(seeds).collect();

@@ -164,6 +164,18 @@ impl<P> Subdomain<P> {
         self.relay.filter(|&(at, holder)| at == node && holder != own).map(|(_, holder)| holder)
     }
 
+    /// The node that this rank holds; the root if it holds none.
+    pub(crate) fn root(&self) -> NodeId {
+        self.tree.as_ref().map_or(NodeId::ROOT, |tree| tree.0)
+    }
+
+    /// Adds ghosts to the first leaf: of a rank that holds its piece as one leaf.
+    pub(crate) fn note_ghosts(&mut self, ghosts: Vec<u32>) {
+        if let Some(leaf) = self.leaves.first_mut() {
+            leaf.ghosts.extend(ghosts);
+        }
+    }
+
     /// The position of a node on the path, or its end.
     pub(crate) fn position(&self, node: NodeId) -> usize {
         self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())

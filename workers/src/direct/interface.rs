@@ -32,31 +32,28 @@ use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::message::{Body, PointBatch};
+use septet_protocol::transport::TransportError;
 
-use crate::direct::border::{Outgoing, ones, reaches};
+use crate::direct::border::{Border, Outgoing, ones, reaches};
 use crate::direct::halo::Margin;
 use crate::direct::piece::{Piece, reach_of};
-use crate::state::table::IdHasher;
-use crate::worker::Worker;
-
-/// What the seams need between their steps.
-#[derive(Debug, Default)]
-pub(crate) struct Seams {
-    /// Foreign points that came and are not inserted yet.
-    pub(crate) arrived: Vec<u32>,
-    /// For each home point how far around it nothing more has to be told.
-    pub(crate) margins: Vec<Margin>,
-    /// What went where a group is one worker: home point, position on the path, and side.
-    sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
-}
+use crate::machine::context::Context;
+use crate::state::subdomain::Subdomain;
+use crate::state::table::{IdHasher, Table};
 
 /// Points on their way, with the cells that send them.
 struct Transit<P> {
     points: PointBatch<P>,
     /// Positions in `points`, `d + 1` a cell; [`INFINITE`]; and marked [`CARRIED`] what only gives the cell its shape.
     cells: Vec<u32>,
+}
+
+impl<P> Transit<P> {
+    fn into_body(self) -> Body<P> {
+        Body::Seam { points: self.points, cells: Bulk(self.cells) }
+    }
 }
 
 /// The mark of a vertex that need not arrive where its cell reaches.
@@ -71,9 +68,6 @@ struct Parcel<P> {
 
 /// The position of a point that need not go along.
 const LEFT_OUT: u32 = INFINITE - 1;
-
-/// Foreign points to expect beyond the halo, as a multiple of the number of home points to the power `(d - 1) / d`.
-const LAYERS: f64 = 4.0;
 
 /// By position on the path and side.
 type Parcels<P> = BTreeMap<(usize, usize), Parcel<P>>;
@@ -104,75 +98,95 @@ impl<P: Point> Parcel<P> {
     }
 }
 
-/// Foreign points beyond its halo that a piece of so many makes room for: somewhat more than random points need. Memory
-/// that is not written to is not used.
-fn expected_foreign<P: Point>(home: u32) -> usize {
-    let layer = f64::from(home).powf((P::DIM - 1) as f64 / P::DIM as f64);
-    (LAYERS * layer) as usize
+/// Sends the vertices of cells that reach beyond their ghost layers to the workers that these cells reach. Returns the
+/// ghosts that arrived, by local numbers.
+pub(crate) async fn interface<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    piece: Option<&Piece<P>>,
+    margins: Vec<Margin>,
+) -> Result<Vec<u32>, TransportError> {
+    cx.enter(Phase::Seam)?;
+    let mut router = Router { subdomain, sent: HashSet::default() };
+    let open = piece.filter(|_| !subdomain.path.is_empty()).map_or_else(Vec::new, |piece| {
+        Border::of(&subdomain.path, piece, &table.positions, &margins).survey()
+    });
+    drop(margins);
+    router.send_cells_out(cx, table, &open);
+    drop(open);
+    let mut arrived = Vec::new();
+    while cx.exchange().await? {
+        for (node, transit) in take_transits(cx) {
+            if let Some(holder) = subdomain.relayed(node, cx.rank) {
+                cx.send(holder, node, 0, transit.into_body());
+                continue;
+            }
+            let mine = router.route(cx, &transit, subdomain.position(node));
+            for at in (0..transit.points.len()).filter(|&at| mine.holds(at)) {
+                table.arrive(&transit.points, at, cx.rank, &mut arrived);
+            }
+        }
+    }
+    Ok(arrived)
 }
 
-impl<P: Point> Worker<P> {
-    /// Triangulates the home points and the halo that came.
-    pub(crate) fn begin_pieces(&mut self) {
-        let home = self.table.home;
-        if home == 0 {
-            return;
+/// Inserts the ghosts that arrived last. The piece then holds the stars of all owned points.
+pub(crate) async fn insert<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &mut Subdomain<P>,
+    table: &Table<P>,
+    mut piece: Option<Piece<P>>,
+    arrived: Vec<u32>,
+) -> Result<Option<Piece<P>>, TransportError> {
+    cx.enter(Phase::Hulls)?;
+    if let Some(piece) = &mut piece {
+        let at = subdomain.root();
+        let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
+        piece.add(&arrived, &table.positions, &cx.config.stop);
+        subdomain.note_ghosts(arrived);
+    }
+    while cx.exchange().await? {}
+    Ok(piece)
+}
+
+fn take_transits<P: Point>(cx: &mut Context<P>) -> Vec<(NodeId, Transit<P>)> {
+    cx.take(|m| match &mut m.body {
+        Body::Seam { points, cells } => {
+            let (points, cells) = (std::mem::take(points), std::mem::take(&mut cells.0));
+            Some((m.node, Transit { points, cells }))
         }
-        let piece = self.subdomain.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
-        let _span = self.out.site().subproblem(Phase::Pieces, piece, "triangulate piece", u64::from(home));
-        let mut foreign = std::mem::take(&mut self.seams.arrived);
-        let more = if self.subdomain.path.is_empty() { 0 } else { expected_foreign::<P>(home) };
-        let mut built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
-        if built.is_none() {
-            // A flat piece: points of the frame are real points, so they may stand in any star.
-            let frame = self.table.intern_all(&self.frame);
-            foreign.extend(frame.into_iter().filter(|&v| v >= home));
-            foreign.sort_unstable();
-            foreign.dedup();
-            built = Piece::new(&self.table.positions, home, &foreign, more, &self.config.stop);
-        }
-        self.stars.set_piece(built);
-        self.note_ghosts(foreign);
-    }
+        _ => None,
+    })
+}
 
-    /// Sends the vertices of cells that reach out beyond their halos.
-    pub(crate) fn begin_seam(&mut self) {
-        let open = self.border().map_or_else(Vec::new, |mut border| border.survey());
-        self.seams.margins = Vec::new();
-        self.send_cells_out(&open);
-    }
+/// Which points of a transit reach this rank's own piece.
+enum Mine {
+    All,
+    Some(Vec<bool>),
+}
 
-    /// Inserts the last foreign points.
-    pub(crate) fn finish_seams(&mut self) {
-        self.seams.sent = HashSet::default();
-        let arrived = std::mem::take(&mut self.seams.arrived);
-        let Some(mut piece) = self.stars.take_piece() else { return };
-        let id = self.subdomain.tree.as_ref().map_or(NodeId::ROOT, |t| t.0);
-        let _span = self.out.site().subproblem(self.phase, id, "insert ghosts", arrived.len() as u64);
-
-        piece.add(&arrived, &self.table.positions, &self.config.stop);
-        self.stars.set_piece(Some(piece));
-        self.note_ghosts(arrived);
-    }
-
-    fn note_ghosts(&mut self, foreign: Vec<u32>) {
-        if let Some(leaf) = self.subdomain.leaves.first_mut() {
-            leaf.ghosts.extend(foreign);
+impl Mine {
+    fn holds(&self, at: usize) -> bool {
+        match self {
+            Mine::All => true,
+            Mine::Some(marks) => marks[at],
         }
     }
+}
 
-    /// The rank that holds a leaf which this worker is asked for, if it is another.
-    pub(crate) fn relayed(&self, node: NodeId) -> Option<Rank> {
-        self.subdomain
-            .relay
-            .filter(|&(at, holder)| at == node && holder != self.rank)
-            .map(|(_, holder)| holder)
-    }
+/// Sends cells along the path of the tree.
+struct Router<'a, P> {
+    subdomain: &'a Subdomain<P>,
+    /// Points sent to children of one rank: owned point, position on the path, and side.
+    sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
+}
 
+impl<P: Point> Router<'_, P> {
     /// Sends the vertices of cells to where the cells reach.
-    fn send_cells_out(&mut self, cells: &[Outgoing<P::Cell>]) {
+    fn send_cells_out(&mut self, cx: &mut Context<P>, table: &Table<P>, cells: &[Outgoing<P::Cell>]) {
         let mut transit = Transit { points: PointBatch::default(), cells: Vec::new() };
-        let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { self.table.positions.len() }];
+        let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { table.positions.len() }];
         let mut rows: Vec<P::Cell> = Vec::with_capacity(cells.len());
         for out in cells {
             let mut row = out.cell;
@@ -180,7 +194,7 @@ impl<P: Point> Worker<P> {
                 let place = &mut places[*v as usize];
                 if *place == INFINITE {
                     *place = transit.points.len() as u32;
-                    self.table.export(*v, &mut transit.points);
+                    table.export(*v, &mut transit.points);
                 }
                 *v = if out.sent >> i & 1 == 1 { *place } else { *place | CARRIED };
             }
@@ -192,11 +206,14 @@ impl<P: Point> Worker<P> {
                 self.pack(&transit, row, (i, 1 - self.subdomain.path[i].mine), &mut parcels);
             }
         }
-        self.send_parcels(parcels);
+        self.send_parcels(cx, parcels);
     }
 
-    /// Sends points on along the path, from a position on it; those that reach this worker's own piece stay.
-    fn route(&mut self, transit: &Transit<P>, start: usize) {
+    /// Sends cells on along the path, from a position on it. Returns the points that reach this rank's own piece.
+    fn route(&mut self, cx: &mut Context<P>, transit: &Transit<P>, start: usize) -> Mine {
+        if start == self.subdomain.path.len() && transit.cells.is_empty() {
+            return Mine::All;
+        }
         let mut parcels: Parcels<P> = BTreeMap::new();
         let mut mine: Vec<bool> = vec![false; transit.points.len()];
         for row in transit.cells.chunks_exact(P::DIM + 1) {
@@ -209,18 +226,15 @@ impl<P: Point> Worker<P> {
                 }
             }
         }
-        self.send_parcels(parcels);
-        for at in (0..mine.len()).filter(|&at| mine[at]) {
-            self.arrive(&transit.points, at);
-        }
+        self.send_parcels(cx, parcels);
+        Mine::Some(mine)
     }
 
-    fn send_parcels(&mut self, parcels: Parcels<P>) {
+    fn send_parcels(&self, cx: &mut Context<P>, parcels: Parcels<P>) {
         for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| !p.transit.points.is_empty()) {
             let shared = &self.subdomain.path[i];
-            let (to, node) = (shared.member_below(self.rank, side), shared.id.child(side));
-            let Transit { points, cells } = parcel.transit;
-            self.out.send(to, node, 0, Body::Seam { points, cells: Bulk(cells) });
+            let (to, node) = (shared.member_below(cx.rank, side), shared.id.child(side));
+            cx.send(to, node, 0, parcel.transit.into_body());
         }
     }
 
@@ -263,42 +277,10 @@ impl<P: Point> Worker<P> {
                 continue;
             }
             let key = transit.points.ids[v as usize] << 7 | (to.0 << 1 | to.1) as u64;
-            if self.seams.sent.insert(key) {
+            if self.sent.insert(key) {
                 parcel.point(&transit.points, v);
             } else {
                 parcel.places[v as usize] = LEFT_OUT;
-            }
-        }
-    }
-
-    /// A point that may be a neighbour of a home point.
-    pub(crate) fn arrive(&mut self, points: &PointBatch<P>, at: usize) {
-        self.table.arrive(points, at, self.rank, &mut self.seams.arrived);
-    }
-
-    /// Points sent here, or through here.
-    pub(crate) fn on_seam(&mut self, inbox: &mut Vec<Message<P>>) {
-        let mut received = Vec::new();
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Seam { points, cells } => {
-                let (points, cells) = (std::mem::take(points), std::mem::take(&mut cells.0));
-                received.push((m.node, Transit { points, cells }));
-                false
-            }
-            _ => true,
-        });
-        for (node, transit) in received {
-            if let Some(holder) = self.relayed(node) {
-                let Transit { points, cells } = transit;
-                self.out.send(holder, node, 0, Body::Seam { points, cells: Bulk(cells) });
-                continue;
-            }
-            let start =
-                self.subdomain.path.iter().position(|s| s.id == node).unwrap_or(self.subdomain.path.len());
-            if start == self.subdomain.path.len() && transit.cells.is_empty() {
-                (0..transit.points.len()).for_each(|at| self.arrive(&transit.points, at));
-            } else {
-                self.route(&transit, start);
             }
         }
     }
