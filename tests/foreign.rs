@@ -10,8 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use septet::io::write::{WriteOptions, check_output, topology, write};
-use septet::model::MeshView;
+use septet_core::model::MeshView;
+use septet_io::write::{WriteOptions, check_output, topology, write};
 
 const EXTENSIONS: [&str; 8] = ["vtu", "ele", "msh", "msh41", "msh22", "mesh", "npy", "off"];
 

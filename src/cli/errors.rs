@@ -9,11 +9,11 @@ use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
     SourceCode, SourceSpan, SpanContents,
 };
-use septet::config::ConfigError;
-use septet::generate::GenerateError;
-use septet::io::read::InputError;
-use septet::io::write::OutputError;
-use septet::protocol::transport::TransportError;
+use septet_core::config::ConfigError;
+use septet_core::generate::GenerateError;
+use septet_io::read::InputError;
+use septet_io::write::OutputError;
+use septet_protocol::transport::TransportError;
 
 use super::progress::Talk;
 
@@ -238,9 +238,9 @@ impl From<GenerateError> for Failure {
     }
 }
 
-impl From<septet::Error> for Failure {
-    fn from(error: septet::Error) -> Self {
-        use septet::Error;
+impl From<septet_core::Error> for Failure {
+    fn from(error: septet_core::Error) -> Self {
+        use septet_core::Error;
         match error {
             Error::Config(error) => error.into(),
             Error::Points(error) => Failure::new(Code::Input, error.to_string()),

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use septet::config::{Progress, ProgressFn};
+use septet_core::config::{Progress, ProgressFn};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, Registry};
@@ -63,7 +63,7 @@ impl Talk {
             (true, _) => "error",
             (_, 0) => "warn",
             // The lines say which phase it is.
-            (_, 1) => "info,septet::phase=off",
+            (_, 1) => "info,septet_lab::phase=off",
             (_, 2) => "debug",
             _ => "trace",
         };

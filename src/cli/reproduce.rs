@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, Setting, select};
-use septet::config::Fault;
+use septet_core::config::Fault;
+use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, Setting, select};
 
 use super::errors::{Code, Failure};
 use super::files;

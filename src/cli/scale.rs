@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use septet::Config;
-use septet::config::{Until, Workers};
-use septet::experiment::{
+use septet_core::Config;
+use septet_core::config::{Until, Workers};
+use septet_core::generate::Kind;
+use septet_lab::experiment::{
     Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
 };
-use septet::generate::Kind;
 
 use super::errors::{Code, Failure};
 use super::options::{MachineArgs, dimension, kind, workers};

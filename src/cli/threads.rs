@@ -1,7 +1,7 @@
 //! The threads of a command beside those of the machine.
 
-use septet::config::{Transport, Workers};
-use septet::workers::affinity::Affinity;
+use septet_core::config::{Transport, Workers};
+use septet_workers::affinity::Affinity;
 
 /// Reading, preparing and writing keep to so many threads; on a core each, as the hosts of a machine do, if that has as many
 /// hosts and there are as many cores. It can be set only once: before any work.

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use septet::geometry::range::RangeError;
-use septet::io::read::ReadOptions;
-use septet::io::write::{OutputFormat, WriteOptions, write};
-use septet::memory::{admit, peak_rss, rss};
-use septet::model::{MeshView, Points};
-use septet::report::{Report, Setting};
-use septet::view::MOST_POINTS;
-use septet::{Config, Error, Run};
+use septet_core::model::{MeshView, Points};
+use septet_core::result::view::MOST_POINTS;
+use septet_core::run::memory::{admit, peak_rss, rss};
+use septet_core::{Config, Error, Run};
+use septet_geometry::range::RangeError;
+use septet_io::read::ReadOptions;
+use septet_io::write::{OutputFormat, WriteOptions, write};
+use septet_lab::report::{Report, Setting};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -114,10 +114,10 @@ fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
 
 fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
     match (points, counted) {
-        (Points::Plane(points), false) => septet::triangulate(points, config),
-        (Points::Space(points), false) => septet::triangulate(points, config),
-        (Points::Plane(points), true) => septet::simulate(points, config),
-        (Points::Space(points), true) => septet::simulate(points, config),
+        (Points::Plane(points), false) => septet_core::triangulate(points, config),
+        (Points::Space(points), false) => septet_core::triangulate(points, config),
+        (Points::Plane(points), true) => septet_core::simulate(points, config),
+        (Points::Space(points), true) => septet_core::simulate(points, config),
     }
 }
 

@@ -12,15 +12,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
 use glam::DVec3;
-use septet::Config;
-use septet::config::{Correction, Partition, Workers};
-use septet::generate::Kind;
-use septet::protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet::protocol::message::{AnswerBatch, Body, ListBatch, Message, PointBatch};
-use septet::protocol::transport::{Delivery, Transport, TransportError};
-use septet::run_on;
-use septet::workers::config::WorkerConfig;
-use septet::workers::host::Host;
+use septet_core::Config;
+use septet_core::config::{Correction, Partition, Workers};
+use septet_core::generate::Kind;
+use septet_core::run_on;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::message::{AnswerBatch, Body, ListBatch, Message, PointBatch};
+use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_workers::config::WorkerConfig;
+use septet_workers::host::Host;
 
 use crate::common::sets::space;
 use crate::common::{combinations, simulated, with_graph};

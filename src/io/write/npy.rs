@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::error::Fault;
 use super::records::{Progress, write_records};
-use crate::model::{MeshView, Points};
+use septet_core::model::{MeshView, Points};
 
 /// Writes the cells, zero-based.
 pub(super) fn write_cells(

@@ -20,7 +20,7 @@ const ATTEMPTS: u32 = 1000;
 
 /// A set of files on the way to their names.
 #[derive(Default)]
-pub(crate) struct Stage {
+pub struct Stage {
     /// Temporary name and target of every complete file, in the order of writing; no temporary name where the
     /// target is no regular file.
     files: Vec<(Option<PathBuf>, PathBuf)>,
@@ -29,7 +29,7 @@ pub(crate) struct Stage {
 impl Stage {
     /// Opens one file of the set, under a temporary name unless it is a device or a pipe, for a caller that writes it bit
     /// by bit and closes it before the set is committed.
-    pub(crate) fn open(&mut self, target: &Path) -> Result<File, OutputError> {
+    pub fn open(&mut self, target: &Path) -> Result<File, OutputError> {
         if is_special(target) {
             let opened = OpenOptions::new().write(true).open(target);
             let file = opened.map_err(|source| not_writable(target, source))?;
@@ -43,7 +43,7 @@ impl Stage {
     }
 
     /// Writes one file of the set as [`Stage::open`] has it.
-    pub(in crate::io::write) fn write(
+    pub(in crate::write) fn write(
         &mut self,
         target: &Path,
         body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
@@ -58,7 +58,7 @@ impl Stage {
 
     /// Gives all files their names, replacing earlier files of those names; returns the names. Where
     /// one cannot be renamed, those already renamed are removed, so that no mixed set remains.
-    pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
+    pub fn commit(mut self) -> Result<Vec<PathBuf>, OutputError> {
         for (_, target) in &self.files {
             refuse_directory(target)?;
         }
@@ -90,7 +90,7 @@ impl Drop for Stage {
 
 /// Can a file be written under this name? Creates and removes a temporary file to find out, or opens the device; of a
 /// pipe, which waits for a reader, no more is seen than whether anybody may write to it.
-pub(crate) fn probe(target: &Path) -> Result<(), OutputError> {
+pub fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
     if let Ok(metadata) = fs::metadata(target) {
         if metadata.permissions().readonly() {
@@ -143,7 +143,7 @@ fn is_special(target: &Path) -> bool {
 }
 
 /// Waits until the bytes of a file are on the disk.
-pub(crate) fn sync(file: &File) -> io::Result<()> {
+pub fn sync(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
 
