@@ -23,6 +23,8 @@ mod splaying;
 
 pub mod result;
 
+pub mod coordinator;
+
 pub mod schedule;
 mod worker;
 

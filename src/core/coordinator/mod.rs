@@ -1,33 +1,22 @@
-//! The coordinator: rank 0. It leads the root, hands out the blocks of the input, judges certificates and
-//! takes the cells; otherwise it never holds bulk points.
-//!
-//! [`Coordinator::run`] is the whole machine as it sees it: one exchange a round; a phase ends when nothing
-//! moved, which every rank learns in the same exchange.
+//! The host of rank 0: it runs the coordinator against a transport, with the clock of the phases, progress and
+//! cancellation. What the coordinator does is in [`septet_workers::coordinator`].
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use rayon::prelude::*;
-use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
-use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::ids::{COORDINATOR, Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Body, Merged, Message, PointBatch};
+use septet_protocol::message::{Merged, PointBatch};
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::{Transport, TransportError};
-use septet_workers::choice::{choose, encode_choice};
-use septet_workers::config::{SetRule, Wanted, WorkerConfig};
-use septet_workers::leader::{Leader, by_node};
-use septet_workers::machine::{Context, Running};
-use septet_workers::outbox::Outbox;
+use septet_workers::config::WorkerConfig;
+use septet_workers::coordinator::{PieceRows, Share, Source, coordinate};
+use septet_workers::machine::Running;
 use septet_workers::profile::{phase_span, run_span};
-use septet_workers::schedule::{Known, Outcome, next};
-use septet_workers::{frame, partition, summaries};
 
 use crate::config::{Config, Progress};
 use crate::error::Error;
@@ -37,7 +26,7 @@ use crate::result::view::Album;
 
 pub(crate) use septet_workers::leader::Plan;
 
-/// What a run leaves with the coordinator.
+/// The result of a run as the coordinator collected it, with the seconds of its phases.
 #[derive(Debug, Default)]
 pub(crate) struct Collected {
     /// Pieces of a triangulation, in the order of their arrival.
@@ -54,12 +43,12 @@ pub(crate) struct Collected {
     pub(crate) ledger: LedgerPart,
     /// Workers whose part of the ledger has arrived.
     pub(crate) parts: u32,
-    /// What the workers show of themselves.
+    /// The picture.
     pub(crate) album: Album,
     pub(crate) merged: Merged,
     pub(crate) supergraph: Option<Supergraph>,
     pub(crate) why: Option<String>,
-    /// What leaves had to say to each other, if recorded.
+    /// The record of tasks, if the run keeps one.
     pub(crate) tasks: Option<Box<TaskLog>>,
     /// Number of points gathered when the exchange was cut short.
     pub(crate) fallback: Option<(String, u64)>,
@@ -67,60 +56,86 @@ pub(crate) struct Collected {
     pub(crate) seconds: Vec<(Phase, f64)>,
 }
 
-/// Vertices, number of points around each, and the points.
-type Neighbourhoods<P> = (Vec<u64>, Vec<u32>, PointBatch<P>);
-
-/// The coordinator's state.
-pub(crate) struct Coordinator<'a, P: Point> {
-    config: &'a Config,
-    machine: Arc<WorkerConfig>,
-    leader: Leader<P>,
-    out: Outbox<P>,
-    phase: Phase,
-    known: Known,
-    population: u64,
-    samples: (u32, Vec<u64>),
-    gathered: (u32, PointBatch<P>),
-    certificates: u32,
-    result: Collected,
+impl Collected {
+    fn of<P: Point>(share: Share<P>, seconds: Vec<(Phase, f64)>) -> Self {
+        let loose = |PieceRows { owner, leaf, ids, rows, open }| {
+            let seam = Vec::new();
+            Loose { piece: Piece { owner, leaf, ids, rows, seam }, open }
+        };
+        let mut album = Album::default();
+        for part in &share.views {
+            album.add(part);
+        }
+        Collected {
+            pieces: share.pieces.into_iter().map(loose).collect(),
+            cells: share.cells.parts,
+            owner: share.cells.owners,
+            leaves: share.cells.leaves,
+            edges: share.edges,
+            members: share.selected.members,
+            undecided: share.selected.undecided,
+            ledger: share.counted.ledger,
+            parts: share.counted.parts,
+            album,
+            merged: share.certified.merged,
+            supergraph: share.choice.supergraph,
+            why: share.choice.why,
+            tasks: share.counted.tasks,
+            fallback: share.certified.fallback,
+            seconds,
+        }
+    }
 }
 
-impl<'a, P: Point> Coordinator<'a, P> {
+impl<P: Point> Source<P> for Prepared<'_, P> {
+    fn population(&self) -> u64 {
+        self.positions.len() as u64
+    }
+
+    fn frame(&self) -> Vec<(u64, P)> {
+        self.frame.iter().map(|&i| (self.id(i), self.positions[i])).collect()
+    }
+
+    fn block(&self, block: u32, blocks: u32) -> PointBatch<P> {
+        let n = self.positions.len() as u128;
+        let share = |b: u32| (n * u128::from(b) / u128::from(blocks)) as usize;
+        let range = share(block)..share(block + 1);
+        // With a little room: a worker receives about as many owned points, and then those near its border.
+        let room = range.len() + range.len() / 8;
+        let (mut ids, mut positions) = (Vec::with_capacity(room), Vec::with_capacity(room));
+        ids.extend(self.ids(range.clone()));
+        positions.extend_from_slice(&self.positions[range.clone()]);
+        let radii2 = self.radii2.get(range).unwrap_or_default().to_vec();
+        PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) }
+    }
+}
+
+/// The host of rank 0.
+pub(crate) struct Coordinator<'a> {
+    config: &'a Config,
+    machine: Arc<WorkerConfig>,
+}
+
+impl<'a> Coordinator<'a> {
     pub(crate) fn new(config: &'a Config, machine: Arc<WorkerConfig>) -> Self {
-        let supergraph = match machine.wanted {
-            Wanted::Fixed(supergraph) => Some(supergraph),
-            _ => None,
-        };
-        Coordinator {
-            config,
-            out: Outbox::new(machine.run, COORDINATOR),
-            machine,
-            leader: Leader::default(),
-            phase: Phase::Load,
-            known: Known { supergraph, outcome: Outcome::Passed, level: 0 },
-            population: 0,
-            samples: (0, Vec::new()),
-            gathered: (0, PointBatch::default()),
-            certificates: 0,
-            result: Collected::default(),
-        }
+        Coordinator { config, machine }
     }
 
     /// Runs the machine to its end: rank 0, and the clock of the phases.
-    pub(crate) fn run(
+    pub(crate) fn run<P: Point>(
         self,
         transport: &mut dyn Transport<P>,
         points: &Prepared<'_, P>,
         plan: &Plan,
     ) -> Result<Collected, Error> {
-        let (config, machine) = (self.config, self.machine.clone());
+        let Coordinator { config, machine } = self;
         let _run = run_span(&machine, points.positions.len() as u64);
         let cancelled = || config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed));
         let failure = |error| match error {
             TransportError::Stopped if cancelled() => Error::Interrupted,
             error => error.into(),
         };
-        let program = |cx| self.coordinate(cx, points, plan);
+        let program = |cx| coordinate(cx, points as &dyn Source<P>, plan.clone());
         let mut rank = Running::start(COORDINATOR, machine.clone(), None, program);
         let mut span = phase_span(machine.run, rank.phase());
         let mut outbox = rank.step().map_err(failure)?;
@@ -146,296 +161,7 @@ impl<'a, P: Point> Coordinator<'a, P> {
                 progress(Progress { phase: rank.phase().name(), position, round });
             }
         }
-        let mut collected = rank.into_result().unwrap_or_default();
-        collected.seconds = seconds;
-        Ok(collected)
-    }
-
-    /// What rank 0 runs.
-    async fn coordinate(
-        mut self,
-        mut cx: Context<P>,
-        points: &Prepared<'_, P>,
-        plan: &Plan,
-    ) -> Result<Collected, TransportError> {
-        cx.enter(Phase::Load)?;
-        self.load(&mut cx, points);
-        while cx.exchange().await? {}
-        let led = partition::lead_root(&mut cx, self.population, plan.clone()).await?;
-        for root in &led {
-            self.leader.lead(root.node, root.child.population, root.child.first, root.child.ranks);
-        }
-        self.phase = Phase::Partition;
-        loop {
-            let phase = next(self.phase, &self.machine, &self.known);
-            self.known.enter(self.phase, phase, &self.machine);
-            self.phase = phase;
-            match phase {
-                Phase::Done => break,
-                Phase::Summaries => summaries::lead_root(&mut cx, &led).await?,
-                Phase::Halo => {
-                    cx.enter(phase)?;
-                    let mut known = PointBatch::default();
-                    while cx.exchange().await? {
-                        frame::collect(&mut cx, &mut known);
-                    }
-                }
-                phase => {
-                    cx.enter(phase)?;
-                    self.gathered = (0, PointBatch::default());
-                    while cx.exchange().await? {
-                        let (out, _, inbox) = cx.parts();
-                        std::mem::swap(&mut self.out, out);
-                        let mut inbox = std::mem::take(inbox);
-                        self.step(&mut inbox)?;
-                        let (out, _, rest) = cx.parts();
-                        std::mem::swap(&mut self.out, out);
-                        *rest = inbox;
-                    }
-                }
-            }
-        }
-        cx.enter(Phase::Done)?;
-        self.result.ledger.merge(cx.parts().1);
-        self.result.supergraph = self.known.supergraph;
-        Ok(self.result)
-    }
-
-    fn cancelled(&self) -> bool {
-        self.config.cancel.as_ref().is_some_and(|c| c.load(Ordering::Relaxed))
-    }
-
-    /// Blocks of the input in its order, one a worker.
-    fn load(&mut self, cx: &mut Context<P>, points: &Prepared<'_, P>) {
-        let workers = self.machine.workers;
-        self.population = points.positions.len() as u64;
-        let mut frame = PointBatch::default();
-        for &i in &points.frame {
-            frame.push(points.id(i), points.positions[i], COORDINATOR, f64::INFINITY);
-        }
-        let n = points.positions.len();
-        let share = |r: u32| (n as u128 * u128::from(r) / u128::from(workers)) as usize;
-        let block = |rank: u32| {
-            let range = share(rank - 1)..share(rank);
-            // With a little room: about as many points as a worker is sent come home to it, and then those near its border.
-            let room = range.len() + range.len() / 8;
-            let (mut ids, mut positions) = (Vec::with_capacity(room), Vec::with_capacity(room));
-            ids.extend(points.ids(range.clone()));
-            positions.extend_from_slice(&points.positions[range.clone()]);
-            let radii2 = points.radii2.get(range).unwrap_or_default().to_vec();
-            PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) }
-        };
-        let blocks: Vec<PointBatch<P>> = (1..workers + 1).into_par_iter().map(block).collect();
-        for (rank, block) in (1..).zip(blocks) {
-            let start = Body::Start { population: self.population, frame: frame.clone() };
-            cx.send(rank, NodeId::ROOT, 0, start);
-            cx.send(rank, NodeId::ROOT, 0, Body::Block(block));
-        }
-    }
-
-    fn broadcast(&mut self, body: &Body<P>) {
-        for rank in 1..=self.machine.workers {
-            self.out.send(rank, NodeId::ROOT, 0, body.clone());
-        }
-    }
-
-    /// Handles a round's messages.
-    fn step(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), TransportError> {
-        match self.phase {
-            Phase::Sets => {
-                let counts = by_node(inbox, |m| match &mut m.body {
-                    Body::SetCounts(c) => Some(std::mem::take(&mut c.0)),
-                    _ => None,
-                });
-                let density = matches!(self.known.supergraph, Some(Supergraph::Density { .. }));
-                let smaller = self.machine.sets == SetRule::Smaller;
-                let rule = if smaller && !density { SetRule::Both } else { self.machine.sets };
-                for (node, all) in counts {
-                    self.leader.on_set_counts(node, &all, rule, &mut self.out);
-                }
-            }
-            Phase::Choice => self.on_samples(inbox),
-            Phase::Merge => self.on_merged(inbox),
-            Phase::Fallback => self.on_gathered(inbox),
-            Phase::Graph | Phase::Collect => self.on_collected(inbox)?,
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Sums the sampled stars; decides when all workers have reported.
-    fn on_samples(&mut self, inbox: &mut Vec<Message<P>>) {
-        let (reports, sums) = &mut self.samples;
-        inbox.retain(|m| match &m.body {
-            Body::SampleStars(counts) => {
-                *reports += 1;
-                sums.resize(counts.len().max(sums.len()), 0);
-                for (sum, count) in sums.iter_mut().zip(&counts.0) {
-                    *sum += count;
-                }
-                false
-            }
-            _ => true,
-        });
-        if *reports == self.machine.workers {
-            *reports = 0;
-            let (supergraph, why) = choose(self.machine.wanted, sums[0], &sums[1..], self.population);
-            self.known.supergraph = Some(supergraph);
-            self.result.why = Some(why);
-            let (kind, parameter) = encode_choice(supergraph);
-            self.broadcast(&Body::Choice { kind, parameter });
-        }
-    }
-
-    /// Joins the root's children; judges the certificate.
-    fn on_merged(&mut self, inbox: &mut Vec<Message<P>>) {
-        let phase = if self.certificates > 0 { Phase::Certificate } else { Phase::Merge };
-        let below = by_node(inbox, |m| match m.body {
-            Body::Merged(merged) => Some((m.round, merged)),
-            _ => None,
-        });
-        for (child, all) in below {
-            for (round, merged) in all {
-                let whole = if child == NodeId::ROOT {
-                    Some(merged)
-                } else {
-                    let ledger = &mut self.result.ledger;
-                    let joined = self.leader.on_merged(child, merged, phase, self.out.site(), ledger);
-                    joined.map(|(_, all)| {
-                        ledger.tally(round, Phase::Merge).merged += 1;
-                        all
-                    })
-                };
-                if let Some(whole) = whole {
-                    self.judge(whole);
-                }
-            }
-        }
-    }
-
-    fn judge(&mut self, merged: Merged) {
-        let passed = merged.stars == self.population && merged.disagreements == 0 && merged.minima == 1;
-        self.known.outcome = match (passed, self.certificates) {
-            (true, _) => Outcome::Passed,
-            (false, 0) => Outcome::GatherUnresolved,
-            (false, 1) => Outcome::GatherAll,
-            _ => Outcome::Failed,
-        };
-        self.certificates += 1;
-        let rounds = self.result.merged.exchange_rounds + merged.exchange_rounds;
-        self.result.merged = Merged { exchange_rounds: rounds, ..merged };
-        let body = Body::Outcome(self.known.outcome.number());
-        self.broadcast(&body);
-    }
-
-    /// Triangulates what was gathered and returns to every unresolved star its neighbours in it.
-    fn on_gathered(&mut self, inbox: &mut Vec<Message<P>>) {
-        let (reports, region) = &mut self.gathered;
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Gather(points) => {
-                *reports += 1;
-                region.ids.append(&mut points.ids);
-                region.positions.append(&mut points.positions);
-                region.owners.append(&mut points.owners);
-                region.radii2.append(&mut points.radii2);
-                false
-            }
-            _ => true,
-        });
-        if *reports == self.machine.workers {
-            *reports = 0;
-            let region = std::mem::take(region);
-            self.answer_region(&region);
-        }
-    }
-
-    fn answer_region(&mut self, region: &PointBatch<P>) {
-        // A point gathered twice counts once; it is wanted if either copy is.
-        let mut places: BTreeMap<u64, (usize, bool)> = BTreeMap::new();
-        for i in 0..region.len() {
-            let entry = places.entry(region.ids[i]).or_insert((i, false));
-            entry.1 |= region.radii2[i] > 0.0;
-        }
-        let members: Vec<(usize, bool)> = places.into_values().collect();
-        let n = members.len() as u64;
-        let reason = match self.known.outcome {
-            Outcome::GatherAll => "the whole set was triangulated at once",
-            _ => "unresolved stars were gathered and triangulated at once",
-        };
-        let previous = self.result.fallback.as_ref().map_or(0, |f| f.1);
-        self.result.fallback = Some((reason.to_string(), n.max(previous)));
-        let points: Vec<P> = members.iter().map(|&(i, _)| region.positions[i]).collect();
-        let order = insertion_order(&points);
-        let built = Incremental::build_while(points, Some(&order), &mut || !self.cancelled());
-        let Ok(delaunay) = built else { return };
-        let mut batches: BTreeMap<Rank, Neighbourhoods<P>> = BTreeMap::new();
-        let mut link: Vec<P::Facet> = Vec::new();
-        for (vertex, &(i, wanted)) in (0u32..).zip(&members) {
-            if !wanted {
-                continue;
-            }
-            delaunay.link_of(vertex, &mut link);
-            let mut around: Vec<u32> = link.iter().flat_map(AsRef::as_ref).copied().collect();
-            around.sort_unstable();
-            around.dedup();
-            around.retain(|&v| v != INFINITE);
-            let (vertices, counts, batch) = batches.entry(region.owners[i]).or_default();
-            vertices.push(region.ids[i]);
-            counts.push(around.len() as u32);
-            for v in around {
-                let j = members[v as usize].0;
-                batch.push(region.ids[j], region.positions[j], region.owners[j], f64::INFINITY);
-            }
-        }
-        for (rank, (vertices, counts, points)) in batches {
-            let body = Body::Region { vertices: Bulk(vertices), counts: Bulk(counts), points };
-            self.out.send(rank, NodeId::ROOT, 0, body);
-        }
-    }
-
-    fn on_collected(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), TransportError> {
-        let keep_owner = self.config.with_owner;
-        let mut torn = None;
-        for message in std::mem::take(inbox) {
-            match message.body {
-                Body::Cells { cells, mut leaves } => {
-                    if keep_owner {
-                        let rows = cells.len() / (P::DIM + 1);
-                        self.result.owner.extend(std::iter::repeat_n(message.from, rows));
-                        self.result.leaves.append(&mut leaves);
-                    }
-                    self.result.cells.push(cells.0);
-                }
-                Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows), open: Bulk(open) } => {
-                    let (owner, seam) = (message.from, Vec::new());
-                    self.result.pieces.push(Loose { piece: Piece { owner, leaf, ids, rows, seam }, open });
-                }
-                Body::Selected { mut members, undecided } => {
-                    self.result.members.append(&mut members);
-                    let sums = &mut self.result.undecided;
-                    sums.resize(sums.len().max(undecided.len()), 0);
-                    sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
-                }
-                Body::Edges(mut edges) => self.result.edges.append(&mut edges),
-                Body::Tasks(log) => self.result.tasks = Some(log),
-                Body::View(part) if part.is_consistent() => self.result.album.add(&part),
-                Body::Ledger(words) => match LedgerPart::from_words(&words) {
-                    Some(part) => {
-                        self.result.ledger.merge(&part);
-                        self.result.parts += 1;
-                    }
-                    None => torn = Some(message.from),
-                },
-                body => inbox.push(Message { body, ..message }),
-            }
-        }
-        match torn {
-            None => Ok(()),
-            Some(from) => {
-                let reason = "its ledger is torn".to_string();
-                Err(TransportError::BadMessage { from, reason })
-            }
-        }
+        Ok(Collected::of(rank.into_result().unwrap_or_default(), seconds))
     }
 }
 
