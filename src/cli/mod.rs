@@ -2,6 +2,7 @@
 
 mod completions;
 mod errors;
+mod excerpt;
 mod files;
 mod fit;
 mod generate;

@@ -108,11 +108,6 @@ impl Talk {
         let _ = tracing_subscriber::registry().with(trace).with(lines.with_filter(filter)).try_init();
     }
 
-    /// Colours on standard error?
-    pub fn color(&self) -> bool {
-        self.color
-    }
-
     /// Text in a colour, if there are colours.
     pub fn paint(&self, text: &str, code: &str) -> String {
         if self.color { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
