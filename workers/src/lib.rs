@@ -4,7 +4,6 @@
 //! its place in the partition tree and the stars of its points, and no handle to anything else.
 //! Each folder is a room: the machine, what phases share, and the phases in the order of a run.
 
-pub mod affinity;
 pub mod config;
 pub mod machine;
 pub mod state;
