@@ -6,15 +6,15 @@
 
 use glam::{DVec2, DVec3};
 use septet_geometry::incremental::facet_without;
-use septet_geometry::measure::shortest_edge2;
-use septet_geometry::point::Simplex;
+use septet_geometry::point::lex_cmp;
 
+use super::barrier::Barrier;
 use super::facets::{Plane, as_space};
 use super::machine::{Machine, Triangulation};
 use super::vertices::Holders;
 use super::work::Work;
 use crate::mesh::Carrier;
-use crate::sides::{Location, Sets};
+use crate::sides::Sets;
 use crate::space::Space;
 
 /// Which component of the domain each cell is in.
@@ -37,7 +37,7 @@ impl Labels {
 }
 
 impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// The facet that a face is part of.
+    /// The facet that a face is part of, as rounding has it. For faces with an area, as those of cells that are not flat.
     pub(super) fn facet_of(&self, face: &[u32], planes: &[Plane]) -> Option<u32> {
         let common = self.holders.common(&self.vertices.carriers, face);
         if P::DIM == 2 {
@@ -49,56 +49,52 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         common.into_iter().find(|&f| planes[f as usize].holds(self.middle_of(face, &planes[f as usize])))
     }
 
-    /// The middle of a face in the plane of a facet.
+    /// The middle of a face in the plane of a facet, rounded alike whatever the order of its vertices.
     pub(super) fn middle_of(&self, face: &[u32], plane: &Plane) -> DVec2 {
-        let sum = face.iter().fold(DVec3::ZERO, |sum, &v| sum + as_space(self.vertices.points[v as usize]));
-        plane.of(sum / face.len() as f64)
+        let mut corners: Vec<DVec3> =
+            face.iter().map(|&v| as_space(self.vertices.points[v as usize])).collect();
+        corners.sort_unstable_by(lex_cmp);
+        plane.of(corners.iter().sum::<DVec3>() / face.len() as f64)
     }
 
     /// Labels all cells.
-    pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Labels {
+    pub(super) fn labels(
+        &self,
+        delaunay: &Triangulation<P::Cell>,
+        barrier: &Barrier<P::Facet>,
+    ) -> Labels {
         let n = delaunay.cells.len();
-        let mut sets = Sets::new(n);
-        let flat: Vec<bool> = delaunay
-            .cells
-            .iter()
-            .map(|c| is_flat(&self.flats, &self.vertices.carriers, c.as_ref()))
-            .collect();
-        let mut face = Vec::with_capacity(P::DIM);
+        // What lies beyond the hull is one more cell.
+        let mut sets = Sets::new(n + 1);
+        let mut told = vec![None; n + 1];
+        told[n] = Some(Labels::OUT);
         for (i, (cell, across)) in (0u32..).zip(delaunay.cells.iter().zip(&delaunay.neighbours)) {
-            for (slot, &j) in across.as_ref().iter().enumerate() {
-                if j == u32::MAX || j > i || flat[i as usize] || flat[j as usize] {
-                    continue;
-                }
-                face.clear();
-                face.extend(cell.as_ref().iter().enumerate().filter(|(k, _)| *k != slot).map(|(_, &v)| v));
-                if self.facet_of(&face, planes).is_none() {
-                    sets.join(i, j);
+            for (&v, &j) in cell.as_ref().iter().zip(across.as_ref()) {
+                let face = facet_without::<P>(cell, v);
+                let parts = if self.is_carried(face.as_ref()) { barrier.at(&face) } else { &[] };
+                let label = parts.iter().filter_map(|part| part.towards(&face)).max();
+                told[i as usize] = told[i as usize].max(label);
+                if parts.is_empty() {
+                    sets.join(i, j.min(n as u32));
                 }
             }
         }
-        let mut best: Vec<(f64, u32)> = vec![(-1.0, u32::MAX); n];
-        for i in 0..n as u32 {
-            let corners = self.corners(&delaunay.cells[i as usize]);
-            let root = sets.find(i) as usize;
-            let shortest = shortest_edge2(&corners[..P::Cell::LEN]);
-            if shortest > best[root].0 {
-                best[root] = (shortest, i);
+        for i in 0..=n {
+            let root = sets.find(i as u32) as usize;
+            told[root] = told[root].max(told[i]);
+        }
+        let label = |(i, cell): (u32, &P::Cell)| {
+            if is_flat(&self.flats, &self.vertices.carriers, cell.as_ref()) {
+                return Labels::FLAT;
             }
-        }
-        let mut of = vec![Labels::OUT; n];
-        for i in 0..n as u32 {
-            let root = sets.find(i);
-            // The root of a set is its first cell.
-            of[i as usize] = if flat[i as usize] {
-                Labels::FLAT
-            } else if root == i {
-                self.component_of(&delaunay.cells[best[i as usize].1 as usize])
-            } else {
-                of[root as usize]
-            };
-        }
-        Labels { of }
+            told[sets.find(i) as usize].unwrap_or(Labels::OUT)
+        };
+        Labels { of: (0u32..).zip(&delaunay.cells).map(label).collect() }
+    }
+
+    /// Is no vertex of a face in the volume?
+    fn is_carried(&self, face: &[u32]) -> bool {
+        face.iter().all(|&v| self.vertices.carriers[v as usize] != Carrier::Volume)
     }
 
     /// The faces on facets beside which there is a cell of the mesh.
@@ -106,33 +102,29 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         &self,
         delaunay: &Triangulation<P::Cell>,
         labels: &Labels,
+        barrier: &Barrier<P::Facet>,
         planes: &[Plane],
     ) -> Vec<(u32, P::Facet, [u32; 2])> {
         let inside = |j: u32| j != u32::MAX && labels.is_inside(j);
         let mut found = Vec::new();
         for (i, (cell, across)) in (0u32..).zip(delaunay.cells.iter().zip(&delaunay.neighbours)) {
-            for (slot, &j) in across.as_ref().iter().enumerate() {
+            for (&v, &j) in cell.as_ref().iter().zip(across.as_ref()) {
                 if !inside(i) || inside(j) && j < i {
                     continue;
                 }
-                let face = facet_without::<P>(cell, cell.as_ref()[slot]);
-                if let Some(f) = self.facet_of(face.as_ref(), planes) {
+                let face = facet_without::<P>(cell, v);
+                if !self.is_carried(face.as_ref()) {
+                    continue;
+                }
+                // Beside a cell that is left out the face that is seen may have the other diagonal.
+                let seen = || if inside(j) { None } else { self.facet_of(face.as_ref(), planes) };
+                if let Some(f) = barrier.at(&face).first().map(|part| part.facet).or_else(seen) {
                     found.push((f, face, [i, if inside(j) { j } else { u32::MAX }]));
                 }
             }
         }
         found.sort_unstable();
         found
-    }
-
-    fn component_of(&self, cell: &P::Cell) -> u32 {
-        let corners = self.corners(cell);
-        let sum = corners[..P::Cell::LEN].iter().fold(P::splat(0.0), |sum, &p| sum + p);
-        let middle = sum / P::Cell::LEN as f64;
-        match self.domain.sides.locate(self.domain.points(), middle) {
-            Some(Location::Component(c)) if self.domain.components[c as usize].inside => c,
-            _ => Labels::OUT,
-        }
     }
 
     pub(super) fn corners(&self, cell: &P::Cell) -> [P; 4] {
