@@ -58,11 +58,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Labels all cells.
-    pub(super) fn labels(
-        &self,
-        delaunay: &Triangulation<P::Cell>,
-        barrier: &Barrier<P::Facet>,
-    ) -> Labels {
+    pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, barrier: &Barrier<P::Facet>) -> Labels {
         let n = delaunay.cells.len();
         // What lies beyond the hull is one more cell.
         let mut sets = Sets::new(n + 1);
