@@ -5,11 +5,12 @@ use std::path::Path;
 use septet::io::read::{ReadOptions, read};
 use septet::model::Points;
 
-const FILES: [&str; 9] = [
+const FILES: [&str; 10] = [
     "bunny00.off",
     "elephant.off",
     "fandisk.off",
     "rotor.off",
+    "rotor_small.off",
     "armadillo.off",
     "camel.off",
     "dino.off",

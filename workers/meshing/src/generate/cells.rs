@@ -1,8 +1,31 @@
 //! From a triangulation of the vertices to the cells and faces of the domain.
 //!
-//! **Statement.** A face whose vertices one facet holds, and whose middle lies in it, is part of the facet. A cell
-//! whose vertices are all held by one facet is flat but for rounding, and dropped. Cells that share other faces are in
-//! one component of the domain, which is found by where the middle of the largest of them lies.
+//! **Statement.** The facets' own faces are the [`super::barrier`]. Cells that share a face which is not part of it are in
+//! one *class*; what lies beyond the hull is one more cell, shared by all faces of the hull. Each class lies in one
+//! component of the domain: the one on its side of any barrier face beside it. A cell whose vertices one facet (or one group
+//! of coplanar facets) holds is flat but for rounding. It passes its class on like any other cell, and is dropped.
+//!
+//! *Proof.* With the cell beyond the hull the cells are a triangulation of the sphere of one dimension more than a facet's.
+//! The own faces of a facet tile it: their edges are shared by two of them, but for pieces of its segments, which are edges
+//! of the triangulation. So the barrier is the complex of the domain's walls, as far as they have the domain beside them, with
+//! its vertices moved by no more than rounding. It separates the sphere in as many parts as the walls do (Alexander
+//! duality), and the parts are the classes: a way through cells that avoids the barrier's vertices and edges is a way through
+//! faces. Around an edge that two faces of one facet share, and no other face of the barrier, all cells
+//! on one side are in one class. So a class beside one face of a facet is beside all of them up to the next segment, where the
+//! domain names the component. Two components without the domain between them may be one class; neither is inside.
+//!
+//! *Why labels depend on no order.* Classes are the connected components of a graph. A label is the largest of those that the faces
+//! beside a class name, all of them equal by the proof. The faces name them by directions along pieces and by exact
+//! signs ([`super::barrier`]). No place is rounded: a flat cell across coplanar facets gets the label of its class, on
+//! whichever side of the facets its middle lies.
+//!
+//! **Source.** Section 5 of the paper leaves this to the reader; Alexander duality: Hatcher (2002), section 3.3.
+//!
+//! **Departures.** If faces of a facet were lacking, classes of several components would be one. Then the largest label counts,
+//! which is outside before inside, and [`crate::conformity`] refuses the mesh. A face of the mesh beside a dropped cell may be the other
+//! diagonal of the facet's own. Its facet is the one in which its middle lies, rounded; such a face has an area, as its cell is not flat.
+//!
+//! **Work and depth.** `O(n a(n) + m log m)` for n cells and m faces whose vertices lie on facets.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::incremental::facet_without;
