@@ -1,19 +1,19 @@
 //! The faces that separate components, and which component lies on each side of them.
 //!
 //! **Statement.** In space a facet's *own* faces are the triangles of its own Delaunay triangulation; in the plane a
-//! segment's own faces are its pieces. Where four points of a facet are on a circle as nearly as can be rounded, the
+//! segment's own faces are its pieces. If four points of a facet are on a circle as nearly as can be rounded, the
 //! triangulation of all vertices may have the other diagonal. Then faces that overlap an absent own triangle in the
-//! facet's plane are added as *substitutes*. Own faces and substitutes are the barrier.
+//! facet's plane are *substitutes*. The barrier consists of own faces and substitutes.
 //!
-//! A face of the barrier with an edge on a piece tells the component on either side of it. The domain knows the components
+//! A face of the barrier with an edge on a piece names the component on either side of it. The domain knows the components
 //! beside the wall at that piece, on the same side of the piece as the face. Face and wall run along the piece in the same
-//! direction or in opposite ones: this says which side of the face is which side of the wall.
+//! direction or in opposite ones; the direction tells which side of the face is which side of the wall.
 //!
 //! *Why this does not depend on any order.* A segment on a facet's boundary has one wall of the facet, so directions alone
-//! decide there. A segment inside of a facet has two, and exact signs in the facet's plane tell them apart; whether a
-//! face overlaps an absent triangle is a matter of exact signs, too. Coordinates in a plane are a function of the point
-//! alone. Numbers of points serve as names: faces are looked up by ascending numbers, and the parity of the order is
-//! taken out again. If several edges of a face are on pieces, the largest label counts, whichever comes first.
+//! decide there. A segment inside of a facet has two, and exact signs in the facet's plane tell them apart. Exact signs
+//! also decide whether a face overlaps an absent triangle. Coordinates in a plane are a function of the point
+//! alone. Numbers of points serve as names: lookups sort them and account for the parity of the order.
+//! If several edges of a face are on pieces, the largest label counts.
 //!
 //! **Source.** Sides of walls: [`crate::sides`].
 //!
@@ -43,7 +43,7 @@ pub(super) struct Own<'a> {
     pub(super) triangles: &'a Triangles,
 }
 
-/// The labels on the positive and on the negative side of a face, where they are known.
+/// The labels on the positive and on the negative side of a face, as far as they are known.
 pub(super) type Beside = [Option<u32>; 2];
 
 /// A face that separates.
@@ -77,7 +77,7 @@ impl<F: Simplex> Barrier<F> {
 impl<F: Simplex> Part<F> {
     /// The label on the side of a cell, by the cell's face as [`facet_without`] has it.
     pub(super) fn towards(&self, face: &F) -> Option<u32> {
-        // (vertex, face..) is positive; to have the vertex at the end takes as many exchanges as the face has vertices.
+        // (vertex, face..) is positive. As many exchanges as the face has vertices move the vertex to the end.
         let negative = (F::LEN % 2 == 1) != sorted(*face).1;
         self.beside[usize::from(negative)]
     }
@@ -85,19 +85,19 @@ impl<F: Simplex> Part<F> {
 
 /// A wall beside the first edge of a segment.
 struct Rim {
-    /// Does the wall's order run along the segment?
+    /// Whether the wall's order runs along the segment.
     along: bool,
-    /// Does the wall lie on the left of the segment, seen from the tip of the plane's normal?
+    /// Whether the wall lies on the left of the segment, seen from the tip of the plane's normal.
     left: bool,
     /// The labels on the wall's positive and negative side.
     beside: [u32; 2],
 }
 
-/// What is known of segments: who has which piece, and the walls of facets beside them.
+/// The pieces of segments and the walls of facets beside them.
 struct Rims {
-    /// Pieces with their segments, ends ascending; do the ascending ends run along the segment?
+    /// Pieces with their segments, ends ascending, and whether the ascending ends run along the segment.
     pieces: Vec<([u32; 2], u32, bool)>,
-    /// Of a facet and a segment.
+    /// By facet and segment.
     walls: BTreeMap<(u32, u32), Vec<Rim>>,
 }
 
@@ -127,7 +127,7 @@ impl Rims {
         Rims { pieces, walls }
     }
 
-    /// The segment that an edge is a piece of; does the edge run along it?
+    /// The segment that an edge is a piece of, and whether the edge runs along it.
     fn piece(&self, edge: [u32; 2]) -> Option<(u32, bool)> {
         let key = ascending(edge);
         let i = self.pieces.binary_search_by_key(&key, |p| p.0).ok()?;
@@ -209,7 +209,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         triangle.map(|v| plane.of(as_space(self.vertices.points[v as usize])))
     }
 
-    /// The faces of the triangulation in the place of own triangles that it has not.
+    /// The faces of the triangulation that replace absent own triangles.
     fn substitutes(
         &self,
         own: Own<'_>,
@@ -268,7 +268,7 @@ fn labels_beside<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
     domain.sides.beside(wall).map(|c| if inside(c) { c } else { Labels::OUT })
 }
 
-/// Does a wall turn left, seen from the tip of the plane's normal? Exact: along an axis.
+/// Whether a wall turns left, seen from the tip of the plane's normal; exact, in a projection along an axis.
 fn is_left<P: Space>(domain: &Domain<P>, wall: u32, plane: &Plane) -> bool {
     let normal = plane.normal();
     let steep = |i: &usize, j: &usize| normal[*i].abs().total_cmp(&normal[*j].abs());
@@ -278,7 +278,7 @@ fn is_left<P: Space>(domain: &Domain<P>, wall: u32, plane: &Plane) -> bool {
     (orientation(&at) == Sign::Positive) == (normal[axis] > 0.0)
 }
 
-/// Do the insides of two triangles of the plane meet? Exact.
+/// Whether the insides of two triangles of the plane meet; exact.
 fn overlap(s: &[DVec2; 3], t: &[DVec2; 3]) -> bool {
     let (of_s, of_t) = (orientation(s), orientation(t));
     let parted = |a: &[DVec2; 3], turn: Sign, b: &[DVec2; 3]| {
@@ -292,7 +292,7 @@ fn directed(triangle: &[u32]) -> [[u32; 2]; 3] {
     [0, 1, 2].map(|i| [triangle[i], triangle[(i + 1) % 3]])
 }
 
-/// Ascending vertices; is their order an odd permutation of the given one?
+/// The vertices in ascending order, and whether this order is an odd permutation of the given one.
 fn sorted<F: Simplex>(face: F) -> (F, bool) {
     let row = face.as_ref();
     let inversions = (0..row.len()).map(|i| row[i + 1..].iter().filter(|&&w| w < row[i]).count());

@@ -1,7 +1,7 @@
 //! From a triangulation of the vertices to the cells and faces of the domain.
 //!
 //! **Statement.** The facets' own faces are the [`super::barrier`]. Cells that share a face which is not part of it are in
-//! one *class*; what lies beyond the hull is one more cell, shared by all faces of the hull. Each class lies in one
+//! one *class*; the outside of the hull is one more cell, beside all faces of the hull. Each class lies in one
 //! component of the domain: the one on its side of any barrier face beside it. A cell whose vertices one facet (or one group
 //! of coplanar facets) holds is flat but for rounding. It passes its class on like any other cell, and is dropped.
 //!
@@ -16,10 +16,10 @@
 //!
 //! *Why labels depend on no order.* Classes are the connected components of a graph. A label is the largest of those that the faces
 //! beside a class name, all of them equal by the proof. The faces name them by directions along pieces and by exact
-//! signs ([`super::barrier`]). No place is rounded: a flat cell across coplanar facets gets the label of its class, on
-//! whichever side of the facets its middle lies.
+//! signs ([`super::barrier`]). No rounded place decides: a flat cell across coplanar facets gets the label of its class, with its middle on
+//! either side of the facets.
 //!
-//! **Source.** Section 5 of the paper leaves this to the reader; Alexander duality: Hatcher (2002), section 3.3.
+//! **Source.** Alexander duality: Hatcher (2002), section 3.3.
 //!
 //! **Departures.** If faces of a facet were lacking, classes of several components would be one. Then the largest label counts,
 //! which is outside before inside, and [`crate::conformity`] refuses the mesh. A face of the mesh beside a dropped cell may be the other
@@ -83,16 +83,16 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     /// Labels all cells.
     pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, barrier: &Barrier<P::Facet>) -> Labels {
         let n = delaunay.cells.len();
-        // What lies beyond the hull is one more cell.
+        // The outside of the hull is one more cell.
         let mut sets = Sets::new(n + 1);
-        let mut told = vec![None; n + 1];
-        told[n] = Some(Labels::OUT);
+        let mut named = vec![None; n + 1];
+        named[n] = Some(Labels::OUT);
         for (i, (cell, across)) in (0u32..).zip(delaunay.cells.iter().zip(&delaunay.neighbours)) {
             for (&v, &j) in cell.as_ref().iter().zip(across.as_ref()) {
                 let face = facet_without::<P>(cell, v);
                 let parts = if self.is_carried(face.as_ref()) { barrier.at(&face) } else { &[] };
                 let label = parts.iter().filter_map(|part| part.towards(&face)).max();
-                told[i as usize] = told[i as usize].max(label);
+                named[i as usize] = named[i as usize].max(label);
                 if parts.is_empty() {
                     sets.join(i, j.min(n as u32));
                 }
@@ -100,18 +100,18 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
         for i in 0..=n {
             let root = sets.find(i as u32) as usize;
-            told[root] = told[root].max(told[i]);
+            named[root] = named[root].max(named[i]);
         }
         let label = |(i, cell): (u32, &P::Cell)| {
             if is_flat(&self.flats, &self.vertices.carriers, cell.as_ref()) {
                 return Labels::FLAT;
             }
-            told[sets.find(i) as usize].unwrap_or(Labels::OUT)
+            named[sets.find(i) as usize].unwrap_or(Labels::OUT)
         };
         Labels { of: (0u32..).zip(&delaunay.cells).map(label).collect() }
     }
 
-    /// Is no vertex of a face in the volume?
+    /// Whether no vertex of a face is in the volume.
     fn is_carried(&self, face: &[u32]) -> bool {
         face.iter().all(|&v| self.vertices.carriers[v as usize] != Carrier::Volume)
     }
