@@ -155,6 +155,7 @@ fn real_domains() {
         ("fandisk.off", 0, "6475 points"),
         ("elephant.off", 0, "2775 points"),
         ("rotor.off", 0, "600 points"),
+        ("rotor_small.off", 0, "2400 points"),
         ("camel.off", 3, "facet 2416 and facet 3411 intersect"),
     ] {
         let path = root("data").join(name);
@@ -166,6 +167,28 @@ fn real_domains() {
             eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
         }
     }
+}
+
+/// Facets that are coplanar but for rounding, in many planes: flat cells lie across them, on the hull and in notches.
+#[test]
+fn a_rotor_is_the_same_for_one_and_three_workers() {
+    let path = root("data").join("rotor_small.off");
+    if !path.is_file() {
+        let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
+        assert!(!required, "{} is missing: run tests/run --setup", path.display());
+        eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
+        return;
+    }
+    let place = Place::new();
+    let made = [1, 3].map(|workers| {
+        let name = format!("m{workers}.vtu");
+        let line = format!("mesh {} --boundary exact --workers {workers} -o {name}", path.display());
+        let talk = stderr(&place.good(&line));
+        assert!(talk.contains("the mesh conforms"), "{workers} workers: {talk}");
+        fs::read(place.path(&name)).unwrap()
+    });
+    assert!(made[0] == made[1], "other bytes with three workers");
+    assert!(made[0].len() > 10_000_000, "{} bytes", made[0].len());
 }
 
 /// What `-o` leaves on disk, and what stands in the report.

@@ -5,11 +5,12 @@ use std::path::Path;
 use septet_core::model::Points;
 use septet_io::read::{ReadOptions, read};
 
-const FILES: [&str; 9] = [
+const FILES: [&str; 10] = [
     "bunny00.off",
     "elephant.off",
     "fandisk.off",
     "rotor.off",
+    "rotor_small.off",
     "armadillo.off",
     "camel.off",
     "dino.off",

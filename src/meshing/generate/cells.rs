@@ -1,20 +1,43 @@
 //! From a triangulation of the vertices to the cells and faces of the domain.
 //!
-//! **Statement.** A face whose vertices one facet holds, and whose middle lies in it, is part of the facet. A cell
-//! whose vertices are all held by one facet is flat but for rounding, and dropped. Cells that share other faces are in
-//! one component of the domain, which is found by where the middle of the largest of them lies.
+//! **Statement.** The facets' own faces are the [`super::barrier`]. Cells that share a face which is not part of it are in
+//! one *class*; the outside of the hull is one more cell, beside all faces of the hull. Each class lies in one
+//! component of the domain: the one on its side of any barrier face beside it. A cell whose vertices one facet (or one group
+//! of coplanar facets) holds is flat but for rounding. It passes its class on like any other cell, and is dropped.
+//!
+//! *Proof.* With the cell beyond the hull the cells are a triangulation of the sphere of one dimension more than a facet's.
+//! The own faces of a facet tile it: their edges are shared by two of them, but for pieces of its segments, which are edges
+//! of the triangulation. So the barrier is the complex of the domain's walls, as far as they have the domain beside them, with
+//! its vertices moved by no more than rounding. It separates the sphere in as many parts as the walls do (Alexander
+//! duality), and the parts are the classes: a way through cells that avoids the barrier's vertices and edges is a way through
+//! faces. Around an edge that two faces of one facet share, and no other face of the barrier, all cells
+//! on one side are in one class. So a class beside one face of a facet is beside all of them up to the next segment, where the
+//! domain names the component. Two components without the domain between them may be one class; neither is inside.
+//!
+//! *Why labels depend on no order.* Classes are the connected components of a graph. A label is the largest of those that the faces
+//! beside a class name, all of them equal by the proof. The faces name them by directions along pieces and by exact
+//! signs ([`super::barrier`]). No rounded place decides: a flat cell across coplanar facets gets the label of its class, with its middle on
+//! either side of the facets.
+//!
+//! **Source.** Alexander duality: Hatcher (2002), section 3.3.
+//!
+//! **Departures.** If faces of a facet were lacking, classes of several components would be one. Then the largest label counts,
+//! which is outside before inside, and [`crate::conformity`] refuses the mesh. A face of the mesh beside a dropped cell may be the other
+//! diagonal of the facet's own. Its facet is the one in which its middle lies, rounded; such a face has an area, as its cell is not flat.
+//!
+//! **Work and depth.** `O(n a(n) + m log m)` for n cells and m faces whose vertices lie on facets.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::incremental::facet_without;
-use septet_geometry::measure::shortest_edge2;
-use septet_geometry::point::Simplex;
+use septet_geometry::point::lex_cmp;
 
+use super::barrier::Barrier;
 use super::facets::{Plane, as_space};
 use super::machine::{Machine, Triangulation};
 use super::vertices::Holders;
 use super::work::Work;
 use crate::mesh::Carrier;
-use crate::sides::{Location, Sets};
+use crate::sides::Sets;
 use crate::space::Space;
 
 /// Which component of the domain each cell is in.
@@ -37,7 +60,7 @@ impl Labels {
 }
 
 impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// The facet that a face is part of.
+    /// The facet that a face is part of, as rounding has it. For faces with an area, as those of cells that are not flat.
     pub(super) fn facet_of(&self, face: &[u32], planes: &[Plane]) -> Option<u32> {
         let common = self.holders.common(&self.vertices.carriers, face);
         if P::DIM == 2 {
@@ -49,56 +72,48 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         common.into_iter().find(|&f| planes[f as usize].holds(self.middle_of(face, &planes[f as usize])))
     }
 
-    /// The middle of a face in the plane of a facet.
+    /// The middle of a face in the plane of a facet, rounded alike whatever the order of its vertices.
     pub(super) fn middle_of(&self, face: &[u32], plane: &Plane) -> DVec2 {
-        let sum = face.iter().fold(DVec3::ZERO, |sum, &v| sum + as_space(self.vertices.points[v as usize]));
-        plane.of(sum / face.len() as f64)
+        let mut corners: Vec<DVec3> =
+            face.iter().map(|&v| as_space(self.vertices.points[v as usize])).collect();
+        corners.sort_unstable_by(lex_cmp);
+        plane.of(corners.iter().sum::<DVec3>() / face.len() as f64)
     }
 
     /// Labels all cells.
-    pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Labels {
+    pub(super) fn labels(&self, delaunay: &Triangulation<P::Cell>, barrier: &Barrier<P::Facet>) -> Labels {
         let n = delaunay.cells.len();
-        let mut sets = Sets::new(n);
-        let flat: Vec<bool> = delaunay
-            .cells
-            .iter()
-            .map(|c| is_flat(&self.flats, &self.vertices.carriers, c.as_ref()))
-            .collect();
-        let mut face = Vec::with_capacity(P::DIM);
+        // The outside of the hull is one more cell.
+        let mut sets = Sets::new(n + 1);
+        let mut named = vec![None; n + 1];
+        named[n] = Some(Labels::OUT);
         for (i, (cell, across)) in (0u32..).zip(delaunay.cells.iter().zip(&delaunay.neighbours)) {
-            for (slot, &j) in across.as_ref().iter().enumerate() {
-                if j == u32::MAX || j > i || flat[i as usize] || flat[j as usize] {
-                    continue;
-                }
-                face.clear();
-                face.extend(cell.as_ref().iter().enumerate().filter(|(k, _)| *k != slot).map(|(_, &v)| v));
-                if self.facet_of(&face, planes).is_none() {
-                    sets.join(i, j);
+            for (&v, &j) in cell.as_ref().iter().zip(across.as_ref()) {
+                let face = facet_without::<P>(cell, v);
+                let parts = if self.is_carried(face.as_ref()) { barrier.at(&face) } else { &[] };
+                let label = parts.iter().filter_map(|part| part.towards(&face)).max();
+                named[i as usize] = named[i as usize].max(label);
+                if parts.is_empty() {
+                    sets.join(i, j.min(n as u32));
                 }
             }
         }
-        let mut best: Vec<(f64, u32)> = vec![(-1.0, u32::MAX); n];
-        for i in 0..n as u32 {
-            let corners = self.corners(&delaunay.cells[i as usize]);
-            let root = sets.find(i) as usize;
-            let shortest = shortest_edge2(&corners[..P::Cell::LEN]);
-            if shortest > best[root].0 {
-                best[root] = (shortest, i);
+        for i in 0..=n {
+            let root = sets.find(i as u32) as usize;
+            named[root] = named[root].max(named[i]);
+        }
+        let label = |(i, cell): (u32, &P::Cell)| {
+            if is_flat(&self.flats, &self.vertices.carriers, cell.as_ref()) {
+                return Labels::FLAT;
             }
-        }
-        let mut of = vec![Labels::OUT; n];
-        for i in 0..n as u32 {
-            let root = sets.find(i);
-            // The root of a set is its first cell.
-            of[i as usize] = if flat[i as usize] {
-                Labels::FLAT
-            } else if root == i {
-                self.component_of(&delaunay.cells[best[i as usize].1 as usize])
-            } else {
-                of[root as usize]
-            };
-        }
-        Labels { of }
+            named[sets.find(i) as usize].unwrap_or(Labels::OUT)
+        };
+        Labels { of: (0u32..).zip(&delaunay.cells).map(label).collect() }
+    }
+
+    /// Whether no vertex of a face is in the volume.
+    fn is_carried(&self, face: &[u32]) -> bool {
+        face.iter().all(|&v| self.vertices.carriers[v as usize] != Carrier::Volume)
     }
 
     /// The faces on facets beside which there is a cell of the mesh.
@@ -106,33 +121,29 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         &self,
         delaunay: &Triangulation<P::Cell>,
         labels: &Labels,
+        barrier: &Barrier<P::Facet>,
         planes: &[Plane],
     ) -> Vec<(u32, P::Facet, [u32; 2])> {
         let inside = |j: u32| j != u32::MAX && labels.is_inside(j);
         let mut found = Vec::new();
         for (i, (cell, across)) in (0u32..).zip(delaunay.cells.iter().zip(&delaunay.neighbours)) {
-            for (slot, &j) in across.as_ref().iter().enumerate() {
+            for (&v, &j) in cell.as_ref().iter().zip(across.as_ref()) {
                 if !inside(i) || inside(j) && j < i {
                     continue;
                 }
-                let face = facet_without::<P>(cell, cell.as_ref()[slot]);
-                if let Some(f) = self.facet_of(face.as_ref(), planes) {
+                let face = facet_without::<P>(cell, v);
+                if !self.is_carried(face.as_ref()) {
+                    continue;
+                }
+                // Beside a cell that is left out the face that is seen may have the other diagonal.
+                let seen = || if inside(j) { None } else { self.facet_of(face.as_ref(), planes) };
+                if let Some(f) = barrier.at(&face).first().map(|part| part.facet).or_else(seen) {
                     found.push((f, face, [i, if inside(j) { j } else { u32::MAX }]));
                 }
             }
         }
         found.sort_unstable();
         found
-    }
-
-    fn component_of(&self, cell: &P::Cell) -> u32 {
-        let corners = self.corners(cell);
-        let sum = corners[..P::Cell::LEN].iter().fold(P::splat(0.0), |sum, &p| sum + p);
-        let middle = sum / P::Cell::LEN as f64;
-        match self.domain.sides.locate(self.domain.points(), middle) {
-            Some(Location::Component(c)) if self.domain.components[c as usize].inside => c,
-            _ => Labels::OUT,
-        }
     }
 
     pub(super) fn corners(&self, cell: &P::Cell) -> [P; 4] {

@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 use septet_geometry::measure;
-use septet_geometry::point::{Point, dist2};
+use septet_geometry::point::{Point, dist2, lex_cmp};
 
 use super::balls::{Ball, Balls};
 use super::lift::Flats;
@@ -63,6 +63,11 @@ impl Plane {
 
     pub(super) fn lift(&self, q: DVec2) -> DVec3 {
         self.origin + self.axes[0] * q.x + self.axes[1] * q.y
+    }
+
+    /// The normal, of unit length but for rounding; the axes turn left around it.
+    pub(super) fn normal(&self) -> DVec3 {
+        self.axes[0].cross(self.axes[1])
     }
 
     /// Does the facet hold the place? Rounded, so either answer is right on the border.
@@ -185,7 +190,12 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         };
         let sets: Vec<Vec<DVec2>> = which.iter().map(coordinates).collect();
         for ((&f, set), made) in which.iter().zip(&sets).zip(self.machine.planar(&sets)?) {
-            let middle = |t: &[u32; 3]| t.iter().fold(DVec2::ZERO, |sum, &v| sum + set[v as usize]) / 3.0;
+            // Rounded alike whatever order a machine gives the corners.
+            let middle = |t: &[u32; 3]| {
+                let mut corners = t.map(|v| set[v as usize]);
+                corners.sort_unstable_by(lex_cmp);
+                corners.iter().sum::<DVec2>() / 3.0
+            };
             let inside = made.into_iter().filter(|t| planes[f as usize].holds(middle(t)));
             let own = inside.map(|t| {
                 let mut t = t.map(|v| members[f as usize][v as usize]);

@@ -66,6 +66,7 @@
 //! each set is a run of the [`Machine`].
 
 mod balls;
+mod barrier;
 mod cells;
 mod cones;
 mod divide;
@@ -90,7 +91,9 @@ pub use machine::{Alone, Machine, Triangulation};
 pub use vertices::{Holders, Vertices};
 pub use work::{Rules, Stage};
 
+use barrier::Own;
 pub(crate) use vertices::normal_of;
+use volume::Filled;
 use work::Work;
 
 /// What was generated.
@@ -165,8 +168,9 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
     let triangles =
         if P::DIM == 3 { work.facets(&planes, &chains).map_err(Failure::Machine)? } else { Vec::new() };
     let (chains, triangles) = work.force(&planes, chains, triangles)?;
-    let (delaunay, labels) = work.volume(&planes, &chains, &triangles, &cells)?;
-    let faces = work.faces(&delaunay, &labels, &planes);
+    let own = Own { planes: &planes, chains: &chains, triangles: &triangles };
+    let Filled { delaunay, labels, barrier } = work.volume(own, &cells)?;
+    let faces = work.faces(&delaunay, &labels, &barrier, &planes);
     let pieces = segments::pieces_of(&chains);
     Ok(Generated { vertices: work.vertices, delaunay, labels, faces, pieces, stages: work.stages })
 }

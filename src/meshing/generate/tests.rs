@@ -1,5 +1,6 @@
 //! Meshes by one processor.
 
+mod labels;
 mod promises;
 
 use glam::{DVec2, DVec3};

@@ -5,15 +5,16 @@
 //! of cells that are too large, lifted out of those balls where they lie in one, until there is none.
 
 use septet_geometry::measure::circumcentre;
-use septet_geometry::point::{Point, Simplex, dist2};
+use septet_geometry::point::{Simplex, dist2};
 
 use super::balls::{Ball, Balls};
+use super::barrier::{Barrier, Own};
 use super::cells::Labels;
-use super::facets::{Plane, Triangles, circumcircle};
+use super::facets::circumcircle;
 use super::lacking::Lacking;
 use super::lift::Flats;
 use super::machine::{Machine, Triangulation};
-use super::segments::{Chains, pieces_of};
+use super::segments::pieces_of;
 use super::work::{CANDIDATES, Rules, SIDE, Work};
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
@@ -40,19 +41,22 @@ pub(super) const CELLS: u64 = 6;
 /// How often a ball is widened by a fifth until it holds a point.
 const MOST_WIDENINGS: u32 = 40;
 
-/// A triangulation and the labels of its cells.
-type Filled<P> = (Triangulation<<P as Point>::Cell>, Labels);
+/// The triangulation of all points.
+pub(super) struct Filled<P: Space> {
+    pub(super) delaunay: Triangulation<P::Cell>,
+    pub(super) labels: Labels,
+    pub(super) barrier: Barrier<P::Facet>,
+}
 
 impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     /// Places the points of the volume; the triangulation that is left, and which part of it each cell is in.
     pub(super) fn volume(
         &mut self,
-        planes: &[Plane],
-        chains: &Chains,
-        triangles: &Triangles,
+        own: Own<'_>,
         cells: &[(Cell<P>, bool)],
     ) -> Result<Filled<P>, Failure<M::Error>> {
         self.begin("volume");
+        let Own { planes, chains, triangles } = own;
         let flats = Flats { pieces: pieces_of(chains), triangles };
         let first = self.vertices.len();
         let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
@@ -67,7 +71,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 self.clear(first, &lacking)?;
                 continue;
             }
-            let labels = self.labels(&delaunay, planes);
+            let barrier = self.barrier(own, &delaunay);
+            let labels = self.labels(&delaunay, &barrier);
             let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
             let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
             let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels, &flats));
@@ -76,7 +81,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             found.extend(self.free(lifted));
             let found = found.into_iter().map(|(site, _)| (site, Carrier::Volume)).collect();
             if self.complete(found, true).map_err(Failure::Machine)? == 0 {
-                return Ok((delaunay, labels));
+                return Ok(Filled { delaunay, labels, barrier });
             }
         }
     }

@@ -1,0 +1,285 @@
+//! Labels of cells: they say where cells lie, and depend on no order.
+
+use std::sync::LazyLock;
+
+use glam::{DMat3, DVec2, DVec3};
+use proptest::prelude::*;
+use septet_geometry::point::Simplex;
+
+use super::{add_box, cube, facet, fans, torus, turned};
+use crate::domain::Domain;
+use crate::facet::Triangulate;
+use crate::generate::barrier::Own;
+use crate::generate::facets::Triangles;
+use crate::generate::segments::Chains;
+use crate::generate::work::Work;
+use crate::generate::{Alone, Labels, Rules, Triangulation, Vertices};
+use crate::input::Input;
+use crate::sides::Location;
+use crate::size::tests::slit;
+use crate::size::{SizeFunction, SizeOptions};
+use crate::space::Space;
+
+/// What labels are made of.
+#[derive(Clone)]
+struct Posed<P: Space> {
+    vertices: Vertices<P>,
+    chains: Chains,
+    triangles: Triangles,
+    delaunay: Triangulation<P::Cell>,
+}
+
+fn no_size<P>(_: P) -> f64 {
+    1.0
+}
+
+/// What [`crate::generate::generate`] has when it labels cells for the last time.
+fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) -> Posed<P> {
+    let mut options = SizeOptions::new(lipschitz);
+    options.wishes.most = most;
+    let size = SizeFunction::new(domain, &options).unwrap();
+    let at = |x| size.at(x);
+    let rules = Rules { size: &at, lipschitz, seed: 1, most: 1 << 24 };
+    let mut machine = Alone { seed: 1 };
+    let cells = super::super::volume::sampling_cells(domain, &rules, &machine).unwrap();
+    let mut work = Work::new(domain, rules, &mut machine);
+    let planes = work.planes();
+    let chains = work.segments().unwrap();
+    let triangles = if P::DIM == 3 { work.facets(&planes, &chains).unwrap() } else { Vec::new() };
+    let (chains, triangles) = work.force(&planes, chains, triangles).unwrap();
+    let own = Own { planes: &planes, chains: &chains, triangles: &triangles };
+    let delaunay = work.volume(own, &cells).unwrap().delaunay;
+    Posed { vertices: work.vertices, chains, triangles, delaunay }
+}
+
+/// The labels, and the faces with their facets, vertices ascending.
+fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Vec<(u32, P::Facet, [u32; 2])>) {
+    let rules = Rules { size: &no_size, lipschitz: 0.5, seed: 1, most: 1 << 24 };
+    let mut machine = Alone { seed: 1 };
+    let mut work = Work::new(domain, rules, &mut machine);
+    work.vertices = posed.vertices.clone();
+    let planes = work.planes();
+    let own = Own { planes: &planes, chains: &posed.chains, triangles: &posed.triangles };
+    let barrier = work.barrier(own, &posed.delaunay);
+    let labels = work.labels(&posed.delaunay, &barrier);
+    let mut faces = work.faces(&posed.delaunay, &labels, &barrier, &planes);
+    faces.iter_mut().for_each(|(_, face, _)| face.as_mut().sort_unstable());
+    (labels.of, faces)
+}
+
+/// Numbers in an order that depends on nothing but the seed.
+struct Orders(u64);
+
+impl Orders {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % n
+    }
+
+    fn shuffle<T>(&mut self, list: &mut [T]) {
+        (1..list.len()).rev().for_each(|i| list.swap(i, self.below(i + 1)));
+    }
+
+    /// The new number of each.
+    fn permutation(&mut self, n: usize) -> Vec<u32> {
+        let mut numbers: Vec<u32> = (0..n as u32).collect();
+        self.shuffle(&mut numbers);
+        numbers
+    }
+}
+
+/// Lists in an order in which entry `i` has become entry `to[i]`.
+fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
+    let mut from = vec![0; to.len()];
+    to.iter().enumerate().for_each(|(i, &j)| from[j as usize] = i);
+    from.into_iter().map(|i| list[i].clone()).collect()
+}
+
+/// The same with other numbers of points and of cells, and other orders of triangles and within rows.
+fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<u32>, Vec<u32>) {
+    let points = orders.permutation(posed.vertices.len());
+    let cells = orders.permutation(posed.delaunay.cells.len());
+    let renamed = |v: &mut u32| *v = points[*v as usize];
+    let mut other = posed.clone();
+    other.vertices = Vertices {
+        points: moved(&posed.vertices.points, &points),
+        sizes: moved(&posed.vertices.sizes, &points),
+        carriers: moved(&posed.vertices.carriers, &points),
+    };
+    other.chains.iter_mut().flatten().for_each(renamed);
+    for (_, triangle) in &mut other.triangles {
+        triangle.iter_mut().for_each(renamed);
+        orders.shuffle(triangle);
+    }
+    orders.shuffle(&mut other.triangles);
+    let Triangulation { cells: rows, neighbours } = &mut other.delaunay;
+    for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
+        row.as_mut().iter_mut().for_each(renamed);
+        across.as_mut().iter_mut().filter(|j| **j != u32::MAX).for_each(|j| *j = cells[*j as usize]);
+        // Turns of three are even permutations.
+        for _ in 0..3 {
+            let [first, turns] = [orders.below(P::Cell::LEN - 2), orders.below(3)];
+            row.as_mut()[first..first + 3].rotate_left(turns);
+            across.as_mut()[first..first + 3].rotate_left(turns);
+        }
+    }
+    other.delaunay = Triangulation { cells: moved(rows, &cells), neighbours: moved(neighbours, &cells) };
+    (other, points, cells)
+}
+
+/// A domain with what is labelled, and the labels.
+struct Case<P: Space> {
+    name: &'static str,
+    domain: Domain<P>,
+    posed: Posed<P>,
+    labels: Vec<u32>,
+    faces: Vec<(u32, P::Facet, [u32; 2])>,
+}
+
+impl<P: Triangulate> Case<P> {
+    fn new(name: &'static str, domain: Domain<P>, lipschitz: f64, most: Option<f64>) -> Self {
+        let posed = posed(&domain, lipschitz, most);
+        let (labels, faces) = labelled(&domain, &posed);
+        Case { name, domain, posed, labels, faces }
+    }
+
+    fn flat(&self) -> usize {
+        self.labels.iter().filter(|l| **l == Labels::FLAT).count()
+    }
+
+    fn is_the_same_in_any_order(&self, seed: u64) -> Result<(), TestCaseError> {
+        let (other, points, cells) = reordered(&self.posed, &mut Orders(seed));
+        let (labels, faces) = labelled(&self.domain, &other);
+        prop_assert!(labels == moved(&self.labels, &cells), "{}: other labels", self.name);
+        let renamed = |&(f, mut face, [i, j]): &(u32, P::Facet, [u32; 2])| {
+            face.as_mut().iter_mut().for_each(|v| *v = points[*v as usize]);
+            face.as_mut().sort_unstable();
+            let number = |c: u32| if c == u32::MAX { c } else { cells[c as usize] };
+            let mut beside = [number(i), number(j)];
+            beside.sort_unstable();
+            (f, face, beside)
+        };
+        let mut expected: Vec<_> = self.faces.iter().map(renamed).collect();
+        let mut faces = faces;
+        faces.iter_mut().for_each(|(_, _, beside)| beside.sort_unstable());
+        expected.sort_unstable();
+        faces.sort_unstable();
+        prop_assert!(faces == expected, "{}: other faces", self.name);
+        Ok(())
+    }
+
+    /// The middle of a cell that is not nearly flat lies where the label says. How many were judged?
+    fn are_where_they_lie(&self) -> usize {
+        let mut judged = 0;
+        for (cell, &label) in self.posed.delaunay.cells.iter().zip(&self.labels) {
+            let corners: Vec<P> =
+                cell.as_ref().iter().map(|&v| self.posed.vertices.points[v as usize]).collect();
+            let edges: Vec<P> = corners[1..].iter().map(|&c| c - corners[0]).collect();
+            let height = P::hull_normal(&edges[..P::DIM - 1]).dot(edges[P::DIM - 1]).abs();
+            let longest = edges.iter().map(|e| e.norm2()).fold(0.0, f64::max).sqrt();
+            if label == Labels::FLAT || height < 1e-6 * longest.powi(P::DIM as i32) {
+                continue;
+            }
+            let middle = corners.iter().fold(P::splat(0.0), |sum, &p| sum + p) / corners.len() as f64;
+            let expected = match self.domain.sides.locate(self.domain.points(), middle) {
+                Some(Location::Component(c)) if self.domain.components[c as usize].inside => c,
+                _ => Labels::OUT,
+            };
+            assert_eq!(label, expected, "{}: the cell at {middle:?}", self.name);
+            judged += 1;
+        }
+        judged
+    }
+}
+
+/// A block with a notch: the ends of its arms lie in one plane, and facets that meet nowhere have the space between them.
+pub(super) fn notched(gap: f64, deep: f64, height: f64, turn: [f64; 3]) -> Input<DVec3> {
+    let (right, top) = (2.0 + gap, 1.0 + deep);
+    let (inner, arm) = (1.0 + gap, 1.0);
+    let outline = [
+        (0.0, 0.0),
+        (right, 0.0),
+        (right, top),
+        (inner, top),
+        (inner, 1.0),
+        (arm, 1.0),
+        (arm, top),
+        (0.0, top),
+    ];
+    let turn = DMat3::from_euler(glam::EulerRot::XYZ, turn[0], turn[1], turn[2]);
+    let at = |z: f64| outline.iter().map(move |&(x, y)| turn * DVec3::new(x, y, z));
+    let points: Vec<DVec3> = at(0.0).chain(at(height)).collect();
+    let mut faces = Vec::new();
+    for [a, b, c] in [[0, 1, 4], [0, 4, 5], [1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7]] {
+        faces.extend([vec![a, c, b], vec![a + 8, b + 8, c + 8]]);
+    }
+    for i in 0..8 {
+        let j = (i + 1) % 8;
+        faces.extend([vec![i, j, j + 8], vec![i, j + 8, i + 8]]);
+    }
+    Input::surface(points, faces)
+}
+
+/// Two rooms of a turned box: the wall between them meets the floor, one facet for both, inside of it. A square hangs on the wall.
+fn rooms() -> Input<DVec3> {
+    let mut input = cube();
+    input.points.extend([[2., 0., 0.], [2., 4., 0.], [2., 4., 4.], [2., 0., 4.]].map(DVec3::from));
+    facet(&mut input, &[&[8, 9, 10, 11]]);
+    input.points.extend([[2., 1., 2.], [3., 1., 2.], [3., 2., 2.], [2., 2., 2.]].map(DVec3::from));
+    facet(&mut input, &[&[12, 13, 14, 15]]);
+    add_box(&mut input, DVec3::new(0.5, 1.0, 1.0), DVec3::new(1.5, 3.0, 3.0));
+    input.holes.push(DVec3::new(1.0, 2.0, 2.0));
+    input
+}
+
+fn space(name: &'static str, input: &Input<DVec3>, lipschitz: f64) -> Case<DVec3> {
+    Case::new(name, crate::check(input).unwrap(), lipschitz, None)
+}
+
+static SPACE: LazyLock<Vec<Case<DVec3>>> = LazyLock::new(|| {
+    let mut box_of_triangles = rooms();
+    box_of_triangles.points.truncate(8);
+    box_of_triangles.facets.truncate(6);
+    box_of_triangles.holes.clear();
+    turned(&mut box_of_triangles.points);
+    let mut faces = Vec::new();
+    for f in &box_of_triangles.facets {
+        let [a, b, c, d] = f.polygons[0][..] else { panic!("a square") };
+        faces.extend([vec![a, b, c], vec![a, c, d]]);
+    }
+    vec![
+        space("rooms", &rooms(), 0.5),
+        space("box", &Input::surface(box_of_triangles.points, faces), 0.25),
+        space("notched", &notched(1.0, 1.0, 0.7, [0.3, 0.7, 1.1]), 0.5),
+        space("torus", &torus(12, 8), 0.5),
+        space("fans", &fans(8), 0.5),
+    ]
+});
+
+static PLANE: LazyLock<Case<DVec2>> = LazyLock::new(|| Case::new("slit", slit(), 0.25, None));
+
+#[test]
+fn cells_lie_where_their_labels_say() {
+    for case in &*SPACE {
+        let (judged, flat) = (case.are_where_they_lie(), case.flat());
+        println!("{}: {judged} of {} cells, {flat} flat", case.name, case.labels.len());
+        assert!(judged > 100, "{}: {judged}", case.name);
+    }
+    assert!(PLANE.are_where_they_lie() > 20);
+    assert!(SPACE.iter().filter(|case| case.flat() > 0).count() >= 3);
+    let rooms = &SPACE[0];
+    assert_eq!(rooms.domain.components.iter().filter(|c| c.inside).count(), 2);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// Other numbers of cells and points, other orders of corners: the same labels and faces.
+    #[test]
+    fn labels_depend_on_no_order(seed in any::<u64>()) {
+        for case in &*SPACE {
+            case.is_the_same_in_any_order(seed)?;
+        }
+        PLANE.is_the_same_in_any_order(seed)?;
+    }
+}
