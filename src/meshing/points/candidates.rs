@@ -7,6 +7,7 @@
 //!
 //! **Work and depth.** One evaluation of f for each cell and candidate; as many rounds as levels.
 
+use septet_geometry::hash::finalise;
 use septet_geometry::point::Point;
 
 use super::conflicts::Site;
@@ -23,12 +24,9 @@ pub struct Name {
     pub number: u32,
 }
 
-/// A number of 64 bits that depends on every bit of its arguments (Steele, Lea and Flood's mixing).
+/// A number of 64 bits that depends on every bit of its arguments.
 fn mixed(x: u64, y: u64) -> u64 {
-    let mut z = x ^ y.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    finalise(x ^ y.wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
 
 impl Name {

@@ -32,6 +32,8 @@ pub mod graph;
 
 pub mod near;
 
+pub mod hash;
+
 pub mod priority;
 
 pub mod hull;

@@ -6,17 +6,11 @@
 
 use std::cmp::Ordering;
 
+use crate::hash::mix;
 use crate::point::{Point, lex_cmp};
 
-/// The hash: below `u64::MAX`, so that one number is left for those that have no priority any more. The finaliser is
-/// that of splitmix64 (Steele, Lea and Flood 2014).
+/// The hash: below `u64::MAX`, so that one number is left for those that have no priority any more.
 pub fn priority<P: Point>(seed: u64, x: P) -> u64 {
-    let mix = |h: u64, value: u64| {
-        let mut z = (h ^ value).wrapping_add(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
     // The purpose tells these hashes from those of samples.
     let start = mix(mix(0, seed), 0x7072_696f_7269_7479);
     (0..P::DIM).fold(start, |h, i| mix(h, x.coord(i).to_bits())) >> 1

@@ -14,6 +14,7 @@
 //! **Departures.** The coin of a point is a hash of its coordinates, so the order depends on nothing
 //! but the coordinates. Points in one cell of the curve's grid follow each other lexicographically.
 
+use crate::hash::mix;
 use crate::point::{Point, lex_cmp};
 
 /// Bits of a key for the round; the others are the place on the curve.
@@ -75,18 +76,10 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
 pub fn insertion_round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
-        hash = mix(hash ^ p.coord(i).to_bits());
+        hash = mix(hash, p.coord(i).to_bits());
     }
     let last = (1 << ROUND_BITS) - 1;
     last - u64::from(hash.trailing_zeros() / 3).min(last)
-}
-
-/// A bijective mixing of 64 bits (the finalizer of `SplitMix64`).
-fn mix(x: u64) -> u64 {
-    let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    x ^ (x >> 31)
 }
 
 /// A Hilbert curve over the bounding cube of a point set.

@@ -15,6 +15,7 @@ use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
 use crate::blocks::Blocks;
 use crate::columns::Rows;
 use crate::cost::Cost;
+use crate::hash::mix;
 use crate::point::{Point, dist2, lex_cmp};
 
 /// Expected number of samples that separators of a subproblem with more points than this are drawn from.
@@ -53,14 +54,6 @@ impl DrawKey {
         rng.set_stream(stream);
         rng
     }
-}
-
-/// The finaliser of splitmix64 (Steele, Lea and Flood 2014).
-fn mix(h: u64, value: u64) -> u64 {
-    let mut z = (h ^ value).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// Is `x` a sample of the node? A hash of the key and the coordinate bits against
