@@ -2,31 +2,33 @@
 
 use std::sync::Arc;
 
-use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
-use septet_geometry::point::{Point, Simplex};
+use septet_geometry::point::Point;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
+use crate::config::{Pool, SetRule, Task, Wanted, WorkerConfig};
 use crate::direct::halo::{Halo, halo};
 use crate::direct::seam::Seams;
+use crate::graph::choice::choice;
 use crate::graph::independent::{Selection, independent};
 use crate::graph::sets::SetEngine;
 use crate::graph::summaries::summaries;
 use crate::machine::context::Context;
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::received;
-use crate::neighbours::query::Engine;
+use crate::neighbours::balls::nearest_balls;
+use crate::neighbours::lists::nearest_lists;
 use crate::partition::leader::Leader;
 use crate::partition::shared::{Input, load, partition};
 use crate::schedule::{Known, Outcome, next};
 use crate::splaying::exchange::Exchange;
 use crate::stars::check::Agreement;
 use crate::stars::hulls::Stars;
+pub(crate) use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tasks::Recorder;
@@ -47,13 +49,22 @@ pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportEr
     loop {
         match next(worker.phase, &worker.config, &worker.known) {
             Phase::Done => return Ok(()),
+            Phase::Choice => {
+                let Worker { subdomain, table, population, .. } = &mut worker;
+                let supergraph = choice(&mut cx, subdomain, table, *population).await?;
+                worker.known.supergraph = Some(supergraph);
+                worker.phase = Phase::Choice;
+            }
+            Phase::Radii => {
+                nearest_balls(&mut cx, &worker.subdomain, &mut worker.table).await?;
+                worker.phase = Phase::Neighbours;
+            }
+            Phase::KnnRadii => {
+                let k = if let Supergraph::Knn { k } = worker.supergraph() { k } else { 1 };
+                worker.sets.nearest = nearest_lists(&mut cx, &worker.subdomain, &mut worker.table, k).await?;
+                worker.phase = Phase::Knn;
+            }
             Phase::Summaries => {
-                worker.swap(&mut cx);
-                if worker.phase == Phase::Choice {
-                    worker.land(Phase::Choice);
-                }
-                worker.shrink(Phase::Neighbours);
-                worker.swap(&mut cx);
                 let Worker { subdomain, table, frame, .. } = &mut worker;
                 summaries(&mut cx, subdomain, table, frame).await?;
                 worker.phase = Phase::Summaries;
@@ -104,7 +115,6 @@ pub struct Worker<P: Point> {
     pub(crate) leader: Leader<P>,
     pub(crate) subdomain: Subdomain<P>,
     pub(crate) table: Table<P>,
-    pub(crate) engine: Engine<P>,
     pub(crate) sets: SetEngine,
     pub(crate) seams: Seams,
     /// Graph neighbours of home points, where they are kept as lists.
@@ -142,7 +152,6 @@ impl<P: Point> Worker<P> {
             leader: Leader::default(),
             subdomain: Subdomain::default(),
             table: Table::default(),
-            engine: Engine::default(),
             sets: SetEngine::default(),
             seams: Seams::default(),
             adjacency: Lists::default(),
@@ -167,11 +176,7 @@ impl<P: Point> Worker<P> {
     /// If it was told to stop, or by a planted fault.
     pub fn begin(&mut self, phase: Phase, round: u32) -> Result<Vec<Message<P>>, TransportError> {
         self.out.set_round(round);
-        self.known.enter(self.phase, phase, &self.config);
         let _span = self.out.site().round(phase, None);
-        if self.phase == Phase::Choice {
-            self.land(Phase::Choice);
-        }
         self.phase = phase;
         self.step = 0;
         if let Some(fault) = self.config.fault {
@@ -181,19 +186,18 @@ impl<P: Point> Worker<P> {
             Phase::Load
             | Phase::Partition
             | Phase::Halo
+            | Phase::Choice
+            | Phase::Radii
+            | Phase::Probe
+            | Phase::Neighbours
             | Phase::Summaries
+            | Phase::KnnRadii
+            | Phase::KnnProbe
+            | Phase::Knn
             | Phase::Independent
             | Phase::Done => {}
             Phase::Pieces => self.begin_pieces(),
             Phase::Seam => self.begin_seam(),
-            Phase::Radii => self.begin_radii(),
-            Phase::Probe => self.begin_probe(),
-            Phase::Neighbours if self.config.correction == Correction::Naive => self.begin_correction(),
-            Phase::Neighbours => self.begin_neighbours(),
-            Phase::Choice => self.begin_choice(),
-            Phase::KnnRadii => self.begin_knn_radii(),
-            Phase::KnnProbe => self.begin_knn_probe(),
-            Phase::Knn => self.begin_knn(),
             Phase::Sets => self.begin_sets(),
             Phase::Graph if self.config.task != Task::Delaunay => self.begin_conflicts(),
             Phase::Graph => self.begin_graph(),
@@ -231,10 +235,6 @@ impl<P: Point> Worker<P> {
             }
         }
         match self.phase {
-            Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Choice | Phase::Knn => {
-                self.on_queries(&mut inbox)?;
-                self.on_choice(&mut inbox);
-            }
             Phase::Seam => self.on_seam(&mut inbox),
             Phase::Sets => {
                 self.on_ghosts(&mut inbox);
@@ -252,8 +252,13 @@ impl<P: Point> Worker<P> {
             | Phase::Summaries
             | Phase::Independent
             | Phase::Pieces
+            | Phase::Choice
             | Phase::Radii
+            | Phase::Probe
+            | Phase::Neighbours
             | Phase::KnnRadii
+            | Phase::KnnProbe
+            | Phase::Knn
             | Phase::Graph
             | Phase::Hulls
             | Phase::Done => {}
@@ -300,16 +305,4 @@ impl<P: Point> Worker<P> {
             (rule, _) => rule,
         }
     }
-}
-
-/// The vertices of a cell `(centre, facet)`, or `None` if it is infinite.
-pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
-    let mut cell = P::Cell::splat(centre);
-    for (slot, &v) in facet.as_ref().iter().enumerate() {
-        if v == INFINITE {
-            return None;
-        }
-        cell.as_mut()[slot + 1] = v;
-    }
-    Some(cell)
 }
