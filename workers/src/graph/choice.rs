@@ -1,16 +1,21 @@
 //! The choice of the supergraph where none is given: a sample of stars.
 //!
-//! About a thousand points, chosen by a hash of their coordinates, ask for their surroundings out to six
-//! times the distance of the nearest point of their leaf, and find the nearest of all among them. The star of
-//! each, built from them, is certified by the ball of radius `alpha` times that distance iff it has no infinite
-//! facet and twice its largest circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at
-//! most 10 % of the sample not certified, else 48 nearest neighbours. The choice does not depend on how many
-//! workers there are.
+//! **Statement.** A hash of their coordinates draws about a thousand points. Each asks for its surroundings, out to six
+//! times the distance of the nearest point of its leaf; the nearest point of all is among them. Its star, built from
+//! them, is certified by the ball of radius `alpha` times that distance iff it has no infinite facet and twice its
+//! largest circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at most 10 % of the sample not
+//! certified, else 48 nearest neighbours. The choice does not depend on the number of workers.
 //!
-//! It comes before the nearest-neighbour balls, for only graphs that are made of them need those of all points.
+//! The phase comes before the nearest-neighbour balls: only graphs that are made of them need those of all points.
 //!
-//! A tenth, not a fifth, and 48, not 64: measured (`bench/README.md`). Near a fifth the stars that are not certified,
-//! and what they disturb, cost more than lists of neighbours do; and since repair is cheap, shorter lists pay.
+//! **Work and depth.** At a leaf the pairs of its sample and its points; the descent's
+//! ([`crate::neighbours::descent`]). The stars of the sample are not charged.
+//!
+//! **Rounds.** The descent's, one up and one down.
+//!
+//! **Departures.** The paper leaves alpha open. A tenth, not a fifth, and 48, not 64, are measured (`bench/README.md`).
+//! Near a fifth the stars that are not certified, and those that they disturb, cost more than lists of neighbours do;
+//! and since repair is cheap, shorter lists pay.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::Cost;
@@ -22,13 +27,17 @@ use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
-use septet_protocol::message::{Body, Message};
+use septet_protocol::message::Body;
+use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
+use crate::machine::context::Context;
+use crate::neighbours::ask::{Ask, Ball};
+use crate::neighbours::descent::Descent;
 use crate::neighbours::done::Done;
-use crate::neighbours::query::{Ask, Ball};
+use crate::state::cells::finite_cell;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
-use crate::worker::{Worker, finite_cell};
 
 /// The alphas that are tried.
 pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
@@ -61,67 +70,76 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
-impl<P: Point> Worker<P> {
-    pub(crate) fn begin_choice(&mut self) {
-        self.exchange.sample_sent = false;
-        let balls = self.balls_of_sample();
-        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, &balls, None);
-        self.exchange.samples = balls;
-        self.report_samples();
+/// Chooses the supergraph: samples stars, reports how many of them each alpha certifies, and learns what rank 0 chose.
+pub(crate) async fn choice<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    population: u64,
+) -> Result<Supergraph, TransportError> {
+    cx.enter(Phase::Choice)?;
+    let balls = balls_of_sample(cx, subdomain, table, population);
+    let ask = Ask { phase: Phase::Choice, wanted: MOST_CANDIDATES, probe: false, own_leaf: true };
+    let mut descent = Descent::new(subdomain, ask, &[]);
+    descent.launch(cx, table, &balls, None);
+    let mut samples = report_samples(cx, table, balls, &descent);
+    let mut chosen = Vec::new();
+    while cx.exchange().await? {
+        descent.hear(cx, table)?;
+        samples = samples.and_then(|balls| report_samples(cx, table, balls, &descent));
+        chosen.extend(cx.take(|m| match m.body {
+            Body::Choice { kind, parameter } => decode_choice(kind, parameter),
+            _ => None,
+        }));
     }
+    descent.land(cx);
+    chosen.pop().ok_or_else(|| TransportError::WorkerFailed {
+        rank: cx.rank,
+        reason: "phase choice ended without a choice".into(),
+    })
+}
 
-    /// The balls of sampled points: six times as far as the nearest point of the leaf, which is no nearer than the
-    /// nearest of all; without limit if there is none.
-    fn balls_of_sample(&mut self) -> Vec<Ball> {
-        let population = self.population * 2 / 5;
-        let key = DrawKey { seed: self.config.seed, node: 0, attempt: 0 };
-        let positions = &self.table.positions;
-        let mut balls = Vec::new();
-        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
-            let members: Vec<u32> = leaf.home().collect();
-            let mut cost = Cost::ZERO;
-            let sample = cost.pack(&members, |&home| is_sample(key, population, positions[home as usize]));
-            let all = |_| f64::INFINITY;
-            let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
-            let items = leaf.home_len() * (sample.len() as u64).max(1);
-            self.ledger.charge(Phase::Choice, leaf.id, cost, items);
-            let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
-            balls.extend(sample.into_iter().zip(radii2).map(|(home, radius2)| Ball {
-                home,
-                leaf: at,
-                radius2,
-            }));
-        }
-        balls
+/// The balls of sampled points: six times as far as the nearest point of the leaf, which is no nearer than the
+/// nearest of all; without limit if there is none.
+fn balls_of_sample<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &Table<P>,
+    population: u64,
+) -> Vec<Ball> {
+    let population = population * 2 / 5;
+    let key = DrawKey { seed: cx.config.seed, node: 0, attempt: 0 };
+    let positions = &table.positions;
+    let mut balls = Vec::new();
+    for (at, leaf) in subdomain.leaves.iter().enumerate() {
+        let members: Vec<u32> = leaf.home().collect();
+        let mut cost = Cost::ZERO;
+        let sample = cost.pack(&members, |&home| is_sample(key, population, positions[home as usize]));
+        let all = |_| f64::INFINITY;
+        let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
+        let items = leaf.home_len() * (sample.len() as u64).max(1);
+        cx.ledger.charge(Phase::Choice, leaf.id, cost, items);
+        let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
+        balls.extend(sample.into_iter().zip(radii2).map(|(home, radius2)| Ball { home, leaf: at, radius2 }));
     }
+    balls
+}
 
-    /// Sends the sample's outcome once all its balls are back.
-    fn report_samples(&mut self) {
-        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples.len() {
-            return;
-        }
-        self.exchange.sample_sent = true;
-        let samples = std::mem::take(&mut self.exchange.samples);
-        let needed = needed_alphas(&self.table, &samples, &self.engine.done);
-        let mut counts = vec![needed.len() as u64];
-        counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
-        self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
+/// Sends the sample's outcome if all its balls are back; if not, returns the balls.
+fn report_samples<P: Point>(
+    cx: &mut Context<P>,
+    table: &Table<P>,
+    balls: Vec<Ball>,
+    descent: &Descent<P>,
+) -> Option<Vec<Ball>> {
+    if descent.done().len() < balls.len() {
+        return Some(balls);
     }
-
-    pub(crate) fn on_choice(&mut self, inbox: &mut Vec<Message<P>>) {
-        if self.phase != Phase::Choice {
-            return;
-        }
-        self.report_samples();
-        let known = &mut self.known;
-        inbox.retain(|m| match m.body {
-            Body::Choice { kind, parameter } => {
-                known.supergraph = decode_choice(kind, parameter);
-                false
-            }
-            _ => true,
-        });
-    }
+    let needed = needed_alphas(table, &balls, descent.done());
+    let mut counts = vec![needed.len() as u64];
+    counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
+    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
+    None
 }
 
 /// A supergraph as two numbers, for the wire.

@@ -122,7 +122,11 @@ impl<P: Point> Worker<P> {
     pub(crate) fn begin_sets(&mut self) {
         let fetched = matches!(self.supergraph(), Supergraph::Knn { .. });
         if fetched {
-            self.finish_knn();
+            let nearest = std::mem::take(&mut self.sets.nearest);
+            // By other rules the recursion finds the edges.
+            if self.config.sets == SetRule::Ghost {
+                self.send_reverse(nearest);
+            }
         }
         let push = self.config.sets == SetRule::Ghost && !fetched;
         self.count_crossings();

@@ -1,161 +1,128 @@
-//! Neighbourhood balls: radii inside every leaf, then the descent; nearest neighbours (Section 4.3), and
-//! the k nearest where the supergraph is that of Section 4.5.
+//! Nearest-neighbour balls of all points (Section 4.3): radii inside every leaf, then the descent.
+//!
+//! **Statement.** A ball starts with the distance to the nearest point of its leaf. Balls much larger than their leaf's
+//! median probe first; then all descend ([`crate::neighbours::descent`]), and each takes the nearest point found. The
+//! baseline corrects them bottom-up instead ([`crate::neighbours::bottom_up`]).
+//!
+//! **Work and depth.** All pairs of a leaf, and the descent's.
+//!
+//! **Rounds.** None for the radii inside leaves; those of two descents, or of the passes of the baseline.
 
 use std::collections::BTreeMap;
 
-use septet_geometry::blocks::Blocks;
 use septet_geometry::cost::{Cost, Sweep};
-use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
-use septet_geometry::neighbourhood::{nearest_direct, nearest_in_blocks};
+use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::transport::TransportError;
 
-use crate::config::{Correction, SetRule, map_in};
+use crate::config::{Correction, map_in};
+use crate::machine::context::Context;
+use crate::neighbours::ask::{Ask, Ball};
+use crate::neighbours::bottom_up::correct_bottom_up;
+use crate::neighbours::descent::descend;
 use crate::neighbours::done::Done;
-use crate::neighbours::query::{Ask, Ball};
+use crate::state::subdomain::{Leaf, Subdomain};
 use crate::state::table::Table;
 use crate::worker::Worker;
 
 /// A ball with a radius above this multiple of its leaf's median probes first.
 const PUNT_RADIUS: f64 = 4.0;
 
-impl<P: Point> Worker<P> {
-    /// Radii inside every leaf.
-    pub(crate) fn begin_radii(&mut self) {
-        let (table, site, fault) = (&self.table, self.out.site(), self.config.fault);
-        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
-            let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.home_len());
-            let members: Vec<u32> = leaf.home().collect();
-            let mut cost = Cost::ZERO;
-            let all = |_| f64::INFINITY;
-            let nearest = nearest_direct(&table.positions, &members, &members, 1, all, &mut cost);
-            let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
-            (nearest.kth2, cost)
-        });
-        let mut radii2 = Vec::with_capacity(self.table.home as usize);
-        for (leaf, (nearest2, cost)) in self.subdomain.leaves.iter().zip(results) {
-            self.ledger.charge(Phase::Radii, leaf.id, cost, leaf.home_len() * leaf.home_len());
-            radii2.extend(nearest2);
-        }
-        self.table.radii2[..radii2.len()].copy_from_slice(&radii2);
+/// Finds the nearest neighbour of every home point: its squared distance becomes the point's squared radius.
+pub(crate) async fn nearest_balls<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+) -> Result<(), TransportError> {
+    leaf_radii(cx, subdomain, table).await?;
+    if cx.config.correction == Correction::Naive {
+        return correct_bottom_up(cx, subdomain, table).await;
     }
+    let nearest = |phase, probe| Ask { phase, wanted: 1, probe, own_leaf: false };
+    cx.enter(Phase::Probe)?;
+    let large = large_balls(&subdomain.leaves, &table.radii2);
+    let probed = descend(cx, subdomain, table, nearest(Phase::Probe, true), large).await?;
+    probed.shrink(&mut table.radii2);
+    drop(probed);
+    cx.enter(Phase::Neighbours)?;
+    let all = all_balls(&subdomain.leaves, &table.radii2);
+    let found = descend(cx, subdomain, table, nearest(Phase::Neighbours, false), all).await?;
+    found.shrink(&mut table.radii2);
+    Ok(())
+}
 
-    /// The punt: balls far larger than their leaf's median.
-    pub(crate) fn begin_probe(&mut self) {
-        let balls = self.balls(|worker, home| worker.table.radii2[home as usize], true);
-        self.launch(Ask { wanted: 1, probe: true, own_leaf: false }, &balls, None);
+/// Finds the nearest neighbour of every home point inside its leaf.
+async fn leaf_radii<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+) -> Result<(), TransportError> {
+    cx.enter(Phase::Radii)?;
+    let (positions, site, fault) = (&table.positions, cx.site(), cx.config.fault);
+    let results = map_in(&cx.pool, &subdomain.leaves, |leaf| {
+        let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.home_len());
+        let members: Vec<u32> = leaf.home().collect();
+        let mut cost = Cost::ZERO;
+        let all = |_| f64::INFINITY;
+        let nearest = nearest_direct(positions, &members, &members, 1, all, &mut cost);
+        let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
+        (nearest.kth2, cost)
+    });
+    let mut radii2 = Vec::with_capacity(table.home as usize);
+    for (leaf, (nearest2, cost)) in subdomain.leaves.iter().zip(results) {
+        cx.ledger.charge(Phase::Radii, leaf.id, cost, leaf.home_len() * leaf.home_len());
+        radii2.extend(nearest2);
     }
+    table.radii2[..radii2.len()].copy_from_slice(&radii2);
+    drop(radii2);
+    while cx.exchange().await? {}
+    Ok(())
+}
 
-    /// Balls of home points; of all, or of those that probe.
-    fn balls(&self, radius2: impl Fn(&Self, u32) -> f64, large_only: bool) -> Vec<Ball> {
-        let mut balls = Vec::new();
-        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
-            let radii: Vec<f64> = leaf.home().map(|h| radius2(self, h)).collect();
-            let limit = if large_only { punt_limit(&radii) } else { f64::NEG_INFINITY };
-            for (home, &r2) in leaf.home().zip(&radii) {
-                if r2 > limit || (large_only && r2 == f64::INFINITY) {
-                    balls.push(Ball { home, leaf: at, radius2: r2 });
-                }
+/// The balls of all home points, by their squared radii.
+pub(crate) fn all_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
+    balls_above(leaves, radii2, |_| f64::NEG_INFINITY)
+}
+
+/// The balls that probe: those far larger than their leaf's median.
+pub(crate) fn large_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
+    balls_above(leaves, radii2, punt_limit)
+}
+
+/// The balls whose squared radius is above the limit of their leaf, or infinite.
+fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) -> f64) -> Vec<Ball> {
+    let mut balls = Vec::new();
+    for (at, leaf) in leaves.iter().enumerate() {
+        let radii2 = &radii2[leaf.start as usize..leaf.end as usize];
+        let limit2 = limit2(radii2);
+        for (home, &radius2) in leaf.home().zip(radii2) {
+            if radius2 > limit2 || radius2 == f64::INFINITY {
+                balls.push(Ball { home, leaf: at, radius2 });
             }
         }
-        balls
     }
+    balls
+}
 
-    /// The probes' results, then all balls.
-    pub(crate) fn begin_neighbours(&mut self) {
-        self.shrink(Phase::Probe);
-        let balls = self.balls(|worker, home| worker.table.radii2[home as usize], false);
-        self.launch(Ask { wanted: 1, probe: false, own_leaf: false }, &balls, None);
+/// The squared radius above which a ball of a leaf probes.
+fn punt_limit(radii2: &[f64]) -> f64 {
+    if radii2.is_empty() {
+        return f64::INFINITY;
     }
+    let mut sorted = radii2.to_vec();
+    let middle = sorted.len() / 2;
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    PUNT_RADIUS * PUNT_RADIUS * median
+}
 
-    /// Takes nearer neighbours found elsewhere.
-    pub(crate) fn shrink(&mut self, phase: Phase) {
-        if phase == Phase::Neighbours && self.config.correction == Correction::Naive {
-            return self.finish_correction();
-        }
-        for (home, nearest2, _) in self.land(phase).iter() {
-            let radius2 = &mut self.table.radii2[home as usize];
-            *radius2 = radius2.min(nearest2);
-        }
-    }
-
-    fn k(&self) -> usize {
-        match self.supergraph() {
-            Supergraph::Knn { k } => k as usize,
-            _ => 1,
-        }
-    }
-
-    /// The `k` nearest inside every leaf.
-    pub(crate) fn begin_knn_radii(&mut self) {
-        let k = self.k();
-        let site = self.out.site();
-        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
-            let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.home_len());
-            let blocks = Blocks::of(&self.table.positions[leaf.start as usize..leaf.end as usize]);
-            let mut cost = Cost::ZERO;
-            let nearest = nearest_in_blocks(&blocks, leaf.start, k, &mut cost);
-            (blocks, nearest, cost)
-        });
-        for (leaf, (blocks, nearest, cost)) in self.subdomain.leaves.iter().zip(results) {
-            self.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.home_len() * leaf.home_len());
-            self.exchange.knn.push(nearest);
-            self.exchange.blocks.push(blocks);
-        }
-    }
-
-    /// The punt of the k-nearest balls.
-    pub(crate) fn begin_knn_probe(&mut self) {
-        // The lists stay for the balls that follow: only radii come of a probe.
-        let radii = self.knn_radii2();
-        let balls = self.balls(|_, home| radii[home as usize], true);
-        let wanted = self.k() as u32;
-        let nearest = std::mem::take(&mut self.exchange.knn);
-        self.launch(Ask { wanted, probe: true, own_leaf: false }, &balls, Some(&nearest));
-        self.exchange.knn = nearest;
-    }
-
-    /// Squared radii of the k-nearest balls of all home points in their leaves.
-    fn knn_radii2(&self) -> Vec<f64> {
-        self.exchange.knn.iter().flat_map(|leaf| &leaf.kth2).copied().collect()
-    }
-
-    /// All k-nearest balls. A ball starts from its own leaf's list alone: what a probe found is found
-    /// again, so that no leaf answers twice; only the radius it gave is kept.
-    pub(crate) fn begin_knn(&mut self) {
-        let mut radii = self.knn_radii2();
-        let nearest = std::mem::take(&mut self.exchange.knn);
-        for (home, kth2, _) in self.land(Phase::KnnProbe).iter() {
-            let radius2 = &mut radii[home as usize];
-            *radius2 = radius2.min(kth2);
-        }
-        let balls = self.balls(|_, home| radii[home as usize], false);
-        let wanted = self.k() as u32;
-        self.launch(Ask { wanted, probe: false, own_leaf: false }, &balls, Some(&nearest));
-    }
-
-    /// Keeps the k-nearest lists as graph neighbours, and their radii.
-    pub(crate) fn finish_knn(&mut self) {
-        if !matches!(self.supergraph(), Supergraph::Knn { .. }) {
-            return;
-        }
-        let done = self.land(Phase::Knn);
-        self.exchange.blocks = Vec::new();
-        for (home, kth2, _) in done.iter() {
-            self.table.radii2[home as usize] = kth2;
-        }
-        // By other rules the recursion finds the edges.
-        if self.config.sets == SetRule::Ghost {
-            self.send_reverse(done);
-        }
-    }
-
+impl<P: Point> Worker<P> {
     /// The other end of every edge: `j` is told that it is among the nearest of `i`. Each worker gets `i` once.
     /// Keeps the lists of all `i` until they are united with what is told.
-    fn send_reverse(&mut self, done: Done) {
+    pub(crate) fn send_reverse(&mut self, done: Done) {
         let mut batches: BTreeMap<Rank, Telling<P>> = BTreeMap::new();
         let leaf_of = self.leaf_numbers();
         let mut other_leaves = Vec::new();
@@ -297,15 +264,4 @@ impl<P: Point> Telling<P> {
         }
         self.targets.push(target);
     }
-}
-
-/// Squared radius above which a ball of this leaf probes.
-fn punt_limit(radii2: &[f64]) -> f64 {
-    if radii2.is_empty() {
-        return f64::INFINITY;
-    }
-    let mut sorted = radii2.to_vec();
-    let middle = sorted.len() / 2;
-    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
-    PUNT_RADIUS * PUNT_RADIUS * median
 }

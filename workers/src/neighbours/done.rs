@@ -1,8 +1,8 @@
-//! What balls of home points found, once nothing more can come.
+//! The lists that balls of home points bring back.
 
 use septet_geometry::neighbourhood::NearestLists;
 
-/// Home points and what they found, in parts as they were completed.
+/// Home points and their lists, in parts as they were completed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Done {
     pub(crate) parts: Vec<Part>,
@@ -47,6 +47,14 @@ impl Done {
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, f64, &[u32])> {
         let numbered = self.parts.iter().flat_map(|part| part.homes.iter().zip(part.nearest.iter()));
         numbered.map(|(&home, (kth2, list))| (home, kth2, list))
+    }
+
+    /// Lowers squared radii of home points to what their balls found.
+    pub(crate) fn shrink(&self, radii2: &mut [f64]) {
+        for (home, kth2, _) in self.iter() {
+            let radius2 = &mut radii2[home as usize];
+            *radius2 = radius2.min(kth2);
+        }
     }
 
     /// Of the home points `0..homes`, in that order, the nearest.

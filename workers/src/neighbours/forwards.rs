@@ -1,4 +1,4 @@
-//! Balls that leave for other workers' parts of the tree.
+//! Balls that leave for other ranks' parts of the tree.
 
 use std::collections::BTreeMap;
 
@@ -6,47 +6,59 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, QueryBatch};
 
-use crate::neighbours::query::{Ask, Way};
-use crate::worker::Worker;
+use crate::machine::context::Context;
+use crate::neighbours::ask::Ask;
+use crate::state::subdomain::{Shared, Way};
 
 /// Replicas that leave, batched by child and member.
 pub(crate) struct Forwards<P> {
+    rank: Rank,
     ask: Ask,
     /// With the group that the last query was of.
     batches: BTreeMap<(NodeId, Rank), (QueryBatch<P>, u64)>,
 }
 
+/// A ball that leaves.
+pub(crate) struct Replica<P> {
+    /// The name under which its answers return.
+    pub(crate) slot: u32,
+    pub(crate) centre: P,
+    pub(crate) radius2: f64,
+    /// The same for all balls of one leaf, which follow each other.
+    pub(crate) group: u64,
+}
+
 impl<P: Point> Forwards<P> {
-    pub(crate) fn new(ask: Ask) -> Self {
-        Forwards { ask, batches: BTreeMap::new() }
+    /// None yet, from this rank.
+    pub(crate) fn new(rank: Rank, ask: Ask) -> Self {
+        Forwards { rank, ask, batches: BTreeMap::new() }
     }
 
-    /// Adds a ball's ways out; its pending entry is pushed next. Balls of one leaf have the same `group`, and follow
-    /// each other.
-    pub(crate) fn add(&mut self, worker: &Worker<P>, ways: &[Way], centre: P, radius2: f64, group: u64) {
-        let slot = worker.engine.next_slot();
-        let ask = worker.engine.ask();
-        self.ask = ask;
-        for &(i, side) in ways {
-            let shared = &worker.subdomain.path[i];
-            let to = shared.member_below(worker.rank, side);
-            let key = (shared.id.child(side), to);
-            let (batch, last) = self.batches.entry(key).or_insert_with(|| (QueryBatch::default(), group));
+    /// Adds a ball, which leaves by these ways out of the path.
+    pub(crate) fn add(&mut self, path: &[Shared<P>], ways: &[Way], ball: &Replica<P>) {
+        for way in ways {
+            let shared = &path[way.level];
+            let to = shared.member_below(self.rank, way.side);
+            let key = (shared.id.child(way.side), to);
+            let (batch, last) = self.batches.entry(key).or_insert_with(|| {
+                let Ask { probe, wanted, .. } = self.ask;
+                (QueryBatch { probe, wanted, ..QueryBatch::default() }, ball.group)
+            });
             match batch.groups.last_mut() {
-                Some(size) if *last == group => *size += 1,
+                Some(size) if *last == ball.group => *size += 1,
                 _ => batch.groups.push(1),
             }
-            *last = group;
-            batch.slots.push(slot);
-            batch.centres.push(centre);
-            batch.radii2.push(radius2);
-            (batch.probe, batch.wanted) = (ask.probe, ask.wanted);
+            *last = ball.group;
+            batch.slots.push(ball.slot);
+            batch.centres.push(ball.centre);
+            batch.radii2.push(ball.radius2);
         }
     }
 
-    pub(crate) fn send(self, worker: &mut Worker<P>) {
+    /// Sends them all.
+    pub(crate) fn send(self, cx: &mut Context<P>) {
         for ((node, to), (batch, _)) in self.batches {
-            worker.out.send(to, node, 0, Body::Query(batch));
+            cx.send(to, node, 0, Body::Query(batch));
         }
     }
 }

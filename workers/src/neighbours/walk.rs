@@ -1,4 +1,4 @@
-//! Balls on their way through what one worker knows of the tree: its path of shared nodes, and its own piece.
+//! Balls on their way through what one rank knows of the tree: its path of shared nodes, and its own subtree.
 
 use septet_geometry::blocks::Blocks;
 use septet_geometry::columns::Columns;
@@ -7,25 +7,59 @@ use septet_geometry::found::FoundList;
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 
-use crate::neighbours::query::Ask;
-use crate::state::subdomain::{Bounds, Leaf, Shared, Split, Tree};
+use crate::neighbours::ask::Ask;
+use crate::state::subdomain::{Bounds, Split, Subdomain, Tree, Way};
+use crate::state::table::Table;
 use crate::state::tasks::Reach;
-use crate::worker::Worker;
 
-/// One walk of balls through what a worker knows of the tree, with its own counters.
+/// What a walk needs of a rank.
+#[derive(Clone, Copy)]
+pub(crate) struct Ground<'a, P: Point> {
+    pub(crate) subdomain: &'a Subdomain<P>,
+    pub(crate) table: &'a Table<P>,
+    /// The home points of each leaf in blocks, if lists are looked for.
+    pub(crate) blocks: &'a [Blocks<P>],
+    /// Whether to record which nodes the balls reach.
+    pub(crate) recorded: bool,
+}
+
+impl<'a, P: Point> Ground<'a, P> {
+    /// Starts a walk, which has counted nothing yet.
+    pub(crate) fn walk(self, ask: Ask) -> Walk<'a, P> {
+        let Ground { subdomain, table, blocks, recorded } = self;
+        let (shared, local) = (subdomain.path.len(), subdomain.inner_ids.len());
+        Walk {
+            subdomain,
+            homes: table.columns(),
+            blocks,
+            ask,
+            around: Around {
+                ball: (P::default(), f64::INFINITY),
+                shared: vec![None; shared],
+                local: vec![None; local],
+            },
+            counts: Counts {
+                shared: vec![Visits::default(); shared],
+                local: vec![Visits::default(); local],
+                at_leaf: vec![AtLeaf::default(); subdomain.leaves.len()],
+                reach: Reach::new(recorded),
+            },
+        }
+    }
+}
+
+/// One walk of balls through what a rank knows of the tree, with its own counters.
 pub(crate) struct Walk<'a, P: Point> {
-    path: &'a [Shared<P>],
-    leaves: &'a [Leaf<P>],
+    subdomain: &'a Subdomain<P>,
     homes: &'a Columns<P>,
-    /// Of each leaf, if there are lists to be found.
     blocks: &'a [Blocks<P>],
     ask: Ask,
     around: Around<P>,
     counts: Counts,
 }
 
-/// A ball around all balls of the leaf at hand. Where it does not cross a separator none of them does, which is asked
-/// once, of the shared nodes and of the worker's own.
+/// A ball around all balls of one leaf. Where it does not cross a separator, none of them does. Each node, shared or
+/// local, is tested once.
 struct Around<P> {
     ball: (P, f64),
     shared: Vec<Option<bool>>,
@@ -61,8 +95,8 @@ pub(crate) struct Probe<P> {
     pub(crate) home: Option<NodeId>,
 }
 
-/// Which children of a node a ball goes to. One of the leaf at hand goes to the far side only if the ball around all of
-/// them meets the separator, which is `known` once one has asked.
+/// Which children of a node a ball goes to. A ball of the walk's leaf goes to the far side only if the ball around all
+/// of them crosses the separator, which is `known` after the first test.
 fn sides<P: Point>(
     (id, split): (NodeId, &Split<P>),
     ball: &Probe<P>,
@@ -88,20 +122,50 @@ fn sides<P: Point>(
 
 /// What a walk counted.
 pub(crate) struct Counts {
-    /// For each shared node of the path, the balls that came down and those that went to both sides.
-    pub(crate) shared: Vec<(Sweep, Sweep)>,
-    /// The same for each inner node of the worker's own piece.
-    pub(crate) local: Vec<(Sweep, Sweep)>,
-    /// Pairs and visits of each leaf.
-    pub(crate) at_leaf: Vec<(Sweep, u64)>,
+    /// Of each shared node of the path.
+    pub(crate) shared: Vec<Visits>,
+    /// Of each inner node of the rank's own subtree.
+    pub(crate) local: Vec<Visits>,
+    /// Of each leaf.
+    pub(crate) at_leaf: Vec<AtLeaf>,
     pub(crate) reach: Reach,
+}
+
+/// Balls that visited an inner node: all, and those that went on to both of its sides.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Visits {
+    pub(crate) down: Sweep,
+    pub(crate) both: Sweep,
+}
+
+impl Visits {
+    /// Counts a ball.
+    pub(crate) fn visit(&mut self, both: bool) {
+        self.down.visit();
+        if both {
+            self.both.visit();
+        }
+    }
+
+    /// Adds those that were counted elsewhere.
+    pub(crate) fn join(&mut self, other: &Visits) {
+        self.down.join(&other.down);
+        self.both.join(&other.both);
+    }
+}
+
+/// Balls that visited a leaf, and the pairs of them and its points.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct AtLeaf {
+    pub(crate) pairs: Sweep,
+    pub(crate) visits: u64,
 }
 
 impl<P: Point> Walk<'_, P> {
     /// Balls of this leaf are next, the largest of this squared radius.
     pub(crate) fn start(&mut self, leaf: usize, largest2: f64) {
         self.counts.reach.start(leaf);
-        self.around.enter(self.leaves[leaf].bounds, largest2);
+        self.around.enter(self.subdomain.leaves[leaf].bounds, largest2);
     }
 
     /// What it counted, once it is over.
@@ -109,43 +173,33 @@ impl<P: Point> Walk<'_, P> {
         self.counts
     }
 
-    /// A ball is looked at by an inner node of the worker's own, and goes to both of its sides or not.
+    /// Counts a ball at a local inner node, from which it goes to both sides or not.
     pub(crate) fn visit_local(&mut self, number: usize, both: bool) {
-        self.counts.local[number].0.visit();
-        if both {
-            self.counts.local[number].1.visit();
-        }
+        self.counts.local[number].visit(both);
     }
 
-    /// Follows the shared nodes from position `start`; collects the ways out of them. Does the ball
-    /// reach this worker's own piece?
-    pub(crate) fn along_path(
+    /// Follows a ball from position `start` of the path, then through the rank's own subtree; collects the ways out
+    /// and the points found.
+    pub(crate) fn follow(
         &mut self,
         start: usize,
         ball: &Probe<P>,
-        out: &mut Vec<(usize, usize)>,
-    ) -> bool {
-        for i in start..self.path.len() {
-            let shared = &self.path[i];
-            let known = &mut self.around.shared[i];
-            let sides = sides((shared.id, &shared.split), ball, self.ask.probe, (self.around.ball, known));
-            self.counts.shared[i].0.visit();
-            if sides[0] && sides[1] {
-                self.counts.shared[i].1.visit();
-            }
-            let goes_on = sides[shared.mine] && shared.goes_on;
-            for side in (0..2).filter(|&side| sides[side]) {
-                if side != shared.mine || !goes_on {
-                    out.push((i, side));
-                }
-            }
-            if !goes_on {
-                return false;
-            }
+        ways: &mut Vec<Way>,
+        found: &mut FoundList,
+    ) {
+        let Walk { subdomain, ask, around, counts, .. } = self;
+        let arrives = subdomain.follow(start, ways, |level, shared| {
+            let known = &mut around.shared[level];
+            let sides = sides((shared.id, &shared.split), ball, ask.probe, (around.ball, known));
+            counts.shared[level].visit(sides[0] && sides[1]);
+            sides
+        });
+        if arrives && let Some((_, tree)) = &self.subdomain.tree {
+            self.down(tree, ball, found);
         }
-        true
     }
 
+    /// Follows a ball through a subtree; collects the points found.
     pub(crate) fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut FoundList) {
         match tree {
             Tree::Leaf(at) => self.at_leaf(*at, ball, found),
@@ -154,10 +208,7 @@ impl<P: Point> Walk<'_, P> {
                 let known = &mut self.around.local[inner.number];
                 let node = (inner.id, &inner.split);
                 let sides = sides(node, &here, self.ask.probe, (self.around.ball, known));
-                self.counts.local[inner.number].0.visit();
-                if sides[0] && sides[1] {
-                    self.counts.local[inner.number].1.visit();
-                }
+                self.counts.local[inner.number].visit(sides[0] && sides[1]);
                 for (side, child) in inner.children.iter().enumerate() {
                     if sides[side] {
                         let on_way = here.home.filter(|&leaf| inner.id.side_of(leaf) == side);
@@ -179,11 +230,11 @@ impl<P: Point> Walk<'_, P> {
     }
 
     fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut FoundList) {
-        let leaf = &self.leaves[at];
+        let leaf = &self.subdomain.leaves[at];
         if ball.home == Some(leaf.id) && !self.ask.own_leaf {
             return;
         }
-        let (pairs, visits) = &mut self.counts.at_leaf[at];
+        let AtLeaf { pairs, visits } = &mut self.counts.at_leaf[at];
         *visits += 1;
         if let Some(blocks) = self.blocks.get(at) {
             pairs.each_in_blocks(blocks, ball.centre, ball.radius2, leaf.start, found);
@@ -200,30 +251,6 @@ impl<P: Point> Walk<'_, P> {
             }
             limit2
         });
-    }
-}
-
-impl<P: Point> Worker<P> {
-    /// A walk that has counted nothing yet.
-    pub(crate) fn walk(&self) -> Walk<'_, P> {
-        Walk {
-            path: &self.subdomain.path,
-            leaves: &self.subdomain.leaves,
-            homes: self.table.columns(),
-            blocks: &self.exchange.blocks,
-            ask: self.engine.ask(),
-            around: Around {
-                ball: (P::default(), f64::INFINITY),
-                shared: vec![None; self.subdomain.path.len()],
-                local: vec![None; self.subdomain.inner_ids.len()],
-            },
-            counts: Counts {
-                shared: vec![Default::default(); self.subdomain.path.len()],
-                local: vec![Default::default(); self.subdomain.inner_ids.len()],
-                at_leaf: vec![Default::default(); self.subdomain.leaves.len()],
-                reach: Reach::new(self.recorder.is_some()),
-            },
-        }
     }
 }
 

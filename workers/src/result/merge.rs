@@ -164,10 +164,6 @@ impl<P: Point> Worker<P> {
 
     /// Sends the cells this worker owns, as rows of ids, then its ledger.
     pub(crate) fn begin_collect(&mut self) {
-        if self.config.until == Some(Phase::Neighbours) {
-            // The answers of a descent are landed, and charged, by the phase that uses them: here this one.
-            self.shrink(Phase::Neighbours);
-        }
         if self.config.task != Task::Delaunay && self.config.until.is_none() {
             self.send_selected();
         } else if self.known.outcome == Outcome::Passed && self.config.until.is_none() {

@@ -9,28 +9,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use septet_geometry::blocks::Blocks;
 use septet_geometry::cost::Cost;
-use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
-use crate::neighbours::query::Ball;
 use crate::stars::rows::{Objections, Rows, cell_of};
 use crate::worker::Worker;
 
 /// The state of the exchange, and of phases that only pass something on.
 #[derive(Debug)]
 pub(crate) struct Exchange<P: Point> {
-    /// The k-nearest lists of each leaf among its own points, between their phases.
-    pub(crate) knn: Vec<NearestLists>,
-    /// The home points of each leaf in blocks, while such lists are looked for.
-    pub(crate) blocks: Vec<Blocks<P>>,
-    /// Balls of the sampled stars, in the order of their points, until their outcome is sent; whether it is.
-    pub(crate) samples: Vec<Ball>,
-    pub(crate) sample_sent: bool,
     /// Points that a gathering brought for home stars: star, point.
     pub(crate) gathered: Vec<(u32, u32)>,
     /// What home stars were told and have not considered.
@@ -53,10 +43,6 @@ pub(crate) struct Exchange<P: Point> {
 impl<P: Point> Default for Exchange<P> {
     fn default() -> Self {
         Exchange {
-            knn: Vec::new(),
-            blocks: Vec::new(),
-            samples: Vec::new(),
-            sample_sent: false,
             gathered: Vec::new(),
             proposed: Vec::new(),
             objected: Said::default(),

@@ -180,6 +180,33 @@ impl<P> Subdomain<P> {
     pub(crate) fn position(&self, node: NodeId) -> usize {
         self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())
     }
+
+    /// Follows the path from position `start`. At each node `sides` says which children to enter; those that this
+    /// rank does not go on with are ways out. Returns whether the path leads to this rank's own tree.
+    pub(crate) fn follow(
+        &self,
+        start: usize,
+        ways: &mut Vec<Way>,
+        mut sides: impl FnMut(usize, &Shared<P>) -> [bool; 2],
+    ) -> bool {
+        for (level, shared) in self.path.iter().enumerate().skip(start) {
+            let sides = sides(level, shared);
+            let goes_on = sides[shared.mine] && shared.goes_on;
+            let leaves = |side: &usize| sides[*side] && (*side != shared.mine || !goes_on);
+            ways.extend((0..2).filter(leaves).map(|side| Way { level, side }));
+            if !goes_on {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// A way out of the shared nodes: the position of a node on the path, and one of its children.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Way {
+    pub(crate) level: usize,
+    pub(crate) side: usize,
 }
 
 /// A node, and the group of ranks that has it.

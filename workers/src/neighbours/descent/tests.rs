@@ -1,0 +1,133 @@
+//! Answers of two ranks to one ball, and those that do not fit together.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use glam::DVec2;
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::Phase;
+use septet_protocol::message::{PROTOCOL_VERSION, PointBatch};
+
+use super::*;
+use crate::config::WorkerConfig;
+use crate::machine::context::Running;
+
+/// Points of another rank on the first axis, at these places.
+fn points(places: &[u64]) -> PointBatch<DVec2> {
+    let mut points = PointBatch::default();
+    for &place in places {
+        points.push(place, DVec2::new(place as f64, 0.0), 2, f64::INFINITY);
+    }
+    points
+}
+
+/// A list with its radius, by the ids of its points.
+type Found = (u32, f64, Vec<u64>);
+
+/// A rank with a point at the origin whose ball waits for two answers hears these messages in one round, and none
+/// after it. Returns its lists.
+fn hear(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
+    let config = Arc::new(WorkerConfig::plain());
+    let run = config.run;
+    let lists = Rc::new(RefCell::new(Vec::new()));
+    let mut rank = Running::start(1, config, None, |cx| waiting(cx, lists.clone()));
+    rank.step()?;
+    let inbox = (0..).zip(bodies).map(|(sequence, body)| Message {
+        version: PROTOCOL_VERSION,
+        run,
+        from: 2,
+        to: 1,
+        node: NodeId::ROOT,
+        attempt: 0,
+        round: 0,
+        sequence,
+        body,
+    });
+    rank.deliver(1, Some(inbox.collect()));
+    rank.step()?;
+    rank.deliver(2, None);
+    rank.step()?;
+    assert!(rank.is_done());
+    Ok(lists.take())
+}
+
+async fn waiting(mut cx: Context<DVec2>, lists: Rc<RefCell<Vec<Found>>>) -> Result<(), TransportError> {
+    cx.enter(Phase::Knn)?;
+    let subdomain = Subdomain::default();
+    let mut table = Table::of_home(vec![0], vec![DVec2::ZERO], 1);
+    let ask = Ask { phase: Phase::Knn, wanted: 3, probe: false, own_leaf: false };
+    let mut descent = Descent::new(&subdomain, ask, &[]);
+    descent.pending.push(Pending { outstanding: 2, ..Pending::of_home(0, DVec2::ZERO, 25.0) });
+    let done = descent.finish(&mut cx, &mut table).await?;
+    let ids = |list: &[u32]| list.iter().map(|&j| table.ids[j as usize]).collect();
+    lists.borrow_mut().extend(done.iter().map(|(home, kth2, list)| (home, kth2, ids(list))));
+    Ok(())
+}
+
+/// The list of the first is in its second group, the second one's alone; the ball keeps its three nearest of both.
+fn answers() -> [AnswerBatch<DVec2>; 2] {
+    let first = AnswerBatch {
+        slots: Bulk(vec![0]),
+        counts: Bulk(vec![3]),
+        groups: Bulk(vec![0, 1]),
+        sizes: Bulk(vec![1, 3]),
+        places: Bulk(vec![2, 0, 1]),
+        points: points(&[9, 4, 1, 3]),
+    };
+    let second = AnswerBatch {
+        slots: Bulk(vec![0]),
+        counts: Bulk(vec![1]),
+        groups: Bulk(vec![1]),
+        sizes: Bulk(vec![1]),
+        places: Bulk(vec![0]),
+        points: points(&[2]),
+    };
+    [first, second]
+}
+
+#[test]
+fn the_parts_of_a_list_come_together() {
+    let lists = hear(answers().map(Body::Answer).into()).unwrap();
+    assert_eq!(lists, [(0, 9.0, vec![3, 1, 2])]);
+}
+
+#[test]
+fn an_answer_that_does_not_fit_together_is_refused() {
+    let spoil: [fn(&mut AnswerBatch<DVec2>); 3] =
+        [|a| a.places[0] = 3, |a| a.counts[0] = 4, |a| a.points.owners.0.truncate(3)];
+    for spoil in spoil {
+        let [mut first, _] = answers();
+        spoil(&mut first);
+        refused(hear(vec![Body::Answer(first)]), "fit together");
+    }
+    let query = QueryBatch { slots: Bulk(vec![1]), wanted: 3, ..QueryBatch::default() };
+    refused(hear(vec![Body::Query(query)]), "fit together");
+}
+
+/// All ranks look for the same in one phase.
+#[test]
+fn a_query_for_something_else_is_refused() {
+    let same = QueryBatch { wanted: 3, ..QueryBatch::default() };
+    assert!(hear(vec![Body::Query(same.clone())]).is_ok());
+    for other in [QueryBatch { wanted: 2, ..same.clone() }, QueryBatch { probe: true, ..same }] {
+        refused(hear(vec![Body::Query(other)]), "it has no place in phase knn");
+    }
+}
+
+/// One query is not there, one has had all its answers.
+#[test]
+fn an_answer_to_no_query_is_refused() {
+    for slot in [0, 7] {
+        let [first, second] = answers();
+        let mut third = second.clone();
+        third.slots[0] = slot;
+        refused(hear([first, second, third].map(Body::Answer).into()), "not asked");
+    }
+}
+
+fn refused<T>(result: Result<T, TransportError>, why: &str) {
+    let Err(error) = result else { panic!("it was taken") };
+    assert!(matches!(error, TransportError::BadMessage { from: 2, .. }), "{error}");
+    assert!(error.to_string().contains(why), "{error}");
+}
