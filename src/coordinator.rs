@@ -21,13 +21,13 @@ use septet_protocol::message::{Body, Merged, Message, PointBatch};
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::{Transport, TransportError};
 use septet_workers::choice::{choose, encode_choice};
-use septet_workers::config::{SetRule, Wanted, WorkerConfig};
+use septet_workers::config::{Wanted, WorkerConfig};
 use septet_workers::leader::{Leader, by_node};
 use septet_workers::machine::{Context, Running};
 use septet_workers::outbox::Outbox;
 use septet_workers::profile::{phase_span, run_span};
 use septet_workers::schedule::{Known, Outcome, next};
-use septet_workers::{frame, partition, summaries};
+use septet_workers::{frame, partition, sharing, summaries};
 
 use crate::config::{Config, Progress};
 use crate::error::Error;
@@ -173,6 +173,13 @@ impl<'a, P: Point> Coordinator<'a, P> {
             match phase {
                 Phase::Done => break,
                 Phase::Summaries => summaries::lead_root(&mut cx, &led).await?,
+                Phase::Sets => {
+                    let Some(supergraph) = self.known.supergraph else {
+                        let reason = "no supergraph was chosen before the separator sets".to_string();
+                        return Err(TransportError::WorkerFailed { rank: COORDINATOR, reason });
+                    };
+                    sharing::lead_root(&mut cx, &led, supergraph).await?;
+                }
                 Phase::Halo => {
                     cx.enter(phase)?;
                     let mut known = PointBatch::default();
@@ -242,18 +249,6 @@ impl<'a, P: Point> Coordinator<'a, P> {
     /// Handles a round's messages.
     fn step(&mut self, inbox: &mut Vec<Message<P>>) -> Result<(), TransportError> {
         match self.phase {
-            Phase::Sets => {
-                let counts = by_node(inbox, |m| match &mut m.body {
-                    Body::SetCounts(c) => Some(std::mem::take(&mut c.0)),
-                    _ => None,
-                });
-                let density = matches!(self.known.supergraph, Some(Supergraph::Density { .. }));
-                let smaller = self.machine.sets == SetRule::Smaller;
-                let rule = if smaller && !density { SetRule::Both } else { self.machine.sets };
-                for (node, all) in counts {
-                    self.leader.on_set_counts(node, &all, rule, &mut self.out);
-                }
-            }
             Phase::Choice => self.on_samples(inbox),
             Phase::Merge => self.on_merged(inbox),
             Phase::Fallback => self.on_gathered(inbox),

@@ -4,19 +4,18 @@ use std::sync::Arc;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
-use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
+use crate::config::{Correction, Pool, Task, Wanted, WorkerConfig};
 use crate::direct::halo::{Halo, halo};
 use crate::direct::seam::Seams;
-use crate::graph::independent::{Selection, independent};
-use crate::graph::sets::SetEngine;
+use crate::graph::independent::{Selection, conflict_graphs, independent};
 use crate::graph::summaries::summaries;
+use crate::graph::supergraph::{Graph, supergraph};
 use crate::machine::context::Context;
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::received;
@@ -26,8 +25,8 @@ use crate::partition::shared::{Input, load, partition};
 use crate::schedule::{Known, Outcome, next};
 use crate::splaying::exchange::Exchange;
 use crate::stars::check::Agreement;
-use crate::stars::hulls::Stars;
-use crate::state::subdomain::Subdomain;
+use crate::stars::hulls::{Stars, local_hulls};
+use crate::state::subdomain::{Ghosts, Subdomain};
 use crate::state::table::Table;
 use crate::state::tasks::Recorder;
 
@@ -58,12 +57,23 @@ pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportEr
                 summaries(&mut cx, subdomain, table, frame).await?;
                 worker.phase = Phase::Summaries;
             }
-            Phase::Independent => {
-                let Task::Independent { fixed } = cx.config.task else { return Ok(()) };
-                let graphs = std::mem::take(&mut worker.selection.graphs);
-                worker.selection =
-                    independent(&mut cx, &worker.subdomain.leaves, &worker.table, graphs, fixed).await?;
-                worker.phase = Phase::Independent;
+            Phase::Sets => {
+                worker.swap(&mut cx);
+                let nearest = worker.finish_knn();
+                worker.swap(&mut cx);
+                let rule = worker.supergraph();
+                let Worker { subdomain, table, frame, .. } = &mut worker;
+                if let Task::Independent { fixed } = cx.config.task {
+                    let graphs = conflict_graphs(&mut cx, subdomain, table, rule).await?;
+                    worker.selection = independent(&mut cx, &subdomain.leaves, table, graphs, fixed).await?;
+                    worker.phase = Phase::Independent;
+                } else {
+                    let Graph { neighbours, ghosts } =
+                        supergraph(&mut cx, subdomain, table, rule, nearest).await?;
+                    worker.stars = local_hulls(&mut cx, subdomain, table, neighbours, &ghosts, frame).await?;
+                    worker.ghosts = ghosts;
+                    worker.phase = Phase::Hulls;
+                }
             }
             phase => worker.run(&mut cx, phase).await?,
         }
@@ -105,10 +115,8 @@ pub struct Worker<P: Point> {
     pub(crate) subdomain: Subdomain<P>,
     pub(crate) table: Table<P>,
     pub(crate) engine: Engine<P>,
-    pub(crate) sets: SetEngine,
     pub(crate) seams: Seams,
-    /// Graph neighbours of home points, where they are kept as lists.
-    pub(crate) adjacency: Lists<u32>,
+    pub(crate) ghosts: Ghosts,
     pub(crate) selection: Selection,
     pub(crate) stars: Stars<P>,
     pub(crate) agreement: Agreement,
@@ -143,9 +151,8 @@ impl<P: Point> Worker<P> {
             subdomain: Subdomain::default(),
             table: Table::default(),
             engine: Engine::default(),
-            sets: SetEngine::default(),
             seams: Seams::default(),
-            adjacency: Lists::default(),
+            ghosts: Ghosts::default(),
             selection: Selection::default(),
             stars: Stars::default(),
             agreement: Agreement::default(),
@@ -158,7 +165,7 @@ impl<P: Point> Worker<P> {
     pub fn busy(&self) -> bool {
         // What a gathering brings is used when the exchange begins again: no reason to wait before.
         let exchanging = self.phase == Phase::Repair && self.exchange.is_pending();
-        self.out.has_own() || exchanging || self.sets.is_pending()
+        self.out.has_own() || exchanging
     }
 
     /// Begins a phase (the one before moved nothing any more). Returns what it sends.
@@ -182,6 +189,8 @@ impl<P: Point> Worker<P> {
             | Phase::Partition
             | Phase::Halo
             | Phase::Summaries
+            | Phase::Sets
+            | Phase::Graph
             | Phase::Independent
             | Phase::Done => {}
             Phase::Pieces => self.begin_pieces(),
@@ -194,10 +203,7 @@ impl<P: Point> Worker<P> {
             Phase::KnnRadii => self.begin_knn_radii(),
             Phase::KnnProbe => self.begin_knn_probe(),
             Phase::Knn => self.begin_knn(),
-            Phase::Sets => self.begin_sets(),
-            Phase::Graph if self.config.task != Task::Delaunay => self.begin_conflicts(),
-            Phase::Graph => self.begin_graph(),
-            Phase::Hulls => self.begin_hulls(),
+            Phase::Hulls => self.finish_seams(),
             Phase::Check => self.begin_check(),
             Phase::Certificate => self.begin_certificate(),
             Phase::Repair => self.begin_repair(),
@@ -236,11 +242,6 @@ impl<P: Point> Worker<P> {
                 self.on_choice(&mut inbox);
             }
             Phase::Seam => self.on_seam(&mut inbox),
-            Phase::Sets => {
-                self.on_ghosts(&mut inbox);
-                self.on_reverse(&mut inbox);
-                self.on_sets(&mut inbox);
-            }
             Phase::Check | Phase::Certificate => self.on_check(&mut inbox),
             Phase::Repair => self.on_repair(&mut inbox),
             Phase::Fallback => self.on_fallback(&mut inbox),
@@ -250,6 +251,7 @@ impl<P: Point> Worker<P> {
             | Phase::Partition
             | Phase::Halo
             | Phase::Summaries
+            | Phase::Sets
             | Phase::Independent
             | Phase::Pieces
             | Phase::Radii
@@ -290,15 +292,6 @@ impl<P: Point> Worker<P> {
     /// The supergraph; a density graph until one is chosen.
     pub(crate) fn supergraph(&self) -> Supergraph {
         self.known.supergraph.unwrap_or(Supergraph::Density { alpha: 2.5 })
-    }
-
-    /// The separator-set rule: one side's points suffice for the density graph only, so where the choice
-    /// fell on nearest neighbours both sides are taken.
-    pub(crate) fn set_rule(&self) -> SetRule {
-        match (self.config.sets, self.supergraph()) {
-            (SetRule::Smaller, Supergraph::Knn { .. } | Supergraph::Overlap { .. }) => SetRule::Both,
-            (rule, _) => rule,
-        }
     }
 }
 

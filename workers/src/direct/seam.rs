@@ -156,9 +156,7 @@ impl<P: Point> Worker<P> {
     }
 
     fn note_ghosts(&mut self, foreign: Vec<u32>) {
-        if let Some(leaf) = self.subdomain.leaves.first_mut() {
-            leaf.ghosts.extend(foreign);
-        }
+        self.ghosts.add_to_first(foreign);
     }
 
     /// The rank that holds a leaf which this worker is asked for, if it is another.
