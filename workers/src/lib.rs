@@ -27,7 +27,7 @@ pub mod coordinator;
 pub mod schedule;
 mod worker;
 
-pub use graph::{choice, summaries};
+pub use graph::{choice, sharing, summaries};
 pub use machine::{host, outbox, profile, transport};
 pub use partition::leader;
 pub use result::{merge, view};

@@ -4,33 +4,47 @@
 //! with largest radius `R` is no longer than `reach(r_j, R)` ([`Supergraph::reach`]). So `j` goes down to
 //! every child whose side of the separator, and whose box, its ball of that radius meets. Then a leaf
 //! holds all graph neighbours of its home points, and nothing has to return. For the density graph that is
-//! `alpha min(r_j, R)`: the two-sided minimum keeps a singularity's points from going everywhere.
+//! `alpha min(r_j, R)`: the minimum of both keeps the points of a singularity from going everywhere.
+//!
+//! **Source.** Separator sets: paper, Section 4.3. **Departure.** The paper takes the points whose balls cross the
+//! separator; here a point goes to the side that an edge of it can reach.
 //!
 //! **Rounds.** At most one a shared level. **Work and depth.** One vector step over the balls at a node.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::transport::TransportError;
 
-use crate::config::{SetRule, map_in};
-use crate::stars::check::GROUP;
-use crate::state::subdomain::{Leaf, Shared, Split, Tree};
+use crate::config::{GROUP, map_in};
+use crate::machine::context::Context;
+use crate::state::subdomain::{Entry, Ghosts, Shared, Split, Subdomain, Tree, Way};
+use crate::state::table::Table;
 use crate::state::tasks::Reach;
-use crate::worker::Worker;
 
-/// One walk of points through what a worker knows of the tree.
-struct Walk<'a, P> {
+/// Sends every home point to the leaves that an edge of it can reach, and takes in those of other ranks.
+pub(crate) async fn push_ghosts<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
     rule: Supergraph,
-    path: &'a [Shared<P>],
-    leaves: &'a [Leaf<P>],
-    shared: Vec<Sweep>,
-    local: Vec<Sweep>,
-    reach: Reach,
+) -> Result<Ghosts, TransportError> {
+    let mut pushing = Pushing::new(subdomain, rule);
+    pushing.push_home(cx, table);
+    while cx.exchange().await? {
+        pushing.pass_on(cx, table);
+    }
+    for (node, sweep) in pushing.sweeps {
+        let mut cost = Cost::ZERO;
+        let items = sweep.items();
+        cost.swept(sweep);
+        cx.ledger.charge(Phase::Sets, node, cost, items);
+    }
+    Ok(pushing.ghosts)
 }
 
 /// A point under way: position, squared radius, and its home leaf while on the way there.
@@ -41,64 +55,86 @@ struct Pushed<P> {
     home: Option<NodeId>,
 }
 
-/// What a walk counted.
+impl<P: Point> Pushed<P> {
+    fn of(table: &Table<P>, number: u32, home: Option<NodeId>) -> Self {
+        let at = number as usize;
+        Pushed { position: table.positions[at], radius2: table.radii2[at], home }
+    }
+}
+
+/// Where a point goes: to leaves of this rank, and off its path.
+#[derive(Default)]
+struct Routes {
+    leaves: Vec<usize>,
+    ways: Vec<Way>,
+}
+
+impl Routes {
+    fn is_empty(&self) -> bool {
+        self.leaves.is_empty() && self.ways.is_empty()
+    }
+}
+
+/// One walk of points through what a rank knows of the tree, with its own counters.
+struct Walk<'a, P> {
+    subdomain: &'a Subdomain<P>,
+    rule: Supergraph,
+    counts: Counts,
+}
+
+/// How many points each node of the path and of the rank's own tree looked at.
 struct Counts {
     shared: Vec<Sweep>,
     local: Vec<Sweep>,
     reach: Reach,
 }
 
-impl<P: Point> Walk<'_, P> {
-    fn into_counts(self) -> Counts {
-        let Walk { shared, local, reach, .. } = self;
-        Counts { shared, local, reach }
+impl<'a, P: Point> Walk<'a, P> {
+    fn new(subdomain: &'a Subdomain<P>, rule: Supergraph, recorded: bool) -> Self {
+        let counts = Counts {
+            shared: vec![Sweep::default(); subdomain.path.len()],
+            local: vec![Sweep::default(); subdomain.inner_ids.len()],
+            reach: Reach::new(recorded),
+        };
+        Walk { subdomain, rule, counts }
     }
 
-    fn goes(&self, split: &Split<P>, side: usize, max2: f64, x: &Pushed<P>) -> bool {
-        let reach = self.rule.reach(x.radius2, max2);
-        split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
-    }
-
-    fn along_path(&mut self, start: usize, x: &Pushed<P>, out: &mut Vec<(usize, usize)>) -> bool {
-        for i in start..self.path.len() {
-            let shared = &self.path[i];
-            self.shared[i].visit();
+    /// From a position on the path, or from the rank's own tree at its end.
+    fn from(&mut self, start: usize, x: &Pushed<P>) -> Routes {
+        let mut routes = Routes::default();
+        let (subdomain, rule, shared_sweeps) = (self.subdomain, self.rule, &mut self.counts.shared);
+        let reach = |level: usize, shared: &Shared<P>| {
+            shared_sweeps[level].visit();
             let max2 = |side: usize| shared.summaries.as_ref().map_or(f64::INFINITY, |s| s[side].max_radius2);
-            let other = 1 - shared.mine;
-            if self.goes(&shared.split, other, max2(other), x) {
-                out.push((i, other));
-            }
-            if x.home.is_none() {
-                let reached = self.goes(&shared.split, shared.mine, max2(shared.mine), x);
-                if reached && !shared.goes_on {
-                    out.push((i, shared.mine));
-                }
-                if !reached || !shared.goes_on {
-                    return false;
-                }
-            }
+            [0, 1].map(|side| {
+                (x.home.is_some() && side == shared.mine) || goes(rule, &shared.split, side, max2(side), x)
+            })
+        };
+        let below = subdomain.follow(start, reach, |way| routes.ways.push(way));
+        if let Some((_, tree)) = subdomain.tree.as_ref().filter(|_| below) {
+            self.down(tree, x, &mut routes.leaves);
         }
-        true
+        routes
     }
 
-    fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, hits: &mut Vec<usize>) {
+    fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, leaves: &mut Vec<usize>) {
         match tree {
             Tree::Leaf(at) => {
-                if x.home != Some(self.leaves[*at].id) {
-                    hits.push(*at);
+                if x.home != Some(self.subdomain.leaves[*at].id) {
+                    leaves.push(*at);
                 }
             }
             Tree::Node(inner) => {
                 let home = x.home.map(|leaf| inner.id.side_of(leaf));
-                self.local[inner.number].visit();
+                self.counts.local[inner.number].visit();
                 for (side, child) in inner.children.iter().enumerate() {
                     let on_way = home == Some(side);
-                    if on_way || self.goes(&inner.split, side, inner.max_radius2[side], x) {
+                    if on_way || goes(self.rule, &inner.split, side, inner.max_radius2[side], x) {
                         let home = x.home.filter(|_| on_way);
                         if !on_way {
-                            self.reach.visit(inner.id.child(side));
+                            self.counts.reach.visit(inner.id.child(side));
                         }
-                        self.down(child, &Pushed { home, ..*x }, hits);
+                        self.down(child, &Pushed { home, ..*x }, leaves);
                     }
                 }
             }
@@ -106,222 +142,118 @@ impl<P: Point> Walk<'_, P> {
     }
 }
 
-impl<P: Point> Worker<P> {
-    fn ghost_walk(&self) -> Walk<'_, P> {
-        Walk {
-            rule: self.supergraph(),
-            path: &self.subdomain.path,
-            leaves: &self.subdomain.leaves,
-            shared: vec![Sweep::default(); self.subdomain.path.len()],
-            local: vec![Sweep::default(); self.subdomain.inner_ids.len()],
-            reach: Reach::new(self.recorder.is_some()),
-        }
-    }
+/// Can a point have an edge to a home point of this child, whose largest squared radius is `max2`?
+fn goes<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64, x: &Pushed<P>) -> bool {
+    let reach = rule.reach(x.radius2, max2);
+    split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
+}
 
-    /// Starts the separator sets by the rule of the run.
-    pub(crate) fn begin_sets(&mut self) {
-        let fetched = matches!(self.supergraph(), Supergraph::Knn { .. });
-        if fetched {
-            let nearest = std::mem::take(&mut self.sets.nearest);
-            // By other rules the recursion finds the edges.
-            if self.config.sets == SetRule::Ghost {
-                self.send_reverse(nearest);
-            }
-        }
-        let push = self.config.sets == SetRule::Ghost && !fetched;
-        self.count_crossings();
-        if push {
-            self.push_home();
-        }
-        if self.config.sets != SetRule::Ghost {
-            self.begin_set_recursion();
-        }
-    }
+/// Points that leave, by node and receiver.
+type Batches<P> = BTreeMap<(NodeId, Rank), PointBatch<P>>;
 
-    /// Measures every separator against the home points below it, which follow each other.
-    fn count_crossings(&mut self) {
-        let (table, rule) = (&self.table, self.supergraph());
-        let homes = 0..table.home as usize;
-        let radii: Vec<f64> =
-            table.radii2[homes.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
-        let mut splits: Vec<(NodeId, &Split<P>, Range<usize>)> =
-            self.subdomain.path.iter().map(|shared| (shared.id, &shared.split, homes.clone())).collect();
-        if let Some((_, tree)) = &self.subdomain.tree {
-            splits_below(tree, &self.subdomain.leaves, &mut splits);
-        }
-        let groups: Vec<(NodeId, &Split<P>, Range<usize>)> = splits
-            .into_iter()
-            .flat_map(|(id, split, homes)| {
-                let end = homes.end;
-                homes.step_by(GROUP).map(move |start| (id, split, start..end.min(start + GROUP)))
-            })
-            .collect();
-        let counted = map_in(&self.pool, &groups, |(id, split, homes)| {
-            let centres = table.positions[homes.clone()].iter().copied();
-            let balls = centres.zip(radii[homes.clone()].iter().copied());
-            (*id, split.separator.count_crossing(balls))
-        });
-        for (id, [inside, outside]) in counted {
-            let facts = self.ledger.facts(id);
-            facts.crossing_inside += inside;
-            facts.crossing_outside += outside;
-        }
+/// The descent of all points, as one rank takes part in it.
+struct Pushing<'a, P> {
+    subdomain: &'a Subdomain<P>,
+    rule: Supergraph,
+    ghosts: Ghosts,
+    /// Points that each node looked at.
+    sweeps: BTreeMap<NodeId, Sweep>,
+}
+
+impl<'a, P: Point> Pushing<'a, P> {
+    fn new(subdomain: &'a Subdomain<P>, rule: Supergraph) -> Self {
+        let ghosts = Ghosts::of_leaves(subdomain.leaves.len());
+        Pushing { subdomain, rule, ghosts, sweeps: BTreeMap::new() }
     }
 
     /// Pushes home points to other leaves.
-    fn push_home(&mut self) {
+    fn push_home(&mut self, cx: &mut Context<P>, table: &Table<P>) {
+        let (subdomain, rule, recorded) = (self.subdomain, self.rule, cx.recorder.is_some());
         let mut groups = Vec::new();
-        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
+        for (at, leaf) in subdomain.leaves.iter().enumerate() {
             let homes: Vec<u32> = leaf.home().collect();
             groups.extend(homes.chunks(GROUP).map(|c| (at, c.to_vec())));
         }
-        let walked = map_in(&self.pool, &groups, |(at, homes)| {
-            let mut walk = self.ghost_walk();
+        let walked = map_in(&cx.pool, &groups, |(at, homes)| {
+            let mut walk = Walk::new(subdomain, rule, recorded);
             let mut found = Vec::new();
-            walk.reach.start(*at);
+            walk.counts.reach.start(*at);
             for &home in homes {
-                let x = Pushed {
-                    position: self.table.positions[home as usize],
-                    radius2: self.table.radii2[home as usize],
-                    home: Some(self.subdomain.leaves[*at].id),
-                };
-                let (mut hits, mut ways) = (Vec::new(), Vec::new());
-                walk.along_path(0, &x, &mut ways);
-                if let Some((_, tree)) = &self.subdomain.tree {
-                    walk.down(tree, &x, &mut hits);
-                }
-                if !hits.is_empty() || !ways.is_empty() {
-                    found.push((home, hits, ways));
+                let x = Pushed::of(table, home, Some(subdomain.leaves[*at].id));
+                let routes = walk.from(0, &x);
+                if !routes.is_empty() {
+                    found.push((home, routes));
                 }
             }
-            (found, walk)
+            (found, walk.counts)
         });
-        let mut batches: BTreeMap<(NodeId, Rank), PointBatch<P>> = BTreeMap::new();
-        let reduced: Vec<_> = walked.into_iter().map(|(found, walk)| (found, walk.into_counts())).collect();
-        for (found, counts) in reduced {
-            let Counts { shared, local, reach } = counts;
-            self.charge_sets(&shared, &local);
-            if let (Some(recorder), Some(reached)) = (&mut self.recorder, reach.reached) {
+        let mut batches = Batches::new();
+        for (found, counts) in walked {
+            self.count(&counts);
+            if let (Some(recorder), Some(reached)) = (&mut cx.recorder, counts.reach.reached) {
                 recorder.reached(Phase::Sets, reached);
             }
-            for (home, hits, ways) in found {
-                for at in hits {
-                    self.subdomain.leaves[at].ghosts.push(home);
-                }
-                self.batch_ghost(home, &ways, &mut batches);
+            for (home, routes) in found {
+                self.take(cx.rank, table, (home, routes), &mut batches);
             }
         }
-        self.send_ghosts(batches);
+        send(cx, batches);
     }
 
-    fn charge_sets(&mut self, shared: &[Sweep], local: &[Sweep]) {
-        let ids: Vec<NodeId> = self.subdomain.path.iter().map(|s| s.id).collect();
-        for (ids, sweeps) in [(&ids, shared), (&self.subdomain.inner_ids, local)] {
-            for (&id, sweep) in ids.iter().zip(sweeps) {
-                if sweep.items() > 0 {
-                    self.sets.sweeps.entry(id).or_default().join(sweep);
+    /// Takes in the points that other ranks pushed here, and sends on those that go elsewhere.
+    fn pass_on(&mut self, cx: &mut Context<P>, table: &mut Table<P>) {
+        let mut batches = Batches::new();
+        for (node, points) in cx.take(|m: &mut Message<P>| match &mut m.body {
+            Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
+            _ => None,
+        }) {
+            let start = match self.subdomain.entry(node, cx.rank) {
+                Entry::Relay(holder) => {
+                    cx.send(holder, node, 0, Body::Ghosts(points));
+                    continue;
                 }
+                Entry::Here(start) => start,
+            };
+            let numbers = table.intern_all(&points);
+            // Only home points are recorded.
+            let mut walk = Walk::new(self.subdomain, self.rule, false);
+            for number in numbers {
+                let routes = walk.from(start, &Pushed::of(table, number, None));
+                self.take(cx.rank, table, (number, routes), &mut batches);
             }
+            self.count(&walk.counts);
+        }
+        send(cx, batches);
+    }
+
+    /// Adds the nodes' counts.
+    fn count(&mut self, counts: &Counts) {
+        let shared = self.subdomain.path.iter().map(|shared| shared.id).zip(&counts.shared);
+        let local = self.subdomain.inner_ids.iter().copied().zip(&counts.local);
+        for (id, sweep) in shared.chain(local).filter(|(_, sweep)| sweep.items() > 0) {
+            self.sweeps.entry(id).or_default().join(sweep);
         }
     }
 
-    fn batch_ghost(
-        &self,
-        point: u32,
-        ways: &[(usize, usize)],
-        batches: &mut BTreeMap<(NodeId, Rank), PointBatch<P>>,
+    /// Makes a point a ghost of the leaves that it reaches, and puts it into the batches that leave.
+    fn take(
+        &mut self,
+        own: Rank,
+        table: &Table<P>,
+        (point, routes): (u32, Routes),
+        batches: &mut Batches<P>,
     ) {
-        for &(i, side) in ways {
-            let shared = &self.subdomain.path[i];
-            let to = shared.member_below(self.rank, side);
-            let batch = batches.entry((shared.id.child(side), to)).or_default();
-            self.table.export(point, batch);
+        for leaf in routes.leaves {
+            self.ghosts.push(leaf, point);
         }
-    }
-
-    fn send_ghosts(&mut self, batches: BTreeMap<(NodeId, Rank), PointBatch<P>>) {
-        for ((node, to), batch) in batches {
-            self.out.send(to, node, 0, Body::Ghosts(batch));
-        }
-    }
-
-    /// Points pushed here by other workers.
-    pub(crate) fn on_ghosts(&mut self, inbox: &mut Vec<Message<P>>) {
-        let mut received = Vec::new();
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Ghosts(points) => {
-                received.push((m.node, std::mem::take(points)));
-                false
-            }
-            _ => true,
-        });
-        let mut batches = BTreeMap::new();
-        for (node, points) in received {
-            if let Some((at, holder)) = self.subdomain.relay
-                && at == node
-                && holder != self.rank
-            {
-                self.out.send(holder, node, 0, Body::Ghosts(points));
-                continue;
-            }
-            let numbers = self.table.intern_all(&points);
-            let start =
-                self.subdomain.path.iter().position(|s| s.id == node).unwrap_or(self.subdomain.path.len());
-            let mut walk = self.ghost_walk();
-            let mut found = Vec::with_capacity(numbers.len());
-            for &number in &numbers {
-                let x = Pushed {
-                    position: self.table.positions[number as usize],
-                    radius2: self.table.radii2[number as usize],
-                    home: None,
-                };
-                let (mut hits, mut ways) = (Vec::new(), Vec::new());
-                if walk.along_path(start, &x, &mut ways)
-                    && let Some((_, tree)) = &self.subdomain.tree
-                {
-                    walk.down(tree, &x, &mut hits);
-                }
-                found.push((hits, ways));
-            }
-            let (shared, local) = (walk.shared, walk.local);
-            self.charge_sets(&shared, &local);
-            for (number, (hits, ways)) in numbers.into_iter().zip(found) {
-                for at in hits {
-                    self.subdomain.leaves[at].ghosts.push(number);
-                }
-                self.batch_ghost(number, &ways, &mut batches);
-            }
-        }
-        self.send_ghosts(batches);
-    }
-
-    /// Charges the descent of the separator sets, once it is over.
-    pub(crate) fn finish_sets(&mut self) {
-        for (node, sweep) in std::mem::take(&mut self.sets.sweeps) {
-            let mut cost = Cost::ZERO;
-            let items = sweep.items();
-            cost.swept(sweep);
-            self.ledger.charge(Phase::Sets, node, cost, items);
+        for way in routes.ways {
+            table.export(point, batches.entry(self.subdomain.beyond(way, own)).or_default());
         }
     }
 }
 
-/// The splits of a worker's own piece, in preorder, each with the home points below it. Returns those below the tree.
-fn splits_below<'a, P>(
-    tree: &'a Tree<P>,
-    leaves: &[Leaf<P>],
-    splits: &mut Vec<(NodeId, &'a Split<P>, Range<usize>)>,
-) -> Range<usize> {
-    match tree {
-        Tree::Leaf(at) => leaves[*at].start as usize..leaves[*at].end as usize,
-        Tree::Node(inner) => {
-            let place = splits.len();
-            splits.push((inner.id, &inner.split, 0..0));
-            let [interior, exterior] = [0, 1].map(|side| splits_below(&inner.children[side], leaves, splits));
-            debug_assert_eq!(interior.end, exterior.start, "leaves are numbered in the order of the tree");
-            let below = interior.start..exterior.end;
-            splits[place].2 = below.clone();
-            below
-        }
+fn send<P: Point>(cx: &mut Context<P>, batches: Batches<P>) {
+    for ((node, to), batch) in batches {
+        cx.send(to, node, 0, Body::Ghosts(batch));
     }
 }

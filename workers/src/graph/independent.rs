@@ -30,6 +30,7 @@
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
+use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
 use septet_geometry::near::graph_near;
 use septet_geometry::point::Point;
@@ -41,8 +42,10 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, map_in};
 use crate::graph::edges::Edges;
+use crate::graph::ghosts::push_ghosts;
+use crate::graph::supergraph::count_crossings;
 use crate::machine::context::Context;
-use crate::state::subdomain::Leaf;
+use crate::state::subdomain::{Ghosts, Leaf, Subdomain};
 use crate::state::table::Table;
 use crate::worker::Worker;
 
@@ -60,7 +63,7 @@ enum State {
 #[derive(Debug, Default)]
 pub(crate) struct Selection {
     /// The neighbours of each leaf's home points.
-    pub(crate) graphs: Vec<Lists<u32>>,
+    graphs: Vec<Lists<u32>>,
     /// Of every point of the table.
     states: Vec<State>,
     /// Of every point of the table: its priority, or [`DECIDED`].
@@ -94,37 +97,54 @@ struct Half {
     cost: Cost,
 }
 
-impl<P: Point> Worker<P> {
-    /// The conflict graph of the home points.
-    pub(crate) fn begin_conflicts(&mut self) {
-        self.finish_sets();
-        for leaf in &mut self.subdomain.leaves {
-            // Their order is of no account: lists are only gone through whole.
-            leaf.ghosts.sort_unstable();
-            leaf.ghosts.dedup();
+/// The conflict graph of the home points: the neighbours of those of each leaf.
+pub(crate) async fn conflict_graphs<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    rule: Supergraph,
+) -> Result<Vec<Lists<u32>>, TransportError> {
+    cx.enter(Phase::Sets)?;
+    count_crossings(cx, subdomain, table, rule);
+    let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
+    cx.enter(Phase::Graph)?;
+    // Their order is of no account: lists are only gone through whole.
+    ghosts.sort_by(Ord::cmp);
+    let graphs = conflicts_of_leaves(cx, &subdomain.leaves, table, rule, &ghosts);
+    while cx.exchange().await? {}
+    Ok(graphs)
+}
+
+fn conflicts_of_leaves<P: Point>(
+    cx: &mut Context<P>,
+    leaves: &[Leaf<P>],
+    table: &Table<P>,
+    rule: Supergraph,
+    ghosts: &Ghosts,
+) -> Vec<Lists<u32>> {
+    let site = cx.site();
+    let places: Vec<usize> = (0..leaves.len()).collect();
+    let results = map_in(&cx.pool, &places, |&at| {
+        let leaf = &leaves[at];
+        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.home_len());
+        let members = ghosts.members(at, leaf);
+        let mut cost = Cost::ZERO;
+        let rows = leaf.home_len() as usize;
+        let lists = graph_near(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
+        let mut edges = Edges::default();
+        for (home, list) in leaf.home().zip(lists.iter()) {
+            edges.take(table, home, list);
         }
-        let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
-        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
-            let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.home_len());
-            let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
-            let mut cost = Cost::ZERO;
-            let rows = leaf.home_len() as usize;
-            let lists = graph_near(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
-            let mut edges = Edges::default();
-            for (home, list) in leaf.home().zip(lists.iter()) {
-                edges.take(table, home, list);
-            }
-            (lists, cost, members.len() as u64, edges)
-        });
-        let mut graphs = Vec::with_capacity(results.len());
-        for (leaf, (lists, cost, members, edges)) in self.subdomain.leaves.iter().zip(results) {
-            self.ledger.charge(Phase::Graph, leaf.id, cost, members);
-            self.ledger.facts(leaf.id).members += members;
-            edges.enter(leaf.id, &mut self.ledger);
-            graphs.push(lists);
-        }
-        self.selection = Selection { graphs, ..Selection::default() };
+        (lists, cost, members.len() as u64, edges)
+    });
+    let mut graphs = Vec::with_capacity(results.len());
+    for (leaf, (lists, cost, members, edges)) in leaves.iter().zip(results) {
+        cx.ledger.charge(Phase::Graph, leaf.id, cost, members);
+        cx.ledger.facts(leaf.id).members += members;
+        edges.enter(leaf.id, &mut cx.ledger);
+        graphs.push(lists);
     }
+    graphs
 }
 
 /// Rounds of local priorities, until no point of any rank is undecided: those that come before all their undecided

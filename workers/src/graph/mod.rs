@@ -4,5 +4,8 @@ pub mod choice;
 pub(crate) mod edges;
 pub(crate) mod ghosts;
 pub(crate) mod independent;
+pub(crate) mod reverse;
 pub(crate) mod sets;
+pub mod sharing;
 pub mod summaries;
+pub(crate) mod supergraph;

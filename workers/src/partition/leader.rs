@@ -16,7 +16,7 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{LedgerPart, NodeFacts};
 use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
 
-use crate::config::{Partition, SetRule, WorkerConfig};
+use crate::config::{Partition, WorkerConfig};
 use crate::machine::context::Context;
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::Site;
@@ -24,9 +24,6 @@ use crate::state::subdomain::{Group, join_bounds};
 
 /// Draws before a subproblem is left unsplit.
 pub const MAX_ATTEMPTS: u32 = 8;
-
-/// A set whose larger child holds more than this share of it is not split further.
-pub const STOP_SHARE: f64 = 0.93;
 
 /// A subproblem that this rank leads, after the partition.
 #[derive(Clone, Debug)]
@@ -289,21 +286,6 @@ impl<P: Point> Leader<P> {
         Some((node, all))
     }
 
-    /// All set counts of a node in one round: how the set goes on.
-    pub fn on_set_counts(&mut self, node: NodeId, counts: &[Vec<u64>], rule: SetRule, out: &mut Outbox<P>) {
-        let Some(lead) = self.leads.get(&node) else { return };
-        let mut sum = [0u64; 4];
-        for c in counts {
-            for (s, v) in sum.iter_mut().zip(c) {
-                *s += v;
-            }
-        }
-        let decision = decide_sets(sum, rule);
-        for rank in lead.first..lead.first + lead.ranks {
-            out.send(rank, node, 0, Body::SetDecision(decision));
-        }
-    }
-
     /// The group of a node that this rank leads.
     pub fn group(&self, node: NodeId) -> Option<(Rank, u32)> {
         self.leads.get(&node).map(|l| (l.first, l.ranks))
@@ -317,20 +299,6 @@ pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     let total = (a + b).max(1);
     let rounded = (2 * u128::from(ranks) * a + total) / (2 * total);
     (rounded as u32).clamp(1, ranks - 1)
-}
-
-/// Decides how a set is shared, from the numbers of its interior and exterior points and of those among
-/// them whose balls cross: 0 stop, 1 both sides' crossing points, 2 interior's, 3 exterior's.
-pub fn decide_sets(sum: [u64; 4], rule: SetRule) -> u8 {
-    let [inside, outside, crossing_inside, crossing_outside] = sum;
-    let total = inside + outside;
-    let (decision, children) = match rule {
-        SetRule::Smaller if crossing_inside <= crossing_outside => (2, [inside, outside + crossing_inside]),
-        SetRule::Smaller => (3, [inside + crossing_outside, outside]),
-        _ => (1, [inside + crossing_outside, outside + crossing_inside]),
-    };
-    let larger = children[0].max(children[1]) as f64;
-    if larger > STOP_SHARE * total as f64 { 0 } else { decision }
 }
 
 /// The summary of two disjoint sets.

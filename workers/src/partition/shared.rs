@@ -11,8 +11,6 @@
 //!
 //! **Work and depth.** O(m) and O(1) for a node of `m` points and each attempt, plus the draw.
 
-use std::ops::Range;
-
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
@@ -346,7 +344,7 @@ fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>
     Home {
         tree: Some((node, Tree::Leaf(0))),
         inner_ids: Vec::new(),
-        leaves: vec![Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0, ghosts: Vec::new() }],
+        leaves: vec![Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0 }],
         table: Table::of_whole(ids, positions, cx.rank),
     }
 }
@@ -373,9 +371,8 @@ fn settle<P: Point>(
         ids.extend(members.iter().map(|&i| points.ids[i as usize]));
         positions.extend(members.iter().map(|&i| points.positions[i as usize]));
         let end = ids.len() as u32;
-        let of = |r: Range<u32>| bounds(positions[r.start as usize..r.end as usize].iter().copied());
-        let (bounds, ghosts) = (of(start..end), Vec::new());
-        leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0, ghosts });
+        let bounds = bounds(positions[start as usize..end as usize].iter().copied());
+        leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0 });
         cx.ledger.facts(*id).population = u64::from(end - start);
     }
     let mut table = Table::of_home(ids, positions, cx.rank);

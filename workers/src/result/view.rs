@@ -90,8 +90,9 @@ impl<P: Point> Worker<P> {
     }
 
     fn show_ghosts(&self, part: &mut ViewPart<P>) {
-        for leaf in &self.subdomain.leaves {
-            let shown: BTreeSet<u32> = leaf.ghosts.iter().copied().filter(|&g| self.is_shown(g)).collect();
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
+            let shown: BTreeSet<u32> =
+                self.ghosts.of(at).iter().copied().filter(|&g| self.is_shown(g)).collect();
             for ghost in shown {
                 part.ghosts.push(self.table.ids[ghost as usize]);
                 part.ghost_leaves.push(leaf.id.0);

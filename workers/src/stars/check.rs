@@ -30,7 +30,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 
-use crate::config::{Fault, map_in};
+use crate::config::{Fault, GROUP, map_in};
 use crate::direct::piece::{Piece, smallest_of};
 use crate::stars::sums::{
     Away, KeySet, RecentHashes, SHARES, ShortSums, Sums, join, mix, point_hash, share_of, unite,
@@ -62,9 +62,6 @@ pub(crate) struct Agreement {
     /// Number of workers whose fingerprints differ, and whether the own sums do.
     pub(crate) differing: u64,
 }
-
-/// Home points of one leaf that are scanned together.
-pub(crate) const GROUP: usize = 4096;
 
 impl<P: Point> Worker<P> {
     /// Position of a leaf, and some of its home points.

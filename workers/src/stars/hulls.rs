@@ -1,4 +1,4 @@
-//! The supergraph leaf by leaf, and the star of every home point from its graph neighbours.
+//! Local hulls: the star of every home point from its neighbours in the supergraph.
 //!
 //! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the local hulls
 //! of all points from their graph neighbours are its stars. Whether it does is not assumed: stars may
@@ -9,23 +9,25 @@
 //! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
 //!
 //! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::piece`]) and gets
-//! what it needs from others ([`crate::direct::halo`], [`crate::direct::interface`]).
+//! what it needs from others ([`crate::direct::halo`], [`crate::direct::seam`]).
+
+use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
-use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, lex_cmp};
-use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
-use septet_protocol::message::Body;
+use septet_protocol::ids::Phase;
+use septet_protocol::message::PointBatch;
+use septet_protocol::transport::TransportError;
 
-use crate::config::{SetRule, map_in};
+use crate::config::map_in;
 use crate::direct::piece::Piece;
-use crate::graph::edges::{Edges, edges_of};
-use crate::state::subdomain::{Leaf, Tree};
-use crate::worker::Worker;
+use crate::machine::context::Context;
+use crate::machine::profile::Site;
+use crate::state::subdomain::{Ghosts, Leaf, Subdomain, Tree};
+use crate::state::table::Table;
 
 /// A star starts with at least this many candidates, if its leaf has them.
 const FEWEST_CANDIDATES: usize = 8;
@@ -130,110 +132,81 @@ struct Hulled<P: Point> {
     cost: Cost,
 }
 
-impl<P: Point> Worker<P> {
-    /// The supergraph of the home points.
-    pub(crate) fn begin_graph(&mut self) {
-        self.finish_sets();
-        let positions = &self.table.positions;
-        for leaf in &mut self.subdomain.leaves {
-            let rank = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
-            leaf.ghosts.sort_unstable_by(rank);
-            leaf.ghosts.dedup();
-        }
-        if self.config.sets != SetRule::Ghost {
-            self.finish_set_recursion();
-        } else if matches!(self.supergraph(), Supergraph::Knn { .. }) {
-            self.unite_reverse();
-        } else {
-            self.graph_of_leaves();
-        }
-        self.measure_graph();
-    }
+/// The local hulls of all home points, from their neighbours in the supergraph.
+pub(crate) async fn local_hulls<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    neighbours: Lists<u32>,
+    ghosts: &Ghosts,
+    frame: &PointBatch<P>,
+) -> Result<Stars<P>, TransportError> {
+    cx.enter(Phase::Hulls)?;
+    let seeds = leaf_seeds(subdomain, table);
+    let frame = table.intern_all(frame);
+    let view = View { table, neighbours: &neighbours, ghosts, frame: &frame, site: cx.site() };
+    let stars = hulls_of_leaves(cx, &subdomain.leaves, &seeds, &view);
+    drop(neighbours);
+    while cx.exchange().await? {}
+    Ok(stars)
+}
 
-    /// All pairs of every leaf's home points with its members.
-    fn graph_of_leaves(&mut self) {
-        let (table, rule, site) = (&self.table, self.supergraph(), self.out.site());
-        let results = map_in(&self.pool, &self.subdomain.leaves, |leaf| {
-            let _span = site.subproblem(Phase::Graph, leaf.id, "leaf graph", leaf.home_len());
-            let home: Vec<u32> = leaf.home().collect();
-            let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
-            let mut cost = Cost::ZERO;
-            let lists = graph_direct(rule, &table.positions, &table.radii2, &home, &members, &mut cost);
-            (lists, cost, members.len() as u64)
-        });
-        let mut adjacency = Lists::default();
-        for (leaf, (lists, cost, members)) in self.subdomain.leaves.iter().zip(results) {
-            let pairs = members * u64::from(leaf.end - leaf.start);
-            self.ledger.charge(Phase::Graph, leaf.id, cost, pairs);
-            self.ledger.facts(leaf.id).members += members;
-            adjacency.append(lists);
-        }
-        self.adjacency = adjacency;
-    }
-
-    /// Counts edges once, at their smaller end; sends them if asked for.
-    fn measure_graph(&mut self) {
-        let mut sent = Vec::new();
-        for leaf in &self.subdomain.leaves {
-            let mut edges = Edges::default();
-            for home in leaf.home() {
-                let list = &self.adjacency[home as usize];
-                edges.take(&self.table, home, list);
-                if self.config.collect_graph {
-                    let counted = edges_of(&self.table, home, list).filter(|edge| edge.1);
-                    sent.extend(counted.flat_map(|edge| edge.0));
-                }
-            }
-            edges.enter(leaf.id, &mut self.ledger);
-        }
-        if !sent.is_empty() {
-            self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));
+fn hulls_of_leaves<P: Point>(
+    cx: &mut Context<P>,
+    leaves: &[Leaf<P>],
+    seeds: &[Option<u32>],
+    view: &View<'_, P>,
+) -> Stars<P> {
+    let places: Vec<usize> = (0..leaves.len()).collect();
+    let mut stars = Stars::default();
+    stars.reserve(view.table.home as usize);
+    // Few at a time: their storage is soon used again.
+    for group in places.chunks(if cx.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
+        let hulled = map_in(&cx.pool, group, |&at| view.hulls_of(at, &leaves[at], seeds[at]));
+        for (&at, hulls) in group.iter().zip(hulled) {
+            cx.ledger.charge(Phase::Hulls, leaves[at].id, hulls.cost, leaves[at].home_len());
+            stars.append(&hulls.links, &hulls.lengths);
         }
     }
+    stars
+}
 
-    /// For every leaf, the smaller point that its first point starts with.
-    fn leaf_seeds(&mut self) -> Vec<Option<u32>> {
-        let mut seed = None;
-        for shared in &self.subdomain.path {
-            let Some(summaries) = &shared.summaries else { continue };
-            let (mine, other) = (&summaries[shared.mine].smallest, &summaries[1 - shared.mine].smallest);
-            let (Some(a), Some(b)) = (mine.positions.first(), other.positions.first()) else { continue };
-            if lex_cmp(b, a).is_lt() {
-                seed = Some(other.clone());
-            }
+/// For every leaf, the smaller point that its first point starts with.
+fn leaf_seeds<P: Point>(subdomain: &Subdomain<P>, table: &mut Table<P>) -> Vec<Option<u32>> {
+    let mut seed = None;
+    for shared in &subdomain.path {
+        let Some(summaries) = &shared.summaries else { continue };
+        let (mine, other) = (&summaries[shared.mine].smallest, &summaries[1 - shared.mine].smallest);
+        let (Some(a), Some(b)) = (mine.positions.first(), other.positions.first()) else { continue };
+        if lex_cmp(b, a).is_lt() {
+            seed = Some(other);
         }
-        let above = seed.and_then(|point| self.table.intern_all(&point).first().copied());
-        let mut seeds = vec![above; self.subdomain.leaves.len()];
-        if let Some((_, tree)) = &self.subdomain.tree {
-            let positions = &self.table.positions;
-            let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
-            hand_down(tree, above, &less, &mut seeds);
-        }
-        seeds
     }
-
-    /// The local hulls of all home points.
-    pub(crate) fn begin_hulls(&mut self) {
-        let seeds = self.leaf_seeds();
-        let frame = self.table.intern_all(&self.frame);
-        let leaves: Vec<(&Leaf<P>, Option<u32>)> = self.subdomain.leaves.iter().zip(seeds).collect();
-        self.stars.reserve(self.table.home as usize);
-        // Few at a time: their storage is soon used again.
-        for group in leaves.chunks(if self.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
-            let hulled = map_in(&self.pool, group, |(leaf, seed)| self.hulls_of(leaf, *seed, &frame));
-            for ((leaf, _), hulls) in group.iter().zip(hulled) {
-                self.ledger.charge(Phase::Hulls, leaf.id, hulls.cost, leaf.home_len());
-                self.stars.append(&hulls.links, &hulls.lengths);
-            }
-        }
-        self.adjacency = Lists::default();
+    let above = seed.and_then(|point| table.intern_all(point).first().copied());
+    let mut seeds = vec![above; subdomain.leaves.len()];
+    if let Some((_, tree)) = &subdomain.tree {
+        let positions = &table.positions;
+        let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
+        hand_down(tree, above, &less, &mut seeds);
     }
+    seeds
+}
 
+/// What the hulls of a leaf are made of.
+struct View<'a, P: Point> {
+    table: &'a Table<P>,
+    neighbours: &'a Lists<u32>,
+    ghosts: &'a Ghosts,
+    frame: &'a [u32],
+    site: Site,
+}
+
+impl<P: Point> View<'_, P> {
     /// One vector step over the stars of a leaf.
-    fn hulls_of(&self, leaf: &Leaf<P>, seed: Option<u32>, frame: &[u32]) -> Hulled<P> {
-        let _span = self.out.site().subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.home_len());
+    fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> Hulled<P> {
+        let _span = self.site.subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.home_len());
         let mut cost = Cost::ZERO;
-        let nearest = self.supplement(leaf, &mut cost);
+        let nearest = self.supplement(at, leaf, &mut cost);
         let mut builder = StarBuilder::default();
         let mut links = Vec::with_capacity(leaf.home_len() as usize * usual_facets(P::DIM));
         let mut lengths = Vec::with_capacity(leaf.home_len() as usize);
@@ -241,13 +214,13 @@ impl<P: Point> Worker<P> {
         let mut candidates = Vec::new();
         cost.map_nested(&homes, |&home, own| {
             candidates.clear();
-            candidates.extend_from_slice(&self.adjacency[home as usize]);
+            candidates.extend_from_slice(&self.neighbours[home as usize]);
             if let Some(list) = nearest.get(&home) {
                 candidates.extend(list);
             }
             candidates.extend(if home > leaf.start { Some(home - 1) } else { seed });
             if !builder.build(&self.table.positions, home, &candidates, own) {
-                candidates.extend_from_slice(frame);
+                candidates.extend_from_slice(self.frame);
                 builder.build(&self.table.positions, home, &candidates, own);
             }
             let before = links.len();
@@ -258,13 +231,13 @@ impl<P: Point> Worker<P> {
     }
 
     /// Nearest members for points with few graph neighbours.
-    fn supplement(&self, leaf: &Leaf<P>, cost: &mut Cost) -> std::collections::BTreeMap<u32, Vec<u32>> {
-        let few = |h: &u32| self.adjacency[*h as usize].len() < FEWEST_CANDIDATES;
+    fn supplement(&self, at: usize, leaf: &Leaf<P>, cost: &mut Cost) -> BTreeMap<u32, Vec<u32>> {
+        let few = |h: &u32| self.neighbours[*h as usize].len() < FEWEST_CANDIDATES;
         let rows: Vec<u32> = leaf.home().filter(few).collect();
         if rows.is_empty() {
-            return std::collections::BTreeMap::new();
+            return BTreeMap::new();
         }
-        let members: Vec<u32> = leaf.home().chain(leaf.ghosts.iter().copied()).collect();
+        let members = self.ghosts.members(at, leaf);
         let all = |_| f64::INFINITY;
         let positions = &self.table.positions;
         let nearest = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);

@@ -1,6 +1,7 @@
 //! What a worker knows of the partition tree: the shared nodes from the root down to its own piece, and
 //! the subtree of that piece. Nobody holds the whole tree.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use septet_geometry::neighbourhood::box_dist2;
@@ -74,6 +75,24 @@ impl<P> Shared<P> {
     }
 }
 
+/// A child of a shared node, as the place where something leaves a rank's path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Way {
+    /// The position of the node on the path.
+    pub(crate) level: usize,
+    /// The child.
+    pub(crate) side: usize,
+}
+
+/// Where a message about a node goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Entry {
+    /// At the rank that holds the node, which its group could not split.
+    Relay(Rank),
+    /// Here: at this position of the path, or below the path where that is its end.
+    Here(usize),
+}
+
 /// A node of a worker's own subtree.
 #[derive(Clone, Debug)]
 pub enum Tree<P> {
@@ -113,8 +132,6 @@ pub struct Leaf<P> {
     pub bounds: Bounds<P>,
     /// Largest squared radius of a home point, once known.
     pub max_radius2: f64,
-    /// Foreign and other leaves' points that the graph can join to home points.
-    pub ghosts: Vec<u32>,
 }
 
 impl<P> Leaf<P> {
@@ -126,6 +143,48 @@ impl<P> Leaf<P> {
     /// Number of its home points.
     pub(crate) fn home_len(&self) -> u64 {
         u64::from(self.end - self.start)
+    }
+}
+
+/// Of each leaf, the points of others that the graph can join to its home points.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ghosts(Vec<Vec<u32>>);
+
+impl Ghosts {
+    /// None yet, for so many leaves.
+    pub(crate) fn of_leaves(leaves: usize) -> Self {
+        Ghosts(vec![Vec::new(); leaves])
+    }
+
+    /// Those of a leaf, by its position among the rank's leaves.
+    pub(crate) fn of(&self, leaf: usize) -> &[u32] {
+        self.0.get(leaf).map_or(&[], Vec::as_slice)
+    }
+
+    /// Adds one to a leaf.
+    pub(crate) fn push(&mut self, leaf: usize, ghost: u32) {
+        self.0[leaf].push(ghost);
+    }
+
+    /// Adds some to the first leaf, of a rank that has one at most.
+    pub(crate) fn add_to_first(&mut self, ghosts: Vec<u32>) {
+        match self.0.first_mut() {
+            Some(first) => first.extend(ghosts),
+            None => self.0.push(ghosts),
+        }
+    }
+
+    /// Brings those of each leaf into an order in which equal ones are neighbours, and keeps each once.
+    pub(crate) fn sort_by(&mut self, mut order: impl FnMut(&u32, &u32) -> Ordering) {
+        for ghosts in &mut self.0 {
+            ghosts.sort_unstable_by(&mut order);
+            ghosts.dedup();
+        }
+    }
+
+    /// The home points of a leaf, then its ghosts.
+    pub(crate) fn members<P>(&self, at: usize, leaf: &Leaf<P>) -> Vec<u32> {
+        leaf.home().chain(self.of(at).iter().copied()).collect()
     }
 }
 
@@ -181,32 +240,52 @@ impl<P> Subdomain<P> {
         self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())
     }
 
-    /// Follows the path from position `start`. At each node `sides` says which children to enter; those that this
-    /// rank does not go on with are ways out. Returns whether the path leads to this rank's own tree.
+    /// The shared node on the path that has this id.
+    pub(crate) fn shared(&self, node: NodeId) -> Option<&Shared<P>> {
+        self.path.iter().find(|shared| shared.id == node)
+    }
+
+    /// Where something that was sent to a node goes on.
+    pub(crate) fn entry(&self, node: NodeId, own: Rank) -> Entry {
+        self.relayed(node, own).map_or_else(|| Entry::Here(self.position(node)), Entry::Relay)
+    }
+
+    /// Follows the path from a position on it with something that goes down the tree. `reach` says which children of
+    /// a node it reaches; `leave` gets each place where it leaves the path. Returns whether it reaches this rank's own
+    /// tree.
     pub(crate) fn follow(
         &self,
         start: usize,
-        ways: &mut Vec<Way>,
-        mut sides: impl FnMut(usize, &Shared<P>) -> [bool; 2],
+        mut reach: impl FnMut(usize, &Shared<P>) -> [bool; 2],
+        mut leave: impl FnMut(Way),
     ) -> bool {
         for (level, shared) in self.path.iter().enumerate().skip(start) {
-            let sides = sides(level, shared);
-            let goes_on = sides[shared.mine] && shared.goes_on;
-            let leaves = |side: &usize| sides[*side] && (*side != shared.mine || !goes_on);
-            ways.extend((0..2).filter(leaves).map(|side| Way { level, side }));
+            let reached = reach(level, shared);
+            let goes_on = reached[shared.mine] && shared.goes_on;
+            for side in (0..2).filter(|&side| reached[side] && (side != shared.mine || !goes_on)) {
+                leave(Way { level, side });
+            }
             if !goes_on {
                 return false;
             }
         }
         true
     }
-}
 
-/// A way out of the shared nodes: the position of a node on the path, and one of its children.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Way {
-    pub(crate) level: usize,
-    pub(crate) side: usize,
+    /// The rank and the node to which something goes that leaves the path.
+    pub(crate) fn beyond(&self, way: Way, own: Rank) -> (NodeId, Rank) {
+        let shared = &self.path[way.level];
+        (shared.id.child(way.side), shared.member_below(own, way.side))
+    }
+
+    /// The position of each home point's leaf.
+    pub(crate) fn leaf_numbers(&self) -> Vec<u32> {
+        let mut leaf_of = Vec::with_capacity(self.leaves.last().map_or(0, |leaf| leaf.end as usize));
+        for (at, leaf) in (0u32..).zip(&self.leaves) {
+            leaf_of.extend(leaf.home().map(|_| at));
+        }
+        leaf_of
+    }
 }
 
 /// A node, and the group of ranks that has it.

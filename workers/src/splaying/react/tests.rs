@@ -47,7 +47,6 @@ fn worker<P: Point>(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Worke
         end: n,
         bounds: bounds(points.iter().copied()),
         max_radius2: 0.0,
-        ghosts: Vec::new(),
     });
     worker.population = u64::from(n);
     for home in 0..n {
