@@ -3,6 +3,7 @@
 
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Phase};
+pub use septet_protocol::outcome::Outcome;
 
 use crate::config::{Correction, Task, Wanted, WorkerConfig};
 
@@ -30,34 +31,6 @@ impl Known {
 /// every level.
 pub fn first_level(config: &WorkerConfig) -> u32 {
     config.workers.saturating_sub(1).min(NodeId::DEEPEST)
-}
-
-/// What the coordinator decides after a certificate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outcome {
-    /// All stars agree: collect.
-    #[default]
-    Passed,
-    /// Gather the unresolved stars and exchange again.
-    GatherUnresolved,
-    /// Gather everything.
-    GatherAll,
-    /// The stars do not agree and nothing is left to try.
-    Failed,
-}
-
-impl Outcome {
-    /// As a number, for the wire.
-    pub fn number(self) -> u8 {
-        self as u8
-    }
-
-    /// From the wire.
-    pub fn from_number(n: u8) -> Option<Self> {
-        [Outcome::Passed, Outcome::GatherUnresolved, Outcome::GatherAll, Outcome::Failed]
-            .get(usize::from(n))
-            .copied()
-    }
 }
 
 /// Are the balls to the nearest neighbours of all points needed? Graphs of k nearest neighbours are not made of them.

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
-use septet_geometry::point::{Point, Simplex};
+use septet_geometry::point::Point;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Child, Message, PointBatch};
@@ -23,10 +22,12 @@ use crate::machine::profile::received;
 use crate::neighbours::query::Engine;
 use crate::partition::leader::Leader;
 use crate::partition::shared::{Input, load, partition};
+use crate::result::certify::{Certified, Instance, certify};
+use crate::result::collect::{collect_cells, collect_counts, collect_selected};
 use crate::schedule::{Known, Outcome, next};
 use crate::splaying::exchange::Exchange;
-use crate::stars::check::Agreement;
-use crate::stars::hulls::Stars;
+use crate::stars::home::Stars;
+pub(crate) use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tasks::Recorder;
@@ -44,6 +45,7 @@ pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportEr
     }
     (worker.population, worker.frame, worker.table) = (population, frame, table);
     worker.settle(subdomain);
+    let mut certified = None;
     loop {
         match next(worker.phase, &worker.config, &worker.known) {
             Phase::Done => return Ok(()),
@@ -65,12 +67,56 @@ pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportEr
                     independent(&mut cx, &worker.subdomain.leaves, &worker.table, graphs, fixed).await?;
                 worker.phase = Phase::Independent;
             }
+            Phase::Check => {
+                let instance = worker.instance();
+                let Worker { subdomain, table, stars, .. } = &mut worker;
+                let result = certify(&mut cx, subdomain, table, stars, instance).await?;
+                worker.known.outcome = result.outcome;
+                certified = Some(result);
+                worker.phase = Phase::Merge;
+            }
+            Phase::Collect => {
+                worker.collect(&mut cx, certified.take()).await?;
+                worker.phase = Phase::Collect;
+            }
             phase => worker.run(&mut cx, phase).await?,
         }
     }
 }
 
 impl<P: Point> Worker<P> {
+    /// What all ranks know of the point set.
+    fn instance(&self) -> Instance {
+        Instance { population: self.population, supergraph: self.supergraph() }
+    }
+
+    /// Sends what this rank found.
+    async fn collect(
+        &mut self,
+        cx: &mut Context<P>,
+        certified: Option<Certified>,
+    ) -> Result<(), TransportError> {
+        if cx.config.until == Some(Phase::Neighbours) {
+            // The answers of a descent are landed, and charged, by the phase that uses them: here this one.
+            self.swap(cx);
+            self.shrink(Phase::Neighbours);
+            self.swap(cx);
+        }
+        let instance = self.instance();
+        match (cx.config.task, certified) {
+            _ if cx.config.until.is_some() => collect_counts(cx).await,
+            (Task::Independent { fixed }, _) => {
+                let selection = std::mem::take(&mut self.selection);
+                collect_selected(cx, &self.table, selection, fixed).await
+            }
+            (Task::Delaunay, Some(certified)) => {
+                let stars = (std::mem::take(&mut self.table), std::mem::take(&mut self.stars));
+                collect_cells(cx, &self.subdomain, stars, instance, certified).await
+            }
+            (Task::Delaunay, None) => collect_counts(cx).await,
+        }
+    }
+
     /// Runs one phase that is not a function yet.
     async fn run(&mut self, cx: &mut Context<P>, phase: Phase) -> Result<(), TransportError> {
         cx.close();
@@ -111,7 +157,6 @@ pub struct Worker<P: Point> {
     pub(crate) adjacency: Lists<u32>,
     pub(crate) selection: Selection,
     pub(crate) stars: Stars<P>,
-    pub(crate) agreement: Agreement,
     pub(crate) exchange: Exchange<P>,
     /// What leaves have to say to each other, if asked for.
     pub(crate) recorder: Option<Box<Recorder>>,
@@ -148,7 +193,6 @@ impl<P: Point> Worker<P> {
             adjacency: Lists::default(),
             selection: Selection::default(),
             stars: Stars::default(),
-            agreement: Agreement::default(),
             exchange: Exchange::default(),
             recorder: None,
         }
@@ -156,9 +200,7 @@ impl<P: Point> Worker<P> {
 
     /// Has it more to do although no message is on its way to it?
     pub fn busy(&self) -> bool {
-        // What a gathering brings is used when the exchange begins again: no reason to wait before.
-        let exchanging = self.phase == Phase::Repair && self.exchange.is_pending();
-        self.out.has_own() || exchanging || self.sets.is_pending()
+        self.out.has_own() || self.sets.is_pending()
     }
 
     /// Begins a phase (the one before moved nothing any more). Returns what it sends.
@@ -183,6 +225,12 @@ impl<P: Point> Worker<P> {
             | Phase::Halo
             | Phase::Summaries
             | Phase::Independent
+            | Phase::Check
+            | Phase::Repair
+            | Phase::Certificate
+            | Phase::Merge
+            | Phase::Fallback
+            | Phase::Collect
             | Phase::Done => {}
             Phase::Pieces => self.begin_pieces(),
             Phase::Seam => self.begin_seam(),
@@ -198,12 +246,6 @@ impl<P: Point> Worker<P> {
             Phase::Graph if self.config.task != Task::Delaunay => self.begin_conflicts(),
             Phase::Graph => self.begin_graph(),
             Phase::Hulls => self.begin_hulls(),
-            Phase::Check => self.begin_check(),
-            Phase::Certificate => self.begin_certificate(),
-            Phase::Repair => self.begin_repair(),
-            Phase::Fallback => self.begin_fallback(),
-            Phase::Merge => self.begin_merge(),
-            Phase::Collect => self.begin_collect(),
         }
         self.config.stop.check()?;
         Ok(self.out.take(self.phase, &mut self.ledger))
@@ -241,11 +283,6 @@ impl<P: Point> Worker<P> {
                 self.on_reverse(&mut inbox);
                 self.on_sets(&mut inbox);
             }
-            Phase::Check | Phase::Certificate => self.on_check(&mut inbox),
-            Phase::Repair => self.on_repair(&mut inbox),
-            Phase::Fallback => self.on_fallback(&mut inbox),
-            Phase::Merge => self.on_merge(&mut inbox),
-            Phase::Collect => self.on_collect(&mut inbox),
             Phase::Load
             | Phase::Partition
             | Phase::Halo
@@ -256,6 +293,12 @@ impl<P: Point> Worker<P> {
             | Phase::KnnRadii
             | Phase::Graph
             | Phase::Hulls
+            | Phase::Check
+            | Phase::Repair
+            | Phase::Certificate
+            | Phase::Merge
+            | Phase::Fallback
+            | Phase::Collect
             | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
@@ -300,16 +343,4 @@ impl<P: Point> Worker<P> {
             (rule, _) => rule,
         }
     }
-}
-
-/// The vertices of a cell `(centre, facet)`, or `None` if it is infinite.
-pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
-    let mut cell = P::Cell::splat(centre);
-    for (slot, &v) in facet.as_ref().iter().enumerate() {
-        if v == INFINITE {
-            return None;
-        }
-        cell.as_mut()[slot + 1] = v;
-    }
-    Some(cell)
 }

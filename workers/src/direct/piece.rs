@@ -7,14 +7,20 @@
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{
-    ASKED_EVERY, Incremental, Kept, facet_without, insertion_order, insertion_round,
+    ASKED_EVERY, Incremental, Kept, MARKS, facet_without, insertion_order, insertion_round,
 };
-use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
+use septet_geometry::point::{Point, Simplex, dist2};
 use septet_protocol::message::Merged;
 
 use crate::config::Stop;
 use crate::direct::border::ones;
-use crate::result::merge::{HULL, SEAM};
+use crate::state::cells::{Smallest, smallest_of};
+
+/// Across a facet of a piece's cell: outer space.
+pub const HULL: u32 = u32::MAX;
+
+/// Across a facet of a piece's cell: a cell of another piece. Numbers of cells are smaller.
+pub const SEAM: u32 = MARKS;
 
 /// The triangulation of a worker's piece and of the foreign points it was sent. Home points are its first
 /// vertices, by their local numbers.
@@ -326,17 +332,6 @@ pub(crate) fn round_len<P: Point>(points: &[P]) -> usize {
     points.partition_point(|p| insertion_round(p) <= round).max(1)
 }
 
-/// The lexicographically smallest finite vertex of a cell of local numbers.
-pub(crate) fn smallest_of<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
-    let mut best = INFINITE;
-    for &v in cell.as_ref().iter().filter(|&&v| v != INFINITE) {
-        if best == INFINITE || lex_cmp(&positions[v as usize], &positions[best as usize]).is_lt() {
-            best = v;
-        }
-    }
-    best
-}
-
 /// First coordinates of points beside the first point's, in single precision: rounding keeps their order, and a core's
 /// caches hold most of them.
 struct Firsts<'a, P> {
@@ -355,13 +350,9 @@ impl<'a, P: Point> Firsts<'a, P> {
     fn smallest(&self, cell: &P::Cell) -> u32 {
         let first = |v: u32| self.rounded.get(v as usize).copied().unwrap_or(f32::INFINITY);
         let vertices = cell.as_ref();
-        let (mut best, mut least, mut equal) = (vertices[0], first(vertices[0]), false);
-        for &v in &vertices[1..] {
-            let x = first(v);
-            equal |= x == least;
-            (best, least) = if x < least { (v, x) } else { (best, least) };
-        }
-        if equal { smallest_of(self.positions, cell) } else { best }
+        let mut smallest = Smallest::of(vertices[0], first(vertices[0]));
+        vertices[1..].iter().for_each(|&v| smallest.look(v, first(v)));
+        smallest.vertex(|| smallest_of(self.positions, vertices.iter().copied()))
     }
 }
 
@@ -415,7 +406,7 @@ mod tests {
                 *v = if drawn < all { drawn } else { INFINITE };
             }
             let found = firsts.smallest(&cell);
-            assert_eq!(found, smallest_of(&positions, &cell), "{cell:?}");
+            assert_eq!(found, smallest_of(&positions, cell.as_ref().iter().copied()), "{cell:?}");
         }
     }
 

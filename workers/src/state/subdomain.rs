@@ -129,6 +129,20 @@ impl<P> Leaf<P> {
     }
 }
 
+/// Home points of one leaf that are scanned together.
+pub(crate) const GROUP: usize = 4096;
+
+/// Position of a leaf, and some of its home points.
+pub(crate) fn home_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
+    let mut groups = Vec::new();
+    for (at, leaf) in leaves.iter().enumerate() {
+        for start in leaf.home().step_by(GROUP) {
+            groups.push((at, start..leaf.end.min(start + GROUP as u32)));
+        }
+    }
+    groups
+}
+
 /// The position of a home point's leaf.
 pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], home: u32) -> u32 {
     leaves.partition_point(|leaf| leaf.end <= home) as u32

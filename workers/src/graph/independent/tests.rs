@@ -5,11 +5,12 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::dist2;
 
 use super::*;
-use crate::config::{Wanted, WorkerConfig};
+use crate::config::{Task, Wanted, WorkerConfig};
 use crate::machine::context::{Context, Running};
 use crate::machine::host::Host;
 use crate::partition::leader::Plan;
 use crate::{partition, summaries};
+use septet_protocol::ids::COORDINATOR;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::{Delivery, TransportError};
