@@ -173,9 +173,6 @@ impl WorkerConfig {
     }
 }
 
-/// Points of one leaf that a core takes at a time.
-pub(crate) const GROUP: usize = 4096;
-
 /// Cores that a worker has to itself.
 pub type Pool = Option<Arc<rayon::ThreadPool>>;
 

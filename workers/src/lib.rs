@@ -24,8 +24,7 @@ pub mod result;
 
 pub mod coordinator;
 
-pub mod schedule;
-mod worker;
+mod programs;
 
 pub use graph::{choice, sharing, summaries};
 pub use machine::{host, outbox, profile, transport};

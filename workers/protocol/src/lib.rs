@@ -9,6 +9,8 @@ pub mod codec;
 
 pub mod message;
 
+pub mod outcome;
+
 pub mod transport;
 
 pub mod ledger;

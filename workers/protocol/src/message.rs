@@ -212,6 +212,11 @@ pub const SHOWN_REPAIRED: u64 = 1;
 /// A star's circumspheres all lie in the known ball around its vertex: a flag in [`ViewPart::flags`].
 pub const SHOWN_LOCAL: u64 = 2;
 
+/// The radius of a gathered point whose star is wanted ([`Body::Gather`]).
+pub const WANTED: f64 = 1.0;
+/// The radius of a gathered point that only the links of others hold.
+pub const OF_A_LINK: f64 = 0.0;
+
 /// What a worker shows of its points and of the tree: sampled points, one entry each, and the splits it
 /// answers for.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -390,9 +395,10 @@ pub enum Body<P> {
     Left(Bulk<u64>),
     /// The merged result of a subproblem, to the parent's leader.
     Merged(Merged),
-    /// Coordinator to worker, after a certificate: 0 passed, 1 exchange again, 2 gather, 3 give up.
+    /// Coordinator to worker, after a certificate: the number of an [`Outcome`](crate::outcome::Outcome).
     Outcome(u8),
-    /// Worker to coordinator: unresolved stars' points and link points.
+    /// Worker to coordinator: the vertices of unresolved stars and of their links; a point's radius says which
+    /// ([`WANTED`], [`OF_A_LINK`]).
     Gather(PointBatch<P>),
     /// Coordinator to worker: points to add to stars.
     Region {

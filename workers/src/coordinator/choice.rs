@@ -1,18 +1,21 @@
 //! The coordinator's choice of the supergraph, from the stars that the workers sampled.
 
+use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use super::share::Choice;
 use crate::graph::choice::{choose, encode_choice};
 use crate::machine::context::Context;
 
 /// Sums the workers' counts of sampled stars; decides when all workers have reported, and broadcasts the choice.
-pub(super) async fn decide<P: Point>(cx: &mut Context<P>, population: u64) -> Result<Choice, TransportError> {
+pub(super) async fn decide<P: Point>(
+    cx: &mut Context<P>,
+    population: u64,
+) -> Result<(Supergraph, Option<String>), TransportError> {
     cx.enter(Phase::Choice)?;
-    let (mut reports, mut sums, mut choice) = (0, Vec::new(), Choice::default());
+    let (mut reports, mut sums, mut choice) = (0, Vec::new(), None);
     while cx.exchange().await? {
         for counts in cx.take(|m| match &mut m.body {
             Body::SampleStars(counts) => Some(std::mem::take(&mut counts.0)),
@@ -31,8 +34,11 @@ pub(super) async fn decide<P: Point>(cx: &mut Context<P>, population: u64) -> Re
             for rank in 1..=cx.config.workers {
                 cx.send(rank, NodeId::ROOT, 0, Body::Choice { kind, parameter });
             }
-            choice = Choice { supergraph: Some(supergraph), why: Some(why) };
+            choice = Some((supergraph, Some(why)));
         }
     }
-    Ok(choice)
+    choice.ok_or_else(|| TransportError::WorkerFailed {
+        rank: cx.rank,
+        reason: "not all workers reported their sampled stars".to_string(),
+    })
 }

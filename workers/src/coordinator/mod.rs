@@ -12,13 +12,15 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Phase;
 use septet_protocol::message::Body;
+use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Correction, SetRule, Task, Wanted};
+use crate::config::{Correction, Task, Wanted};
+use crate::graph::{sharing, summaries};
 use crate::machine::context::Context;
-use crate::partition::leader::{Leader, Plan, by_node};
+use crate::neighbours::bottom_up::first_level;
+use crate::partition::leader::Plan;
 use crate::partition::{self, Group};
-use crate::schedule::{Outcome, first_level};
 use crate::state::frame;
 
 pub use share::{CellRows, Certified, Choice, Counted, PieceRows, Selected, Share};
@@ -57,28 +59,25 @@ async fn simulate<P: Point>(
     population: u64,
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
-    let until_neighbours = cx.config.until == Some(Phase::Neighbours);
-    share.choice = match cx.config.wanted {
-        Wanted::Fixed(rule) => Choice { supergraph: Some(rule), why: None },
-        _ if until_neighbours => Choice::default(),
+    if cx.config.until == Some(Phase::Neighbours) {
+        return neighbour_balls(cx).await;
+    }
+    let (rule, why) = match cx.config.wanted {
+        Wanted::Fixed(rule) => (rule, None),
         _ => choice::decide(cx, population).await?,
     };
-    let rule = share.choice.supergraph;
-    let measured = until_neighbours || cx.config.correction == Correction::Naive;
-    let knn = matches!(rule, Some(Supergraph::Knn { .. }));
-    if measured || !knn {
+    share.choice = Choice { supergraph: Some(rule), why };
+    let knn = matches!(rule, Supergraph::Knn { .. });
+    if !knn || cx.config.correction == Correction::Naive {
         neighbour_balls(cx).await?;
     }
-    if until_neighbours {
-        return Ok(());
-    }
-    crate::graph::summaries::lead_root(cx, led).await?;
+    summaries::lead_root(cx, led).await?;
     if knn {
         for phase in [Phase::KnnRadii, Phase::KnnProbe, Phase::Knn] {
             quiet(cx, phase).await?;
         }
     }
-    separator_sets(cx, led, rule).await?;
+    sharing::lead_root(cx, led, rule).await?;
     share.edges = edges(cx).await?;
     quiet(cx, Phase::Hulls).await?;
     certify(cx, led, population, share).await
@@ -111,11 +110,13 @@ async fn independent_set<P: Point>(
     led: &[Group],
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
-    if let Wanted::Fixed(rule) = cx.config.wanted {
-        share.choice.supergraph = Some(rule);
-    }
-    crate::graph::summaries::lead_root(cx, led).await?;
-    separator_sets(cx, led, share.choice.supergraph).await?;
+    let Wanted::Fixed(rule) = cx.config.wanted else {
+        let reason = "a conflict graph has a fixed rule".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank, reason });
+    };
+    share.choice.supergraph = Some(rule);
+    summaries::lead_root(cx, led).await?;
+    sharing::lead_root(cx, led, rule).await?;
     share.edges = edges(cx).await?;
     quiet(cx, Phase::Independent).await
 }
@@ -131,38 +132,6 @@ async fn neighbour_balls<P: Point>(cx: &mut Context<P>) -> Result<(), TransportE
     }
     quiet(cx, Phase::Probe).await?;
     quiet(cx, Phase::Neighbours).await
-}
-
-/// Leads the root's separator sets.
-async fn separator_sets<P: Point>(
-    cx: &mut Context<P>,
-    led: &[Group],
-    supergraph: Option<Supergraph>,
-) -> Result<(), TransportError> {
-    cx.enter(Phase::Sets)?;
-    let density = matches!(supergraph, Some(Supergraph::Density { .. }));
-    let smaller = cx.config.sets == SetRule::Smaller;
-    let rule = if smaller && !density { SetRule::Both } else { cx.config.sets };
-    let mut leader = leader_of(led);
-    while cx.exchange().await? {
-        let (out, _, inbox) = cx.parts();
-        let counts = by_node(inbox, |m| match &mut m.body {
-            Body::SetCounts(counts) => Some(std::mem::take(&mut counts.0)),
-            _ => None,
-        });
-        for (node, all) in counts {
-            leader.on_set_counts(node, &all, rule, out);
-        }
-    }
-    Ok(())
-}
-
-pub(crate) fn leader_of<P: Point>(led: &[Group]) -> Leader<P> {
-    let mut leader = Leader::default();
-    for group in led {
-        leader.lead(group.node, group.child.population, group.child.first, group.child.ranks);
-    }
-    leader
 }
 
 /// The edges of the supergraph, if the workers send them.

@@ -12,7 +12,7 @@ use septet_protocol::transport::TransportError;
 
 use super::share::Certified;
 use crate::machine::context::Context;
-use crate::schedule::Outcome;
+use septet_protocol::outcome::Outcome;
 
 /// Triangulates the points that the workers send, and returns to every unresolved star its neighbours among them.
 pub(super) async fn gather<P: Point>(

@@ -40,7 +40,7 @@ use crate::direct::border::{Border, Outgoing, ones, reaches};
 use crate::direct::halo::Margin;
 use crate::direct::piece::{Piece, reach_of};
 use crate::machine::context::Context;
-use crate::state::subdomain::Subdomain;
+use crate::state::subdomain::{Ghosts, Subdomain};
 use crate::state::table::{IdHasher, Table};
 
 /// Points on their way, with the cells that send them.
@@ -134,9 +134,10 @@ pub(crate) async fn interface<P: Point>(
 /// Inserts the ghosts that arrived last. The piece then holds the stars of all owned points.
 pub(crate) async fn insert<P: Point>(
     cx: &mut Context<P>,
-    subdomain: &mut Subdomain<P>,
+    subdomain: &Subdomain<P>,
     table: &Table<P>,
     mut piece: Option<Piece<P>>,
+    ghosts: &mut Ghosts,
     arrived: Vec<u32>,
 ) -> Result<Option<Piece<P>>, TransportError> {
     cx.enter(Phase::Hulls)?;
@@ -144,7 +145,7 @@ pub(crate) async fn insert<P: Point>(
         let at = subdomain.root();
         let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
         piece.add(&arrived, &table.positions, &cx.config.stop);
-        subdomain.note_ghosts(arrived);
+        ghosts.add_to_first(arrived);
     }
     while cx.exchange().await? {}
     Ok(piece)

@@ -7,9 +7,9 @@
 use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{
-    ASKED_EVERY, Incremental, Kept, facet_without, insertion_order, insertion_round,
+    ASKED_EVERY, Incremental, Kept, MARKS, facet_without, insertion_order, insertion_round,
 };
-use septet_geometry::point::{Point, Simplex, dist2, lex_cmp};
+use septet_geometry::point::{Point, Simplex, dist2};
 use septet_protocol::ids::Phase;
 use septet_protocol::message::{Merged, PointBatch};
 use septet_protocol::transport::TransportError;
@@ -17,9 +17,14 @@ use septet_protocol::transport::TransportError;
 use crate::config::Stop;
 use crate::direct::border::ones;
 use crate::machine::context::Context;
-use crate::result::merge::{HULL, SEAM};
-use crate::state::subdomain::Subdomain;
+use crate::state::cells::{Smallest, smallest_of};
+use crate::state::subdomain::{Ghosts, Subdomain};
 use crate::state::table::Table;
+/// Across a facet of a piece's cell: outer space.
+pub const HULL: u32 = u32::MAX;
+
+/// Across a facet of a piece's cell: a cell of another piece. Numbers of cells are smaller.
+pub const SEAM: u32 = MARKS;
 
 /// The triangulation of a worker's piece and of the foreign points it was sent. Home points are its first
 /// vertices, by their local numbers.
@@ -308,14 +313,14 @@ const LAYERS: f64 = 4.0;
 /// and the frame lie in a plane.
 pub(crate) async fn triangulate_piece<P: Point>(
     cx: &mut Context<P>,
-    subdomain: &mut Subdomain<P>,
+    subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     mut ghosts: Vec<u32>,
     frame: &PointBatch<P>,
-) -> Result<Option<Piece<P>>, TransportError> {
+) -> Result<(Option<Piece<P>>, Ghosts), TransportError> {
     cx.enter(Phase::Pieces)?;
     let home = table.home;
-    let mut piece = None;
+    let (mut piece, mut held) = (None, Ghosts::default());
     if home > 0 {
         let _span =
             cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(home));
@@ -329,10 +334,10 @@ pub(crate) async fn triangulate_piece<P: Point>(
             ghosts.dedup();
             piece = Piece::new(&table.positions, home, &ghosts, more, &cx.config.stop);
         }
-        subdomain.note_ghosts(ghosts);
+        held.add_to_first(ghosts);
     }
     while cx.exchange().await? {}
-    Ok(piece)
+    Ok((piece, held))
 }
 
 /// Ghosts beyond its ghost layer that a piece of so many points makes room for: somewhat more than random points need.
@@ -372,17 +377,6 @@ pub(crate) fn round_len<P: Point>(points: &[P]) -> usize {
     points.partition_point(|p| insertion_round(p) <= round).max(1)
 }
 
-/// The lexicographically smallest finite vertex of a cell of local numbers.
-pub(crate) fn smallest_of<P: Point>(positions: &[P], cell: &P::Cell) -> u32 {
-    let mut best = INFINITE;
-    for &v in cell.as_ref().iter().filter(|&&v| v != INFINITE) {
-        if best == INFINITE || lex_cmp(&positions[v as usize], &positions[best as usize]).is_lt() {
-            best = v;
-        }
-    }
-    best
-}
-
 /// First coordinates of points beside the first point's, in single precision: rounding keeps their order, and a core's
 /// caches hold most of them.
 struct Firsts<'a, P> {
@@ -401,13 +395,9 @@ impl<'a, P: Point> Firsts<'a, P> {
     fn smallest(&self, cell: &P::Cell) -> u32 {
         let first = |v: u32| self.rounded.get(v as usize).copied().unwrap_or(f32::INFINITY);
         let vertices = cell.as_ref();
-        let (mut best, mut least, mut equal) = (vertices[0], first(vertices[0]), false);
-        for &v in &vertices[1..] {
-            let x = first(v);
-            equal |= x == least;
-            (best, least) = if x < least { (v, x) } else { (best, least) };
-        }
-        if equal { smallest_of(self.positions, cell) } else { best }
+        let mut smallest = Smallest::of(vertices[0], first(vertices[0]));
+        vertices[1..].iter().for_each(|&v| smallest.look(v, first(v)));
+        smallest.vertex(|| smallest_of(self.positions, vertices.iter().copied()))
     }
 }
 
@@ -461,7 +451,7 @@ mod tests {
                 *v = if drawn < all { drawn } else { INFINITE };
             }
             let found = firsts.smallest(&cell);
-            assert_eq!(found, smallest_of(&positions, &cell), "{cell:?}");
+            assert_eq!(found, smallest_of(&positions, cell.as_ref().iter().copied()), "{cell:?}");
         }
     }
 

@@ -20,9 +20,9 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{GROUP, map_in};
+use crate::config::map_in;
 use crate::machine::context::Context;
-use crate::state::subdomain::{Entry, Ghosts, Shared, Split, Subdomain, Tree, Way};
+use crate::state::subdomain::{Entry, GROUP, Ghosts, Shared, Split, Subdomain, Tree, Way};
 use crate::state::table::Table;
 use crate::state::tasks::Reach;
 

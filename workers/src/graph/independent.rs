@@ -1,7 +1,7 @@
 //! A maximal independent set of the conflict graph, by rounds of local priorities.
 //!
 //! **Statement** (paper, Section 5: "obtain a maximal independent set of the graph"). The graph is the density graph with
-//! alpha 1 of the radii that the points bring along. Some points are in the set from the start ([`Task`]); their
+//! alpha 1 of the radii that the points bring along. Some points are in the set from the start ([`crate::config::Task`]); their
 //! neighbours are out. In a round every undecided point whose priority is smaller than that of all its undecided
 //! neighbours joins, and its neighbours are out. Priorities are a total order ([`priority`]), so the smallest
 //! undecided point joins and the rounds end, with every point that is out beside one that is in. *The set is that of
@@ -36,18 +36,17 @@ use septet_geometry::near::graph_near;
 use septet_geometry::point::Point;
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Task, map_in};
+use crate::config::map_in;
 use crate::graph::edges::Edges;
 use crate::graph::ghosts::push_ghosts;
 use crate::graph::supergraph::count_crossings;
 use crate::machine::context::Context;
 use crate::state::subdomain::{Ghosts, Leaf, Subdomain};
 use crate::state::table::Table;
-use crate::worker::Worker;
 
 /// The priority of a point that has none any more.
 const DECIDED: u64 = u64::MAX;
@@ -318,15 +317,12 @@ impl Selection {
     }
 }
 
-impl<P: Point> Worker<P> {
-    /// Sends the members that joined, and how many were undecided.
-    pub(crate) fn send_selected(&mut self) {
-        let Task::Independent { fixed } = self.config.task else { return };
-        let selection = std::mem::take(&mut self.selection);
-        let home = self.table.ids[..self.table.home as usize].iter().zip(&selection.states);
+impl Selection {
+    /// The members that joined, and how many points were undecided in each round, for rank 0.
+    pub(crate) fn into_message<P: Point>(self, table: &Table<P>, fixed: u64) -> Body<P> {
+        let home = table.ids[..table.home as usize].iter().zip(&self.states);
         let members = home.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);
-        let body = Body::Selected { members: Bulk(members.collect()), undecided: Bulk(selection.undecided) };
-        self.out.send(COORDINATOR, NodeId::ROOT, 0, body);
+        Body::Selected { members: Bulk(members.collect()), undecided: Bulk(self.undecided) }
     }
 }
 

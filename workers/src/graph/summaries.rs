@@ -10,7 +10,6 @@ use septet_protocol::message::{Body, Message, PointBatch, Summary};
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
-use crate::partition::leader::join_summaries;
 use crate::state::frame;
 use crate::state::subdomain::{Group, Leaf, Subdomain, Tree};
 use crate::state::table::Table;
@@ -171,4 +170,14 @@ fn summarise<P: Point>(
             joined
         }
     }
+}
+
+/// The summary of two disjoint sets.
+fn join_summaries<P: Point>(a: &Summary<P>, b: &Summary<P>) -> Summary<P> {
+    let smaller = match (a.smallest.positions.first(), b.smallest.positions.first()) {
+        (Some(x), Some(y)) if lex_cmp(y, x).is_lt() => b,
+        (None, Some(_)) => b,
+        _ => a,
+    };
+    Summary { max_radius2: a.max_radius2.max(b.max_radius2), smallest: smaller.smallest.clone() }
 }

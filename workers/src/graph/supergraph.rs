@@ -20,14 +20,14 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use crate::config::{GROUP, SetRule, map_in};
+use crate::config::{SetRule, map_in};
 use crate::graph::edges::{Edges, edges_of};
 use crate::graph::ghosts::push_ghosts;
 use crate::graph::reverse::reverse_edges;
 use crate::graph::sets::set_recursion;
 use crate::machine::context::Context;
 use crate::neighbours::done::Done;
-use crate::state::subdomain::{Ghosts, Leaf, Split, Subdomain, Tree};
+use crate::state::subdomain::{GROUP, Ghosts, Leaf, Split, Subdomain, Tree};
 use crate::state::table::Table;
 
 /// The supergraph of the home points.

@@ -154,27 +154,12 @@ impl<P: Point> Context<P> {
     }
 
     /// Hands over what is sent, and waits for the round.
-    pub(crate) async fn pass(&mut self, sent: Vec<Message<P>>, busy: bool) -> Round<P> {
+    async fn pass(&mut self, sent: Vec<Message<P>>, busy: bool) -> Round<P> {
         {
             let mut mailbox = self.mailbox.borrow_mut();
             (mailbox.sent, mailbox.busy) = (sent, busy);
         }
         poll_fn(|_| self.mailbox.borrow_mut().round.take().map_or(Poll::Pending, Poll::Ready)).await
-    }
-
-    /// What rank 0 uses where its phases are not functions yet.
-    pub fn parts(&mut self) -> (&mut Outbox<P>, &mut LedgerPart, &mut Vec<Message<P>>) {
-        (&mut self.out, &mut self.ledger, &mut self.inbox)
-    }
-
-    /// Ends the span of this rank's work.
-    pub(crate) fn close(&mut self) {
-        self.span = None;
-    }
-
-    /// Tells the host of the phase; while some phases are not functions yet.
-    pub(crate) fn note(&self, phase: Phase) {
-        self.mailbox.borrow_mut().phase = phase;
     }
 }
 

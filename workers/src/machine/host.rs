@@ -9,8 +9,7 @@ use septet_protocol::transport::{Delivery, Transport, TransportError};
 
 use crate::config::{Pool, WorkerConfig};
 use crate::machine::context::Running;
-use crate::schedule::next;
-use crate::worker::{Worker, work};
+use crate::programs::work;
 
 /// The ranks of a host.
 pub struct Host<P: Point> {
@@ -93,11 +92,4 @@ pub fn serve<P: Point>(transport: &mut dyn Transport<P>, host: &mut Host<P>) -> 
         outbox = host.turn(delivery)?;
     }
     Ok(())
-}
-
-impl<P: Point> Worker<P> {
-    /// The phase after the present one.
-    pub(crate) fn next_phase(&self) -> Phase {
-        next(self.phase, &self.config, &self.known)
-    }
 }

@@ -15,20 +15,26 @@ use std::ops::Range;
 
 use septet_geometry::found::FoundList;
 use septet_geometry::point::Point;
-use septet_protocol::ids::Phase;
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
 
+use crate::config::WorkerConfig;
 use crate::machine::context::Context;
 use crate::neighbours::ask::Ask;
 use crate::neighbours::descent::{Descent, Pending};
 use crate::neighbours::forwards::Forwards;
 use crate::neighbours::tallies::Tallies;
 use crate::neighbours::walk::{Ground, Probe};
-use crate::schedule::first_level;
 use crate::state::subdomain::{Inner, Subdomain, Tree, Way, leaf_number};
 use crate::state::table::Table;
 
 const ASK: Ask = Ask { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
+
+/// The level whose nodes correct their balls first. No node below it is shared, since groups lose a rank with every
+/// level.
+pub(crate) fn first_level(config: &WorkerConfig) -> u32 {
+    config.workers.saturating_sub(1).min(NodeId::DEEPEST)
+}
 
 /// Corrects the radii of all home points: first at the nodes of this rank's own subtree, then at the shared nodes,
 /// one pass a level.

@@ -8,7 +8,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 
 use crate::neighbours::ask::Ask;
-use crate::state::subdomain::{Bounds, Split, Subdomain, Tree, Way};
+use crate::state::subdomain::{Bounds, Shared, Split, Subdomain, Tree, Way};
 use crate::state::table::Table;
 use crate::state::tasks::Reach;
 
@@ -188,12 +188,13 @@ impl<P: Point> Walk<'_, P> {
         found: &mut FoundList,
     ) {
         let Walk { subdomain, ask, around, counts, .. } = self;
-        let arrives = subdomain.follow(start, ways, |level, shared| {
+        let reach = |level: usize, shared: &Shared<P>| {
             let known = &mut around.shared[level];
             let sides = sides((shared.id, &shared.split), ball, ask.probe, (around.ball, known));
             counts.shared[level].visit(sides[0] && sides[1]);
             sides
-        });
+        };
+        let arrives = subdomain.follow(start, reach, |way| ways.push(way));
         if arrives && let Some((_, tree)) = &self.subdomain.tree {
             self.down(tree, ball, found);
         }

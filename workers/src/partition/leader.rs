@@ -13,42 +13,18 @@ use septet_geometry::separator::{
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::ledger::{LedgerPart, NodeFacts};
-use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
+use septet_protocol::ledger::NodeFacts;
+use septet_protocol::message::{Body, Child, Verdict};
 
 use crate::config::{Partition, WorkerConfig};
 use crate::machine::context::Context;
-use crate::machine::outbox::Outbox;
-use crate::machine::profile::Site;
 use crate::state::subdomain::{Group, join_bounds};
 
 /// Draws before a subproblem is left unsplit.
 pub const MAX_ATTEMPTS: u32 = 8;
 
-/// A subproblem that this rank leads, after the partition.
-#[derive(Clone, Debug)]
-pub struct Lead<P> {
-    population: u64,
-    first: Rank,
-    ranks: u32,
-    children: [Option<Summary<P>>; 2],
-    merged: Vec<Merged>,
-}
-
-/// All subproblems that a rank leads.
-#[derive(Clone, Debug)]
-pub struct Leader<P> {
-    leads: BTreeMap<NodeId, Lead<P>>,
-}
-
 /// Leaves below nodes, where the placement is planned.
 pub type Plan = BTreeMap<NodeId, u32>;
-
-impl<P> Default for Leader<P> {
-    fn default() -> Self {
-        Leader { leads: BTreeMap::new() }
-    }
-}
 
 /// The order-free hash of a separator that the tree's record keeps.
 pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
@@ -225,73 +201,6 @@ fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2],
     }
 }
 
-impl<P: Point> Leader<P> {
-    /// Takes over a subproblem.
-    pub fn lead(&mut self, node: NodeId, population: u64, first: Rank, ranks: u32) {
-        let lead = Lead { population, first, ranks, children: [None, None], merged: Vec::new() };
-        self.leads.insert(node, lead);
-    }
-
-    /// Does this rank lead the node?
-    pub fn leads(&self, node: NodeId) -> bool {
-        self.leads.contains_key(&node)
-    }
-
-    /// A child's summary. When both are known, tells the members and returns the node's own summary.
-    pub fn on_summary(
-        &mut self,
-        child: NodeId,
-        summary: Summary<P>,
-        out: &mut Outbox<P>,
-        ledger: &mut LedgerPart,
-    ) -> Option<(NodeId, Summary<P>)> {
-        let node = child.parent()?;
-        let lead = self.leads.get_mut(&node)?;
-        lead.children[child.side()] = Some(summary);
-        let [Some(a), Some(b)] = &lead.children else { return None };
-        let _span = out.site().subproblem(Phase::Summaries, node, "join summaries", lead.population);
-        let mut cost = Cost::ZERO;
-        let both = [a, b];
-        let own = cost.reduce(&both, a.clone(), |best, s| join_summaries(&best, s));
-        ledger.charge_leader(Phase::Summaries, node, cost);
-        let children = Box::new([a.clone(), b.clone()]);
-        for rank in lead.first..lead.first + lead.ranks {
-            out.send(rank, node, 0, Body::Children(children.clone()));
-        }
-        Some((node, own))
-    }
-
-    /// A child's merged result. When both are known, returns the node's.
-    pub fn on_merged(
-        &mut self,
-        child: NodeId,
-        merged: Merged,
-        phase: Phase,
-        site: Site,
-        ledger: &mut LedgerPart,
-    ) -> Option<(NodeId, Merged)> {
-        let node = child.parent()?;
-        let lead = self.leads.get_mut(&node)?;
-        lead.merged.push(merged);
-        if lead.merged.len() < 2 {
-            return None;
-        }
-        let _span = site.subproblem(phase, node, "join results", lead.population);
-        let mut cost = Cost::ZERO;
-        let all = cost.reduce(&std::mem::take(&mut lead.merged), Merged::default(), |mut sum, m| {
-            sum.join(m);
-            sum
-        });
-        ledger.charge_leader(phase, node, cost);
-        Some((node, all))
-    }
-
-    /// The group of a node that this rank leads.
-    pub fn group(&self, node: NodeId) -> Option<(Rank, u32)> {
-        self.leads.get(&node).map(|l| (l.first, l.ranks))
-    }
-}
-
 /// Of a group of at least two ranks, how many go to the interior child: in proportion to the children's
 /// weights, at least one to each.
 pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
@@ -301,36 +210,10 @@ pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     (rounded as u32).clamp(1, ranks - 1)
 }
 
-/// The summary of two disjoint sets.
-pub fn join_summaries<P: Point>(a: &Summary<P>, b: &Summary<P>) -> Summary<P> {
-    let smaller = match (a.smallest.positions.first(), b.smallest.positions.first()) {
-        (Some(x), Some(y)) if lex_cmp(y, x).is_lt() => b,
-        (None, Some(_)) => b,
-        _ => a,
-    };
-    Summary { max_radius2: a.max_radius2.max(b.max_radius2), smallest: smaller.smallest.clone() }
-}
-
 /// The separator in a `Sphere` message, if it holds one.
 pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
     let words: &[f64; SEPARATOR_WORDS] = words.try_into().ok()?;
     Separator::from_array(words)
-}
-
-/// Groups the bodies of one kind by node, in the order of their messages.
-pub fn by_node<P, T>(
-    inbox: &mut Vec<Message<P>>,
-    mut take: impl FnMut(&mut Message<P>) -> Option<T>,
-) -> BTreeMap<NodeId, Vec<T>> {
-    let mut groups: BTreeMap<NodeId, Vec<T>> = BTreeMap::new();
-    inbox.retain_mut(|m| match take(m) {
-        Some(t) => {
-            groups.entry(m.node).or_default().push(t);
-            false
-        }
-        None => true,
-    });
-    groups
 }
 
 /// Facts of a node that a single worker splits, in the same form as a leader's.

@@ -1,19 +1,20 @@
-//! What a worker shows of itself in pictures: sampled points and the splits it answers for.
+//! What a rank shows of itself in pictures: sampled points and the splits it answers for.
 //!
-//! On request only, and as instrument traffic: it is not billed, and nothing that the run computes depends
-//! on it. A point is sampled by a hash of its coordinates, so the sample is the same for every number of
-//! workers.
+//! On request only, and as instrument traffic: the ledger does not bill it, and nothing that the run computes depends
+//! on it. A hash of its coordinates says whether a point is in the sample, so the sample is the same for every number
+//! of ranks.
 
 use std::collections::BTreeSet;
 
 use septet_geometry::cost::Sweep;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId};
+use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
 
-use crate::state::subdomain::{Split, Tree, join_bounds};
-use crate::worker::Worker;
+use crate::machine::context::Context;
+use crate::result::merge::Results;
+use crate::state::subdomain::{Ghosts, Split, Tree, join_bounds};
 
 /// The hash of a point's coordinates by which samples are chosen.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
@@ -27,7 +28,7 @@ pub fn shown_hash<P: Point>(x: P) -> u64 {
     h
 }
 
-/// Is a point of a set of this size in the sample of about `wanted`? The expected number lies five standard
+/// Whether a point of a set of this size is in the sample of about `wanted`. The expected number lies five standard
 /// deviations below, so that the sample is hardly ever cut.
 pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
     let wanted = f64::from(wanted);
@@ -38,29 +39,45 @@ pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
     ((shown_hash(x) >> 11) as f64) < rate * (1u64 << 53) as f64
 }
 
-impl<P: Point> Worker<P> {
-    /// Sends what is shown, if anything is asked for.
-    pub(crate) fn send_view(&mut self) {
-        if self.config.view == 0 {
-            return;
-        }
-        let mut part = ViewPart::default();
-        self.show_points(&mut part);
-        self.show_ghosts(&mut part);
-        self.show_splits(&mut part);
-        self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::View(Box::new(part)));
+/// Sends a sample of the points, and the splits that this rank answers for.
+pub(crate) fn send_view<P: Point>(
+    cx: &mut Context<P>,
+    results: Results<'_, P>,
+    ghosts: &Ghosts,
+    population: u64,
+) {
+    let sample = Sample { population, wanted: cx.config.view };
+    let mut part = ViewPart::default();
+    results.show_points(sample, &mut part);
+    results.show_ghosts(ghosts, sample, &mut part);
+    results.show_splits(cx.rank, &mut part);
+    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::View(Box::new(part)));
+}
+
+/// The points that are shown: about so many of so many.
+#[derive(Clone, Copy)]
+struct Sample {
+    population: u64,
+    wanted: u32,
+}
+
+impl Sample {
+    fn holds<P: Point>(self, x: P) -> bool {
+        is_shown(self.population, self.wanted, x)
+    }
+}
+
+impl<P: Point> Results<'_, P> {
+    fn position(&self, at: u32) -> P {
+        self.chart.table.positions[at as usize]
     }
 
-    fn is_shown(&self, at: u32) -> bool {
-        is_shown(self.population, self.config.view, self.table.positions[at as usize])
-    }
-
-    fn show_points(&self, part: &mut ViewPart<P>) {
+    fn show_points(&self, sample: Sample, part: &mut ViewPart<P>) {
         let mut diameters = Diameters::default();
         for leaf in &self.subdomain.leaves {
-            for home in leaf.home().filter(|&home| self.is_shown(home)) {
+            for home in leaf.home().filter(|&home| sample.holds(self.position(home))) {
                 let (star, _) = self.merge_star(home, &mut diameters, &mut Sweep::default());
-                self.table.export(home, &mut part.points);
+                self.chart.table.export(home, &mut part.points);
                 part.leaves.push(leaf.id.0);
                 part.crossing.push(self.crossed_levels(home, leaf.id));
                 let repaired = if star.repaired > 0 { SHOWN_REPAIRED } else { 0 };
@@ -72,8 +89,8 @@ impl<P: Point> Worker<P> {
 
     /// Bit `l`: the separator ball of a home point meets the separator of its ancestor of level `l`.
     fn crossed_levels(&self, home: u32, leaf: NodeId) -> u64 {
-        let x = self.table.positions[home as usize];
-        let radius = self.supergraph().separator_radius(self.table.radii2[home as usize]);
+        let x = self.position(home);
+        let radius = self.supergraph.separator_radius(self.chart.table.radii2[home as usize]);
         let bit = |id: NodeId, split: &Split<P>| {
             u64::from(split.separator.crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
         };
@@ -89,20 +106,20 @@ impl<P: Point> Worker<P> {
         levels
     }
 
-    fn show_ghosts(&self, part: &mut ViewPart<P>) {
+    fn show_ghosts(&self, ghosts: &Ghosts, sample: Sample, part: &mut ViewPart<P>) {
         for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
             let shown: BTreeSet<u32> =
-                self.ghosts.of(at).iter().copied().filter(|&g| self.is_shown(g)).collect();
+                ghosts.of(at).iter().copied().filter(|&g| sample.holds(self.position(g))).collect();
             for ghost in shown {
-                part.ghosts.push(self.table.ids[ghost as usize]);
+                part.ghosts.push(self.chart.table.ids[ghost as usize]);
                 part.ghost_leaves.push(leaf.id.0);
             }
         }
     }
 
-    /// Splits of this worker's own subtree, and those of shared nodes whose first rank it is.
-    fn show_splits(&self, part: &mut ViewPart<P>) {
-        for shared in self.subdomain.path.iter().filter(|s| s.first == self.rank) {
+    /// Splits of this rank's own subtree, and those of shared nodes whose first rank it is.
+    fn show_splits(&self, rank: Rank, part: &mut ViewPart<P>) {
+        for shared in self.subdomain.path.iter().filter(|s| s.first == rank) {
             show_split(shared.id, &shared.split, part);
         }
         let mut open: Vec<&Tree<P>> = self.subdomain.tree.iter().map(|t| &t.1).collect();

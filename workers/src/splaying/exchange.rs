@@ -6,67 +6,21 @@
 //! **Work and depth.** A star's own are charged in [`crate::splaying::react`]; what is done here is the machine's: one sort of
 //! what all stars of a worker were told.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::message::{Body, Message};
+use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::message::{Body, Message, PointBatch};
 
+use crate::machine::context::Context;
+use crate::stars::home::Stars;
 use crate::stars::rows::{Objections, Rows, cell_of};
-use crate::worker::Worker;
-
-/// The state of the exchange, and of phases that only pass something on.
-#[derive(Debug)]
-pub(crate) struct Exchange<P: Point> {
-    /// Points that a gathering brought for home stars: star, point.
-    pub(crate) gathered: Vec<(u32, u32)>,
-    /// What home stars were told and have not considered.
-    pub(crate) proposed: Vec<Proposal<P>>,
-    pub(crate) objected: Said<P>,
-    /// Home points whose stars changed.
-    pub(crate) repaired: BTreeSet<u32>,
-    /// The last round of exchange in which this worker said something.
-    pub(crate) rounds: u32,
-    /// Results merged so far: those after a gathering are charged to the certificate, not to the paper.
-    pub(crate) merges: u32,
-    /// Cells that belong to this worker, by its last merging; and for each home point a bit for each of its first 64
-    /// facets, set where the cell belongs to it.
-    pub(crate) cells: u64,
-    pub(crate) owned: Vec<u64>,
-    /// Home points of which the last check found a cell that another star lacks, or all that are gathered.
-    pub(crate) unresolved: BTreeSet<u32>,
-}
-
-impl<P: Point> Default for Exchange<P> {
-    fn default() -> Self {
-        Exchange {
-            gathered: Vec::new(),
-            proposed: Vec::new(),
-            objected: Said::default(),
-            repaired: BTreeSet::new(),
-            rounds: 0,
-            cells: 0,
-            owned: Vec::new(),
-            merges: 0,
-            unresolved: BTreeSet::new(),
-        }
-    }
-}
-
-impl<P: Point> Exchange<P> {
-    /// The phase that the next merging is charged to.
-    pub(crate) fn merge_phase(&self) -> Phase {
-        if self.merges > 0 { Phase::Certificate } else { Phase::Merge }
-    }
-
-    /// Are there stars that were told something?
-    pub(crate) fn is_pending(&self) -> bool {
-        !(self.gathered.is_empty() && self.proposed.is_empty() && self.objected.is_empty())
-    }
-}
+use crate::state::cells::in_order;
+use crate::state::subdomain::{Leaf, leaf_number};
+use crate::state::table::Table;
+use crate::state::tasks::Recorder;
 
 /// A cell that a star may lack: the vertex that is told, the cell in order, the vertex that tells.
 pub(crate) type Proposal<P> = (u32, <P as Point>::Cell, u32);
@@ -88,15 +42,24 @@ impl<P: Point> Default for Said<P> {
 }
 
 impl<P: Point> Said<P> {
-    /// Is nothing said?
+    /// Whether nothing is said.
     pub(crate) fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
 
-    /// What is said in the order of those that are told, of the cells and of those that tell; and the points.
-    pub(crate) fn sorted(&mut self) -> (&[Objection<P>], &[u32]) {
+    /// Puts the objections in the order of those that are told, of the cells and of those that tell.
+    pub(crate) fn sort(&mut self) {
         self.cells.sort_unstable_by_key(|objection| (objection.0, objection.1, objection.2));
-        (&self.cells, &self.points)
+    }
+
+    /// The objections.
+    pub(crate) fn cells(&self) -> &[Objection<P>] {
+        &self.cells
+    }
+
+    /// The points that they name.
+    pub(crate) fn points(&self) -> &[u32] {
+        &self.points
     }
 
     /// Adds what others say.
@@ -151,129 +114,188 @@ pub(crate) fn star_by_star<'a, P: Point>(
     }
 }
 
-/// The cell with its vertices in order, for comparison.
-pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
-    let mut ordered = *cell;
-    ordered.as_mut().sort_unstable();
-    ordered
+/// A point that a gathering brought for a home star: the star, the point.
+pub(crate) type Gathered = (u32, u32);
+
+/// What home stars were told and have not considered.
+#[derive(Debug)]
+pub(crate) struct Heard<P: Point> {
+    pub(crate) proposed: Vec<Proposal<P>>,
+    pub(crate) objected: Said<P>,
+    pub(crate) gathered: Vec<Gathered>,
 }
 
-impl<P: Point> Worker<P> {
-    /// Sends cells to the homes of the vertices that may lack them.
-    pub(crate) fn send_proposals(&mut self, proposals: Vec<Proposal<P>>) {
-        let mut batches: BTreeMap<Rank, Rows<P>> = BTreeMap::new();
-        for (to, cell, from) in proposals {
-            self.record_said(false, (from, to), &cell, &[]);
-            if self.table.is_home(to) {
-                self.exchange.proposed.push((to, cell, from));
-            } else {
-                let rows = batches.entry(self.table.owners[to as usize]).or_default();
-                rows.cell(&self.table, from, to, &cell);
-            }
-        }
-        for (rank, rows) in batches {
-            let body = Body::Propose { points: rows.points, cells: Bulk(rows.cells) };
-            self.out.send(rank, NodeId::ROOT, self.exchange.rounds, body);
-        }
+impl<P: Point> Heard<P> {
+    /// What a gathering brought.
+    pub(crate) fn of(gathered: Vec<Gathered>) -> Self {
+        Heard { proposed: Vec::new(), objected: Said::default(), gathered }
     }
 
-    /// Sends cells, and what is against them, to the homes of vertices that may hold them.
-    pub(crate) fn send_objections(&mut self, said: &Said<P>) {
-        let mut batches: BTreeMap<Rank, Objections<P>> = BTreeMap::new();
-        for (to, cell, from, range) in &said.cells {
-            let points = &said.points[range.clone()];
-            self.record_said(true, (*from, *to), cell, points);
-            if self.table.is_home(*to) {
-                self.exchange.objected.add([*to].into_iter(), cell, *from, points);
-                continue;
-            }
-            let rank = self.table.owners[*to as usize];
-            let (rows, counts, conflicts) = batches.entry(rank).or_default();
-            rows.cell(&self.table, *from, *to, cell);
-            counts.push(points.len() as u32);
-            conflicts.extend(points.iter().map(|&v| rows.place(&self.table, v)));
-        }
-        for (rank, (rows, counts, conflicts)) in batches {
-            let body = Body::Object {
-                points: rows.points,
-                cells: Bulk(rows.cells),
-                counts: Bulk(counts),
-                conflicts: Bulk(conflicts),
-            };
-            self.out.send(rank, NodeId::ROOT, self.exchange.rounds, body);
-        }
+    /// Whether some star was told something.
+    pub(crate) fn is_pending(&self) -> bool {
+        !(self.gathered.is_empty() && self.proposed.is_empty() && self.objected.is_empty())
     }
 
-    /// Records what a star of one leaf tells a star of another.
-    fn record_said(&mut self, objection: bool, (from, to): (u32, u32), cell: &P::Cell, conflicts: &[u32]) {
-        if self.recorder.is_none() {
-            return;
-        }
-        let leaves = (self.leaf_number(from), self.leaf_number(to));
-        let named = cell.as_ref().iter().chain(conflicts).map(|&v| self.table.ids[v as usize]);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.said((self.step, objection), leaves, named, conflicts.len() as u64);
-        }
+    /// Puts all lists in the order of the stars that are told.
+    pub(crate) fn sort(&mut self) {
+        self.proposed.sort_unstable();
+        self.gathered.sort_unstable();
+        self.objected.sort();
     }
 
-    /// Takes what other workers' stars tell.
-    pub(crate) fn take_said(&mut self, inbox: &mut Vec<Message<P>>) {
-        let (mut proposals, mut objections) = (Vec::new(), Vec::new());
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Propose { points, cells } => {
-                proposals.push((std::mem::take(points), std::mem::take(&mut cells.0)));
-                false
-            }
-            Body::Object { points, cells, counts, conflicts } => {
-                let lists = (std::mem::take(&mut counts.0), std::mem::take(&mut conflicts.0));
-                objections.push((std::mem::take(points), std::mem::take(&mut cells.0), lists));
-                false
-            }
-            _ => true,
-        });
+    /// What was told, star by star, once all lists are in order.
+    pub(crate) fn star_by_star(&self) -> Vec<Told<'_, P>> {
+        star_by_star::<P>(&self.proposed, self.objected.cells(), &self.gathered)
+    }
+
+    /// Takes what stars of other ranks tell.
+    pub(crate) fn take(&mut self, cx: &mut Context<P>, table: &mut Table<P>, stars: &mut Stars<P>) {
+        let proposals = take_proposals(cx);
+        let objections = take_objections(cx);
+        if !(proposals.is_empty() && objections.is_empty()) {
+            stars.write_out(table);
+        }
         for (points, cells) in proposals {
-            let numbers = self.table.intern_all(&points);
+            let numbers = table.intern_all(&points);
             for row in cells.chunks_exact(P::DIM + 1) {
                 let cell = cell_of::<P>(row, &numbers);
                 let (from, to) = (cell.as_ref()[0], cell.as_ref()[1]);
-                if self.table.is_home(to) {
-                    self.exchange.proposed.push((to, in_order::<P>(&cell), from));
+                if table.is_home(to) {
+                    self.proposed.push((to, in_order::<P>(&cell), from));
                 }
             }
         }
-        for (points, cells, (counts, conflicts)) in objections {
-            let numbers = self.table.intern_all(&points);
+        for Against { points, cells, counts, conflicts } in objections {
+            let numbers = table.intern_all(&points);
             let mut at = 0;
             for (row, count) in cells.chunks_exact(P::DIM + 1).zip(counts) {
                 let end = at + count as usize;
                 let cell = cell_of::<P>(row, &numbers);
                 let (from, to) = (cell.as_ref()[0], cell.as_ref()[1]);
                 let against: Vec<u32> = conflicts[at..end].iter().map(|&i| numbers[i as usize]).collect();
-                if self.table.is_home(to) {
-                    self.exchange.objected.add([to].into_iter(), &in_order::<P>(&cell), from, &against);
+                if table.is_home(to) {
+                    self.objected.add([to].into_iter(), &in_order::<P>(&cell), from, &against);
                 }
                 at = end;
             }
         }
     }
+}
 
-    /// Charges one vector step over stars, leaf by leaf.
-    pub(crate) fn charge_stars(&mut self, costs: impl Iterator<Item = (u32, Cost)>) {
-        let mut leaves: BTreeMap<NodeId, (Cost, u64)> = BTreeMap::new();
-        for (home, cost) in costs {
-            let entry = leaves.entry(self.leaf_of(home)).or_default();
-            entry.0.beside(cost);
-            entry.1 += 1;
+/// A message of proposals: points, and cells of them.
+type Proposed<P> = (PointBatch<P>, Vec<u32>);
+
+fn take_proposals<P: Point>(cx: &mut Context<P>) -> Vec<Proposed<P>> {
+    cx.take(|m: &mut Message<P>| match &mut m.body {
+        Body::Propose { points, cells } => Some((std::mem::take(points), std::mem::take(&mut cells.0))),
+        _ => None,
+    })
+}
+
+/// A message of objections: points, cells of them, how many points are against each cell, and which.
+struct Against<P> {
+    points: PointBatch<P>,
+    cells: Vec<u32>,
+    counts: Vec<u32>,
+    conflicts: Vec<u32>,
+}
+
+fn take_objections<P: Point>(cx: &mut Context<P>) -> Vec<Against<P>> {
+    cx.take(|m: &mut Message<P>| match &mut m.body {
+        Body::Object { points, cells, counts, conflicts } => Some(Against {
+            points: std::mem::take(points),
+            cells: std::mem::take(&mut cells.0),
+            counts: std::mem::take(&mut counts.0),
+            conflicts: std::mem::take(&mut conflicts.0),
+        }),
+        _ => None,
+    })
+}
+
+/// What the stars of a rank say in a round.
+pub(crate) struct Speech<P: Point> {
+    pub(crate) proposals: Vec<Proposal<P>>,
+    pub(crate) objections: Said<P>,
+    /// The round of exchange.
+    pub(crate) round: u32,
+}
+
+impl<P: Point> Speech<P> {
+    /// Whether nothing is said.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.proposals.is_empty() && self.objections.is_empty()
+    }
+
+    /// Tells the stars of this rank, and sends the rest to the homes of the others.
+    pub(crate) fn tell(
+        &self,
+        cx: &mut Context<P>,
+        leaves: &[Leaf<P>],
+        table: &Table<P>,
+        heard: &mut Heard<P>,
+    ) {
+        if let Some(recorder) = &mut cx.recorder {
+            self.record(recorder, leaves, table);
         }
-        for (leaf, (cost, items)) in leaves {
-            self.ledger.charge(Phase::Repair, leaf, cost, items);
+        self.propose(cx, table, heard);
+        self.object(cx, table, heard);
+    }
+
+    /// Cells to the vertices that may lack them.
+    fn propose(&self, cx: &mut Context<P>, table: &Table<P>, heard: &mut Heard<P>) {
+        let mut batches: BTreeMap<Rank, Rows<P>> = BTreeMap::new();
+        for &(to, cell, from) in &self.proposals {
+            if table.is_home(to) {
+                heard.proposed.push((to, cell, from));
+            } else {
+                let rows = batches.entry(table.owners[to as usize]).or_default();
+                rows.cell(table, from, to, &cell);
+            }
+        }
+        for (rank, rows) in batches {
+            let body = Body::Propose { points: rows.points, cells: Bulk(rows.cells) };
+            cx.send(rank, NodeId::ROOT, self.round, body);
         }
     }
 
-    /// The leaf of a home point.
-    fn leaf_of(&self, home: u32) -> NodeId {
-        let at = self.subdomain.leaves.partition_point(|leaf| leaf.end <= home);
-        self.subdomain.leaves[at].id
+    /// Cells, and what is against them, to the vertices that may hold them.
+    fn object(&self, cx: &mut Context<P>, table: &Table<P>, heard: &mut Heard<P>) {
+        let mut batches: BTreeMap<Rank, Objections<P>> = BTreeMap::new();
+        for (to, cell, from, range) in &self.objections.cells {
+            let points = &self.objections.points[range.clone()];
+            if table.is_home(*to) {
+                heard.objected.add([*to].into_iter(), cell, *from, points);
+                continue;
+            }
+            let batch = batches.entry(table.owners[*to as usize]).or_default();
+            batch.rows.cell(table, *from, *to, cell);
+            batch.counts.push(points.len() as u32);
+            batch.conflicts.extend(points.iter().map(|&v| batch.rows.place(table, v)));
+        }
+        for (rank, Objections { rows, counts, conflicts }) in batches {
+            let body = Body::Object {
+                points: rows.points,
+                cells: Bulk(rows.cells),
+                counts: Bulk(counts),
+                conflicts: Bulk(conflicts),
+            };
+            cx.send(rank, NodeId::ROOT, self.round, body);
+        }
+    }
+
+    /// Records what stars of one leaf tell stars of another, if that is asked for.
+    fn record(&self, recorder: &mut Recorder, leaves: &[Leaf<P>], table: &Table<P>) {
+        let mut said = |objection: bool, (from, to): (u32, u32), cell: &P::Cell, conflicts: &[u32]| {
+            let between = (leaf_number(leaves, from), leaf_number(leaves, to));
+            let named = cell.as_ref().iter().chain(conflicts).map(|&v| table.ids[v as usize]);
+            recorder.said((self.round - 1, objection), between, named, conflicts.len() as u64);
+        };
+        for (to, cell, from) in &self.proposals {
+            said(false, (*from, *to), cell, &[]);
+        }
+        for (to, cell, from, range) in &self.objections.cells {
+            said(true, (*from, *to), cell, &self.objections.points[range.clone()]);
+        }
     }
 }
 
@@ -290,7 +312,8 @@ mod tests {
         let mut said = Said::<DVec2>::default();
         said.add([7].into_iter(), &[3, 7, 8], 3, &[40]);
         said.add([4, 1].into_iter(), &[1, 4, 9], 9, &[50, 51]);
-        let (objected, points) = said.sorted();
+        said.sort();
+        let (objected, points) = (said.cells(), said.points());
         let gathered = vec![(0, 9), (4, 10), (4, 11)];
         let stars = star_by_star::<DVec2>(&proposed, objected, &gathered);
         let counts: Vec<_> =

@@ -1,69 +1,84 @@
-//! What the exchange leaves open is gathered by the coordinator.
+//! Rank 0 gathers what the exchange leaves open.
 //!
-//! The region is the vertices that hold a cell which another star lacks, with their links; or all points, if that was not
-//! enough. Each of these vertices gets its neighbours in the region's triangulation, and the exchange goes on
-//! ([`crate::splaying::repair`]), in which it proposes what the others lack.
+//! **Statement.** The region is the vertices that hold a cell which another star lacks, with their links; or all points, if
+//! that was not enough. Rank 0 triangulates it, and each of these vertices gets its neighbours there. Then the exchange
+//! goes on ([`crate::splaying::repair`]), in which it proposes what the others lack.
+//!
+//! **Rounds.** Two: the region to rank 0, the neighbours back.
 
 use std::collections::BTreeSet;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId};
-use septet_protocol::message::{Body, Message, PointBatch};
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
+use septet_protocol::outcome::Outcome;
+use septet_protocol::transport::TransportError;
 
-use crate::schedule::Outcome;
-use crate::worker::Worker;
+use crate::machine::context::Context;
+use crate::splaying::exchange::Gathered;
+use crate::stars::check::Agreement;
+use crate::stars::home::Stars;
+use crate::state::table::Table;
 
-impl<P: Point> Worker<P> {
-    /// Gathers what the last check found unresolved, or everything.
-    pub(crate) fn begin_fallback(&mut self) {
-        self.write_out();
-        let all = self.known.outcome == Outcome::GatherAll;
-        let disagreements = self.finish_check();
-        self.exchange.unresolved = if all {
-            (0..self.table.home).collect()
-        } else {
-            // Those who lack a cell are told of it again: the set must not depend on who is at home with whom.
-            disagreements.iter().map(|d| d.home).collect()
-        };
-        self.exchange.rounds = 0;
-        let mut batch = PointBatch::default();
-        let mut links = BTreeSet::new();
-        for &home in &self.exchange.unresolved {
-            let i = home as usize;
-            // A radius of 1 marks a vertex whose star is wanted.
-            batch.push(self.table.ids[i], self.table.positions[i], self.rank, 1.0);
-            links.extend(self.stars.link(home).iter().flat_map(std::convert::AsRef::as_ref).copied());
-        }
-        links.remove(&INFINITE);
-        for v in links.difference(&self.exchange.unresolved) {
-            let i = *v as usize;
-            batch.push(self.table.ids[i], self.table.positions[i], self.table.owners[i], 0.0);
-        }
-        self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(batch));
+/// Gathers what the last check found unresolved, or everything. Returns the neighbours that home stars get.
+pub(crate) async fn gather<P: Point>(
+    cx: &mut Context<P>,
+    table: &mut Table<P>,
+    stars: &mut Stars<P>,
+    agreement: &Agreement,
+    outcome: Outcome,
+) -> Result<Vec<Gathered>, TransportError> {
+    cx.enter(Phase::Fallback)?;
+    stars.write_out(table);
+    let wanted: BTreeSet<u32> = if outcome == Outcome::GatherAll {
+        (0..table.home).collect()
+    } else {
+        // Stars that lack a cell hear of it later: the set must not depend on where points are at home.
+        agreement.disagreements.iter().map(|d| d.home).collect()
+    };
+    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &wanted)));
+    let mut gathered = Vec::new();
+    while cx.exchange().await? {
+        take_neighbours(cx, table, &mut gathered);
     }
+    Ok(gathered)
+}
 
-    /// Takes the gathered region's neighbours; they are used when the exchange goes on.
-    pub(crate) fn on_fallback(&mut self, inbox: &mut Vec<Message<P>>) {
-        let mut received = Vec::new();
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Region { vertices, counts, points } => {
-                let taken = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
-                received.push((taken, std::mem::take(points)));
-                false
+/// The points whose stars are wanted, and the others of their links.
+fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, wanted: &BTreeSet<u32>) -> PointBatch<P> {
+    let mut batch = PointBatch::default();
+    let mut push = |v: u32, role: f64| {
+        let i = v as usize;
+        batch.push(table.ids[i], table.positions[i], table.owners[i], role);
+    };
+    let mut links = BTreeSet::new();
+    for &home in wanted {
+        push(home, WANTED);
+        links.extend(stars.link(home).iter().flat_map(AsRef::as_ref).copied());
+    }
+    links.remove(&INFINITE);
+    links.difference(wanted).for_each(|&v| push(v, OF_A_LINK));
+    batch
+}
+
+/// Takes the neighbours of home points in the region.
+fn take_neighbours<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, gathered: &mut Vec<Gathered>) {
+    for ((vertices, counts), points) in cx.take(|m: &mut Message<P>| match &mut m.body {
+        Body::Region { vertices, counts, points } => {
+            let stars = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
+            Some((stars, std::mem::take(points)))
+        }
+        _ => None,
+    }) {
+        let numbers = table.intern_all(&points);
+        let mut at = 0;
+        for (id, count) in vertices.into_iter().zip(counts) {
+            let end = (at + count as usize).min(numbers.len());
+            if let Some(home) = table.find(id).filter(|&h| table.is_home(h)) {
+                gathered.extend(numbers[at..end].iter().map(|&v| (home, v)));
             }
-            _ => true,
-        });
-        for ((vertices, counts), points) in received {
-            let numbers = self.table.intern_all(&points);
-            let mut at = 0;
-            for (id, count) in vertices.into_iter().zip(counts) {
-                let end = (at + count as usize).min(numbers.len());
-                if let Some(home) = self.table.find(id).filter(|&h| self.table.is_home(h)) {
-                    self.exchange.gathered.extend(numbers[at..end].iter().map(|&v| (home, v)));
-                }
-                at = end;
-            }
+            at = end;
         }
     }
 }

@@ -1,14 +1,14 @@
 //! One star, and all that it was told in a step of the exchange.
 //!
-//! **Statement.** See [`crate::splaying::repair`]. A star looks for each cell among its own once, however many proposed it or
-//! object to it. It takes the vertices of those that it lacks and the points against those that it holds, grows from
-//! its link (`hull::change`), and then says what it gained, what it lost and why, and why it refuses what it
-//! does not hold even so: a point of its link is in the sphere of a cell that it has all vertices of and lacks.
+//! **Statement.** See [`crate::splaying::repair`]. A star looks for each cell among its own once, however many stars proposed
+//! it or object to it. It takes the vertices of the cells that it lacks, and the points against the cells that it holds,
+//! and grows from its link (`hull::change`). Then it says what it gained, and what it lost and why. It refuses a cell that
+//! it still lacks, and says why: a point of its link is in the sphere of the cell.
 //!
-//! **Work and depth.** For a star with `l` facets that is told of `m` cells, gets `q` points and changes by `c` facets: a
-//! sort of the cells, sweeps over the link for each cell and point, over its points for each cell that is refused or lost,
-//! and over what it was told for each of those and of the cells it gained; O((m + q) l + m log m + c m) work,
-//! O(m + q + c) depth.
+//! **Work and depth.** Let a star with `l` facets hear of `m` cells, get `q` points and change by `c` facets. It sorts the
+//! cells, sweeps over the link for each cell and point, and over its points for each cell that it refuses or lost. For
+//! each of those, and of the cells that it gained, it sweeps over what it was told. That is O((m + q) l + m log m + c m)
+//! work and O(m + q + c) depth.
 
 #[cfg(test)]
 mod tests;
@@ -18,9 +18,10 @@ use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::{Extended, StarBuilder, Witnesses};
 use septet_geometry::point::Point;
 
-use crate::splaying::exchange::{Objection, Proposal, Said, Told, in_order};
+use crate::splaying::exchange::{Objection, Proposal, Said, Told};
+use crate::stars::home::{Change, Chart};
 use crate::stars::links::{Sought, difference, link_points};
-use crate::worker::{Worker, finite_cell};
+use crate::state::cells::{finite_cell, in_order};
 
 /// What stars make of what they were told, one after the other.
 pub(crate) struct Reactions<P: Point> {
@@ -62,13 +63,17 @@ impl<P: Point> Reactions<P> {
         self.stars.iter().map(|star| (star.home, star.cost))
     }
 
-    /// Calls `f` with every star that changed: its vertex, its link, the facets that came and those that went.
-    pub(crate) fn each_change(&self, mut f: impl FnMut(u32, &[P::Facet], &[P::Facet], &[P::Facet])) {
+    /// Calls `f` with every star that changed: its vertex, and its change.
+    pub(crate) fn each_change(&self, mut f: impl FnMut(u32, &Change<'_, P>)) {
         let (mut links, mut fresh, mut gone) = (0, 0, 0);
         for star in &self.stars {
-            let (came, went) = (&self.fresh[fresh..star.fresh], &self.gone[gone..star.gone]);
-            if !(came.is_empty() && went.is_empty()) {
-                f(star.home, &self.links[links..star.links], came, went);
+            let change = Change {
+                link: &self.links[links..star.links],
+                fresh: &self.fresh[fresh..star.fresh],
+                gone: &self.gone[gone..star.gone],
+            };
+            if !(change.fresh.is_empty() && change.gone.is_empty()) {
+                f(star.home, &change);
             }
             (links, fresh, gone) = (star.links, star.fresh, star.gone);
         }
@@ -99,7 +104,7 @@ impl<P: Point> Tools<P> {
     }
 }
 
-impl<P: Point> Worker<P> {
+impl<P: Point> Chart<'_, P> {
     /// One star: takes in what it was `told`, objections with these `points`, and says what it makes of it.
     pub(crate) fn react(
         &self,

@@ -1,126 +1,153 @@
 //! Stars that disagree exchange what they miss (star splaying).
 //!
-//! **Statement** (Shewchuk 2005; the end of it in ARCHITECTURE.md). If a cell `t` of `star(v)` is missing from
-//! `star(a)`, `v` proposes it: `a` takes `t`'s vertices, and holds `t` then, or answers with those points of its link
-//! that conflict with `t`. A star that gained a cell proposes it, and of a cell that it lost it tells the points
-//! that took its place. Each exchange with any disagreement enlarges some candidate set, so it ends; and if every
-//! vertex but the smallest has a smaller candidate, it ends in the triangulation.
+//! **Statement.** If a cell `t` of `star(v)` is missing from `star(a)`, `v` proposes it. Then `a` takes the vertices of `t`,
+//! and holds `t`, or answers with those points of its link that conflict with `t`. A star proposes the cells that it
+//! gained; of a cell that it lost, it sends the points that replaced it. Each exchange with any disagreement enlarges
+//! some candidate set, so it ends; and if every vertex but the smallest has a smaller candidate, it ends in the
+//! triangulation.
 //!
-//! **Who is told.** Stars agree on a cell iff that of its smallest vertex agrees with each other's
-//! ([`crate::stars::check`]), so of what it gains or loses a star tells the smallest vertex, or if that is its own, the others;
-//! but none that told it of just that in the same step. Each of the two of such a pair then hears of every
-//! change of the other, so when nothing is said any more, all stars agree.
+//! **Source.** Shewchuk (2005); the end of the proof is in ARCHITECTURE.md.
 //!
-//! **After a gathering** the stars get its points, and what the check told and still holds is proposed all the same.
+//! **Receivers.** Stars agree on a cell iff that of its smallest vertex agrees with each other's
+//! ([`crate::stars::check`]). So a star tells the smallest vertex what it gains or loses, or if that is its own, the
+//! others; but none that told it just that in the same step. Each of the two of such a pair then hears of every change
+//! of the other. When no star says anything more, all stars agree.
 //!
-//! **Departure.** All stars move in lockstep, those of one worker like those of two: what is exchanged in a
-//! round does not depend on where a star is at home, so work and depth do not depend on the number of
-//! workers. A round of exchange is one round of messages.
+//! **After a gathering** the stars get its points. They also propose what the check found, as far as they still hold it.
 //!
 //! **Rounds.** None where the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured).
+//!
+//! **Work and depth.** That of the reactions ([`crate::splaying::react`]), star beside star.
+//!
+//! **Departure.** All stars move in lockstep, those of one rank like those of two. What they exchange in a round does not
+//! depend on where a star is at home, so work and depth do not depend on the number of ranks. A round of exchange is
+//! one round of messages.
+
+use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
-use septet_protocol::message::Message;
+use septet_protocol::ids::Phase;
+use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
-use crate::splaying::exchange::{Proposal, Said, in_order, star_by_star};
+use crate::machine::context::Context;
+use crate::splaying::exchange::{Gathered, Heard, Proposal, Said, Speech};
 use crate::splaying::react::{Reactions, Tools};
-use crate::stars::check::Disagreement;
-use crate::worker::{Worker, finite_cell};
+use crate::stars::check::{Agreement, Disagreement};
+use crate::stars::home::{Chart, Stars};
+use crate::state::cells::{finite_cell, in_order};
+use crate::state::subdomain::{Leaf, Subdomain, leaf_number};
+use crate::state::table::Table;
 
 /// Stars that are looked at one after the other.
 const GROUP: usize = 512;
 
-impl<P: Point> Worker<P> {
-    pub(crate) fn begin_repair(&mut self) {
-        let disagreements = self.finish_check();
-        if self.exchange.is_pending() || !disagreements.is_empty() {
-            self.write_out();
-        }
-        let propose = |d: &Disagreement| {
-            let facet = self.stars.link(d.home)[(d.facet - self.stars.start(d.home)) as usize];
-            finite_cell::<P>(d.home, &facet).map(|cell| (d.other, in_order::<P>(&cell), d.home))
-        };
-        let proposals = disagreements.iter().filter_map(propose).collect();
-        self.react_all(proposals);
+/// Rounds of exchange until no star says anything. Returns the last round in which this rank said something.
+pub(crate) async fn splay<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: &mut Table<P>,
+    stars: &mut Stars<P>,
+    agreement: &Agreement,
+    gathered: Vec<Gathered>,
+    population: u64,
+) -> Result<u32, TransportError> {
+    cx.enter(Phase::Repair)?;
+    let mut heard = Heard::of(gathered);
+    if heard.is_pending() || !agreement.disagreements.is_empty() {
+        stars.write_out(table);
     }
-
-    fn cap(&self) -> u32 {
-        let default = 6 * (64 - self.population.max(2).leading_zeros());
-        self.config.exchange_cap.unwrap_or(default)
+    let mut found: Vec<_> = agreement.disagreements.iter().filter_map(|d| proposal(stars, d)).collect();
+    let last = cx.config.exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
+    let mut rounds = 0;
+    // All ranks step together, so the number of the round is the same on each.
+    for round in 1.. {
+        if !found.is_empty() || heard.is_pending() {
+            let found = std::mem::take(&mut found);
+            let (proposals, objections) = react_all(cx, &subdomain.leaves, (table, stars), &mut heard, found);
+            let speech = Speech { proposals, objections, round };
+            if !speech.is_empty() && round <= last {
+                rounds = round;
+                speech.tell(cx, &subdomain.leaves, table, &mut heard);
+            }
+        }
+        if !cx.exchange_if(heard.is_pending()).await? {
+            break;
+        }
+        heard.take(cx, table, stars);
     }
+    Ok(rounds)
+}
 
-    /// Every step is a round of exchange.
-    pub(crate) fn on_repair(&mut self, inbox: &mut Vec<Message<P>>) {
-        if !inbox.is_empty() {
-            self.write_out();
-        }
-        self.take_said(inbox);
-        self.react_all(Vec::new());
+/// The proposal of a cell that another star lacks.
+fn proposal<P: Point>(stars: &Stars<P>, of: &Disagreement) -> Option<Proposal<P>> {
+    let facet = stars.link(of.home)[(of.facet - stars.start(of.home)) as usize];
+    finite_cell::<P>(of.home, &facet).map(|cell| (of.other, in_order::<P>(&cell), of.home))
+}
+
+/// All stars that were told something take it in, then say what has changed; and what the check found, where a star
+/// still holds it.
+fn react_all<P: Point>(
+    cx: &mut Context<P>,
+    leaves: &[Leaf<P>],
+    (table, stars): (&Table<P>, &mut Stars<P>),
+    heard: &mut Heard<P>,
+    mut found: Vec<Proposal<P>>,
+) -> (Vec<Proposal<P>>, Said<P>) {
+    let mut heard = std::mem::replace(heard, Heard::of(Vec::new()));
+    stars.extend_hashes(table);
+    heard.sort();
+    let told = heard.star_by_star();
+    let groups: Vec<_> = told.chunks(GROUP).collect();
+    let (chart, points) = (Chart { table, stars }, heard.objected.points());
+    let reactions = map_in(&cx.pool, &groups, |group| {
+        let mut tools = Tools::new(table.positions.len());
+        let mut out = Reactions::default();
+        group.iter().for_each(|told| chart.react(told, points, &mut tools, &mut out));
+        out
+    });
+    charge(cx, leaves, reactions.iter().flat_map(Reactions::costs));
+    let (mut proposals, mut objections) = (Vec::new(), Said::default());
+    for group in reactions {
+        group.each_change(|home, change| stars.change(table, home, change));
+        proposals.extend(group.proposals);
+        objections.append(group.objections);
     }
-
-    /// All stars that were told something take it in, then say what has changed; and what the check found, where a star
-    /// still holds it.
-    fn react_all(&mut self, mut found: Vec<Proposal<P>>) {
-        if found.is_empty() && !self.exchange.is_pending() {
-            return;
-        }
-        let mut proposed = std::mem::take(&mut self.exchange.proposed);
-        let mut objected = std::mem::take(&mut self.exchange.objected);
-        let mut gathered = std::mem::take(&mut self.exchange.gathered);
-        self.extend_hashes();
-        proposed.sort_unstable();
-        gathered.sort_unstable();
-        let (objected, points) = objected.sorted();
-        let stars = star_by_star::<P>(&proposed, objected, &gathered);
-        let groups: Vec<_> = stars.chunks(GROUP).collect();
-        let reactions = map_in(&self.pool, &groups, |group| {
-            let mut tools = Tools::new(self.table.positions.len());
-            let mut out = Reactions::default();
-            group.iter().for_each(|told| self.react(told, points, &mut tools, &mut out));
-            out
-        });
-        self.charge_stars(reactions.iter().flat_map(Reactions::costs));
-        let (mut proposals, mut objections) = (Vec::new(), Said::default());
-        for group in reactions {
-            self.replace_stars(&group);
-            proposals.extend(group.proposals);
-            objections.append(group.objections);
-        }
-        if !groups.is_empty() {
-            self.retain_held(&mut found);
-        }
-        proposals.extend(found);
-        // All ranks step together, so the number of the round is the same on each.
-        let round = self.step + 1;
-        if (proposals.is_empty() && objections.is_empty()) || round > self.cap() {
-            return;
-        }
-        self.exchange.rounds = round;
-        self.send_proposals(proposals);
-        self.send_objections(&objections);
+    if !groups.is_empty() {
+        retain_held(cx, leaves, stars, &mut found);
     }
+    proposals.extend(found);
+    (proposals, objections)
+}
 
-    /// Leaves those proposals whose cells their stars hold still: each looks at every facet of its link.
-    fn retain_held(&mut self, found: &mut Vec<Proposal<P>>) {
-        let mut costs = Vec::new();
-        found.retain(|(_, cell, from)| {
-            let (mut looks, mut cost) = (Sweep::default(), Cost::ZERO);
-            looks.visit_lanes(self.stars.link(*from).len());
-            cost.swept_inside(looks);
-            costs.push((*from, cost));
-            self.position_in(*from, cell).is_some()
-        });
-        self.charge_stars(costs.into_iter());
+/// Leaves those proposals whose cells their stars hold still: each looks at every facet of its link.
+fn retain_held<P: Point>(
+    cx: &mut Context<P>,
+    leaves: &[Leaf<P>],
+    stars: &Stars<P>,
+    found: &mut Vec<Proposal<P>>,
+) {
+    let mut costs = Vec::new();
+    found.retain(|(_, cell, from)| {
+        let (mut looks, mut cost) = (Sweep::default(), Cost::ZERO);
+        looks.visit_lanes(stars.link(*from).len());
+        cost.swept_inside(looks);
+        costs.push((*from, cost));
+        stars.position_in(*from, cell).is_some()
+    });
+    charge(cx, leaves, costs.into_iter());
+}
+
+/// Charges one vector step over stars, leaf by leaf.
+fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterator<Item = (u32, Cost)>) {
+    let mut of_leaves: BTreeMap<u32, (Cost, u64)> = BTreeMap::new();
+    for (home, cost) in costs {
+        let entry = of_leaves.entry(leaf_number(leaves, home)).or_default();
+        entry.0.beside(cost);
+        entry.1 += 1;
     }
-
-    /// Puts changed stars in the place of the old ones.
-    fn replace_stars(&mut self, group: &Reactions<P>) {
-        group.each_change(|home, link, fresh, gone| {
-            self.recount_star(home, gone, fresh);
-            self.stars.replace(home, link);
-            self.exchange.repaired.insert(home);
-        });
+    for (at, (cost, items)) in of_leaves {
+        cx.ledger.charge(Phase::Repair, leaves[at as usize].id, cost, items);
     }
 }

@@ -23,9 +23,9 @@ use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
-use crate::direct::piece::Piece;
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
+use crate::stars::home::{Stars, usual_facets};
 use crate::state::subdomain::{Ghosts, Leaf, Subdomain, Tree};
 use crate::state::table::Table;
 
@@ -34,96 +34,6 @@ const FEWEST_CANDIDATES: usize = 8;
 
 /// Leaves whose stars cores of one worker build before these are put behind each other.
 const LEAVES_AT_ONCE: usize = 256;
-
-/// Room for so many facets of each link, at first: uniform points have 27 in space, 6 in the plane.
-fn usual_facets(dimension: usize) -> usize {
-    if dimension == 2 { 7 } else { 30 }
-}
-
-/// The links of all home points.
-#[derive(Debug)]
-pub(crate) struct Stars<P: Point> {
-    facets: Vec<P::Facet>,
-    ranges: Vec<(u32, u32)>,
-    /// Instead of both, the piece that they are in.
-    piece: Option<Piece<P>>,
-}
-
-impl<P: Point> Default for Stars<P> {
-    fn default() -> Self {
-        Stars { facets: Vec::new(), ranges: Vec::new(), piece: None }
-    }
-}
-
-impl<P: Point> Stars<P> {
-    /// The link of a home point: local numbers, infinite facets included.
-    pub(crate) fn link(&self, home: u32) -> &[P::Facet] {
-        let (start, len) = self.ranges[home as usize];
-        &self.facets[start as usize..(start + len) as usize]
-    }
-
-    /// Position of the link's first facet in the arena.
-    pub(crate) fn start(&self, home: u32) -> u32 {
-        self.ranges[home as usize].0
-    }
-
-    /// Length of the arena.
-    pub(crate) fn arena_len(&self) -> usize {
-        self.facets.len()
-    }
-
-    /// Makes room for so many links, and for what the exchange appends.
-    fn reserve(&mut self, links: usize) {
-        self.ranges.reserve_exact(links);
-        let facets = links * usual_facets(P::DIM);
-        self.facets.reserve_exact(facets + facets / 2);
-    }
-
-    /// Appends the links of the next home points, one behind the other, by their lengths.
-    pub(crate) fn append(&mut self, links: &[P::Facet], lengths: &[u32]) {
-        let mut start = self.facets.len() as u32;
-        for &len in lengths {
-            self.ranges.push((start, len));
-            start += len;
-        }
-        self.facets.extend_from_slice(links);
-    }
-
-    /// Replaces the link of a home point.
-    pub(crate) fn replace(&mut self, home: u32, link: &[P::Facet]) {
-        self.ranges[home as usize] = (self.facets.len() as u32, link.len() as u32);
-        self.facets.extend_from_slice(link);
-    }
-
-    /// The piece's own triangulation, while no star has been taken out of it.
-    pub(crate) fn piece(&self) -> Option<&Piece<P>> {
-        self.piece.as_ref()
-    }
-
-    /// The same, to change it.
-    pub(crate) fn take_piece(&mut self) -> Option<Piece<P>> {
-        self.piece.take()
-    }
-
-    /// Keeps the piece's own triangulation, in which the links of all home points stand.
-    pub(crate) fn set_piece(&mut self, piece: Option<Piece<P>>) {
-        self.piece = piece;
-    }
-
-    /// Writes the links of a piece out beside it, to be looked at only.
-    pub(crate) fn show(&mut self) {
-        if let Some(piece) = &self.piece {
-            (self.facets, self.ranges) = piece.links();
-        }
-    }
-
-    /// Writes the links of a piece out, once, so that they can be looked at and changed one by one.
-    pub(crate) fn write_out(&mut self) {
-        if let Some(piece) = self.piece.take() {
-            (self.facets, self.ranges) = piece.links();
-        }
-    }
-}
 
 /// What one leaf's local hulls give.
 struct Hulled<P: Point> {

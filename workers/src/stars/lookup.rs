@@ -5,27 +5,34 @@
 //!
 //! **Work and depth.** Two vector steps over all link facets, in which few cells are looked for in a link of O(1) facets.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use septet_geometry::point::Point;
 
-use crate::config::map_in;
+use crate::config::{Pool, map_in};
 use crate::stars::check::Disagreement;
-use crate::stars::links::is_facet_of;
+use crate::stars::home::Chart;
 use crate::stars::sums::{OpenShares, ShortSums, Sums};
-use crate::worker::{Worker, finite_cell};
+use crate::state::cells::finite_cell;
+use crate::state::subdomain::{Leaf, home_groups};
 
-impl<P: Point> Worker<P> {
+impl<P: Point> Chart<'_, P> {
     /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
     /// sums differ.
-    pub(crate) fn look_up(&self, short: Option<ShortSums>) -> Vec<Disagreement> {
-        let open = short.unwrap_or_else(|| self.short_sums()).open();
+    pub(crate) fn look_up(
+        &self,
+        pool: &Pool,
+        leaves: &[Leaf<P>],
+        short: Option<ShortSums>,
+    ) -> Vec<Disagreement> {
+        let groups = home_groups(leaves);
+        let open = short.unwrap_or_else(|| self.short_sums(pool, &groups)).open();
         let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
-        let groups = self.home_groups();
-        let mut found = map_in(&self.pool, &groups, |(_, homes)| {
+        let mut found = map_in(pool, &groups, |(_, homes)| {
             homes.clone().flat_map(|home| self.unknown_to_smallest(home, &open, &seen)).collect::<Vec<_>>()
         });
-        found.extend(map_in(&self.pool, &groups, |(_, homes)| {
+        found.extend(map_in(pool, &groups, |(_, homes)| {
             let differing = homes.clone().filter(|&home| open.of(home) != 0);
             differing.flat_map(|home| self.lacking(home, &open, &seen)).collect::<Vec<_>>()
         }));
@@ -33,9 +40,9 @@ impl<P: Point> Worker<P> {
     }
 
     /// The sums of each home vertex.
-    fn short_sums(&self) -> ShortSums {
-        let short = ShortSums::new(self.table.home, self.pool.is_none());
-        map_in(&self.pool, &self.home_groups(), |(_, homes)| {
+    fn short_sums(&self, pool: &Pool, groups: &[(usize, Range<u32>)]) -> ShortSums {
+        let short = ShortSums::new(self.table.home, pool.is_none());
+        map_in(pool, groups, |(_, homes)| {
             for home in homes.clone() {
                 self.sum_star(home, self.stars.link(home), true, &mut Sums::default(), Some(&short));
             }
@@ -53,10 +60,13 @@ impl<P: Point> Worker<P> {
             }
             let Some(cell) = finite_cell::<P>(home, link) else { continue };
             let smallest = self.smallest(&cell);
-            if smallest == home || open.of(smallest) == 0 || !open.holds(smallest, self.cell_hash(&cell)) {
+            if smallest == home
+                || open.of(smallest) == 0
+                || !open.holds(smallest, self.stars.cell_hash(&cell))
+            {
                 continue;
             }
-            match self.position_in(smallest, &cell) {
+            match self.stars.position_in(smallest, &cell) {
                 Some(at) => {
                     seen[at as usize].fetch_add(1, Ordering::Relaxed);
                 }
@@ -66,12 +76,6 @@ impl<P: Point> Worker<P> {
         found
     }
 
-    /// The position of a cell in the star of a home vertex of it.
-    pub(crate) fn position_in(&self, home: u32, cell: &P::Cell) -> Option<u32> {
-        let at = self.stars.link(home).iter().position(is_facet_of::<P>(cell, home))?;
-        Some(self.stars.start(home) + at as u32)
-    }
-
     /// Cells of a star that home vertices other than their smallest, this one, lack.
     fn lacking(&self, home: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
         let mut found = Vec::new();
@@ -79,11 +83,14 @@ impl<P: Point> Worker<P> {
             let Some(cell) = finite_cell::<P>(home, link) else { continue };
             let at_home = link.as_ref().iter().filter(|&&v| self.table.is_home(v)).count();
             let known = usize::from(seen[facet as usize].load(Ordering::Relaxed));
-            if known == at_home || self.smallest(&cell) != home || !open.holds(home, self.cell_hash(&cell)) {
+            if known == at_home
+                || self.smallest(&cell) != home
+                || !open.holds(home, self.stars.cell_hash(&cell))
+            {
                 continue;
             }
             for &other in link.as_ref() {
-                if self.table.is_home(other) && self.position_in(other, &cell).is_none() {
+                if self.table.is_home(other) && self.stars.position_in(other, &cell).is_none() {
                     found.push(Disagreement { home, facet, other });
                 }
             }

@@ -8,8 +8,20 @@ use septet_protocol::message::PointBatch;
 
 use crate::state::table::{IdHasher, Table};
 
-/// Objected cells, number of points against each, and their positions.
-pub(crate) type Objections<P> = (Rows<P>, Vec<u32>, Vec<u32>);
+/// Cells that are objected to.
+pub(crate) struct Objections<P> {
+    pub(crate) rows: Rows<P>,
+    /// Number of points against each.
+    pub(crate) counts: Vec<u32>,
+    /// Their positions among the points of the rows.
+    pub(crate) conflicts: Vec<u32>,
+}
+
+impl<P> Default for Objections<P> {
+    fn default() -> Self {
+        Objections { rows: Rows::default(), counts: Vec::new(), conflicts: Vec::new() }
+    }
+}
 
 /// Cells as rows of positions among the points they name.
 pub(crate) struct Rows<P> {

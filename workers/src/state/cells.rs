@@ -1,7 +1,7 @@
-//! Cells as a vertex and a facet of its link.
+//! Cells of the triangulation by the local numbers of their vertices.
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::point::{Point, Simplex};
+use septet_geometry::point::{Point, Simplex, lex_cmp};
 
 /// The vertices of a cell `(centre, facet)`, or `None` if it is infinite.
 pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
@@ -13,4 +13,51 @@ pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::
         cell.as_mut()[slot + 1] = v;
     }
     Some(cell)
+}
+
+/// The cell with its vertices in order, for comparison.
+pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
+    let mut ordered = *cell;
+    ordered.as_mut().sort_unstable();
+    ordered
+}
+
+/// The lexicographically smallest finite vertex, or [`INFINITE`] if there is none.
+pub(crate) fn smallest_of<P: Point>(positions: &[P], vertices: impl IntoIterator<Item = u32>) -> u32 {
+    let at = |v: u32| &positions[v as usize];
+    let smaller = |best: u32, v: u32| best == INFINITE || (v != INFINITE && lex_cmp(at(v), at(best)).is_lt());
+    vertices.into_iter().fold(INFINITE, |best, v| if smaller(best, v) { v } else { best })
+}
+
+/// The search for the lexicographically smallest of some vertices by their first coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Smallest<C> {
+    /// The vertex that comes first so far.
+    vertex: u32,
+    /// Its first coordinate.
+    first: C,
+    /// Whether first coordinates were equal: they may not decide.
+    is_tied: bool,
+}
+
+impl<C: PartialOrd + Copy> Smallest<C> {
+    /// Begins with a vertex and its first coordinate.
+    #[inline]
+    pub(crate) fn of(vertex: u32, first: C) -> Self {
+        Smallest { vertex, first, is_tied: false }
+    }
+
+    /// Looks at one more vertex.
+    #[inline]
+    pub(crate) fn look(&mut self, vertex: u32, first: C) {
+        self.is_tied |= first == self.first;
+        (self.vertex, self.first) =
+            if first < self.first { (vertex, first) } else { (self.vertex, self.first) };
+    }
+
+    /// The smallest vertex; `compare` finds it where first coordinates do not decide ([`smallest_of`]).
+    #[inline]
+    pub(crate) fn vertex(self, compare: impl FnOnce() -> u32) -> u32 {
+        if self.is_tied { compare() } else { self.vertex }
+    }
 }

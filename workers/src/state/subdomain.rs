@@ -188,6 +188,20 @@ impl Ghosts {
     }
 }
 
+/// Home points of one leaf that are scanned together.
+pub(crate) const GROUP: usize = 4096;
+
+/// Position of a leaf, and some of its home points.
+pub(crate) fn home_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
+    let mut groups = Vec::new();
+    for (at, leaf) in leaves.iter().enumerate() {
+        for start in leaf.home().step_by(GROUP) {
+            groups.push((at, start..leaf.end.min(start + GROUP as u32)));
+        }
+    }
+    groups
+}
+
 /// The position of a home point's leaf.
 pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], home: u32) -> u32 {
     leaves.partition_point(|leaf| leaf.end <= home) as u32
@@ -226,13 +240,6 @@ impl<P> Subdomain<P> {
     /// The node that this rank holds; the root if it holds none.
     pub(crate) fn root(&self) -> NodeId {
         self.tree.as_ref().map_or(NodeId::ROOT, |tree| tree.0)
-    }
-
-    /// Adds ghosts to the first leaf: of a rank that holds its piece as one leaf.
-    pub(crate) fn note_ghosts(&mut self, ghosts: Vec<u32>) {
-        if let Some(leaf) = self.leaves.first_mut() {
-            leaf.ghosts.extend(ghosts);
-        }
     }
 
     /// The position of a node on the path, or its end.

@@ -11,8 +11,6 @@ use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 
 use crate::partition::local::Grown;
-use crate::stars::sums::Sums;
-use crate::worker::Worker;
 
 /// Blocks in which the places of points in the input are told: machines whose number of workers divides it
 /// are told exactly.
@@ -174,7 +172,18 @@ impl Recorder {
         }
     }
 
-    fn finish(&mut self) -> TaskLog {
+    /// What the stars of every two leaves must agree on, as one check finds it: sums of keys, and their numbers.
+    pub(crate) fn checked(&mut self, sums: BTreeMap<(u32, u32), (u128, u64)>) {
+        let check = self.checks;
+        self.checks += 1;
+        let rows = sums.into_iter().filter(|(_, sum)| *sum != (0, 0));
+        self.log
+            .agreement
+            .extend(rows.map(|((a, b), (sum, pairs))| (check, a, b, sum as u64, (sum >> 64) as u64, pairs)));
+    }
+
+    /// The whole record, once.
+    pub(crate) fn finish(&mut self) -> TaskLog {
         let mut log = std::mem::take(&mut self.log);
         log.reverse = std::mem::take(&mut self.reverse).into_iter().map(|((a, b), n)| (a, b, n)).collect();
         let tellers = std::mem::take(&mut self.tellers).into_iter();
@@ -192,44 +201,5 @@ impl Recorder {
             })
             .collect();
         log
-    }
-}
-
-impl<P: Point> Worker<P> {
-    /// The position of a home point's leaf.
-    pub(crate) fn leaf_number(&self, home: u32) -> u32 {
-        self.subdomain.leaves.partition_point(|leaf| leaf.end <= home) as u32
-    }
-
-    /// What the stars of every two leaves must agree on.
-    pub(crate) fn record_agreement(&mut self) {
-        if self.recorder.is_none() {
-            return;
-        }
-        let mut sums: BTreeMap<(u32, u32), (u128, u64)> = BTreeMap::new();
-        let starts: Vec<u32> = self.subdomain.leaves.iter().map(|l| l.end).collect();
-        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
-            for home in leaf.home() {
-                self.each_pair(home, self.stars.link(home), |key, other| {
-                    let to = starts.partition_point(|&end| end <= other) as u32;
-                    if to != at as u32 {
-                        Sums::count(sums.entry((at as u32, to)).or_default(), key);
-                    }
-                });
-            }
-        }
-        if let Some(recorder) = &mut self.recorder {
-            let check = recorder.checks;
-            recorder.checks += 1;
-            let rows = sums.into_iter().filter(|(_, sum)| *sum != (0, 0));
-            recorder.log.agreement.extend(
-                rows.map(|((a, b), (sum, pairs))| (check, a, b, sum as u64, (sum >> 64) as u64, pairs)),
-            );
-        }
-    }
-
-    /// The whole record, once.
-    pub(crate) fn take_tasks(&mut self) -> Option<TaskLog> {
-        self.recorder.take().map(|mut recorder| recorder.finish())
     }
 }

@@ -5,14 +5,15 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::dist2;
 
 use super::*;
-use crate::config::{Wanted, WorkerConfig};
-use crate::machine::context::{Context, Running};
+use crate::config::{Task, Wanted, WorkerConfig};
+use crate::coordinator::{Selected, Source, coordinate};
+use crate::machine::context::Running;
 use crate::machine::host::Host;
 use crate::partition::leader::Plan;
-use crate::{partition, summaries};
+use septet_protocol::ids::COORDINATOR;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
-use septet_protocol::transport::{Delivery, TransportError};
+use septet_protocol::transport::Delivery;
 
 fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     let task = Task::Independent { fixed };
@@ -32,59 +33,32 @@ struct Outcome {
     ledger: LedgerPart,
 }
 
-/// What rank 0 runs: blocks, the lead of the root, and what comes in the end.
-async fn root<P: Point>(
-    mut cx: Context<P>,
-    points: &[P],
-    radii2: &[f64],
-) -> Result<(Outcome, LedgerPart), TransportError> {
-    let (n, p) = (points.len(), cx.config.workers);
-    for rank in 1..=p {
-        let share = |r: u32| n * r as usize / p as usize;
-        let range = share(rank - 1)..share(rank);
-        let block = PointBatch {
-            ids: Bulk(range.clone().map(|i| i as u64).collect()),
-            owners: Bulk(vec![rank; range.len()]),
-            radii2: Bulk(radii2[range.clone()].to_vec()),
-            positions: Bulk(points[range].to_vec()),
-        };
-        cx.send(rank, NodeId::ROOT, 0, Body::Start { population: n as u64, frame: PointBatch::default() });
-        cx.send(rank, NodeId::ROOT, 0, Body::Block(block));
-    }
-    while cx.exchange().await? {}
-    let led = partition::lead_root(&mut cx, n as u64, Plan::new()).await?;
-    summaries::lead_root(&mut cx, &led).await?;
-    let mut outcome = Outcome::default();
-    for phase in [Phase::Sets, Phase::Graph, Phase::Independent, Phase::Collect] {
-        cx.enter(phase)?;
-        while cx.exchange().await? {
-            collect(cx.parts().2, &mut outcome);
-        }
-    }
-    Ok((outcome, cx.ledger))
-}
+/// Sites with their squared radii, in blocks.
+struct Sites<'a, P>(&'a [P], &'a [f64]);
 
-/// Takes what is for the coordinator at the end.
-fn collect<P: Point>(inbox: &mut Vec<Message<P>>, outcome: &mut Outcome) {
-    inbox.retain(|message| match &message.body {
-        Body::Selected { members, undecided } => {
-            outcome.members.extend(&members.0);
-            let sums = &mut outcome.undecided;
-            sums.resize(sums.len().max(undecided.len()), 0);
-            sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
-            false
-        }
-        Body::Ledger(words) => {
-            outcome.ledger.merge(&LedgerPart::from_words(words).unwrap());
-            false
-        }
-        _ => true,
-    });
+impl<P: Point> Source<P> for Sites<'_, P> {
+    fn population(&self) -> u64 {
+        self.0.len() as u64
+    }
+
+    fn frame(&self) -> Vec<(u64, P)> {
+        Vec::new()
+    }
+
+    fn block(&self, block: u32, blocks: u32) -> PointBatch<P> {
+        let at = |b: u32| self.0.len() * b as usize / blocks as usize;
+        let range = at(block)..at(block + 1);
+        let batch =
+            PointBatch::homeless(range.clone().map(|i| i as u64).collect(), self.0[range.clone()].to_vec());
+        PointBatch { radii2: Bulk(self.1[range].to_vec()), ..batch }
+    }
 }
 
 /// A machine without a transport: messages are handed over as they are, the last ones first.
 fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Outcome {
-    let mut first = Running::start(COORDINATOR, config.clone(), None, |cx| root(cx, points, radii2));
+    let sites = Sites(points, radii2);
+    let mut first =
+        Running::start(COORDINATOR, config.clone(), None, |cx| coordinate(cx, &sites, Plan::new()));
     let mut host = Host::<P>::new(1..=config.workers, config, &None);
     let mut wire = first.step().unwrap();
     wire.extend(host.begin().unwrap());
@@ -109,10 +83,10 @@ fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Ou
             phases.push(host.phase());
         }
     }
-    let (mut outcome, ledger) = first.into_result().unwrap();
-    (outcome.steps, outcome.told, outcome.phases) = (steps, told, phases);
-    outcome.ledger.merge(&ledger);
-    outcome
+    let share = first.into_result().unwrap();
+    assert_eq!(share.counted.parts, config.workers);
+    let Selected { members, undecided } = share.selected;
+    Outcome { members, undecided, phases, steps, told, ledger: share.counted.ledger }
 }
 
 /// The greedy algorithm by all pairs.

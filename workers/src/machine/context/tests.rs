@@ -3,14 +3,13 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use septet_geometry::graph::Supergraph;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::COORDINATOR;
 use septet_protocol::message::PointBatch;
 
 use super::*;
 use crate::config::Wanted;
+use crate::coordinator::{Share, Source, coordinate};
 use crate::partition::leader::Plan;
-use crate::worker::{Worker, work};
-use crate::{frame, partition, summaries};
+use crate::programs::work;
 
 type Journal = BTreeMap<Rank, Vec<Option<Vec<Message<DVec3>>>>>;
 
@@ -30,79 +29,95 @@ fn config(workers: u32, counted: bool) -> Arc<WorkerConfig> {
     Arc::new(WorkerConfig { workers, leaf: 12, counted, wanted, ..WorkerConfig::plain() })
 }
 
-/// What rank 0 runs, up to the phases that these tests are about.
-async fn root(mut cx: Context<DVec3>, points: Vec<DVec3>) -> Result<(), TransportError> {
-    let p = cx.config.workers as usize;
-    for rank in 1..=p {
-        let range = points.len() * (rank - 1) / p..points.len() * rank / p;
-        let ids = range.clone().map(|i| i as u64).collect();
-        let block = PointBatch::homeless(ids, points[range].to_vec());
-        let mut frame = PointBatch::default();
-        (0..4).for_each(|i| frame.push(i as u64, points[i], COORDINATOR, f64::INFINITY));
-        let population = points.len() as u64;
-        cx.send(rank as Rank, NodeId::ROOT, 0, Body::Start { population, frame });
-        cx.send(rank as Rank, NodeId::ROOT, 0, Body::Block(block));
+/// The points of a run, in blocks.
+struct Points(Vec<DVec3>);
+
+impl Source<DVec3> for Points {
+    fn population(&self) -> u64 {
+        self.0.len() as u64
     }
-    while cx.exchange().await? {}
-    let led = partition::lead_root(&mut cx, points.len() as u64, Plan::new()).await?;
-    if cx.config.counted {
-        for phase in [Phase::Radii, Phase::Probe, Phase::Neighbours] {
-            cx.enter(phase)?;
-            while cx.exchange().await? {}
-        }
-        return summaries::lead_root(&mut cx, &led).await;
+
+    fn frame(&self) -> Vec<(u64, DVec3)> {
+        (0..4).map(|i| (i, self.0[i as usize])).collect()
     }
-    cx.enter(Phase::Halo)?;
-    let mut known = PointBatch::default();
-    while cx.exchange().await? {
-        frame::collect(&mut cx, &mut known);
+
+    fn block(&self, block: u32, blocks: u32) -> PointBatch<DVec3> {
+        let at = |b: u32| self.0.len() * b as usize / blocks as usize;
+        let range = at(block)..at(block + 1);
+        PointBatch::homeless(range.clone().map(|i| i as u64).collect(), self.0[range].to_vec())
     }
-    Ok(())
+}
+
+/// Rank 0, which has not begun.
+fn first<'a>(config: &Arc<WorkerConfig>, points: &'a Points) -> Running<'a, DVec3, Share<DVec3>> {
+    Running::start(0, config.clone(), None, |cx| coordinate(cx, points, Plan::new()))
+}
+
+/// A worker that has not begun.
+fn worker(config: &Arc<WorkerConfig>, rank: Rank) -> Running<'static, DVec3> {
+    Running::start(rank, config.clone(), None, work::<DVec3>)
 }
 
 /// Runs the machine until rank 0 is done; returns what every rank was delivered, and what each sent in each round.
-fn run(config: &Arc<WorkerConfig>) -> (Journal, Vec<Vec<Message<DVec3>>>) {
-    let mut ranks = vec![Running::start(0, config.clone(), None, |cx| root(cx, random(900)))];
-    ranks.extend((1..=config.workers).map(|rank| Running::start(rank, config.clone(), None, work::<DVec3>)));
+fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message<DVec3>>>) {
+    let mut root = first(config, points);
+    let mut ranks: Vec<_> = (1..=config.workers).map(|rank| worker(config, rank)).collect();
     let (mut journal, mut sent) = (Journal::new(), Vec::new());
     for round in 1.. {
-        let wire: Vec<Vec<_>> = ranks.iter_mut().map(|rank| rank.step().unwrap()).collect();
-        if ranks[0].is_done() {
+        let mut wire = root.step().unwrap();
+        ranks.iter_mut().for_each(|rank| wire.extend(rank.step().unwrap()));
+        if root.is_done() {
+            let certified = root.into_result().unwrap().certified.merged;
+            assert_eq!((certified.stars, certified.disagreements), (points.0.len() as u64, 0));
             break;
         }
-        let active = ranks.iter().any(Running::busy) || wire.iter().any(|sent| !sent.is_empty());
-        for rank in &mut ranks {
-            let inbox = wire.iter().flatten().rev().filter(|m| m.to == rank.rank()).cloned().collect();
+        let active = root.busy() || ranks.iter().any(Running::busy) || !wire.is_empty();
+        let mut inbox_of = |rank: Rank| {
+            let inbox = wire.iter().rev().filter(|m| m.to == rank).cloned().collect();
             let inbox = active.then_some(inbox);
-            journal.entry(rank.rank()).or_default().push(inbox.clone());
-            rank.deliver(round, inbox);
-        }
-        sent.push(wire.concat());
+            journal.entry(rank).or_default().push(inbox.clone());
+            inbox
+        };
+        root.deliver(round, inbox_of(0));
+        ranks.iter_mut().for_each(|rank| rank.deliver(round, inbox_of(rank.rank())));
+        sent.push(wire);
     }
     (journal, sent)
 }
 
-/// A rank that is lost in any round is rebuilt from what it was delivered, and goes on as it would have.
+/// Rebuilds a rank that is lost in round `lost`, and compares what it sends from there on with what it sent before.
+fn rebuild<T>(
+    mut rebuilt: Running<'_, DVec3, T>,
+    deliveries: &[Option<Vec<Message<DVec3>>>],
+    sent: &[Vec<Message<DVec3>>],
+    lost: usize,
+) {
+    let rank = rebuilt.rank();
+    for (round, inbox) in (1..).zip(&deliveries[..lost]) {
+        rebuilt.step().unwrap();
+        rebuilt.deliver(round, inbox.clone());
+    }
+    for (at, inbox) in deliveries.iter().enumerate().skip(lost) {
+        let expected = sent[at].iter().filter(|m| m.from == rank);
+        assert!(rebuilt.step().unwrap().iter().eq(expected), "rank {rank}, round {at}, from {lost}");
+        rebuilt.deliver(at as u32 + 1, inbox.clone());
+    }
+}
+
+/// Every rank, rank 0 too, that is lost in any round of a whole run is rebuilt from its deliveries, and goes on as it
+/// would have.
 #[test]
 fn a_rank_is_rebuilt_from_its_journal() {
+    let points = Points(random(500));
     for counted in [false, true] {
-        let config = config(7, counted);
-        let (journal, sent) = run(&config);
-        assert!(sent.len() >= 20, "{} rounds", sent.len());
-        for (&rank, deliveries) in journal.iter().filter(|(rank, _)| **rank > 0) {
+        let config = config(5, counted);
+        let (journal, sent) = run(&config, &points);
+        assert!(sent.len() >= 30, "{} rounds", sent.len());
+        for (&rank, deliveries) in &journal {
             for lost in 0..deliveries.len() {
-                let mut rebuilt = Running::start(rank, config.clone(), None, work::<DVec3>);
-                for (round, inbox) in (1..).zip(&deliveries[..lost]) {
-                    rebuilt.step().unwrap();
-                    rebuilt.deliver(round, inbox.clone());
-                }
-                for (at, inbox) in deliveries.iter().enumerate().skip(lost) {
-                    let expected = sent[at].iter().filter(|m| m.from == rank);
-                    assert!(
-                        rebuilt.step().unwrap().iter().eq(expected),
-                        "rank {rank}, round {at}, from {lost}"
-                    );
-                    rebuilt.deliver(at as u32 + 1, inbox.clone());
+                match rank {
+                    0 => rebuild(first(&config, &points), deliveries, &sent, lost),
+                    _ => rebuild(worker(&config, rank), deliveries, &sent, lost),
                 }
             }
         }
@@ -141,24 +156,10 @@ fn what_has_no_place_is_refused() {
 fn futures_are_small() {
     let all = |cx: Context<DVec3>| async move {
         let mut cx = cx;
-        let mut subdomain = crate::state::subdomain::Subdomain::default();
-        let (mut table, mut frame) = (crate::state::table::Table::default(), PointBatch::default());
-        let context = size_of_val(&cx);
         let exchange = size_of_val(&cx.exchange());
-        let partition = size_of_val(&partition::partition(&mut cx, 0, PointBatch::default()));
-        let halo = size_of_val(&crate::direct::halo::halo(&mut cx, &subdomain, &mut table, &mut frame));
-        let summaries = size_of_val(&summaries::summaries(&mut cx, &mut subdomain, &mut table, &mut frame));
-        let sizes = [
-            context,
-            exchange,
-            partition,
-            halo,
-            summaries,
-            size_of_val(&work(cx)),
-            size_of::<Worker<DVec3>>(),
-        ];
-        println!("context, exchange, partition, halo, summaries, work, Worker: {sizes:?}");
-        Ok(sizes[5])
+        let sizes = [size_of_val(&cx), exchange, size_of_val(&work(cx))];
+        println!("context, exchange, work: {sizes:?}");
+        Ok(sizes[2])
     };
     let mut rank = Running::start(1, config(1, true), None, all);
     rank.step().unwrap();

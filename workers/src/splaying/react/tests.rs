@@ -1,4 +1,4 @@
-//! Stars that know too little, told by each other in one worker, against stars built from all points.
+//! Stars that know too little, told by each other in one rank, against stars built from all points.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -6,12 +6,17 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use septet_geometry::point::dist2;
 use septet_geometry::predicates::in_sphere;
-use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ids::NodeId;
+use septet_protocol::transport::TransportError;
 
 use super::*;
 use crate::config::WorkerConfig;
+use crate::machine::context::{Context, Running};
 use crate::splaying::exchange::star_by_star;
-use crate::state::subdomain::{Leaf, bounds};
+use crate::splaying::repair::splay;
+use crate::stars::check::{Agreement, certificate, check};
+use crate::stars::home::Stars;
+use crate::state::subdomain::{Leaf, Subdomain, bounds};
 use crate::state::table::Table;
 
 fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
@@ -36,25 +41,48 @@ fn star<P: Point>(points: &[P], home: u32, candidates: &[u32]) -> Vec<P::Facet> 
     link
 }
 
-/// A worker with one leaf whose stars are those among these candidates.
-fn worker<P: Point>(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Worker<P> {
-    let mut worker = Worker::new(1, Arc::new(WorkerConfig::plain()), None);
-    let n = points.len() as u32;
-    worker.table = Table::of_home((0..u64::from(n)).collect(), points.to_vec(), 1);
-    worker.subdomain.leaves.push(Leaf {
-        id: NodeId::ROOT,
-        start: 0,
-        end: n,
-        bounds: bounds(points.iter().copied()),
-        max_radius2: 0.0,
-    });
-    worker.population = u64::from(n);
-    for home in 0..n {
-        let link = star(points, home, &candidates(home));
-        worker.stars.append(&link, &[link.len() as u32]);
+/// A rank with one leaf.
+struct Rank<P: Point> {
+    subdomain: Subdomain<P>,
+    table: Table<P>,
+    stars: Stars<P>,
+}
+
+impl<P: Point> Rank<P> {
+    /// Whose stars are those among these candidates.
+    fn of(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Self {
+        let n = points.len() as u32;
+        let table = Table::of_home((0..u64::from(n)).collect(), points.to_vec(), 1);
+        let mut subdomain = Subdomain::default();
+        subdomain.leaves.push(Leaf {
+            id: NodeId::ROOT,
+            start: 0,
+            end: n,
+            bounds: bounds(points.iter().copied()),
+            max_radius2: 0.0,
+        });
+        let mut stars = Stars::default();
+        for home in 0..n {
+            let link = star(points, home, &candidates(home));
+            stars.append(&link, &[link.len() as u32]);
+        }
+        stars.extend_hashes(&table);
+        Rank { subdomain, table, stars }
     }
-    worker.extend_hashes();
-    worker
+
+    fn chart(&self) -> Chart<'_, P> {
+        Chart { table: &self.table, stars: &self.stars }
+    }
+
+    /// Checks the stars and exchanges what they miss; returns the rounds of that, and what a certificate says then.
+    async fn exchange(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
+        let Rank { subdomain, table, stars } = &mut self;
+        let before = check(&mut cx, subdomain, table, stars).await?;
+        let population = u64::from(table.home);
+        let rounds = splay(&mut cx, subdomain, table, stars, &before, Vec::new(), population).await?;
+        let after = certificate(&mut cx, subdomain, table, stars).await?;
+        Ok((self, rounds, after))
+    }
 }
 
 /// The nearest others.
@@ -71,47 +99,49 @@ fn cells<P: Point>(home: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
     link.iter().filter_map(|facet| finite_cell::<P>(home, facet)).map(|cell| in_order::<P>(&cell)).collect()
 }
 
-fn tell<P: Point>(worker: &Worker<P>, told: &Told<'_, P>, points: &[u32]) -> Reactions<P> {
+fn tell<P: Point>(rank: &Rank<P>, told: &Told<'_, P>, points: &[u32]) -> Reactions<P> {
     let mut out = Reactions::default();
-    worker.react(told, points, &mut Tools::new(worker.table.positions.len()), &mut out);
+    rank.chart().react(told, points, &mut Tools::new(rank.table.positions.len()), &mut out);
     out
 }
 
 /// What a star makes of cells proposed to it by these.
-fn propose<P: Point>(worker: &Worker<P>, home: u32, cells: &[(P::Cell, u32)]) -> Reactions<P> {
+fn propose<P: Point>(rank: &Rank<P>, home: u32, cells: &[(P::Cell, u32)]) -> Reactions<P> {
     let mut proposed: Vec<Proposal<P>> = cells.iter().map(|&(cell, from)| (home, cell, from)).collect();
     proposed.sort_unstable();
-    tell(worker, &star_by_star::<P>(&proposed, &[], &[])[0], &[])
+    tell(rank, &star_by_star::<P>(&proposed, &[], &[])[0], &[])
 }
 
 /// The objections to a cell: who is told, and of which points.
 fn against<P: Point>(out: &mut Reactions<P>, cell: &P::Cell) -> Vec<(u32, Vec<u32>)> {
-    let (objections, points) = out.objections.sorted();
-    let of_it = objections.iter().filter(|o| o.1 == *cell);
+    out.objections.sort();
+    let points = out.objections.points();
+    let of_it = out.objections.cells().iter().filter(|o| o.1 == *cell);
     of_it.map(|o| (o.0, points[o.3.clone()].to_vec())).collect()
 }
 
 fn exchange_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
-    let mut worker = worker(points, |home| nearest(points, home, few + home as usize % 4));
-    let right = |worker: &Worker<P>, home: u32| {
-        cells::<P>(home, worker.stars.link(home)) == cells::<P>(home, &star(points, home, &everyone))
+    let rank = Rank::of(points, |home| nearest(points, home, few + home as usize % 4));
+    let right = |rank: &Rank<P>, home: u32| {
+        cells::<P>(home, rank.stars.link(home)) == cells::<P>(home, &star(points, home, &everyone))
     };
-    let wrong = everyone.iter().filter(|&&home| !right(&worker, home)).count();
+    let wrong = everyone.iter().filter(|&&home| !right(&rank, home)).count();
     assert!(wrong * 10 > points.len(), "{wrong} stars to be repaired");
-    worker.phase = Phase::Check;
-    worker.begin_check();
-    worker.phase = Phase::Repair;
-    worker.begin_repair();
-    while worker.busy() {
-        worker.step += 1;
-        worker.on_repair(&mut Vec::new());
+    let mut running = Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.exchange(cx));
+    for round in 1.. {
+        assert!(running.step().unwrap().is_empty(), "nobody else is there");
+        if running.is_done() {
+            break;
+        }
+        let active = running.busy();
+        running.deliver(round, active.then(Vec::new));
     }
-    assert!(worker.exchange.rounds > 1 && worker.step < 48);
-    assert!(everyone.iter().all(|&home| right(&worker, home)), "{few} nearest: a star is wrong");
-    worker.begin_certificate();
-    assert_eq!(worker.agreement.differing, 0, "what the sums followed is what there is");
-    assert!(worker.finish_check().is_empty());
+    let (rank, rounds, after) = running.into_result().unwrap();
+    assert!(rounds > 1 && rounds < 48);
+    assert!(everyone.iter().all(|&home| right(&rank, home)), "{few} nearest: a star is wrong");
+    assert_eq!(after.differing, 0, "what the sums followed is what there is");
+    assert!(after.disagreements.is_empty());
 }
 
 #[test]
@@ -130,7 +160,7 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
     let everyone: Vec<u32> = (0..30).collect();
     let late = star(&points, 0, &everyone)[0].as_ref()[0];
     let without: Vec<u32> = everyone.iter().copied().filter(|&v| v != late).collect();
-    let worker = worker(&points, |_| without.clone());
+    let rank = Rank::of(&points, |_| without.clone());
     let whole = star(&points, 0, &everyone);
     let brings = *cells::<DVec2>(0, &whole).iter().find(|cell| cell.contains(&late)).unwrap();
     let mut seen = Marks::new(30);
@@ -145,7 +175,7 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
         let inside = |&&v: &&u32| !cell.contains(&v) && in_sphere(&corners, points[v as usize]);
         let mut expected: Vec<u32> = link.iter().filter(inside).copied().collect();
         expected.sort_unstable();
-        let mut out = propose(&worker, 0, &[(brings, late), (cell, a), (cell, b)]);
+        let mut out = propose(&rank, 0, &[(brings, late), (cell, a), (cell, b)]);
         let mut found = against::<DVec2>(&mut out, &cell);
         for told in &mut found {
             told.1.sort_unstable();
@@ -155,7 +185,7 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
             continue;
         }
         assert!(!expected.is_empty() || found.is_empty(), "{cell:?}: nothing is against it");
-        if worker.stars.link(0).iter().all(|facet| in_order::<DVec2>(&[0, facet[0], facet[1]]) != cell) {
+        if rank.stars.link(0).iter().all(|facet| in_order::<DVec2>(&[0, facet[0], facet[1]]) != cell) {
             assert_eq!(found, [(a, expected.clone()), (b, expected.clone())], "{cell:?}");
             with_late += u32::from(expected.contains(&late));
         }
@@ -168,16 +198,16 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
 fn who_is_told_of_fresh_cells() {
     let points = cloud::<DVec2>(40, 9);
     let everyone: Vec<u32> = (0..40).collect();
-    let worker = worker(&points, |home| nearest(&points, home, 4));
+    let rank = Rank::of(&points, |home| nearest(&points, home, 4));
     let (mut told_others, mut told_smallest) = (0, 0);
     for home in 0..40 {
-        let held = cells::<DVec2>(home, worker.stars.link(home));
+        let held = cells::<DVec2>(home, rank.stars.link(home));
         for cell in cells::<DVec2>(home, &star(&points, home, &everyone)).difference(&held) {
             let others: Vec<u32> = cell.iter().copied().filter(|&v| v != home).collect();
             for from in [&others[..1], &others[1..], &others[..]] {
                 let tellers: Vec<([u32; 3], u32)> = from.iter().map(|&v| (*cell, v)).collect();
-                let out = propose(&worker, home, &tellers);
-                let smallest = worker.smallest(cell);
+                let out = propose(&rank, home, &tellers);
+                let smallest = rank.chart().smallest(cell);
                 let asked = others.iter().filter(|&&v| smallest == home || v == smallest);
                 let expected: Vec<u32> = asked.copied().filter(|v| !from.contains(v)).collect();
                 let of_it = out.proposals.iter().filter(|p| p.1 == *cell);
@@ -203,20 +233,21 @@ fn an_objection_and_a_proposal_in_one_step() {
         let right = cells::<DVec2>(home, &star(&points, home, &everyone));
         let late = *right.iter().flatten().find(|&&v| v != home).unwrap();
         let without: Vec<u32> = everyone.iter().copied().filter(|&v| v != late).collect();
-        let worker = worker(&points, |_| without.clone());
-        let held = cells::<DVec2>(home, worker.stars.link(home));
+        let rank = Rank::of(&points, |_| without.clone());
+        let held = cells::<DVec2>(home, rank.stars.link(home));
         let brings = *right.iter().find(|cell| cell.contains(&late)).unwrap();
         for lost in held.difference(&right) {
             let objector = *lost.iter().find(|&&v| v != home).unwrap();
             let proposed: Vec<Proposal<DVec2>> = vec![(home, brings, late)];
             let mut said = Said::<DVec2>::default();
             said.add([home].into_iter(), lost, objector, &[late]);
-            let (objected, named) = said.sorted();
-            let mut out = tell(&worker, &star_by_star::<DVec2>(&proposed, objected, &[])[0], named);
+            said.sort();
+            let (objected, named) = (said.cells(), said.points());
+            let mut out = tell(&rank, &star_by_star::<DVec2>(&proposed, objected, &[])[0], named);
             let mut found = None;
-            out.each_change(|_, link, _, _| found = Some(cells::<DVec2>(home, link)));
+            out.each_change(|_, change| found = Some(cells::<DVec2>(home, change.link)));
             assert_eq!(found.as_ref(), Some(&right), "{home}");
-            let smallest = worker.smallest(lost);
+            let smallest = rank.chart().smallest(lost);
             let asked = lost
                 .iter()
                 .copied()
@@ -237,14 +268,14 @@ fn stars_without_a_link_or_with_a_hole_are_built_anew() {
     let whole = star(&points, 5, &everyone);
     let right = cells::<DVec3>(5, &whole);
     let first = *right.iter().next().unwrap();
-    let empty = worker(&points, |_| Vec::new());
+    let empty = Rank::of(&points, |_| Vec::new());
     let mut found = None;
-    propose(&empty, 5, &[(first, first[0])]).each_change(|_, link, _, _| {
-        found = Some(cells::<DVec3>(5, link));
+    propose(&empty, 5, &[(first, first[0])]).each_change(|_, change| {
+        found = Some(cells::<DVec3>(5, change.link));
     });
     assert_eq!(found, Some(BTreeSet::from([first])));
 
-    let mut holed = worker(&points, |_| everyone.clone());
+    let mut holed = Rank::of(&points, |_| everyone.clone());
     let place = whole.iter().position(|facet| finite_cell::<DVec3>(5, facet).is_some()).unwrap();
     let mut link = whole.clone();
     link.remove(place);
@@ -254,8 +285,8 @@ fn stars_without_a_link_or_with_a_hole_are_built_anew() {
         .map(|v| (5, v))
         .collect();
     let mut found = None;
-    tell(&holed, &star_by_star::<DVec3>(&[], &[], &gathered)[0], &[]).each_change(|_, link, _, _| {
-        found = Some(cells::<DVec3>(5, link));
+    tell(&holed, &star_by_star::<DVec3>(&[], &[], &gathered)[0], &[]).each_change(|_, change| {
+        found = Some(cells::<DVec3>(5, change.link));
     });
     assert_eq!(found, Some(right));
 }
