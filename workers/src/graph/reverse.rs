@@ -1,13 +1,13 @@
 //! The edges of a graph of nearest neighbours, from both ends.
 //!
-//! **Statement.** `i` and `j` are joined if one is among the nearest of the other. Each point knows its own nearest; so
-//! every `i` tells all of these that it is joined to them, and every point unites what it knew and what it was told.
-//! A list holds all points as near as its last one, so a point sees by the distance alone whether it knew.
+//! **Statement.** Two points are joined if one is among the nearest of the other. Each point knows its own nearest. It
+//! announces itself to all of these, and then unites its list with the points that announced themselves to it.
+//! A list holds all points as near as its last one, so the distance alone shows whether a point is in it.
 //!
 //! **Source.** Paper, Section 4.5.
 //!
-//! **Rounds.** One. **Work and depth.** One vector step over the lists to tell; a delivery to the leaves, a sort of the
-//! edges that were not known, and one vector step over the points to unite.
+//! **Rounds.** One. **Work and depth.** One vector step over the lists to announce; a delivery to the leaves, a sort of
+//! the edges that are new, and one vector step over the points to unite.
 
 use std::collections::BTreeMap;
 
@@ -26,38 +26,45 @@ use crate::state::table::Table;
 
 /// Both ends of the edges of the home points.
 pub(crate) struct Reverse {
-    /// The nearest of each home point.
+    /// The lists of the home points.
     nearest: Done,
     heard: Heard,
 }
 
-/// What the home points were told.
+/// An edge of a home point.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    home: u32,
+    other: u32,
+}
+
+/// The edges that were announced to the home points.
 struct Heard {
     /// The position of each home point's leaf.
     leaf_of: Vec<u32>,
-    /// Edges that the end told did not know: a home point, and who is joined to it.
-    unknown: Vec<(u32, u32)>,
-    /// Of each leaf, the edges that its points were told.
-    told: Vec<Sweep>,
+    /// Those that are not in the home point's list.
+    unknown: Vec<Edge>,
+    /// How many came to each leaf.
+    came: Vec<Sweep>,
 }
 
 impl Heard {
     fn nothing<P>(subdomain: &Subdomain<P>) -> Self {
-        let told = vec![Sweep::default(); subdomain.leaves.len()];
-        Heard { leaf_of: subdomain.leaf_numbers(), unknown: Vec::new(), told }
+        let came = vec![Sweep::default(); subdomain.leaves.len()];
+        Heard { leaf_of: subdomain.leaf_numbers(), unknown: Vec::new(), came }
     }
 
-    /// A home point, with this squared radius, is told who is joined to it, so far from it.
+    /// An edge of this squared length comes to a home point whose list reaches so far.
     #[inline]
-    fn hear(&mut self, edge: (u32, u32), distance2: f64, radius2: f64) {
-        self.told[self.leaf_of[edge.0 as usize] as usize].visit();
+    fn hear(&mut self, edge: Edge, distance2: f64, radius2: f64) {
+        self.came[self.leaf_of[edge.home as usize] as usize].visit();
         if distance2 > radius2 {
             self.unknown.push(edge);
         }
     }
 }
 
-/// Tells every point which points it is among the nearest of. Each rank gets a point once.
+/// Every point announces itself to its nearest. Each rank gets a point once.
 pub(crate) async fn reverse_edges<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -65,19 +72,20 @@ pub(crate) async fn reverse_edges<P: Point>(
     nearest: Done,
 ) -> Result<Reverse, TransportError> {
     let mut heard = Heard::nothing(subdomain);
-    for (to, Telling { points, counts, targets, .. }) in tell(cx, subdomain, table, &nearest, &mut heard) {
+    let announcements = announce(cx, subdomain, table, &nearest, &mut heard);
+    for (to, Announcement { points, counts, targets, .. }) in announcements {
         let body = Body::Reverse { points, counts: Bulk(counts), targets: Bulk(targets) };
         cx.send(to, NodeId::ROOT, 0, body);
     }
     while cx.exchange().await? {
-        for Telling { points, counts, targets, .. } in take_tellings(cx) {
+        for Announcement { points, counts, targets, .. } in take_announcements(cx) {
             // The sender's own points.
-            let tellers = table.receive_all(&points).into_iter().zip(counts);
-            let tellers = tellers.flat_map(|(number, count)| std::iter::repeat_n(number, count as usize));
-            for (number, target) in tellers.zip(targets) {
+            let others = table.receive_all(&points).into_iter().zip(counts);
+            let others = others.flat_map(|(other, count)| std::iter::repeat_n(other, count as usize));
+            for (other, target) in others.zip(targets) {
                 if let Some(home) = table.find_home(target) {
-                    let [x, other] = [home, number].map(|i| table.positions[i as usize]);
-                    heard.hear((home, number), dist2(x, other), table.radii2[home as usize]);
+                    let [x, y] = [home, other].map(|i| table.positions[i as usize]);
+                    heard.hear(Edge { home, other }, dist2(x, y), table.radii2[home as usize]);
                 }
             }
         }
@@ -85,15 +93,15 @@ pub(crate) async fn reverse_edges<P: Point>(
     Ok(Reverse { nearest, heard })
 }
 
-/// Tells the home points; returns what the points of other ranks are told, by rank.
-fn tell<P: Point>(
+/// Announces the home points to each other; returns what goes to other ranks.
+fn announce<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     nearest: &Done,
     heard: &mut Heard,
-) -> BTreeMap<Rank, Telling<P>> {
-    let mut tellings: BTreeMap<Rank, Telling<P>> = BTreeMap::new();
+) -> BTreeMap<Rank, Announcement<P>> {
+    let mut announcements: BTreeMap<Rank, Announcement<P>> = BTreeMap::new();
     let mut other_leaves = Vec::new();
     let (nearest, homes) = (nearest.by_home(table.home), table.home as usize);
     // Of home points, both of the same length.
@@ -104,13 +112,14 @@ fn tell<P: Point>(
             let own = positions[home as usize];
             edges.each(nearest[home as usize], |&j| {
                 if let Some(&x) = positions.get(j as usize) {
-                    heard.hear((j, home), dist2(x, own), radii2[j as usize]);
+                    let edge = Edge { home: j, other: home };
+                    heard.hear(edge, dist2(x, own), radii2[j as usize]);
                     if cx.recorder.is_some() {
                         other_leaves.push(heard.leaf_of[j as usize]);
                     }
                 } else {
-                    let telling = tellings.entry(table.owners[j as usize]).or_default();
-                    telling.tell(table, home, table.ids[j as usize]);
+                    let announcement = announcements.entry(table.owners[j as usize]).or_default();
+                    announcement.add(table, home, table.ids[j as usize]);
                 }
             });
             if let Some(recorder) = &mut cx.recorder {
@@ -121,12 +130,12 @@ fn tell<P: Point>(
         cost.swept(edges);
         cx.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
     }
-    tellings
+    announcements
 }
 
-fn take_tellings<P: Point>(cx: &mut Context<P>) -> Vec<Telling<P>> {
+fn take_announcements<P: Point>(cx: &mut Context<P>) -> Vec<Announcement<P>> {
     cx.take(|m: &mut Message<P>| match &mut m.body {
-        Body::Reverse { points, counts, targets } => Some(Telling {
+        Body::Reverse { points, counts, targets } => Some(Announcement {
             points: std::mem::take(points),
             counts: std::mem::take(&mut counts.0),
             targets: std::mem::take(&mut targets.0),
@@ -137,8 +146,8 @@ fn take_tellings<P: Point>(cx: &mut Context<P>) -> Vec<Telling<P>> {
 }
 
 impl Reverse {
-    /// The edges of every leaf's points from both ends, each once: those that a point did not know are sorted by the
-    /// point.
+    /// The edges of every leaf's points from both ends, each once: those that were not in the lists are sorted by their
+    /// home points.
     pub(crate) fn unite<P: Point>(
         self,
         cx: &mut Context<P>,
@@ -151,23 +160,24 @@ impl Reverse {
         // Delivery to the leaves; within each the order is charged.
         let mut unknown = vec![Vec::new(); subdomain.leaves.len()];
         for edge in heard.unknown {
-            unknown[heard.leaf_of[edge.0 as usize] as usize].push(edge);
+            unknown[heard.leaf_of[edge.home as usize] as usize].push(edge);
         }
         let mut united = Lists::with_capacity(table.home as usize, items);
-        for ((leaf, unknown), told) in subdomain.leaves.iter().zip(unknown).zip(heard.told) {
+        for ((leaf, unknown), came) in subdomain.leaves.iter().zip(unknown).zip(heard.came) {
             let mut cost = Cost::ZERO;
-            cost.delivered(told);
-            let place = |edge: &(u32, u32)| (edge.0 - leaf.start) as usize;
+            cost.delivered(came);
+            let place = |edge: &Edge| (edge.home - leaf.start) as usize;
             let own = cost.sorted_by_place(&unknown, place, leaf.home_len() as usize);
             let homes: Vec<u32> = leaf.home().collect();
             let mut rest = own.as_slice();
             cost.map_nested(&homes, |&home, inner| {
-                let (segment, others) = rest.split_at(rest.iter().take_while(|edge| edge.0 == home).count());
+                let (segment, others) =
+                    rest.split_at(rest.iter().take_while(|edge| edge.home == home).count());
                 rest = others;
                 let mut added = Sweep::default();
                 added.visit_lanes(segment.len());
                 inner.swept_inside(added);
-                united.push_two(nearest[home as usize], segment.iter().map(|edge| edge.1));
+                united.push_two(nearest[home as usize], segment.iter().map(|edge| edge.other));
             });
             cx.ledger.charge(Phase::Graph, leaf.id, cost, 0);
             cx.ledger.facts(leaf.id).members += leaf.home_len();
@@ -176,18 +186,18 @@ impl Reverse {
     }
 }
 
-/// What one rank is told of other ends of edges.
+/// What one rank gets of other ends of edges: points, how many targets each has there, and all targets.
 #[derive(Default)]
-struct Telling<P: Point> {
+struct Announcement<P: Point> {
     points: PointBatch<P>,
     counts: Vec<u32>,
     targets: Vec<u64>,
     last: Option<u32>,
 }
 
-impl<P: Point> Telling<P> {
-    /// Tells a point there of a home point. Those of one home point come together.
-    fn tell(&mut self, table: &Table<P>, home: u32, target: u64) {
+impl<P: Point> Announcement<P> {
+    /// Announces a home point to a point there. Those of one home point come together.
+    fn add(&mut self, table: &Table<P>, home: u32, target: u64) {
         if self.last != Some(home) {
             self.last = Some(home);
             table.export(home, &mut self.points);

@@ -278,8 +278,8 @@ impl<'a, P: Point> Recursion<'a, P> {
         self.items[item as usize].outstanding += 1;
     }
 
-    /// Takes what other ranks sent of nodes' sets. A wait for them that is over takes the place of this rank among the
-    /// senders.
+    /// Takes the members of nodes' sets that other ranks sent. A wait that is over counts as an arrival without points
+    /// from this rank.
     fn take_items(&mut self, cx: &mut Context<P>) {
         let mut arrivals = cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Items { points, slots } => {

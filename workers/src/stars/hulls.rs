@@ -8,6 +8,8 @@
 //! its predecessor in its leaf, or for a leaf's first point the smallest point of the nearest node above
 //! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
 //!
+//! **Rounds.** One, without messages. **Work and depth.** One vector step over the stars of each leaf.
+//!
 //! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::piece`]) and gets
 //! what it needs from others ([`crate::direct::halo`], [`crate::direct::seam`]).
 
