@@ -97,7 +97,7 @@ fn correct<P: Point>(
         Tree::Node(inner) => inner,
     };
     let homes = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children[side]));
-    correct_node(cx, subdomain, table, (inner, &homes));
+    correct_node(cx, subdomain, table, inner, &homes);
     homes[0].start..homes[1].end
 }
 
@@ -106,7 +106,8 @@ fn correct_node<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
-    (inner, homes): (&Inner<P>, &[Range<u32>; 2]),
+    inner: &Inner<P>,
+    homes: &[Range<u32>; 2],
 ) {
     let mut walk = Ground { subdomain, table, blocks: &[], recorded: false }.walk(ASK);
     let mut nearer = Vec::new();
