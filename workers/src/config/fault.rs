@@ -196,7 +196,9 @@ mod tests {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
         }
         assert_eq!("refuse:5".parse::<Fault>().unwrap().to_string(), "refuse:5-5");
-        for text in ["", "refuse", "refuse:x", "refuse-draws:0", "spoil:-1", "die:2", "die:2:lunch", "sleep:3"] {
+        for text in
+            ["", "refuse", "refuse:x", "refuse-draws:0", "spoil:-1", "die:2", "die:2:lunch", "sleep:3"]
+        {
             assert!(text.parse::<Fault>().is_err(), "{text}");
         }
     }
