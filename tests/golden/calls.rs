@@ -325,10 +325,8 @@ fn cost(cost: Cost) -> [u64; 4] {
 /// The ledger, field by field.
 fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
     let part = &ledger.part;
-    let mut rows = Vec::new();
-    for (phase, _) in phases {
-        rows.push(Row::new("occurs", phase.name(), []));
-    }
+    let order: Vec<&str> = phases.iter().map(|(phase, _)| phase.name()).collect();
+    let mut rows = vec![Row::new("phases", &order.join(","), [])];
     for p in &ledger.phases {
         let sums = [p.rounds, p.work, p.depth, p.depth_log_scan, p.critical_depth, p.messages, p.bytes];
         rows.push(Row::new("total", p.phase.name(), sums));

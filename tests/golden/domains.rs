@@ -16,7 +16,7 @@ pub fn surfaces() -> Vec<Problem> {
         ("pyramid", pyramid(5, 2.0), 0.3),
         ("prism", prism(&regular(6), 1.5), 0.3),
         ("l-prism", prism(&L, 1.0), 0.4),
-        ("blade", prism(&[[0.0, 0.0], [2.0, 0.0], [1.9, 0.7]], 1.0), 0.25),
+        ("blade", prism(&[[0.0, 0.0], [2.0, 0.0], [1.8, 1.1]], 1.0), 0.25),
         ("octahedron", octahedron(0), 0.3),
         ("ball", octahedron(2), 0.35),
         ("torus", torus(12, 8), 0.8),

@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use crate::calls::{MeshOutcome, Outcome};
 
 /// Runs with more rows than this are kept as sums and a hash for each kind and phase.
-const MOST_ROWS: usize = 400;
+const MOST_ROWS: usize = 250;
 
 /// One line of counts: a kind, what it is of, and numbers.
 #[derive(Clone, Debug)]

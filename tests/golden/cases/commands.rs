@@ -39,8 +39,12 @@ pub fn cases() -> Vec<Case> {
         Case::new("command-predict", predict),
         Case::new("command-mesh", mesh),
         Case::new("command-rival", rival),
-        Case::new("command-reproduce", reproduce),
     ]
+}
+
+/// The longest one.
+pub fn last() -> Case {
+    Case::new("command-reproduce", reproduce)
 }
 
 /// A directory and the program run in it.
@@ -277,7 +281,7 @@ fn scale_and_fit(record: &mut Record) {
     for (name, line) in [
         ("levels", "fit runs.jsonl -y levels"),
         ("depth", "fit runs.jsonl -y depth --phase partition --resample 20"),
-        ("level-depth", "fit runs.jsonl -y level-depth --phase neighbours"),
+        ("level-depth", "fit runs.jsonl -y level-depth --phase partition"),
         ("bytes", "fit runs.jsonl -y bytes --phase separator-sets -x n/leaf"),
     ] {
         let file = format!("{name}.json");

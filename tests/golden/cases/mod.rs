@@ -27,5 +27,6 @@ pub fn all() -> Vec<Case> {
     let mut cases = machine::cases();
     cases.extend(commands::cases());
     cases.extend(meshes::cases());
+    cases.push(commands::last());
     cases
 }
