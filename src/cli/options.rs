@@ -86,7 +86,7 @@ pub struct RunArgs {
     /// Version of files named .msh
     #[arg(long, value_name = "VERSION", value_enum, default_value_t = MshArg::V41)]
     pub msh_version: MshArg,
-    /// Plant a fault in the machine (refuse:NODE[-NODE], spoil:RANK, die:RANK:PHASE): for tests
+    /// Plant a fault in the machine (refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE): for tests
     #[arg(long, hide = true, value_name = "FAULT")]
     pub fault: Option<Fault>,
 }

@@ -12,8 +12,8 @@ use septet_protocol::ledger::{Charge, LedgerPart};
 use septet_protocol::transport::TransportError;
 use thiserror::Error;
 
-/// One planted fault. As text: `refuse:2-3`, `spoil:1`, `die:2:hulls`, `halve-alpha`, `small-sphere`, `one-clock`,
-/// `free-loop`.
+/// One planted fault. As text: `refuse:2-3`, `refuse-draws:2`, `spoil:1`, `die:2:hulls`, `halve-alpha`, `small-sphere`,
+/// `one-clock`, `free-loop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Leaders leave the shared nodes with these path numbers unsplit: their group's lowest rank holds each
@@ -23,6 +23,12 @@ pub enum Fault {
         first: NodeId,
         /// The last one.
         last: NodeId,
+    },
+    /// One of `every` drawn separators is refused, as a hash of its node and attempt decides: nodes, shared ones and
+    /// others, draw again while their neighbours go on. With 1 every draw is refused, and no node is split.
+    RefuseDraws {
+        /// At least 1.
+        every: u32,
     },
     /// A worker loses a cell of one of its stars before every certificate.
     SpoilStar {
@@ -49,8 +55,8 @@ pub enum Fault {
 /// Why a text names no fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "`{0}` is no fault: expected refuse:NODE[-NODE], spoil:RANK, die:RANK:PHASE, halve-alpha, \
-     small-sphere, one-clock or free-loop"
+    "`{0}` is no fault: expected refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE, \
+     halve-alpha, small-sphere, one-clock or free-loop"
 )]
 pub struct FaultTextError(String);
 
@@ -58,6 +64,14 @@ impl Fault {
     /// Is the node to be left unsplit?
     pub(crate) fn refuses(self, node: NodeId) -> bool {
         matches!(self, Fault::RefuseSplit { first, last } if (first..=last).contains(&node))
+    }
+
+    /// Is the separator that this attempt drew to be refused, good or not?
+    pub(crate) fn refuses_draw(self, node: NodeId, attempt: u32) -> bool {
+        let Fault::RefuseDraws { every } = self else { return false };
+        let mixed = (node.0 ^ u64::from(attempt).rotate_left(40)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mixed = (mixed ^ (mixed >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
+        (mixed >> 32).is_multiple_of(u64::from(every))
     }
 
     /// The separator in place of a drawn one.
@@ -124,6 +138,7 @@ impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Fault::RefuseSplit { first, last } => write!(f, "refuse:{}-{}", first.0, last.0),
+            Fault::RefuseDraws { every } => write!(f, "refuse-draws:{every}"),
             Fault::SpoilStar { rank } => write!(f, "spoil:{rank}"),
             Fault::DieAt { rank, phase } => write!(f, "die:{rank}:{}", phase.name()),
             Fault::HalveAlpha => f.write_str("halve-alpha"),
@@ -156,6 +171,10 @@ fn parse(text: &str) -> Option<Fault> {
             let (first, last) = rest.split_once('-').unwrap_or((rest, rest));
             Some(Fault::RefuseSplit { first: NodeId(first.parse().ok()?), last: NodeId(last.parse().ok()?) })
         }
+        "refuse-draws" => {
+            let every = rest.parse().ok().filter(|&every| every > 0)?;
+            Some(Fault::RefuseDraws { every })
+        }
         "spoil" => Some(Fault::SpoilStar { rank: rest.parse().ok()? }),
         "die" => {
             let (rank, name) = rest.split_once(':')?;
@@ -172,14 +191,28 @@ mod tests {
 
     #[test]
     fn faults_survive_the_text() {
-        for text in
-            ["refuse:2-3", "spoil:1", "die:2:hulls", "halve-alpha", "small-sphere", "one-clock", "free-loop"]
-        {
+        let texts = ["refuse:2-3", "refuse-draws:3", "spoil:1", "die:2:hulls", "halve-alpha"];
+        for text in texts.into_iter().chain(["small-sphere", "one-clock", "free-loop"]) {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
         }
         assert_eq!("refuse:5".parse::<Fault>().unwrap().to_string(), "refuse:5-5");
-        for text in ["", "refuse", "refuse:x", "spoil:-1", "die:2", "die:2:lunch", "sleep:3"] {
+        for text in
+            ["", "refuse", "refuse:x", "refuse-draws:0", "spoil:-1", "die:2", "die:2:lunch", "sleep:3"]
+        {
             assert!(text.parse::<Fault>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn draws_are_refused_by_node_and_attempt() {
+        let refused = |every: u32, attempt: u32| {
+            (1..=1000).filter(|&n| Fault::RefuseDraws { every }.refuses_draw(NodeId(n), attempt)).count()
+        };
+        assert_eq!(refused(1, 0), 1000);
+        for attempt in 0..8 {
+            assert!((400..600).contains(&refused(2, attempt)), "attempt {attempt}");
+            assert!((260..400).contains(&refused(3, attempt)), "attempt {attempt}");
+        }
+        assert!(!Fault::HalveAlpha.refuses_draw(NodeId::ROOT, 0));
     }
 }

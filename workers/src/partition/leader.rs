@@ -83,6 +83,11 @@ pub fn acceptable<P: Point>(config: &WorkerConfig, inside: u64, outside: u64) ->
     inside > 0 && outside > 0 && larger <= split_bound::<P>() * (inside + outside) as f64
 }
 
+/// Is the separator that this attempt drew refused by a planted fault?
+pub fn refused(config: &WorkerConfig, node: NodeId, attempt: u32) -> bool {
+    config.fault.is_some_and(|fault| fault.refuses_draw(node, attempt))
+}
+
 /// Will a child of this population be split further?
 pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
     population <= config.leaf || node.level() >= NodeId::DEEPEST
@@ -135,9 +140,10 @@ pub(crate) fn judge<P: Point>(
     let inside: u64 = counts.iter().map(|c| c.1.0).sum();
     let outside: u64 = counts.iter().map(|c| c.1.1).sum();
     let mut boxes: Vec<P> = Vec::new();
+    let good = !refused(&cx.config, node, attempt) && acceptable::<P>(&cx.config, inside, outside);
     let verdict = if cx.config.fault.is_some_and(|fault| fault.refuses(node)) {
         Verdict::Leaf
-    } else if separator.is_some() && acceptable::<P>(&cx.config, inside, outside) {
+    } else if separator.is_some() && good {
         let all = counts.iter().map(|c| &c.2);
         for side in 0..2 {
             let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);

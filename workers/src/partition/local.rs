@@ -9,7 +9,7 @@ use septet_protocol::tasks::SampleRow;
 
 use crate::config::WorkerConfig;
 use crate::machine::profile::Site;
-use crate::partition::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts};
+use crate::partition::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts, refused};
 use crate::partition::shared::{Sketch, sides_of};
 use crate::state::subdomain::Split;
 use crate::state::tasks::record_samples;
@@ -109,10 +109,11 @@ impl<P: Point> Builder<'_, P> {
             }
             let (separator, kind) =
                 draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
+            let refused = refused(self.config, node, attempts);
             attempts += 1;
             let Some(separator) = separator else { break };
             let counted = sides_of(&separator, &points, &mut cost);
-            if acceptable::<P>(self.config, counted.inside, population - counted.inside) {
+            if !refused && acceptable::<P>(self.config, counted.inside, population - counted.inside) {
                 found = Some((separator, kind, counted));
             }
         }

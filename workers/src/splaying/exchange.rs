@@ -1,10 +1,10 @@
 //! What stars tell each other in a round of exchange: proposals and objections, on their way and when they arrive.
 //!
-//! **Statement.** See [`crate::splaying::repair`]. All that stars were told in a step is considered together, whether it came
-//! from this worker or from another.
+//! **Statement.** See [`crate::splaying::repair`]. Stars consider all that they hear in a step together,
+//! whether it came from this rank or from another.
 //!
-//! **Work and depth.** A star's own are charged in [`crate::splaying::react`]; what is done here is the machine's: one sort of
-//! what all stars of a worker were told.
+//! **Work and depth.** Stars pay for their own in [`crate::splaying::react`]. Here the machine sorts once what all stars of
+//! a rank heard.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -22,7 +22,7 @@ use crate::state::subdomain::{Leaf, leaf_number};
 use crate::state::table::Table;
 use crate::state::tasks::Recorder;
 
-/// A cell that a star may lack: the vertex that is told, the cell in order, the vertex that tells.
+/// A cell that a star may lack: the receiver, the cell in order, the sender; both are vertices of it.
 pub(crate) type Proposal<P> = (u32, <P as Point>::Cell, u32);
 
 /// Cells that are not Delaunay, as seen from one vertex, for the stars of others; points that show it.
@@ -32,7 +32,7 @@ pub(crate) struct Said<P: Point> {
     points: Vec<u32>,
 }
 
-/// The vertex that is told, the cell in order, the vertex that tells, the places of the points against the cell.
+/// The receiver, the cell in order, the sender, the places of the points against the cell.
 pub(crate) type Objection<P> = (u32, <P as Point>::Cell, u32, Range<usize>);
 
 impl<P: Point> Default for Said<P> {
@@ -47,7 +47,7 @@ impl<P: Point> Said<P> {
         self.cells.is_empty()
     }
 
-    /// Puts the objections in the order of those that are told, of the cells and of those that tell.
+    /// Puts the objections in the order of receivers, cells and senders.
     pub(crate) fn sort(&mut self) {
         self.cells.sort_unstable_by_key(|objection| (objection.0, objection.1, objection.2));
     }
@@ -80,36 +80,36 @@ impl<P: Point> Said<P> {
     }
 }
 
-/// What one star was told in a step, each list in order.
-pub(crate) struct Told<'a, P: Point> {
+/// What one star heard in a step, each list in order.
+pub(crate) struct News<'a, P: Point> {
     pub(crate) home: u32,
     pub(crate) proposed: &'a [Proposal<P>],
     pub(crate) objected: &'a [Objection<P>],
     pub(crate) gathered: &'a [(u32, u32)],
 }
 
-/// What was told, star by star; each list is in the order of the stars.
+/// What stars heard, star by star; each list is in the order of the stars.
 pub(crate) fn star_by_star<'a, P: Point>(
     proposed: &'a [Proposal<P>],
     objected: &'a [Objection<P>],
     gathered: &'a [(u32, u32)],
-) -> Vec<Told<'a, P>> {
+) -> Vec<News<'a, P>> {
     let mut proposed = proposed.chunk_by(|a, b| a.0 == b.0).peekable();
     let mut objected = objected.chunk_by(|a, b| a.0 == b.0).peekable();
     let mut gathered = gathered.chunk_by(|a, b| a.0 == b.0).peekable();
     let mut stars = Vec::new();
     loop {
         let heads = [
-            proposed.peek().map(|told| told[0].0),
-            objected.peek().map(|told| told[0].0),
-            gathered.peek().map(|told| told[0].0),
+            proposed.peek().map(|news| news[0].0),
+            objected.peek().map(|news| news[0].0),
+            gathered.peek().map(|news| news[0].0),
         ];
         let Some(home) = heads.into_iter().flatten().min() else { return stars };
-        stars.push(Told {
+        stars.push(News {
             home,
-            proposed: proposed.next_if(|told| told[0].0 == home).unwrap_or_default(),
-            objected: objected.next_if(|told| told[0].0 == home).unwrap_or_default(),
-            gathered: gathered.next_if(|told| told[0].0 == home).unwrap_or_default(),
+            proposed: proposed.next_if(|news| news[0].0 == home).unwrap_or_default(),
+            objected: objected.next_if(|news| news[0].0 == home).unwrap_or_default(),
+            gathered: gathered.next_if(|news| news[0].0 == home).unwrap_or_default(),
         });
     }
 }
@@ -117,7 +117,7 @@ pub(crate) fn star_by_star<'a, P: Point>(
 /// A point that a gathering brought for a home star: the star, the point.
 pub(crate) type Gathered = (u32, u32);
 
-/// What home stars were told and have not considered.
+/// What home stars heard and have not considered.
 #[derive(Debug)]
 pub(crate) struct Heard<P: Point> {
     pub(crate) proposed: Vec<Proposal<P>>,
@@ -131,24 +131,24 @@ impl<P: Point> Heard<P> {
         Heard { proposed: Vec::new(), objected: Said::default(), gathered }
     }
 
-    /// Whether some star was told something.
+    /// Whether some star heard something.
     pub(crate) fn is_pending(&self) -> bool {
         !(self.gathered.is_empty() && self.proposed.is_empty() && self.objected.is_empty())
     }
 
-    /// Puts all lists in the order of the stars that are told.
+    /// Puts all lists in the order of the receivers.
     pub(crate) fn sort(&mut self) {
         self.proposed.sort_unstable();
         self.gathered.sort_unstable();
         self.objected.sort();
     }
 
-    /// What was told, star by star, once all lists are in order.
-    pub(crate) fn star_by_star(&self) -> Vec<Told<'_, P>> {
+    /// What stars heard, star by star, once all lists are in order.
+    pub(crate) fn star_by_star(&self) -> Vec<News<'_, P>> {
         star_by_star::<P>(&self.proposed, self.objected.cells(), &self.gathered)
     }
 
-    /// Takes what stars of other ranks tell.
+    /// Takes what stars of other ranks say.
     pub(crate) fn take(&mut self, cx: &mut Context<P>, table: &mut Table<P>, stars: &mut Stars<P>) {
         let proposals = take_proposals(cx);
         let objections = take_objections(cx);
@@ -306,7 +306,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_star_hears_all_that_it_was_told_once() {
+    fn every_star_hears_each_thing_once() {
         let proposed: Vec<Proposal<DVec2>> =
             vec![(1, [1, 5, 6], 5), (1, [1, 5, 6], 6), (1, [1, 7, 8], 7), (4, [2, 4, 9], 2)];
         let mut said = Said::<DVec2>::default();

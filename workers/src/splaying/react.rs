@@ -1,4 +1,4 @@
-//! One star, and all that it was told in a step of the exchange.
+//! One star, and all that it hears in a step of the exchange.
 //!
 //! **Statement.** See [`crate::splaying::repair`]. A star looks for each cell among its own once, however many stars proposed
 //! it or object to it. It takes the vertices of the cells that it lacks, and the points against the cells that it holds,
@@ -7,7 +7,7 @@
 //!
 //! **Work and depth.** Let a star with `l` facets hear of `m` cells, get `q` points and change by `c` facets. It sorts the
 //! cells, sweeps over the link for each cell and point, and over its points for each cell that it refuses or lost. For
-//! each of those, and of the cells that it gained, it sweeps over what it was told. That is O((m + q) l + m log m + c m)
+//! each of those, and of the cells that it gained, it sweeps over what it heard. That is O((m + q) l + m log m + c m)
 //! work and O(m + q + c) depth.
 
 #[cfg(test)]
@@ -18,12 +18,12 @@ use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::{Extended, StarBuilder, Witnesses};
 use septet_geometry::point::Point;
 
-use crate::splaying::exchange::{Objection, Proposal, Said, Told};
+use crate::splaying::exchange::{News, Objection, Proposal, Said};
 use crate::stars::home::{Change, Chart};
 use crate::stars::links::{Sought, difference, link_points};
 use crate::state::cells::{finite_cell, in_order};
 
-/// What stars make of what they were told, one after the other.
+/// What stars make of what they heard, one after the other.
 pub(crate) struct Reactions<P: Point> {
     stars: Vec<Star>,
     /// The links of those that changed; what they have that they had not, and had that they have not.
@@ -35,7 +35,7 @@ pub(crate) struct Reactions<P: Point> {
     pub(crate) objections: Said<P>,
 }
 
-/// A star that was told something: where its lists end.
+/// A star that heard something: where its lists end.
 struct Star {
     home: u32,
     links: usize,
@@ -85,7 +85,7 @@ pub(crate) struct Tools<P: Point> {
     builder: StarBuilder<P>,
     witnesses: Witnesses<P>,
     seen: Marks,
-    /// Points that the star at hand gets, with repeats.
+    /// Points that the present star gets, with repeats.
     added: Vec<u32>,
     /// Points against a cell.
     against: Vec<u32>,
@@ -105,65 +105,65 @@ impl<P: Point> Tools<P> {
 }
 
 impl<P: Point> Chart<'_, P> {
-    /// One star: takes in what it was `told`, objections with these `points`, and says what it makes of it.
+    /// One star takes in its `news`, objections with these `points`, and says what it makes of it.
     pub(crate) fn react(
         &self,
-        told: &Told<'_, P>,
+        news: &News<'_, P>,
         points: &[u32],
         tools: &mut Tools<P>,
         out: &mut Reactions<P>,
     ) {
         let mut cost = Cost::ZERO;
         let (links, fresh, gone) = (out.links.len(), out.fresh.len(), out.gone.len());
-        let mut refused = self.take_in(told, points, tools, &mut cost);
+        let mut refused = self.take_in(news, points, tools, &mut cost);
         if !tools.added.is_empty() {
-            if told.gathered.is_empty() {
-                self.rebuild_star(told.home, tools, out, &mut cost);
+            if news.gathered.is_empty() {
+                self.rebuild_star(news.home, tools, out, &mut cost);
             } else {
-                self.build_anew(told.home, tools, out, &mut cost);
+                self.build_whole(news.home, tools, out, &mut cost);
             }
             if !refused.is_empty() {
                 let mut looked = Sweep::default();
-                let held = Sought::<P>::of(&out.fresh[fresh..], told.home);
+                let held = Sought::<P>::of(&out.fresh[fresh..], news.home);
                 refused.retain(|cell| !held.has(cell, &mut looked));
                 cost.swept_inside(looked);
             }
         }
         let changed = out.fresh.len() > fresh || out.gone.len() > gone;
-        self.propose_fresh(told, fresh, out, &mut cost);
+        self.propose_fresh(news, fresh, out, &mut cost);
         if !refused.is_empty() || out.gone.len() > gone {
-            let link = if changed { &out.links[links..] } else { self.stars.link(told.home) };
+            let link = if changed { &out.links[links..] } else { self.stars.link(news.home) };
             let present = link_points::<P>(link, &mut tools.seen, &mut cost);
-            self.object(told, &refused, (gone, &present), tools, out, &mut cost);
+            self.object(news, &refused, (gone, &present), tools, out, &mut cost);
         }
         let (links, fresh, gone) = (out.links.len(), out.fresh.len(), out.gone.len());
-        out.stars.push(Star { home: told.home, links, fresh, gone, cost });
+        out.stars.push(Star { home: news.home, links, fresh, gone, cost });
     }
 
     /// Collects the points that a star is to get; returns the cells that it lacks.
     fn take_in(
         &self,
-        told: &Told<'_, P>,
+        news: &News<'_, P>,
         points: &[u32],
         tools: &mut Tools<P>,
         cost: &mut Cost,
     ) -> Vec<P::Cell> {
-        let home = told.home;
+        let home = news.home;
         let link = self.stars.link(home);
         let (sought, mut looked) = (Sought::<P>::of(link, home), Sweep::default());
-        let mut lacking: Vec<P::Cell> = told.proposed.iter().map(|p| p.1).collect();
+        let mut lacking: Vec<P::Cell> = news.proposed.iter().map(|p| p.1).collect();
         cost.distinct_inside(&mut lacking, Ord::cmp);
         lacking.retain(|cell| !sought.has(cell, &mut looked));
-        let mut held: Vec<P::Cell> = told.objected.iter().map(|o| o.1).collect();
+        let mut held: Vec<P::Cell> = news.objected.iter().map(|o| o.1).collect();
         cost.distinct_inside(&mut held, Ord::cmp);
         held.retain(|cell| sought.has(cell, &mut looked));
         tools.added.clear();
         let proposed = lacking.iter().flat_map(AsRef::as_ref);
         // Every cell tells its run of the sorted objections whether it is held.
-        looked.visit_lanes(told.objected.len());
-        let heeded = told.objected.iter().filter(|o| held.binary_search(&o.1).is_ok());
+        looked.visit_lanes(news.objected.len());
+        let heeded = news.objected.iter().filter(|o| held.binary_search(&o.1).is_ok());
         let named = proposed.chain(heeded.flat_map(|o| &points[o.3.clone()])).copied();
-        tools.added.extend(named.chain(told.gathered.iter().map(|g| g.1)));
+        tools.added.extend(named.chain(news.gathered.iter().map(|g| g.1)));
         looked.visit_lanes(tools.added.len());
         cost.swept_inside(looked);
         lacking
@@ -183,13 +183,13 @@ impl<P: Point> Chart<'_, P> {
                 cost.swept_inside(flags);
             }
             Extended::Same => {}
-            Extended::Open => self.build_anew(home, tools, out, cost),
+            Extended::Open => self.build_whole(home, tools, out, cost),
         }
     }
 
     /// A star from all its points: where it has no link yet, and where a gathering brings what may be missing from a
     /// link that is not one.
-    fn build_anew(&self, home: u32, tools: &mut Tools<P>, out: &mut Reactions<P>, cost: &mut Cost) {
+    fn build_whole(&self, home: u32, tools: &mut Tools<P>, out: &mut Reactions<P>, cost: &mut Cost) {
         let old = self.stars.link(home);
         let mut candidates: Vec<u32> =
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
@@ -207,7 +207,7 @@ impl<P: Point> Chart<'_, P> {
         }
     }
 
-    /// The vertices whose stars are told of what a star gains or loses: the smallest of the cell, or if that is its own, the
+    /// The vertices whose stars hear what a star gains or loses: the smallest of the cell, or if that is its own, the
     /// others.
     fn partners(&self, home: u32, cell: &P::Cell) -> impl Iterator<Item = u32> {
         let smallest = self.smallest(cell);
@@ -216,32 +216,32 @@ impl<P: Point> Chart<'_, P> {
     }
 
     /// Proposes what a star gained to those that did not propose it.
-    fn propose_fresh(&self, told: &Told<'_, P>, fresh: usize, out: &mut Reactions<P>, cost: &mut Cost) {
+    fn propose_fresh(&self, news: &News<'_, P>, fresh: usize, out: &mut Reactions<P>, cost: &mut Cost) {
         let (mut step, mut looked) = (Sweep::default(), Sweep::default());
         let (facets, proposals) = (&out.fresh[fresh..], &mut out.proposals);
         step.each(facets, |facet| {
-            let Some(cell) = finite_cell::<P>(told.home, facet) else { return };
+            let Some(cell) = finite_cell::<P>(news.home, facet) else { return };
             let cell = in_order::<P>(&cell);
-            let tellers = of_cell(told.proposed, &cell, |p| p.1, &mut looked);
-            let others = self.partners(told.home, &cell).filter(|v| tellers.iter().all(|p| p.2 != *v));
-            proposals.extend(others.map(|v| (v, cell, told.home)));
+            let tellers = of_cell(news.proposed, &cell, |p| p.1, &mut looked);
+            let others = self.partners(news.home, &cell).filter(|v| tellers.iter().all(|p| p.2 != *v));
+            proposals.extend(others.map(|v| (v, cell, news.home)));
         });
         cost.swept_inside(looked);
         cost.swept_inside(step);
     }
 
-    /// Tells why a star does not hold what was proposed, those who did; and why it lost what it had, those who did not say
-    /// so.
+    /// Says to those that proposed a cell why the star does not hold it; and to those that did not object why it lost what
+    /// it had.
     fn object(
         &self,
-        told: &Told<'_, P>,
+        news: &News<'_, P>,
         refused: &[P::Cell],
         (gone, present): (usize, &[u32]),
         tools: &mut Tools<P>,
         out: &mut Reactions<P>,
         cost: &mut Cost,
     ) {
-        let (home, table) = (told.home, &self.table.positions);
+        let (home, table) = (news.home, &self.table.positions);
         let (mut tests, against) = (Sweep::default(), &mut tools.against);
         if present.is_empty() {
             return;
@@ -251,7 +251,7 @@ impl<P: Point> Chart<'_, P> {
             against.clear();
             tools.witnesses.against(table, cell, against, &mut tests);
             if !against.is_empty() {
-                let tellers = of_cell(told.proposed, cell, |p| p.1, &mut tests);
+                let tellers = of_cell(news.proposed, cell, |p| p.1, &mut tests);
                 out.objections.add(tellers.iter().map(|p| p.2), cell, home, against);
             }
         }
@@ -260,7 +260,7 @@ impl<P: Point> Chart<'_, P> {
             let cell = in_order::<P>(&cell);
             against.clear();
             tools.witnesses.against(table, &cell, against, &mut tests);
-            let tellers: &[Objection<P>] = of_cell(told.objected, &cell, |o| o.1, &mut tests);
+            let tellers: &[Objection<P>] = of_cell(news.objected, &cell, |o| o.1, &mut tests);
             let others = self.partners(home, &cell).filter(|v| tellers.iter().all(|o| o.2 != *v));
             out.objections.add(others, &cell, home, against);
         }
@@ -268,11 +268,11 @@ impl<P: Point> Chart<'_, P> {
     }
 }
 
-/// What was told of one cell, in a list that is in the order of the cells. The machine compares it with all that was
-/// told, in one step, and that is what is charged; a processor searches.
-fn of_cell<'a, T, C: Ord>(told: &'a [T], cell: &C, cell_of: impl Fn(&T) -> C, looked: &mut Sweep) -> &'a [T] {
-    looked.visit_lanes(told.len());
-    let first = told.partition_point(|t| cell_of(t) < *cell);
-    let count = told[first..].iter().take_while(|t| cell_of(t) == *cell).count();
-    &told[first..first + count]
+/// The news of one cell, in a list that is in the order of the cells. The machine compares it with all news in one
+/// step, which is the charge; a processor searches.
+fn of_cell<'a, T, C: Ord>(news: &'a [T], cell: &C, cell_of: impl Fn(&T) -> C, looked: &mut Sweep) -> &'a [T] {
+    looked.visit_lanes(news.len());
+    let first = news.partition_point(|t| cell_of(t) < *cell);
+    let count = news[first..].iter().take_while(|t| cell_of(t) == *cell).count();
+    &news[first..first + count]
 }

@@ -10,7 +10,7 @@
 //!
 //! **Receivers.** Stars agree on a cell iff that of its smallest vertex agrees with each other's
 //! ([`crate::stars::check`]). So a star tells the smallest vertex what it gains or loses, or if that is its own, the
-//! others; but none that told it just that in the same step. Each of the two of such a pair then hears of every change
+//! others; but none that reported just that to it in the same step. Each of the two of such a pair then hears of every change
 //! of the other. When no star says anything more, all stars agree.
 //!
 //! **After a gathering** the stars get its points. They also propose what the check found, as far as they still hold it.
@@ -86,8 +86,8 @@ fn proposal<P: Point>(stars: &Stars<P>, of: &Disagreement) -> Option<Proposal<P>
     finite_cell::<P>(of.home, &facet).map(|cell| (of.other, in_order::<P>(&cell), of.home))
 }
 
-/// All stars that were told something take it in, then say what has changed; and what the check found, where a star
-/// still holds it.
+/// All stars that heard something take it in. Returns what they say: what has changed, and what the check found as far
+/// as stars still hold it.
 fn react_all<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
@@ -98,13 +98,13 @@ fn react_all<P: Point>(
     let mut heard = std::mem::replace(heard, Heard::of(Vec::new()));
     stars.extend_hashes(table);
     heard.sort();
-    let told = heard.star_by_star();
-    let groups: Vec<_> = told.chunks(GROUP).collect();
+    let news = heard.star_by_star();
+    let groups: Vec<_> = news.chunks(GROUP).collect();
     let (chart, points) = (Chart { table, stars }, heard.objected.points());
     let reactions = map_in(&cx.pool, &groups, |group| {
         let mut tools = Tools::new(table.positions.len());
         let mut out = Reactions::default();
-        group.iter().for_each(|told| chart.react(told, points, &mut tools, &mut out));
+        group.iter().for_each(|news| chart.react(news, points, &mut tools, &mut out));
         out
     });
     charge(cx, leaves, reactions.iter().flat_map(Reactions::costs));

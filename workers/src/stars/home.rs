@@ -143,16 +143,8 @@ pub(crate) struct Change<'a, P: Point> {
 }
 
 /// The stars and the table that their numbers refer to, to be read by several cores.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Chart<'a, P: Point> {
     pub(crate) table: &'a Table<P>,
     pub(crate) stars: &'a Stars<P>,
 }
-
-impl<P: Point> Clone for Chart<'_, P> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<P: Point> Copy for Chart<'_, P> {}

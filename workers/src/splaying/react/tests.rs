@@ -1,4 +1,4 @@
-//! Stars that know too little, told by each other in one rank, against stars built from all points.
+//! Stars that know too little and hear from each other in one rank, against stars built from all points.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -99,9 +99,9 @@ fn cells<P: Point>(home: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
     link.iter().filter_map(|facet| finite_cell::<P>(home, facet)).map(|cell| in_order::<P>(&cell)).collect()
 }
 
-fn tell<P: Point>(rank: &Rank<P>, told: &Told<'_, P>, points: &[u32]) -> Reactions<P> {
+fn tell<P: Point>(rank: &Rank<P>, news: &News<'_, P>, points: &[u32]) -> Reactions<P> {
     let mut out = Reactions::default();
-    rank.chart().react(told, points, &mut Tools::new(rank.table.positions.len()), &mut out);
+    rank.chart().react(news, points, &mut Tools::new(rank.table.positions.len()), &mut out);
     out
 }
 
@@ -112,7 +112,7 @@ fn propose<P: Point>(rank: &Rank<P>, home: u32, cells: &[(P::Cell, u32)]) -> Rea
     tell(rank, &star_by_star::<P>(&proposed, &[], &[])[0], &[])
 }
 
-/// The objections to a cell: who is told, and of which points.
+/// The objections to a cell: the receivers, and the points.
 fn against<P: Point>(out: &mut Reactions<P>, cell: &P::Cell) -> Vec<(u32, Vec<u32>)> {
     out.objections.sort();
     let points = out.objections.points();
@@ -177,8 +177,8 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
         expected.sort_unstable();
         let mut out = propose(&rank, 0, &[(brings, late), (cell, a), (cell, b)]);
         let mut found = against::<DVec2>(&mut out, &cell);
-        for told in &mut found {
-            told.1.sort_unstable();
+        for news in &mut found {
+            news.1.sort_unstable();
         }
         if cells::<DVec2>(0, &whole).contains(&cell) {
             assert!(found.is_empty() && expected.is_empty());
@@ -193,13 +193,13 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
     assert!(with_late > 0);
 }
 
-/// Of what it gained a star tells the smallest vertex, or if that is itself the others, but nobody who told it.
+/// A star tells the smallest vertex what it gained, or if that is itself the others, but no star that proposed it.
 #[test]
-fn who_is_told_of_fresh_cells() {
+fn fresh_cells_go_to_the_smallest_vertex_or_from_it() {
     let points = cloud::<DVec2>(40, 9);
     let everyone: Vec<u32> = (0..40).collect();
     let rank = Rank::of(&points, |home| nearest(&points, home, 4));
-    let (mut told_others, mut told_smallest) = (0, 0);
+    let (mut to_others, mut to_smallest) = (0, 0);
     for home in 0..40 {
         let held = cells::<DVec2>(home, rank.stars.link(home));
         for cell in cells::<DVec2>(home, &star(&points, home, &everyone)).difference(&held) {
@@ -214,12 +214,12 @@ fn who_is_told_of_fresh_cells() {
                 let mut found: Vec<u32> = of_it.map(|p| p.0).collect();
                 found.sort_unstable();
                 assert_eq!(found, expected, "{cell:?} at {home}");
-                let count = if smallest == home { &mut told_others } else { &mut told_smallest };
+                let count = if smallest == home { &mut to_others } else { &mut to_smallest };
                 *count += found.len();
             }
         }
     }
-    assert!(told_others > 0 && told_smallest > 0);
+    assert!(to_others > 0 && to_smallest > 0);
 }
 
 /// A cell that is objected to and one that is proposed, in one step: the star loses the one, does not answer the
@@ -252,9 +252,9 @@ fn an_objection_and_a_proposal_in_one_step() {
                 .iter()
                 .copied()
                 .filter(|&v| v != home && (smallest == home || v == smallest) && v != objector);
-            let told: Vec<u32> = against::<DVec2>(&mut out, lost).into_iter().map(|told| told.0).collect();
-            assert_eq!(told, asked.collect::<Vec<u32>>(), "{lost:?} at {home}");
-            met += told.len();
+            let news: Vec<u32> = against::<DVec2>(&mut out, lost).into_iter().map(|news| news.0).collect();
+            assert_eq!(news, asked.collect::<Vec<u32>>(), "{lost:?} at {home}");
+            met += news.len();
         }
     }
     assert!(met > 0);
@@ -262,7 +262,7 @@ fn an_objection_and_a_proposal_in_one_step() {
 
 /// A star without a link takes the first cell that is proposed; one with a hole is whole after a gathering.
 #[test]
-fn stars_without_a_link_or_with_a_hole_are_built_anew() {
+fn stars_without_a_link_or_with_a_hole_are_rebuilt() {
     let points = cloud::<DVec3>(50, 7);
     let everyone: Vec<u32> = (0..50).collect();
     let whole = star(&points, 5, &everyone);

@@ -1,0 +1,416 @@
+//! Every call into the library, those for meshes in a file of their own. Cases ask in the types of these files, plain
+//! vectors and numbers, and get such back: when the library's paths or types change, these files do, and no golden line.
+
+mod meshes;
+
+use std::env;
+use std::io::{stdin, stdout};
+use std::process::{Command, ExitCode};
+
+use glam::{DVec2, DVec3};
+pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
+use septet::config::{
+    Alpha, Config, Correction, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
+};
+use septet::geometry::cost::Cost;
+use septet::geometry::point::Point;
+use septet::independent::independent;
+use septet::protocol::ids::Phase;
+use septet::protocol::ledger::{Ledger, Total};
+use septet::protocol::transport::{Transport as Machine, TransportError};
+use septet::rival;
+use septet::workers::config::WorkerConfig;
+use septet::workers::transport::pipe::{Pipes, serve_pipe};
+use septet::{Error, Run, count, run_on, simulate, triangulate};
+pub use septet_common::sets::Draw;
+
+use crate::record::Row;
+
+/// The rank that this process is to be.
+pub const RANK: &str = "SEPTET_PIPE_RANK";
+const CONFIG: &str = "SEPTET_PIPE_CONFIG";
+const DIMENSION: &str = "SEPTET_PIPE_DIMENSION";
+
+/// Points, one coordinate after the other.
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Of all points.
+    pub coordinates: Vec<f64>,
+}
+
+/// How many workers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crew {
+    /// So many.
+    Of(u32),
+    /// One a leaf.
+    Leaves,
+}
+
+/// How messages travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wire {
+    /// Through the simulator, with this seed of the order of delivery.
+    Sim(u64),
+    /// Over channels between so many threads.
+    Threads(usize),
+    /// Over pipes between processes.
+    Pipes,
+}
+
+/// A supergraph and its parameter.
+#[derive(Clone, Copy, Debug)]
+pub enum Supergraph {
+    /// With alpha, or by a sample.
+    Density(Option<f64>),
+    /// With alpha, or by a sample.
+    Overlap(Option<f64>),
+    /// With k, or by default.
+    Knn(Option<u32>),
+    /// With k as a factor of the logarithm.
+    KnnLog(f64),
+}
+
+/// How separator points are shared.
+#[derive(Clone, Copy, Debug)]
+pub enum Sharing {
+    Ghost,
+    Both,
+    Smaller,
+}
+
+/// What is asked of the machine.
+#[derive(Clone, Debug)]
+pub struct Order {
+    pub crew: Crew,
+    pub wire: Wire,
+    pub leaf: u64,
+    pub supergraph: Supergraph,
+    pub sharing: Sharing,
+    /// Cut by planes in place of spheres.
+    pub planes: bool,
+    /// Correct balls from the leaves up.
+    pub naive: bool,
+    /// Rounds of exchange before points are gathered.
+    pub cap: Option<u32>,
+    /// Points of the picture.
+    pub picture: u32,
+    /// Record what leaves say to each other.
+    pub tasks: bool,
+    /// A fault as text.
+    pub fault: Option<&'static str>,
+}
+
+/// What a run gave.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// In canonical order, by input index.
+    pub cells: Vec<u64>,
+    /// Worker and leaf of each cell.
+    pub owners: Vec<u64>,
+    /// Edges of the supergraph.
+    pub graph: Vec<u64>,
+    /// The picture as numbers.
+    pub picture: Vec<u64>,
+    /// Terms of the record of tasks.
+    pub tasks: Vec<u64>,
+    /// Single numbers with their names.
+    pub facts: Vec<(&'static str, u64)>,
+    /// The ledger.
+    pub rows: Vec<Row>,
+}
+
+/// A phase after which a run stops.
+#[derive(Clone, Copy, Debug)]
+pub enum Last {
+    Partition,
+    Neighbours,
+}
+
+/// Runs one rank of a machine of processes.
+pub fn worker(rank: &str) -> ExitCode {
+    let rank = rank.parse().expect("a rank");
+    let config: WorkerConfig = env::var(CONFIG).expect("a configuration").parse().expect("a configuration");
+    let result = match env::var(DIMENSION).as_deref() {
+        Ok("2") => serve_pipe::<DVec2>(stdin(), stdout(), rank, config),
+        Ok("3") => serve_pipe::<DVec3>(stdin(), stdout(), rank, config),
+        other => panic!("dimension {other:?}"),
+    };
+    match result {
+        Ok(()) | Err(TransportError::Stopped) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::FAILURE,
+    }
+}
+
+fn config(order: &Order) -> Config {
+    let (graph, alpha, k) = match order.supergraph {
+        Supergraph::Density(alpha) => (GraphKind::Density, alpha, Neighbours::Auto),
+        Supergraph::Overlap(alpha) => (GraphKind::Overlap, alpha, Neighbours::Auto),
+        Supergraph::Knn(k) => (GraphKind::Knn, None, k.map_or(Neighbours::Auto, Neighbours::Count)),
+        Supergraph::KnnLog(factor) => (GraphKind::Knn, None, Neighbours::Log(factor)),
+    };
+    let (transport, threads) = wire(order.wire);
+    Config {
+        workers: crew(order.crew),
+        threads,
+        seed: 1,
+        graph,
+        alpha: alpha.map_or(Alpha::Auto, Alpha::Value),
+        k,
+        sets: match order.sharing {
+            Sharing::Ghost => SeparatorSets::Ghost,
+            Sharing::Both => SeparatorSets::Both,
+            Sharing::Smaller => SeparatorSets::Smaller,
+        },
+        leaf: Some(order.leaf),
+        transport,
+        keep_graph: true,
+        with_owner: true,
+        view: order.picture,
+        exchange_cap: order.cap,
+        partition: if order.planes { Partition::Kd } else { Partition::Sphere },
+        correction: if order.naive { Correction::Naive } else { Correction::Descent },
+        record_tasks: order.tasks,
+        fault: order.fault.map(|text| text.parse().expect("a fault")),
+        ..Config::default()
+    }
+}
+
+fn crew(crew: Crew) -> Workers {
+    match crew {
+        Crew::Of(workers) => Workers::Count(workers),
+        Crew::Leaves => Workers::Leaves,
+    }
+}
+
+fn wire(wire: Wire) -> (Transport, usize) {
+    match wire {
+        Wire::Sim(delivery_seed) => (Transport::Sim { delivery_seed }, 1),
+        Wire::Threads(threads) => (Transport::Channel { threads }, threads),
+        Wire::Pipes => (Transport::Sim { delivery_seed: 0 }, 1),
+    }
+}
+
+fn points<P: Point>(cloud: &Cloud) -> Vec<P> {
+    cloud.coordinates.chunks_exact(P::DIM).map(P::from_coords).collect()
+}
+
+/// Triangulates, counted or not. An error is told by `None`: its words are not golden.
+pub fn run(cloud: &Cloud, order: &Order, counted: bool) -> Option<Outcome> {
+    match cloud.dimension {
+        2 => run_in(&points::<DVec2>(cloud), order, counted),
+        _ => run_in(&points::<DVec3>(cloud), order, counted),
+    }
+}
+
+fn run_in<P: Point>(points: &[P], order: &Order, counted: bool) -> Option<Outcome> {
+    let config = config(order);
+    let run = match (order.wire, counted) {
+        (Wire::Pipes, _) => over_pipes(points, &config, counted),
+        (_, true) => simulate(points, &config),
+        (_, false) => triangulate(points, &config),
+    };
+    match run {
+        Ok(run) => Some(outcome(&run)),
+        Err(Error::NotCertified { .. } | Error::Machine(_)) => None,
+        Err(error) => panic!("{order:?}: {error}"),
+    }
+}
+
+fn over_pipes<P: Point>(points: &[P], config: &Config, counted: bool) -> Result<Run, Error> {
+    let program = env::current_exe().expect("this program");
+    run_on(points, config, counted, &mut |machine| {
+        let pipes = Pipes::launch(machine, &mut |machine, rank| {
+            let mut command = Command::new(&program);
+            command.env(RANK, rank.to_string()).env(CONFIG, machine.to_string());
+            command.env(DIMENSION, P::DIM.to_string());
+            command
+        })?;
+        Ok(Box::new(pipes) as Box<dyn Machine<P>>)
+    })
+}
+
+fn outcome(run: &Run) -> Outcome {
+    let owners = run.owner().unwrap_or_default().iter().map(|&rank| u64::from(rank));
+    let mut facts = vec![
+        ("dimension+1", (run.dimension + 1) as u64),
+        ("cells", run.cell_count() as u64),
+        ("input", run.points.input),
+        ("used", run.points.used),
+        ("duplicates", run.points.duplicates.len() as u64),
+        ("hull", run.hull_facets),
+        ("local", run.stars_local),
+        ("repaired", run.stars_repaired),
+        ("exchange-rounds", run.exchange_rounds),
+        ("gathered", run.fallback.as_ref().map_or(0, |f| f.1)),
+        ("workers", u64::from(run.settled.workers)),
+        ("leaf", run.settled.leaf),
+    ];
+    if let Some(plan) = &run.plan {
+        facts.extend([("plan-rounds", plan.rounds), ("plan-messages", plan.messages)]);
+        facts.push(("plan-bytes", plan.bytes));
+    }
+    Outcome {
+        cells: run.cells().to_vec(),
+        owners: owners.chain(run.home_leaf().unwrap_or_default().iter().copied()).collect(),
+        graph: run.graph.iter().flatten().flat_map(|e| [e.0, e.1]).collect(),
+        picture: picture(run),
+        tasks: tasks(run),
+        facts,
+        rows: ledger(&run.ledger, &run.phase_seconds),
+    }
+}
+
+fn picture(run: &Run) -> Vec<u64> {
+    let Some(view) = &run.picture else { return Vec::new() };
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let words = |numbers: &[u32]| numbers.iter().map(|&x| u64::from(x)).collect::<Vec<_>>();
+    let mut all = vec![view.of, view.points, view.ghosts_omitted, view.separators_omitted];
+    for part in [&view.low, &view.high, &view.positions] {
+        all.extend(bits(part));
+    }
+    for part in [&view.leaves, &view.crossing, &view.flags] {
+        all.extend(part);
+    }
+    for part in [&view.owner, &view.leaf, &view.ghost, &view.ghost_leaf] {
+        all.extend(words(part));
+    }
+    for separator in &view.separators {
+        all.extend([separator.node, u64::from(separator.level), separator.number.to_bits()]);
+        all.extend(bits(&separator.vector));
+        all.extend(bits(&separator.low));
+        all.extend(bits(&separator.high));
+    }
+    all
+}
+
+fn tasks(run: &Run) -> Vec<u64> {
+    let Some(log) = &run.tasks else { return Vec::new() };
+    let mut all = vec![log.population, log.leaf_size, u64::from(log.blocks), u64::from(log.chosen)];
+    all.extend(log.nodes.iter().flat_map(|n| [n.0, n.1, n.2, n.3]));
+    all.extend(&log.leaves);
+    all.extend(log.frame.iter().map(|&leaf| u64::from(leaf)));
+    let pair = |p: &(u32, u32)| [u64::from(p.0), u64::from(p.1)];
+    all.extend(log.first_blocks.iter().flatten().flat_map(pair));
+    for (node, attempt, blocks) in &log.samples {
+        all.extend([*node, u64::from(*attempt)]);
+        all.extend(blocks.iter().flat_map(pair));
+    }
+    all.extend(log.reach.iter().flat_map(|r| [u64::from(r.0), u64::from(r.1), r.2, r.3, r.4, r.5]));
+    all.extend(log.reverse.iter().flat_map(|r| [u64::from(r.0), u64::from(r.1), r.2]));
+    all.extend(log.tellers.iter().flat_map(|t| [u64::from(t.0), u64::from(t.1), u64::from(t.2), t.3]));
+    let agreement =
+        |a: &(u32, u32, u32, u64, u64, u64)| [u64::from(a.0), u64::from(a.1), u64::from(a.2), a.3, a.4, a.5];
+    all.extend(log.agreement.iter().flat_map(agreement));
+    for said in &log.exchange {
+        all.extend([said.step, u32::from(said.objection), said.from, said.to].map(u64::from));
+        all.extend([said.cells, said.conflicts]);
+        all.extend(&said.points);
+    }
+    all.extend(&log.cells);
+    all.extend(log.charges.iter().flat_map(|c| [u64::from(c.0), c.1, c.2, c.3]));
+    all
+}
+
+fn name(phase: u8) -> &'static str {
+    Phase::from_number(phase).map_or("none", Phase::name)
+}
+
+fn cost(cost: Cost) -> [u64; 4] {
+    cost.to_parts()
+}
+
+/// The ledger, field by field.
+fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
+    let part = &ledger.part;
+    let order: Vec<&str> = phases.iter().map(|(phase, _)| phase.name()).collect();
+    let mut rows = vec![Row::new("phases", &order.join(","), [])];
+    for p in &ledger.phases {
+        let sums = [p.rounds, p.work, p.depth, p.depth_log_scan, p.critical_depth, p.messages, p.bytes];
+        rows.push(Row::new("total", p.phase.name(), sums));
+    }
+    let total = |t: &Total| [t.work, t.depth, t.depth_log_scan, t.brent];
+    rows.push(Row::new("group", "paper", total(&ledger.paper)));
+    rows.push(Row::new("group", "repair", total(&ledger.repair)));
+    for step in &ledger.critical_path {
+        rows.push(Row::new("path", step.phase.name(), [step.node.0, step.depth]));
+    }
+    for ((round, phase), t) in &part.rounds {
+        let moved = [t.messages, t.bytes, t.largest, t.points];
+        let done = [t.active, t.merged, t.separators, t.retries, t.control];
+        let numbers = [u64::from(*round)].into_iter().chain(moved).chain(done);
+        rows.push(Row::new("round", name(*phase), numbers));
+    }
+    for ((phase, from, to), t) in &part.links {
+        let numbers = [u64::from(*from), u64::from(*to), t.messages, t.bytes, t.points];
+        rows.push(Row::new("link", name(*phase), numbers));
+    }
+    for ((round, phase, from), t) in &part.senders {
+        let numbers = [u64::from(*round), u64::from(*from), t.messages, t.bytes, t.points];
+        rows.push(Row::new("sender", name(*phase), numbers));
+    }
+    for ((phase, node), c) in &part.charges {
+        rows.push(Row::new("charge", name(*phase), [node.0, c.items].into_iter().chain(cost(c.cost))));
+    }
+    for ((level, node), c) in &part.corrections {
+        let numbers = [u64::from(*level), node.0, c.items].into_iter().chain(cost(c.cost));
+        rows.push(Row::new("correction", "neighbours", numbers));
+    }
+    for (node, f) in &part.nodes {
+        let split = [node.0, f.population, f.inside, f.attempts, f.kind, f.separator];
+        let sets = [f.crossing_inside, f.crossing_outside, f.members, f.edges, f.max_degree, f.visits];
+        rows.push(Row::new("node", "tree", split.into_iter().chain(sets)));
+    }
+    rows.push(Row::new("edges", "hash", [part.edge_hash]));
+    rows
+}
+
+/// The ledger of a run that stops after a phase.
+pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
+    let until = match last {
+        Last::Partition => Until::Partition,
+        Last::Neighbours => Until::Neighbours,
+    };
+    let config = Config { until: Some(until), keep_graph: false, with_owner: false, ..config(order) };
+    let counts = match cloud.dimension {
+        2 => count(&points::<DVec2>(cloud), &config),
+        _ => count(&points::<DVec3>(cloud), &config),
+    };
+    let counts = counts.unwrap_or_else(|e| panic!("{order:?}: {e}"));
+    ledger(&counts.ledger, &counts.phase_seconds)
+}
+
+/// An independent set of sites with these sizes, `fixed` of them in it from the start.
+pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order) -> Outcome {
+    let config = config(order);
+    let run = match cloud.dimension {
+        2 => independent(&points::<DVec2>(cloud), sizes, fixed, &config),
+        _ => independent(&points::<DVec3>(cloud), sizes, fixed, &config),
+    };
+    let run = run.unwrap_or_else(|e| panic!("{order:?}: {e}"));
+    let rounds = run.undecided.iter().map(|&left| Row::new("undecided", "set", [left]));
+    Outcome {
+        cells: run.members.iter().map(|&member| member as u64).collect(),
+        rows: ledger(&run.ledger, &run.phase_seconds).into_iter().chain(rounds).collect(),
+        ..Outcome::default()
+    }
+}
+
+/// The baseline of incremental insertions in rounds.
+pub fn incremental(cloud: &Cloud) -> Outcome {
+    let config = Config::default();
+    let made = match cloud.dimension {
+        2 => rival::incremental(&points::<DVec2>(cloud), &config),
+        _ => rival::incremental(&points::<DVec3>(cloud), &config),
+    };
+    let made = made.unwrap_or_else(|e| panic!("incremental insertion: {e}"));
+    let clock = [made.clock.steps, made.clock.log_scan, made.clock.hashed, made.clock.chain, made.brent];
+    let mut rows = vec![Row::new("clock", "chain", clock)];
+    for r in &made.rounds {
+        rows.push(Row::new("insertion", "round", [r.facets, r.cells, r.tests, r.work, r.steps]));
+    }
+    let facts = vec![("hull", made.hull_facets), ("used", made.points.used)];
+    Outcome { cells: made.cells, facts, rows, ..Outcome::default() }
+}

@@ -1,0 +1,169 @@
+//! The calls that make meshes.
+
+use std::path::Path;
+
+use glam::DVec3;
+use septet::config::Workers;
+use septet::io::read::{AnyInput, read_domain};
+use septet::mesh::record::Record;
+use septet::mesh::{
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Made, MeshRequest, conform, make, sizes,
+};
+use septet::meshing::check;
+use septet::meshing::domain::Domain;
+use septet::meshing::facet::Triangulate;
+use septet::meshing::input::Input;
+use septet::meshing::mesh::{Carrier, Edge, StageLine};
+
+use super::{Wire, wire};
+use crate::record::Row;
+
+/// A domain.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// In a file beside the tests.
+    File(&'static str),
+    /// A closed surface.
+    Surface { points: Vec<[f64; 3]>, faces: Vec<Vec<u32>> },
+}
+
+/// What is asked of the mesher.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshOrder {
+    pub workers: u32,
+    pub wire: Wire,
+    pub size: f64,
+    /// Make the boundary anew?
+    pub remesh: bool,
+    pub improve: bool,
+}
+
+/// A mesh as numbers.
+#[derive(Clone, Debug, Default)]
+pub struct MeshOutcome {
+    /// Bits of coordinates and sizes.
+    pub points: Vec<u64>,
+    /// What each point lies on.
+    pub carriers: Vec<u64>,
+    /// Cells and their regions.
+    pub cells: Vec<u64>,
+    /// Faces on facets: points, facet, marker, cells.
+    pub faces: Vec<u64>,
+    /// Edges on segments.
+    pub edges: Vec<u64>,
+    /// Single numbers with their names.
+    pub facts: Vec<(&'static str, u64)>,
+    /// Stages, runs of the machine, phases.
+    pub rows: Vec<Row>,
+}
+
+/// Makes a mesh and compares it with its domain. What cannot be made is `None`.
+pub fn mesh(shape: &Shape, order: &MeshOrder) -> Option<MeshOutcome> {
+    match shape {
+        Shape::File(file) => {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good").join(file);
+            let read = read_domain(&path, &mut |_, _| {}).unwrap_or_else(|e| panic!("{file}: {e}"));
+            match read.input {
+                AnyInput::Plane(input) => mesh_in(&input, order),
+                AnyInput::Space(input) => mesh_in(&input, order),
+            }
+        }
+        Shape::Surface { points, faces } => {
+            let points = points.iter().map(|&p| DVec3::from(p)).collect();
+            mesh_in(&Input::surface(points, faces.iter().cloned()), order)
+        }
+    }
+}
+
+fn mesh_in<P: Triangulate>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutcome> {
+    let domain = check(input).unwrap_or_else(|defects| panic!("not a domain: {defects:?}"));
+    let (transport, threads) = wire(order.wire);
+    let request = MeshRequest {
+        boundary: Some(if order.remesh { Boundary::Remesh } else { Boundary::Exact }),
+        size: Some(order.size),
+        field: None,
+        singularity: None,
+        min_size: None,
+        lipschitz: DEFAULT_LIPSCHITZ,
+        feature_angle: DEFAULT_FEATURE_ANGLE,
+        max_distance: None,
+        improve: order.improve,
+        leaf: Some(60),
+        workers: Workers::Count(order.workers),
+        threads,
+        transport,
+        seed: 1,
+        max_memory: None,
+        cancel: None,
+    };
+    let size = sizes(&domain, &request).unwrap_or_else(|e| panic!("{order:?}: {e}"));
+    let made = make(&domain, &size, &request, usize::MAX).ok()?;
+    Some(mesh_outcome(&domain, &made, &request))
+}
+
+fn mesh_outcome<P: Triangulate>(domain: &Domain<P>, made: &Made<P>, request: &MeshRequest) -> MeshOutcome {
+    let mesh = &made.mesh;
+    let judged = conform(domain, mesh, request);
+    let coordinates = mesh.points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i)).collect::<Vec<_>>());
+    let on = |feature: u64, number: u32| [feature, u64::from(number)];
+    let carrier = |carrier: &Carrier| match *carrier {
+        Carrier::Corner(i) => on(0, i),
+        Carrier::Segment(i) => on(1, i),
+        Carrier::Facet(i) => on(2, i),
+        Carrier::Volume => on(3, 0),
+    };
+    let wide = |numbers: &[u32]| numbers.iter().map(|&v| u64::from(v)).collect::<Vec<_>>();
+    let mut faces = Vec::new();
+    for face in &mesh.faces {
+        faces.extend(wide(face.vertices.as_ref()));
+        faces.extend([u64::from(face.facet), face.marker as u64]);
+        faces.extend(wide(&face.cells));
+    }
+    let edge = |e: &Edge| {
+        [u64::from(e.vertices[0]), u64::from(e.vertices[1]), u64::from(e.segment), e.marker as u64]
+    };
+    let rows = stages(&made.stages).into_iter().chain(record(&made.record)).collect();
+    MeshOutcome {
+        points: coordinates.chain(mesh.sizes.iter().copied()).map(f64::to_bits).collect(),
+        carriers: mesh.carriers.iter().flat_map(carrier).collect(),
+        cells: mesh.cells.iter().flat_map(|c| wide(c.as_ref())).chain(wide(&mesh.regions)).collect(),
+        faces,
+        edges: mesh.edges.iter().flat_map(edge).collect(),
+        facts: vec![
+            ("points", mesh.points.len() as u64),
+            ("cells", mesh.cells.len() as u64),
+            ("dropped", mesh.dropped),
+            ("defects", judged.defects.len() as u64),
+            ("owned", made.owners.as_ref().map_or(0, |owners| owners.len() as u64)),
+        ],
+        rows,
+    }
+}
+
+fn stages(stages: &[StageLine]) -> Vec<Row> {
+    let row = |s: &StageLine| {
+        let made = [s.candidates, s.points, s.completion_rounds, s.set_rounds];
+        let machine = [s.rounds, s.messages, s.bytes, s.work, s.depth];
+        Row::new("stage", &s.name, made.into_iter().chain(machine))
+    };
+    stages.iter().map(row).collect()
+}
+
+fn record(record: &Record) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for r in &record.runs {
+        let name = format!("{}/{}", r.stage, r.task);
+        let tree = [r.points, r.fixed, u64::from(r.levels), r.leaves, r.divided];
+        let graph = [r.members, r.edges, r.work, r.depth].map(Option::unwrap_or_default);
+        let numbers = tree.into_iter().chain(graph).chain([r.rounds, r.messages, r.bytes]);
+        rows.push(Row::new("run", &name, numbers));
+        let phases = r.phases.iter();
+        rows.extend(phases.map(|p| Row::new("run-phase", &format!("{name}/{}", p.phase), [p.work, p.depth])));
+    }
+    for p in &record.phases {
+        let sums = [p.work, p.depth].map(Option::unwrap_or_default);
+        let numbers = [p.runs, p.rounds, p.messages, p.bytes].into_iter().chain(sums);
+        rows.push(Row::new("stage-phase", &format!("{}/{}", p.stage, p.phase), numbers));
+    }
+    rows
+}

@@ -1,0 +1,112 @@
+//! Outputs and counts of some sixty cases, compared with files that are committed beside this program.
+//!
+//! `cargo test --test golden [-- FILTER]` runs the cases whose names contain FILTER and says which differ from
+//! `outputs.txt` and `counts.txt`, and where first. With `SEPTET_GOLDEN=write` it writes these files instead. Outputs
+//! are hashes; counts are lines of the ledger, field by field, or sums and hashes by phase for the larger runs.
+//!
+//! This program is its own worker: with `SEPTET_PIPE_RANK` set it runs that rank and nothing else.
+
+mod calls;
+mod cases;
+mod domains;
+mod record;
+mod sets;
+mod store;
+
+use std::env;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use cases::Case;
+use record::Record;
+use store::Store;
+
+/// So many cases with refused draws must draw again in groups.
+const RETRYING: usize = 10;
+
+/// What the command line asks for.
+struct Options {
+    filter: Option<String>,
+    list: bool,
+    write: bool,
+}
+
+impl Options {
+    fn read() -> Self {
+        let arguments: Vec<String> = env::args().skip(1).collect();
+        Options {
+            filter: arguments.iter().find(|a| !a.starts_with('-')).cloned(),
+            list: arguments.iter().any(|a| a == "--list"),
+            write: env::var_os("SEPTET_GOLDEN").is_some_and(|value| value == "write"),
+        }
+    }
+
+    fn selects(&self, case: &Case) -> bool {
+        self.filter.as_ref().is_none_or(|filter| case.name.contains(filter.as_str()))
+    }
+}
+
+fn main() -> ExitCode {
+    if let Ok(rank) = env::var(calls::RANK) {
+        return calls::worker(&rank);
+    }
+    let options = Options::read();
+    let cases = cases::all();
+    let selected: Vec<&Case> = cases.iter().filter(|case| options.selects(case)).collect();
+    if options.list {
+        selected.iter().for_each(|case| println!("{}: test", case.name));
+        return ExitCode::SUCCESS;
+    }
+    match Store::open(options.write) {
+        Ok(store) => run(&selected, store, &options, cases.len()),
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> ExitCode {
+    let start = Instant::now();
+    let (mut failed, mut retrying) = (0, 0);
+    for case in selected {
+        let begun = Instant::now();
+        let mut record = Record::default();
+        (case.run)(&mut record);
+        retrying += usize::from(case.retries && record.retries > 0);
+        let differences = if options.write {
+            store.replace(&case.name, &record);
+            Vec::new()
+        } else {
+            store.differences(&case.name, &record)
+        };
+        let verdict = if differences.is_empty() { "ok" } else { "FAILED" };
+        println!("test {} ... {verdict} ({:.1} s)", case.name, begun.elapsed().as_secs_f64());
+        differences.iter().for_each(|difference| println!("    {difference}"));
+        failed += usize::from(!differences.is_empty());
+    }
+    let passed = selected.len() - failed;
+    if options.filter.is_none() {
+        let names: Vec<&str> = selected.iter().map(|case| case.name.as_str()).collect();
+        for name in store.retain(&names, options.write) {
+            println!("    {name} is in the golden files and is no case");
+            failed += 1;
+        }
+        if retrying < RETRYING {
+            println!("    groups draw again in {retrying} cases: at least {RETRYING} must");
+            failed += 1;
+        }
+    }
+    if let Err(message) = store.close(options.write) {
+        println!("    {message}");
+        failed += 1;
+    }
+    let result = if failed == 0 { "ok" } else { "FAILED" };
+    println!(
+        "\ntest result: {result}. {passed} passed; {failed} failed; 0 ignored; 0 measured; {} filtered out; finished in \
+         {:.2}s",
+        of - selected.len(),
+        start.elapsed().as_secs_f64()
+    );
+    if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
