@@ -20,68 +20,10 @@
 //! assert!(counted.ledger.paper.depth > 0 && counted.ledger.paper.depth < counted.ledger.paper.work);
 //! # Ok::<(), septet::Error>(())
 //! ```
-//!
-//! The modules stand in the order of the flow: configuration and input, the machine seen from its
-//! coordinator, the result and what is made of it.
 
-pub mod config;
-
-pub mod model;
-
-pub mod generate;
-
-pub mod mesh;
-
-mod error;
-
-mod prepare;
-
-mod coincide;
-
-mod coordinator;
-
-mod canonical;
-
-pub mod pieces;
-
-pub mod view;
-
-pub mod memory;
-
-mod run;
-
-mod record;
-mod sizing;
-
-mod count;
-
-pub mod independent;
-
-pub mod predict;
-
-pub mod report;
-
-pub mod rival;
-
-pub mod trace;
-
-pub mod experiment;
-
-pub mod assertions;
-
-pub mod claims;
-
-pub mod verify;
-
-pub mod io;
-
-pub use config::Config;
-pub use count::{Counts, Ending, count};
-pub use error::{Error, Refutation};
-pub use independent::{IndependentRun, independent};
-pub use run::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
-
-pub use septet_geometry as geometry;
-pub use septet_meshing as meshing;
-pub use septet_protocol as protocol;
-pub use septet_workers as workers;
+pub use septet_core::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
+pub use septet_core::{Config, Counts, Ending, Error, IndependentRun, Refutation, count, independent};
+pub use septet_core::{config, generate, mesh, model, result, run};
+pub use septet_io as io;
+pub use septet_lab::{assert_counts, assertions, claims, experiment, predict, report, rival, trace};
+pub use septet_verify as verify;

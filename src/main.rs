@@ -1,7 +1,5 @@
 //! The command line of septet.
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::main()
+    septet_cli::main()
 }

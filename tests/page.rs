@@ -209,7 +209,7 @@ fn browse(directory: &Path, pages: &[(&str, Option<&str>)]) {
 
 #[test]
 fn scripts_are_modules_that_parse() {
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/report/page/assets");
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cli/page/assets");
     let required = std::env::var_os("SEPTET_REQUIRE_PAGE").is_some_and(|v| v == "1");
     if Command::new("node").arg("--version").output().is_err() {
         assert!(!required, "SEPTET_REQUIRE_PAGE=1, but there is no Node.js");

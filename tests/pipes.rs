@@ -8,13 +8,13 @@ use std::io::{stdin, stdout};
 use std::process::{Command, ExitCode};
 
 use glam::{DVec2, DVec3};
-use septet::config::Workers;
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::protocol::transport::{Transport, TransportError};
-use septet::workers::config::WorkerConfig;
-use septet::workers::transport::pipe::{Pipes, serve_pipe};
-use septet::{Config, Error, Run, run_on, simulate, triangulate};
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::{Config, Error, Run, run_on, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_protocol::transport::{Transport, TransportError};
+use septet_workers::config::WorkerConfig;
+use septet_workers::transport::pipe::{Pipes, serve_pipe};
 
 use septet_common as common;
 use septet_common::sets::{plane, space};

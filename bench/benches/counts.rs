@@ -13,13 +13,13 @@ use gungraun::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use septet::geometry::blocks::Blocks;
-use septet::geometry::cost::Cost;
-use septet::geometry::hull::StarBuilder;
-use septet::geometry::incremental::Incremental;
-use septet::geometry::neighbourhood::nearest_in_blocks;
-use septet::geometry::point::{Point, dist2};
-use septet::geometry::simd::use_baseline_registers;
+use septet_geometry::blocks::Blocks;
+use septet_geometry::cost::Cost;
+use septet_geometry::hull::StarBuilder;
+use septet_geometry::incremental::Incremental;
+use septet_geometry::neighbourhood::nearest_in_blocks;
+use septet_geometry::point::{Point, dist2};
+use septet_geometry::simd::use_baseline_registers;
 
 /// At most 5 % more instructions than were counted.
 fn at_most(counted: u64) -> LibraryBenchmarkConfig {

@@ -9,12 +9,12 @@ use divan::counter::ItemsCount;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use septet::geometry::complex::INFINITE;
-use septet::geometry::cost::Cost;
-use septet::geometry::hull::StarBuilder;
-use septet::geometry::incremental::{Incremental, insertion_order};
-use septet::geometry::point::{Point, dist2};
-use septet::geometry::predicates::{Sign, in_sphere, orientation};
+use septet_geometry::complex::INFINITE;
+use septet_geometry::cost::Cost;
+use septet_geometry::hull::StarBuilder;
+use septet_geometry::incremental::{Incremental, insertion_order};
+use septet_geometry::point::{Point, dist2};
+use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
 fn main() {
     divan::main();

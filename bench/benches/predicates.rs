@@ -8,8 +8,8 @@ use divan::counter::ItemsCount;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use septet::geometry::point::Point;
-use septet::geometry::predicates::{Sign, in_sphere, orientation};
+use septet_geometry::point::Point;
+use septet_geometry::predicates::{Sign, in_sphere, orientation};
 
 fn main() {
     divan::main();

@@ -7,12 +7,12 @@ use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Instant;
 
-use septet::config::{GraphKind, Transport, Workers};
-use septet::generate::{Request, generate, parse_sample};
-use septet::geometry::point::Point;
-use septet::model::Points;
-use septet::verify::{VerifyOptions, verify};
-use septet::{Config, Run, simulate, triangulate};
+use septet_core::config::{GraphKind, Transport, Workers};
+use septet_core::generate::{Request, generate, parse_sample};
+use septet_core::model::Points;
+use septet_core::{Config, Run, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_verify::{Triangulation, VerifyOptions, verify};
 
 /// What ends the program.
 type Failure = Box<dyn Error>;
@@ -103,7 +103,11 @@ fn report<P: Point>(points: &[P], config: &Config, setting: &Setting) -> Result<
         let coordinates: &[f64] = bytemuck::cast_slice(points);
         let options = VerifyOptions { perturbed: true, ..VerifyOptions::default() };
         let start = Instant::now();
-        let verdict = verify(&run.view(coordinates), &options, &mut |_, _, _| {});
+        let verdict = verify(
+            &Triangulation { dimension: run.space, coordinates: coordinates, cells: run.cells() },
+            &options,
+            &mut |_, _, _| {},
+        );
         if !verdict.passed() {
             return Err(format!("the result is wrong: {verdict:?}").into());
         }
@@ -128,7 +132,7 @@ fn print(run: &Run) {
         run.stars_repaired,
         run.stars_local,
         run.fallback,
-        septet::memory::peak_rss().unwrap_or(0) >> 20
+        septet_core::run::memory::peak_rss().unwrap_or(0) >> 20
     );
     for total in &run.ledger.phases {
         let seconds: f64 = run.phase_seconds.iter().filter(|s| s.0 == total.phase).map(|s| s.1).sum();

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use septet::io::write::{OutputError, OutputFormat, check_output, check_text_output};
+use septet_io::write::{OutputError, OutputFormat, check_output, check_text_output};
 
 use super::errors::{Code, Failure};
 
@@ -100,5 +100,5 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
         let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
         return written.map_err(|source| OutputError::Stream { source });
     }
-    septet::io::write::write_text(path, text)
+    septet_io::write::write_text(path, text)
 }

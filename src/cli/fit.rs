@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use septet::experiment::fit::{Abscissa, FitError, Key, MARGIN, Request, fit, speedup, speedup_table};
-use septet::experiment::{Line, read_lines};
+use septet_lab::experiment::fit::{Abscissa, FitError, Key, MARGIN, Request, fit, speedup, speedup_table};
+use septet_lab::experiment::{Line, read_lines};
 use serde_json::json;
 
 use super::errors::{Code, Failure};

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use septet::generate::{Kind, Request};
-use septet::io::write::{WriteOptions, check_points_output, write_points, write_points_to};
+use septet_core::generate::{Kind, Request};
+use septet_io::write::{WriteOptions, check_points_output, write_points, write_points_to};
 
 use super::errors::Failure;
 use super::input;

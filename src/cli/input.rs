@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use septet::generate::{Request, generate, parse_sample};
-use septet::io::read::{ReadOptions, read};
-use septet::model::Points;
+use septet_core::generate::{Request, generate, parse_sample};
+use septet_core::model::Points;
+use septet_io::read::{ReadOptions, read};
 
 use super::errors::{Code, Failure};
 use super::progress::Talk;

@@ -4,8 +4,8 @@ use std::ffi::OsStr;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 
-use septet::report::TableFormat;
-use septet::trace::{self, Detail};
+use septet_lab::report::TableFormat;
+use septet_lab::trace::{self, Detail};
 use tracing_subscriber::layer::Identity;
 
 use super::errors::{Code, Failure};

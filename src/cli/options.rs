@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet::Config;
-use septet::config::{
+use septet_core::Config;
+use septet_core::config::{
     Alpha, Correction, Fault, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Workers,
 };
-use septet::generate::{GenerateError, Kind};
-use septet::io::write::MshVersion;
-use septet::trace::Detail;
-use septet::view::MOST_POINTS;
+use septet_core::generate::{GenerateError, Kind};
+use septet_core::result::view::MOST_POINTS;
+use septet_io::write::MshVersion;
+use septet_lab::trace::Detail;
 
 use super::errors::{Code, Failure};
 
@@ -257,7 +257,7 @@ impl MachineArgs {
             return Err(Failure::new(Code::Usage, message).help("add --transport sim, or leave the seed out"));
         }
         if self.registers == RegistersArg::Baseline {
-            septet::geometry::simd::use_baseline_registers();
+            septet_geometry::simd::use_baseline_registers();
         }
         Ok(Config {
             threads,

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use septet::predict::{Hardware, Prediction, Timed, calibrate, predict, takes_over};
-use septet::protocol::tasks::TaskLog;
+use septet_lab::predict::{Hardware, Prediction, Timed, calibrate, predict, takes_over};
+use septet_protocol::tasks::TaskLog;
 use serde::{Deserialize, Serialize};
 
 use super::errors::{Code, Failure};
@@ -154,8 +154,8 @@ fn read(args: &PredictArgs) -> Result<RunFile, Failure> {
         .map_err(|e| Failure::new(Code::Input, format!("{name}: cannot be read: {e}")))?;
     let file: RunFile = serde_json::from_slice(&text)
         .map_err(|e| Failure::new(Code::Input, format!("{name}: no report of a run: {e}")))?;
-    if file.schema != septet::report::SCHEMA {
-        let message = format!("{name}: schema `{}`, expected `{}`", file.schema, septet::report::SCHEMA);
+    if file.schema != septet_lab::report::SCHEMA {
+        let message = format!("{name}: schema `{}`, expected `{}`", file.schema, septet_lab::report::SCHEMA);
         return Err(Failure::new(Code::Input, message));
     }
     Ok(file)

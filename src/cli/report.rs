@@ -4,8 +4,8 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use crate::page::{Page, PageError};
 use clap::Args;
-use septet::report::page::{Page, PageError};
 
 use super::errors::{Code, Failure};
 use super::files;

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::io::read::ReadOptions;
-use septet::model::Points;
-use septet::rival::{RivalReport, incremental};
-use septet::{Config, simulate, triangulate};
+use septet_core::generate::Kind;
+use septet_core::model::Points;
+use septet_core::{Config, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_io::read::ReadOptions;
+use septet_lab::rival::{RivalReport, incremental};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -131,7 +131,7 @@ fn compare<P: Point>(
     args: &IncrementalArgs,
     config: &Config,
     talk: &Talk,
-) -> Result<RivalReport, septet::Error> {
+) -> Result<RivalReport, septet_core::Error> {
     let run = if args.against { simulate(points, config)? } else { triangulate(points, config)? };
     talk.check();
     talk.stage("inserting", 0, None);
@@ -154,7 +154,7 @@ fn table(report: &RivalReport) -> String {
         let _ = writeln!(out, "{}", line.trim_end());
     };
     row(&head.map(str::to_owned));
-    let mut count = |name: &str, own: u64, of: Option<fn(&septet::rival::SeptetTotal) -> u64>| {
+    let mut count = |name: &str, own: u64, of: Option<fn(&septet_lab::rival::SeptetTotal) -> u64>| {
         let mut cells = vec![name.to_owned(), own.to_string()];
         if let (Some(totals), Some(of)) = (totals, of) {
             cells.extend(totals.map(|t| of(t).to_string()));

@@ -5,17 +5,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use septet::Config;
-use septet::config::{Until, Workers};
-use septet::experiment::{
+use septet_core::Config;
+use septet_core::config::{Until, Workers};
+use septet_core::generate::Kind;
+use septet_lab::experiment::{
     Job, Journal, JournalError, Line, RunError, Runner, Sweep, SweepError, parse_sizes,
 };
-use septet::generate::Kind;
 
 use super::errors::{Code, Failure};
 use super::options::{MachineArgs, dimension, kind, workers};
 use super::progress::{Cancelled, Talk};
-use super::threads;
 
 /// Options of `septet scale`.
 #[derive(Debug, Args)]
@@ -105,8 +104,7 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    // Machines of several sizes: nothing stays.
-    threads::limit(sweep.config.threads, 0);
+    super::limit_threads(sweep.config.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));

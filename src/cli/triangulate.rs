@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use septet::geometry::range::RangeError;
-use septet::io::read::ReadOptions;
-use septet::io::write::{OutputFormat, WriteOptions, write};
-use septet::memory::{admit, peak_rss, rss};
-use septet::model::{MeshView, Points};
-use septet::report::{Report, Setting};
-use septet::view::MOST_POINTS;
-use septet::{Config, Error, Run};
+use septet_core::model::{MeshView, Points};
+use septet_core::result::view::MOST_POINTS;
+use septet_core::run::memory::{admit, peak_rss, rss};
+use septet_core::{Config, Error, Run};
+use septet_geometry::range::RangeError;
+use septet_io::read::ReadOptions;
+use septet_io::write::{OutputFormat, WriteOptions, write};
+use septet_lab::report::{Report, Setting};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -18,7 +18,6 @@ use super::input::{self, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
-use super::threads;
 
 /// The tables of a run, by the names of their files.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -27,7 +26,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut config = args.config()?;
-    threads::limit(config.threads, threads::hosts(config.workers, config.transport));
+    super::limit_threads(config.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;
@@ -114,10 +113,10 @@ fn uncertified(error: Error) -> Result<(Run, Option<Failure>), Error> {
 
 fn go(points: &Points, config: &Config, counted: bool) -> Result<Run, Error> {
     match (points, counted) {
-        (Points::Plane(points), false) => septet::triangulate(points, config),
-        (Points::Space(points), false) => septet::triangulate(points, config),
-        (Points::Plane(points), true) => septet::simulate(points, config),
-        (Points::Space(points), true) => septet::simulate(points, config),
+        (Points::Plane(points), false) => septet_core::triangulate(points, config),
+        (Points::Space(points), false) => septet_core::triangulate(points, config),
+        (Points::Plane(points), true) => septet_core::simulate(points, config),
+        (Points::Space(points), true) => septet_core::simulate(points, config),
     }
 }
 

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec2;
-use septet::io::read::{CellFile, CellOptions, ReadOptions, read_cells};
-use septet::model::{MeshView, Points};
-use septet::report::Verdict;
-use septet::verify::{Report, VerifyOptions, verify};
+use septet_core::model::Points;
+use septet_io::read::{CellFile, CellOptions, ReadOptions, read_cells};
+use septet_lab::report::Verdict;
+use septet_verify::{Report, Triangulation, VerifyOptions, verify};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -51,13 +51,10 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
         None => input::open(&args.points, &ReadOptions::default(), talk)?,
     };
     let (points, cells) = matched(args, loaded, talk)?;
-    let mesh = MeshView {
+    let mesh = Triangulation {
         dimension: points.dimension(),
         coordinates: points.coordinates(),
         cells: &cells.cells,
-        owner: None,
-        home_leaf: None,
-        labels: None,
     };
     let options = VerifyOptions { perturbed: args.perturbed, threads: args.threads, any_order: true };
     let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));

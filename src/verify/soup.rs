@@ -13,7 +13,7 @@ use super::exact::power_of_two;
 use super::predicates::{lexicographic, orientation};
 use super::report::{Fault, Tally};
 use super::runner::Runner;
-use crate::model::MeshView;
+use crate::triangulation::Triangulation;
 
 /// Points and cells; `N = D + 1`.
 pub(super) struct Soup<const D: usize, const N: usize> {
@@ -51,7 +51,7 @@ fn normalise(coordinates: &mut [f64]) {
 
 impl<const D: usize, const N: usize> Soup<D, N> {
     /// The points and, if the indices allow it, the cells; faults of shape, range and repetition.
-    pub fn load(mesh: &MeshView<'_>, runner: &mut Runner<'_>) -> (Self, Tally) {
+    pub fn load(mesh: &Triangulation<'_>, runner: &mut Runner<'_>) -> (Self, Tally) {
         let mut coordinates: Vec<f64> = mesh.coordinates.iter().map(|x| x + 0.0).collect();
         let count = coordinates.len() / D;
         let mut tally = runner.each("points", count, |range, tally| {

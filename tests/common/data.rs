@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use septet::io::read::{ReadOptions, read};
-use septet::model::Points;
+use septet_core::model::Points;
+use septet_io::read::{ReadOptions, read};
 
 const FILES: [&str; 9] = [
     "bunny00.off",

@@ -2,16 +2,18 @@
 
 pub mod data;
 
+pub mod samples;
+
 pub mod sets;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use septet::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
-use septet::geometry::point::Point;
-use septet::protocol::ledger::Ledger;
-use septet::verify::{VerifyOptions, verify};
-use septet::{Config, Run, simulate, triangulate};
+use septet_core::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
+use septet_core::{Config, Run, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_protocol::ledger::Ledger;
+use septet_verify::{Triangulation, VerifyOptions, verify};
 
 /// `workers` in the simulator.
 pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
@@ -75,7 +77,11 @@ pub fn coordinates<P: Point>(points: &[P]) -> Vec<f64> {
 pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     let coordinates = coordinates(points);
     let options = VerifyOptions { perturbed: true, any_order: false, ..VerifyOptions::default() };
-    let report = verify(&run.view(&coordinates), &options, &mut |_, _, _| {});
+    let report = verify(
+        &Triangulation { dimension: run.space, coordinates: &coordinates, cells: run.cells() },
+        &options,
+        &mut |_, _, _| {},
+    );
     assert!(report.passed(), "{report:#?}");
     assert_eq!(report.hull_facets, run.hull_facets);
     assert_eq!(report.dimension_of_points, run.dimension as i32);

@@ -1,9 +1,9 @@
 //! Point sets.
 
 use glam::{DVec2, DVec3};
-use septet::generate::{Kind, Request, generate};
-use septet::geometry::point::Point;
-use septet::model::Points;
+use septet_core::generate::{Kind, Request, generate};
+use septet_core::model::Points;
+use septet_geometry::point::Point;
 
 /// Random numbers in `[0, 1)`.
 pub struct Draw(u64);

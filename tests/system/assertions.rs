@@ -1,14 +1,15 @@
 //! Assertions on counts hold where they should, and say what is wrong where they should not.
 
-use septet::assertions::{
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::{Config, simulate};
+use septet_lab::assert_counts;
+use septet_lab::assertions::{
     Broken, Counted, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf, merges,
     messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
 };
-use septet::config::Workers;
-use septet::experiment::Line;
-use septet::experiment::fit::{Key, Law, Request};
-use septet::generate::Kind;
-use septet::{Config, assert_counts, simulate};
+use septet_lab::experiment::Line;
+use septet_lab::experiment::fit::{Key, Law, Request};
 
 use crate::common::sets::plane;
 use crate::common::{base, simulated};
@@ -66,7 +67,7 @@ fn bounds_hold_or_name_the_round() {
     );
     says(bytes(&line, "separator-sets", 1e-3), &["n^(1-1/d)", "of separator-sets"]);
     let lost = Line {
-        tree: septet::experiment::TreeLine { nodes: line.tree.nodes + 2, ..line.tree },
+        tree: septet_lab::experiment::TreeLine { nodes: line.tree.nodes + 2, ..line.tree },
         ..line.clone()
     };
     says(merges(&lost, 2.0, 0.0), &["results merged: "]);

@@ -1,7 +1,7 @@
 //! The paper's claims as experiments: planted faults turn the right ones, and only those, to FAIL.
 
-use septet::claims::{ClaimReport, Extent, Judged, Lab, Reading, Setting, registry, select};
-use septet::config::{Correction, Fault};
+use septet_core::config::{Correction, Fault};
+use septet_lab::claims::{ClaimReport, Extent, Judged, Lab, Reading, Setting, registry, select};
 
 fn brief(fault: Option<Fault>) -> Setting {
     Setting { extent: Extent::Brief, fault, ..Setting::default() }

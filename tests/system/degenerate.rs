@@ -3,11 +3,11 @@
 use crate::common::sets::{Draw, flat_grid, grid, plane, space};
 use crate::common::{base, check, check_counted, simulated, threaded, within};
 use glam::{DMat3, DVec2, DVec3};
-use septet::config::Workers;
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::geometry::range::RangeError;
-use septet::{Config, Error, Run, triangulate};
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::{Config, Error, Run, triangulate};
+use septet_geometry::point::Point;
+use septet_geometry::range::RangeError;
 
 /// Seconds after which a run of a few points has hung.
 const PATIENCE: u64 = 60;
@@ -82,7 +82,7 @@ fn tied<P: Point>(what: &str, points: &[P]) -> Run {
     let run = check(points, &base());
     assert_eq!(run.fallback, None, "{what}");
     let config = simulated(Workers::Count(7), 1, 200);
-    let counted = septet::simulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let counted = septet_core::simulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
     assert!(counted.cells() == run.cells(), "{what}: other cells with 7 workers");
     assert_eq!(counted.fallback, None, "{what}");
     run

@@ -6,10 +6,10 @@ use crate::common::{
     assert_same_counts, assert_verified, base, check_counted, combinations, levels, simulated, threaded,
     with_graph,
 };
-use septet::config::{Alpha, GraphKind, Neighbours, Workers};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::{Config, Run, simulate, triangulate};
+use septet_core::config::{Alpha, GraphKind, Neighbours, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, Run, simulate, triangulate};
+use septet_geometry::point::Point;
 
 const WORKERS: [Workers; 8] = [
     Workers::Count(1),

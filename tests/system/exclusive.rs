@@ -12,16 +12,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
 use glam::DVec3;
-use septet::Config;
-use septet::config::{Correction, Partition, Workers};
-use septet::generate::Kind;
-use septet::protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet::protocol::message::{AnswerBatch, Body, ListBatch, Message, PointBatch};
-use septet::protocol::transport::{Delivery, Transport, TransportError};
-use septet::run_on;
-use septet::workers::config::WorkerConfig;
-use septet::workers::host::step_all;
-use septet::workers::worker::Worker;
+use septet_core::Config;
+use septet_core::config::{Correction, Partition, Workers};
+use septet_core::generate::Kind;
+use septet_core::run_on;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::message::{AnswerBatch, Body, ListBatch, Message, PointBatch};
+use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_workers::config::WorkerConfig;
+use septet_workers::host::Host;
 
 use crate::common::sets::space;
 use crate::common::{combinations, simulated, with_graph};
@@ -30,28 +29,29 @@ type Sent = (Phase, Message<DVec3>);
 
 /// One thread of workers that keeps every message.
 struct Observed {
-    workers: Vec<Worker<DVec3>>,
+    host: Host<DVec3>,
+    size: u32,
+    begun: bool,
     wire: Vec<Message<DVec3>>,
     log: Arc<Mutex<Vec<Sent>>>,
-    round: u32,
-    phase: Phase,
 }
 
 impl Observed {
     fn new(config: &Arc<WorkerConfig>, log: Arc<Mutex<Vec<Sent>>>) -> Self {
-        let workers = (1..=config.workers).map(|rank| Worker::new(rank, config.clone(), None)).collect();
-        Observed { workers, wire: Vec::new(), log, round: 0, phase: Phase::Load }
+        let host = Host::new(1..=config.workers, config, &None);
+        Observed { host, size: config.workers + 1, begun: false, wire: Vec::new(), log }
     }
 
     fn send(&mut self, messages: Vec<Message<DVec3>>) {
-        self.log.lock().unwrap().extend(messages.iter().map(|m| (self.phase, m.clone())));
+        let phase = self.host.phase();
+        self.log.lock().unwrap().extend(messages.iter().map(|m| (phase, m.clone())));
         self.wire.extend(messages);
     }
 }
 
 impl Transport<DVec3> for Observed {
     fn size(&self) -> u32 {
-        self.workers.len() as u32 + 1
+        self.size
     }
 
     fn exchange(
@@ -59,21 +59,18 @@ impl Transport<DVec3> for Observed {
         outbox: Vec<Message<DVec3>>,
         busy: bool,
     ) -> Result<Delivery<DVec3>, TransportError> {
-        let busy = busy || self.workers.iter().any(Worker::busy);
+        if !std::mem::replace(&mut self.begun, true) {
+            let sent = self.host.begin()?;
+            self.send(sent);
+        }
+        let busy = busy || self.host.busy();
         self.send(outbox);
         let all = std::mem::take(&mut self.wire);
         let active = busy || !all.is_empty();
         let (inbox, inner): (Vec<_>, Vec<_>) = all.into_iter().partition(|m| m.to == COORDINATOR);
-        self.round += 1;
-        if active {
-            let sent = step_all(&mut self.workers, self.round, inner)?;
+        if !self.host.is_done() {
+            let sent = self.host.turn(Delivery { inbox: inner, active })?;
             self.send(sent);
-        } else if self.phase != Phase::Done {
-            self.phase = self.workers[0].next_phase();
-            for i in 0..self.workers.len() {
-                let sent = self.workers[i].begin(self.phase, self.round)?;
-                self.send(sent);
-            }
         }
         Ok(Delivery { inbox, active })
     }

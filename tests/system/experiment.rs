@@ -3,13 +3,13 @@
 use std::fs;
 use std::process::Command;
 
-use septet::config::{Alpha, Until, Workers};
-use septet::experiment::fit::{FitError, Key, Request, Verdict, fit, speedup};
-use septet::experiment::{
+use septet_core::config::{Alpha, Until, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, Error, count, simulate};
+use septet_lab::experiment::fit::{FitError, Key, Request, Verdict, fit, speedup};
+use septet_lab::experiment::{
     Journal, JournalError, Line, Program, Runner, Sweep, of_run, parse_sizes, read_lines,
 };
-use septet::generate::Kind;
-use septet::{Config, Error, count, simulate};
 
 use crate::common::base;
 use crate::common::sets::{Draw, plane};
@@ -73,7 +73,7 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         let config = Config { until: Some(until), ..whole.clone() };
         let counts = count(&points, &config).unwrap();
         let all = of_run(&run);
-        let part = septet::experiment::of_counts(&counts);
+        let part = septet_lab::experiment::of_counts(&counts);
         assert_eq!((part.end, part.graph, part.repair), (None, None, None));
         let mut seen = Vec::new();
         for phase in part.phases.iter().filter(|p| p.paper) {
@@ -84,7 +84,7 @@ fn a_run_that_stops_counts_what_the_whole_run_counts() {
         assert_eq!(seen.last(), Some(&last));
         assert_eq!((part.tree.levels, part.tree.leaves), (all.tree.levels, all.tree.leaves));
         let refused = simulate(&points, &config).unwrap_err();
-        assert!(matches!(refused, Error::Config(septet::config::ConfigError::Stops { .. })));
+        assert!(matches!(refused, Error::Config(septet_core::config::ConfigError::Stops { .. })));
     }
     let all = of_run(&run);
     assert_eq!(all.paper.unwrap().depth, run.ledger.paper.depth);
@@ -140,7 +140,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
 
 #[test]
 fn laws_are_told_apart_where_they_can_be() {
-    use septet::experiment::fit::Law;
+    use septet_lab::experiment::fit::Law;
     let is = |law| Verdict::Law { law };
     let log = |n: f64| n.log2();
     assert_eq!(said(&made(|n| 3.0 + log(n), 10, 0.02)), is(Law::Log));
@@ -163,7 +163,7 @@ fn laws_are_told_apart_where_they_can_be() {
 
 #[test]
 fn what_does_not_grow_is_found_so_or_left_open() {
-    use septet::experiment::fit::Law;
+    use septet_lab::experiment::fit::Law;
     assert_eq!(said(&made(|_| 5.0, 3, 0.02)), Verdict::Flat);
     assert_eq!(said(&made(|_| 5.0, 3, 0.9)), Verdict::Unclear, "noise above the margin");
     assert_eq!(said(&made(|n| 20.0 + 0.1 * n.log2(), 2, 0.9)), Verdict::Unclear, "a trend below the noise");

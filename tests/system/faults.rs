@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, threaded, with_graph};
-use septet::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::protocol::ids::{NodeId, Phase};
-use septet::protocol::transport::TransportError;
-use septet::{Config, Error, simulate, triangulate};
+use septet_core::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, Error, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::transport::TransportError;
 
 const LEAF: u64 = 60;
 

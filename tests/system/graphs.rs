@@ -3,11 +3,12 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{base, check_counted, combinations, threaded, with_graph};
-use septet::config::{Alpha, GraphKind, Neighbours, Workers};
-use septet::generate::Kind;
-use septet::geometry::graph::Supergraph;
-use septet::geometry::point::Point;
-use septet::{Config, assert_counts, simulate};
+use septet_core::config::{Alpha, GraphKind, Neighbours, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, simulate};
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_lab::assert_counts;
 
 fn squared<P: Point>(a: &P, b: &P) -> f64 {
     (0..P::DIM).map(|i| a.coord(i) - b.coord(i)).fold(0.0, |sum, d| sum + d * d)

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::common::sets::{Draw, plane, space};
 use crate::common::{simulated, threaded};
-use septet::config::{Config, Partition, Workers};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::geometry::separator::halving_target;
-use septet::protocol::ids::NodeId;
-use septet::{simulate, triangulate};
+use septet_core::config::{Config, Partition, Workers};
+use septet_core::generate::Kind;
+use septet_core::{simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_geometry::separator::halving_target;
+use septet_protocol::ids::NodeId;
 
 /// What is known of every subproblem that was split: its points, those inside, attempts, and the separator's hash.
 fn splits<P: Point>(points: &[P], config: &Config) -> BTreeMap<NodeId, [u64; 4]> {

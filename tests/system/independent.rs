@@ -3,15 +3,15 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
-use septet::config::{Fault, Partition, Workers};
-use septet::generate::Kind;
-use septet::geometry::point::{Point, lex_cmp};
-use septet::geometry::priority::priority;
-use septet::independent::SiteError;
-use septet::meshing::points::conflicts::{Site, Sites};
-use septet::meshing::points::independent::{Independent, by_rounds, greedy};
-use septet::protocol::ids::{NodeId, Phase};
-use septet::{Config, Error, IndependentRun, independent};
+use septet_core::config::{Fault, Partition, Workers};
+use septet_core::generate::Kind;
+use septet_core::run::independent::SiteError;
+use septet_core::{Config, Error, IndependentRun, independent};
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::priority::priority;
+use septet_meshing::points::conflicts::{Site, Sites};
+use septet_meshing::points::independent::{Independent, by_rounds, greedy};
+use septet_protocol::ids::{NodeId, Phase};
 
 use crate::common::sets::{Draw, plane, space};
 use crate::common::{assert_same_counts, base, simulated, threaded};

@@ -2,11 +2,12 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{assert_same_counts, combinations, simulated, threaded, with_graph};
-use septet::config::Workers;
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::protocol::ids::NodeId;
-use septet::{Config, Run, assert_counts, simulate};
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::{Config, Run, simulate};
+use septet_geometry::point::Point;
+use septet_lab::assert_counts;
+use septet_protocol::ids::NodeId;
 
 const LEAF: u64 = 60;
 

@@ -7,14 +7,14 @@ mod sameness;
 mod sets;
 
 use domains::{AnyDomain, Known, Problem};
-use septet::config::{Transport, Workers};
-use septet::geometry::point::Point;
-use septet::mesh::{self, DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, generate, measure};
-use septet::meshing::conformity;
-use septet::meshing::domain::Domain;
-use septet::meshing::facet::Triangulate;
-use septet::meshing::mesh::{Mesh, OUTSIDE, StageLine};
-use septet::meshing::quality::Quality;
+use septet_core::config::{Transport, Workers};
+use septet_core::mesh::{self, DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, generate, measure};
+use septet_geometry::point::Point;
+use septet_meshing::conformity;
+use septet_meshing::domain::Domain;
+use septet_meshing::facet::Triangulate;
+use septet_meshing::mesh::{Mesh, OUTSIDE, StageLine};
+use septet_meshing::quality::Quality;
 
 /// The Lipschitz constants at which the promises are judged.
 const CONSTANTS: [f64; 4] = [0.06, 0.12, 0.25, 0.5];
@@ -233,7 +233,7 @@ fn a_torus_of_triangles() {
 /// Figure 1: sizes fall towards a point or a line of the cube.
 #[test]
 fn singularities() {
-    use septet::mesh::{Shape, SingularityRequest};
+    use septet_core::mesh::{Shape, SingularityRequest};
     let problem = domains::cube();
     let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };
     for (shape, least) in [(Shape::Point, 0.01), (Shape::Line, 0.03)] {

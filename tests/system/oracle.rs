@@ -12,11 +12,11 @@ use std::sync::OnceLock;
 use crate::common::sets::{plane, space};
 use crate::common::{base, check, coordinates};
 use glam::{DVec2, DVec3};
-use septet::config::Workers;
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::model::Points;
-use septet::{Config, Run};
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::model::Points;
+use septet_core::{Config, Run};
+use septet_geometry::point::Point;
 
 /// A checker is missing.
 fn missing(what: &str) {

@@ -3,11 +3,11 @@
 use crate::common::sets::{plane, space};
 use crate::common::{check, threaded};
 use glam::DVec3;
-use septet::config::Workers;
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::protocol::ids::Phase;
-use septet::triangulate;
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+use septet_core::triangulate;
+use septet_geometry::point::Point;
+use septet_protocol::ids::Phase;
 
 fn adjacency_is_whole<P: Point>(points: &[P], workers: u32) {
     let config = threaded(Workers::Count(workers), 2, 40);
@@ -53,7 +53,7 @@ fn in_the_plane() {
 }
 
 /// Bytes sent in a phase.
-fn sent(run: &septet::Run, phase: Phase) -> u64 {
+fn sent(run: &septet_core::Run, phase: Phase) -> u64 {
     run.ledger.phases.iter().filter(|p| p.phase == phase).map(|p| p.bytes).sum()
 }
 

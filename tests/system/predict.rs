@@ -2,12 +2,12 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, with_graph};
-use septet::config::{Alpha, GraphKind, Neighbours, Partition, SeparatorSets, Workers};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::predict::{Hardware, predict};
-use septet::protocol::tasks::TaskLog;
-use septet::{Config, simulate};
+use septet_core::config::{Alpha, GraphKind, Neighbours, Partition, SeparatorSets, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, simulate};
+use septet_geometry::point::Point;
+use septet_lab::predict::{Hardware, predict};
+use septet_protocol::tasks::TaskLog;
 
 type Row = (&'static str, u64, u64, u64);
 

@@ -3,11 +3,11 @@
 use crate::common::{assert_verified, combinations, simulated, threaded, with_graph, within};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
-use septet::config::{Neighbours, Workers};
-use septet::geometry::complex::INFINITE;
-use septet::geometry::incremental::{Incremental, IncrementalError};
-use septet::geometry::point::Point;
-use septet::{simulate, triangulate};
+use septet_core::config::{Neighbours, Workers};
+use septet_core::{simulate, triangulate};
+use septet_geometry::complex::INFINITE;
+use septet_geometry::incremental::{Incremental, IncrementalError};
+use septet_geometry::point::Point;
 
 /// Seconds after which a run of so few points has hung.
 const PATIENCE: u64 = 5;

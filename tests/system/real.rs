@@ -1,10 +1,10 @@
 //! The vertices of real surface meshes and scans.
 
 use crate::common::{base, check, data};
-use septet::config::Workers;
-use septet::geometry::point::Point;
-use septet::model::Points;
-use septet::{Config, triangulate};
+use septet_core::config::Workers;
+use septet_core::model::Points;
+use septet_core::{Config, triangulate};
+use septet_geometry::point::Point;
 
 fn one_and_five<P: Point>(name: &str, points: &[P]) {
     let alone = check(points, &Config { workers: Workers::Count(1), ..base() });

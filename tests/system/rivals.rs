@@ -6,17 +6,17 @@ use crate::common::sets::{plane, space};
 use crate::common::{
     assert_same_counts, assert_verified, combinations, levels, simulated, threaded, with_graph,
 };
-use septet::config::{Alpha, Correction, Partition, Until, Workers};
-use septet::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
-use septet::experiment::{Line, Runner, Sweep, parse_sizes};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::geometry::range::{scale, scale_exponent};
-use septet::geometry::separator::{DrawKey, is_sample};
-use septet::protocol::ids::{NodeId, Phase};
-use septet::protocol::ledger::{Ledger, NodeFacts};
-use septet::rival::incremental;
-use septet::{Config, Run, simulate, triangulate};
+use septet_core::config::{Alpha, Correction, Partition, Until, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, Run, simulate, triangulate};
+use septet_geometry::point::Point;
+use septet_geometry::range::{scale, scale_exponent};
+use septet_geometry::separator::{DrawKey, is_sample};
+use septet_lab::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
+use septet_lab::experiment::{Line, Runner, Sweep, parse_sizes};
+use septet_lab::rival::incremental;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::{Ledger, NodeFacts};
 
 const LEAF: u64 = 60;
 

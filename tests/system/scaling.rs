@@ -2,13 +2,14 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::simulated;
-use septet::assertions::Counted;
-use septet::config::{Alpha, Workers};
-use septet::generate::Kind;
-use septet::geometry::graph::Supergraph;
-use septet::geometry::point::Point;
-use septet::protocol::ids::Phase;
-use septet::{Config, Run, assert_counts, simulate};
+use septet_core::config::{Alpha, Workers};
+use septet_core::generate::Kind;
+use septet_core::{Config, Run, simulate};
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_lab::assert_counts;
+use septet_lab::assertions::Counted;
+use septet_protocol::ids::Phase;
 
 /// Rounds of the phases that go over the tree: at most A log2 n + B. Measured from 2^12 to 2^15 points: 21 to
 /// 33 of partition (4 a level), 10 to 12 of the descent (2 a level, at most), 6 to 9 of the merge (1 a level).

@@ -9,17 +9,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
-use septet::config::{Correction, Transport as Kind, Workers};
-use septet::protocol::message::Message;
-use septet::protocol::transport::{Delivery, Transport, TransportError};
-use septet::trace::{Detail, layer};
-use septet::workers::transport::launch;
-use septet::{Config, Run, run_on, simulate};
+use septet_core::config::{Correction, Transport as Kind, Workers};
+use septet_core::{Config, Run, run_on, simulate};
+use septet_lab::trace::{Detail, layer};
+use septet_protocol::message::Message;
+use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_workers::transport::launch;
 use tracing_subscriber::layer::SubscriberExt;
 
-use septet::generate::Kind as Points;
 use septet_common::sets::space;
 use septet_common::{assert_same_counts, simulated, threaded};
+use septet_core::generate::Kind as Points;
 
 /// Counts the exchanges of the machine it passes on to.
 struct Counted<P> {
@@ -222,11 +222,11 @@ fn a_trace_finished_early_is_whole() {
     let path = directory.path().join("trace.json");
     let (layer, file) = layer(&path, Detail::default()).unwrap();
     tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), || {
-        let site = septet::workers::profile::Site { run: 1, rank: 1, round: 3 };
-        let _round = site.round(septet::protocol::ids::Phase::Hulls, Some(2));
+        let site = septet_workers::profile::Site { run: 1, rank: 1, round: 3 };
+        let _round = site.round(septet_protocol::ids::Phase::Hulls, Some(2));
         let _step = site.subproblem(
-            septet::protocol::ids::Phase::Hulls,
-            septet::protocol::ids::NodeId::ROOT,
+            septet_protocol::ids::Phase::Hulls,
+            septet_protocol::ids::NodeId::ROOT,
             "split",
             9,
         );

@@ -1,78 +1,34 @@
-//! septet-workers: what a worker runs, and the ways to reach one.
+//! septet-workers: what a rank runs, and the machine that it runs on.
 //!
-//! A [`worker::Worker`] is a pure message handler over its own state: points it was sent, the part of
-//! the partition tree it belongs to, the stars of its home points. It holds no handle to anything else.
-//! The modules stand in the order of the phases.
+//! Each rank is one async function over a [`machine::Context`]. It holds the points that it was sent,
+//! its place in the partition tree and the stars of its points, and no handle to anything else.
+//! Each folder is a room: the machine, what phases share, and the phases in the order of a run.
 
 pub mod config;
-
-pub mod schedule;
-
-pub mod profile;
-
-pub mod table;
-pub mod tasks;
-
-pub mod tree;
-
-pub mod outbox;
-
-pub mod leader;
-
-pub mod worker;
+pub mod machine;
+pub mod state;
 
 pub mod partition;
 
-mod grow;
-
-mod answers;
-mod query;
-
-mod walk;
-
-mod forwards;
-
 mod neighbours;
 
-mod naive;
+pub mod graph;
 
-mod summaries;
+mod direct;
 
-pub mod choice;
-
-mod ghosts;
-mod halo;
-
-mod sets;
-
-mod independent;
-
-mod border;
-mod piece;
-mod seam;
 mod stars;
 
-mod chains;
-mod check;
-mod done;
-mod edges;
-mod sums;
+mod splaying;
 
-mod exchange;
-mod fallback;
-mod react;
-mod repair;
+pub mod result;
 
-mod links;
-mod lookup;
+pub mod coordinator;
 
-mod rows;
+pub mod schedule;
+mod worker;
 
-pub mod merge;
-
-pub mod view;
-
-pub mod affinity;
-pub mod host;
-
-pub mod transport;
+pub use graph::{choice, summaries};
+pub use machine::{host, outbox, profile, transport};
+pub use partition::leader;
+pub use result::{merge, view};
+pub use state::{frame, table, tasks};

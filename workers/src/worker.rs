@@ -1,32 +1,95 @@
 //! A worker: its state, and what it does with a round's messages.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, Simplex};
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::LedgerPart;
-use septet_protocol::message::{Body, Child, Message, PointBatch};
+use septet_protocol::message::{Child, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::check::Agreement;
 use crate::config::{Correction, Pool, SetRule, Task, Wanted, WorkerConfig};
-use crate::exchange::Exchange;
-use crate::independent::Selection;
-use crate::leader::Leader;
-use crate::outbox::Outbox;
-use crate::profile::received;
-use crate::query::Engine;
-use crate::schedule::{Known, Outcome};
-use crate::seam::Seams;
-use crate::sets::SetEngine;
-use crate::stars::Stars;
-use crate::table::Table;
-use crate::tasks::Recorder;
-use crate::tree::{Leaf, Shared, Tree};
+use crate::direct::halo::{Halo, halo};
+use crate::direct::interface::{insert, interface};
+use crate::direct::piece::triangulate_piece;
+use crate::graph::independent::{Selection, independent};
+use crate::graph::sets::SetEngine;
+use crate::graph::summaries::summaries;
+use crate::machine::context::Context;
+use crate::machine::outbox::Outbox;
+use crate::machine::profile::received;
+use crate::neighbours::query::Engine;
+use crate::partition::leader::Leader;
+use crate::partition::shared::{Input, load, partition};
+use crate::schedule::{Known, Outcome, next};
+use crate::splaying::exchange::Exchange;
+use crate::stars::check::Agreement;
+use crate::stars::hulls::Stars;
+use crate::state::subdomain::Subdomain;
+use crate::state::table::Table;
+use crate::state::tasks::Recorder;
+
+/// What a worker runs: the first phases as functions, then those that are still methods of [`Worker`].
+pub(crate) async fn work<P: Point>(mut cx: Context<P>) -> Result<(), TransportError> {
+    let mut worker = Worker::new(cx.rank, cx.config.clone(), cx.pool.clone());
+    let Input { population, mut frame, block } = load(&mut cx).await?;
+    let (mut subdomain, mut table) = partition(&mut cx, population, block).await?;
+    worker.phase = Phase::Partition;
+    if worker.next_phase() == Phase::Halo {
+        let Halo { margins, arrived } = halo(&mut cx, &subdomain, &mut table, &mut frame).await?;
+        let piece = triangulate_piece(&mut cx, &mut subdomain, &mut table, arrived, &frame).await?;
+        let arrived = interface(&mut cx, &subdomain, &mut table, piece.as_ref(), margins).await?;
+        worker.stars.set_piece(insert(&mut cx, &mut subdomain, &table, piece, arrived).await?);
+        worker.phase = Phase::Hulls;
+    }
+    (worker.population, worker.frame, worker.table) = (population, frame, table);
+    worker.settle(subdomain);
+    loop {
+        match next(worker.phase, &worker.config, &worker.known) {
+            Phase::Done => return Ok(()),
+            Phase::Summaries => {
+                worker.swap(&mut cx);
+                if worker.phase == Phase::Choice {
+                    worker.land(Phase::Choice);
+                }
+                worker.shrink(Phase::Neighbours);
+                worker.swap(&mut cx);
+                let Worker { subdomain, table, frame, .. } = &mut worker;
+                summaries(&mut cx, subdomain, table, frame).await?;
+                worker.phase = Phase::Summaries;
+            }
+            Phase::Independent => {
+                let Task::Independent { fixed } = cx.config.task else { return Ok(()) };
+                let graphs = std::mem::take(&mut worker.selection.graphs);
+                worker.selection =
+                    independent(&mut cx, &worker.subdomain.leaves, &worker.table, graphs, fixed).await?;
+                worker.phase = Phase::Independent;
+            }
+            phase => worker.run(&mut cx, phase).await?,
+        }
+    }
+}
+
+impl<P: Point> Worker<P> {
+    /// Runs one phase that is not a function yet.
+    async fn run(&mut self, cx: &mut Context<P>, phase: Phase) -> Result<(), TransportError> {
+        cx.close();
+        cx.note(phase);
+        self.swap(cx);
+        let mut sent = self.begin(phase, self.out.round())?;
+        loop {
+            let (round, inbox) = cx.pass(sent, self.busy()).await;
+            self.out.set_round(round);
+            let Some(inbox) = inbox else { break };
+            sent = self.step(round, inbox)?;
+        }
+        self.swap(cx);
+        Ok(())
+    }
+}
 
 /// One worker of the machine. Pure: what it does depends on its messages and its parameters alone.
 pub struct Worker<P: Point> {
@@ -42,18 +105,10 @@ pub struct Worker<P: Point> {
     pub(crate) population: u64,
     pub(crate) frame: PointBatch<P>,
     pub(crate) leader: Leader<P>,
-    /// Home points of shared nodes on their way down.
-    pub(crate) holdings: BTreeMap<NodeId, Holding<P>>,
-    pub(crate) path: Vec<Shared<P>>,
-    /// A shared node of this worker's that turned out a leaf, and the rank that holds it.
-    pub(crate) relay: Option<(NodeId, Rank)>,
-    pub(crate) tree: Option<(NodeId, Tree<P>)>,
-    pub(crate) inner_ids: Vec<NodeId>,
-    pub(crate) leaves: Vec<Leaf<P>>,
+    pub(crate) subdomain: Subdomain<P>,
     pub(crate) table: Table<P>,
     pub(crate) engine: Engine<P>,
     pub(crate) sets: SetEngine,
-    pub(crate) seams: Seams,
     /// Graph neighbours of home points, where they are kept as lists.
     pub(crate) adjacency: Lists<u32>,
     pub(crate) selection: Selection,
@@ -64,20 +119,9 @@ pub struct Worker<P: Point> {
     pub(crate) recorder: Option<Box<Recorder>>,
 }
 
-/// A worker's share of a node that is being split.
-#[derive(Clone, Debug)]
-pub(crate) struct Holding<P> {
-    pub(crate) points: PointBatch<P>,
-    pub(crate) population: u64,
-    pub(crate) child: Child,
-    pub(crate) attempt: u32,
-    pub(crate) sides: Vec<u8>,
-    pub(crate) separator: Option<septet_geometry::separator::Separator<P>>,
-}
-
 impl<P: Point> Worker<P> {
     /// A worker with no points yet.
-    pub fn new(rank: Rank, config: Arc<WorkerConfig>, pool: Pool) -> Self {
+    pub(crate) fn new(rank: Rank, config: Arc<WorkerConfig>, pool: Pool) -> Self {
         let known = Known {
             supergraph: match config.wanted {
                 Wanted::Fixed(supergraph) => Some(supergraph),
@@ -86,7 +130,6 @@ impl<P: Point> Worker<P> {
             outcome: Outcome::Passed,
             level: 0,
         };
-        let recorder = (config.record_tasks && config.workers == 1).then(Box::default);
         Worker {
             rank,
             out: Outbox::new(config.run, rank),
@@ -99,41 +142,24 @@ impl<P: Point> Worker<P> {
             population: 0,
             frame: PointBatch::default(),
             leader: Leader::default(),
-            holdings: BTreeMap::new(),
-            path: Vec::new(),
-            relay: None,
-            tree: None,
-            inner_ids: Vec::new(),
-            leaves: Vec::new(),
+            subdomain: Subdomain::default(),
             table: Table::default(),
             engine: Engine::default(),
             sets: SetEngine::default(),
-            seams: Seams::default(),
             adjacency: Lists::default(),
             selection: Selection::default(),
             stars: Stars::default(),
             agreement: Agreement::default(),
             exchange: Exchange::default(),
-            recorder,
+            recorder: None,
         }
-    }
-
-    /// Its rank.
-    pub fn rank(&self) -> Rank {
-        self.rank
-    }
-
-    /// What it knows of the run's course.
-    pub fn known(&self) -> &Known {
-        &self.known
     }
 
     /// Has it more to do although no message is on its way to it?
     pub fn busy(&self) -> bool {
         // What a gathering brings is used when the exchange begins again: no reason to wait before.
         let exchanging = self.phase == Phase::Repair && self.exchange.is_pending();
-        let selecting = self.phase == Phase::Independent && self.selection.is_pending();
-        self.out.has_own() || exchanging || selecting || self.sets.is_pending()
+        self.out.has_own() || exchanging || self.sets.is_pending()
     }
 
     /// Begins a phase (the one before moved nothing any more). Returns what it sends.
@@ -153,16 +179,18 @@ impl<P: Point> Worker<P> {
             fault.strike(self.rank, phase)?;
         }
         match phase {
-            Phase::Load | Phase::Done => {}
-            Phase::Partition => self.begin_partition(),
-            Phase::Halo => self.begin_halo(),
-            Phase::Pieces => self.begin_pieces(),
-            Phase::Seam => self.begin_seam(),
+            Phase::Load
+            | Phase::Partition
+            | Phase::Halo
+            | Phase::Summaries
+            | Phase::Independent
+            | Phase::Pieces
+            | Phase::Seam
+            | Phase::Done => {}
             Phase::Radii => self.begin_radii(),
             Phase::Probe => self.begin_probe(),
             Phase::Neighbours if self.config.correction == Correction::Naive => self.begin_correction(),
             Phase::Neighbours => self.begin_neighbours(),
-            Phase::Summaries => self.begin_summaries(),
             Phase::Choice => self.begin_choice(),
             Phase::KnnRadii => self.begin_knn_radii(),
             Phase::KnnProbe => self.begin_knn_probe(),
@@ -170,7 +198,6 @@ impl<P: Point> Worker<P> {
             Phase::Sets => self.begin_sets(),
             Phase::Graph if self.config.task != Task::Delaunay => self.begin_conflicts(),
             Phase::Graph => self.begin_graph(),
-            Phase::Independent => self.begin_independent(),
             Phase::Hulls => self.begin_hulls(),
             Phase::Check => self.begin_check(),
             Phase::Certificate => self.begin_certificate(),
@@ -205,27 +232,32 @@ impl<P: Point> Worker<P> {
             }
         }
         match self.phase {
-            Phase::Load => self.on_load(&mut inbox),
-            Phase::Partition => self.on_partition(&mut inbox),
             Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Choice | Phase::Knn => {
                 self.on_queries(&mut inbox)?;
                 self.on_choice(&mut inbox);
             }
-            Phase::Halo => self.on_halo(&mut inbox),
-            Phase::Seam => self.on_seam(&mut inbox),
-            Phase::Summaries => self.on_summaries(&mut inbox),
             Phase::Sets => {
                 self.on_ghosts(&mut inbox);
                 self.on_reverse(&mut inbox);
                 self.on_sets(&mut inbox);
             }
-            Phase::Independent => self.on_independent(&mut inbox),
             Phase::Check | Phase::Certificate => self.on_check(&mut inbox),
             Phase::Repair => self.on_repair(&mut inbox),
             Phase::Fallback => self.on_fallback(&mut inbox),
             Phase::Merge => self.on_merge(&mut inbox),
             Phase::Collect => self.on_collect(&mut inbox),
-            Phase::Pieces | Phase::Radii | Phase::KnnRadii | Phase::Graph | Phase::Hulls | Phase::Done => {}
+            Phase::Load
+            | Phase::Partition
+            | Phase::Halo
+            | Phase::Summaries
+            | Phase::Independent
+            | Phase::Pieces
+            | Phase::Seam
+            | Phase::Radii
+            | Phase::KnnRadii
+            | Phase::Graph
+            | Phase::Hulls
+            | Phase::Done => {}
         }
         if let Some(message) = inbox.first() {
             let fits = message.body.is_consistent();
@@ -240,22 +272,20 @@ impl<P: Point> Worker<P> {
         TransportError::BadMessage { from: message.from, reason: why.to_string() }
     }
 
-    fn on_load(&mut self, inbox: &mut Vec<Message<P>>) {
-        inbox.retain_mut(|m| match &mut m.body {
-            Body::Start { population, frame } => {
-                self.population = *population;
-                self.frame = std::mem::take(frame);
-                false
-            }
-            Body::Block(points) => {
-                let points = std::mem::take(points);
-                let child =
-                    Child { population: self.population, first: 1, ranks: self.config.workers, leaf: false };
-                self.holdings.insert(NodeId::ROOT, Holding::of(points, child));
-                false
-            }
-            _ => true,
-        });
+    /// What the functions of the first phases leave.
+    fn settle(&mut self, subdomain: Subdomain<P>) {
+        for group in &subdomain.led {
+            let Child { population, first, ranks, .. } = group.child;
+            self.leader.lead(group.node, population, first, ranks);
+        }
+        self.subdomain = subdomain;
+    }
+
+    /// Takes what every phase needs of the machine from the context, or gives it back.
+    fn swap(&mut self, cx: &mut Context<P>) {
+        std::mem::swap(&mut self.out, &mut cx.out);
+        std::mem::swap(&mut self.ledger, &mut cx.ledger);
+        std::mem::swap(&mut self.recorder, &mut cx.recorder);
     }
 
     /// The supergraph; a density graph until one is chosen.
@@ -269,19 +299,6 @@ impl<P: Point> Worker<P> {
         match (self.config.sets, self.supergraph()) {
             (SetRule::Smaller, Supergraph::Knn { .. } | Supergraph::Overlap { .. }) => SetRule::Both,
             (rule, _) => rule,
-        }
-    }
-}
-
-impl<P> Holding<P> {
-    pub(crate) fn of(points: PointBatch<P>, child: Child) -> Self {
-        Holding {
-            points,
-            population: child.population,
-            child,
-            attempt: 0,
-            sides: Vec::new(),
-            separator: None,
         }
     }
 }

@@ -1,29 +1,30 @@
 //! `septet mesh`.
 
 mod options;
+mod show;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use septet::io::read::{AnyInput, DomainFile, read_domain, read_sizes};
-use septet::io::write::{OutputFormat, WriteOptions, faces_path, write};
-use septet::memory::peak_rss;
-use septet::mesh::labelled::Labelled;
-use septet::mesh::record::Record;
-use septet::mesh::report::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
-use septet::mesh::show::{figures, summary};
-use septet::mesh::tables::TABLES;
-use septet::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet::mesh::{Made, MeshError, MeshRequest, Promise, assess, conform, make, sizes};
-use septet::meshing::check;
-use septet::meshing::conformity::Conformity;
-use septet::meshing::defect::Defect;
-use septet::meshing::domain::Domain;
-use septet::meshing::facet::Triangulate;
-use septet::meshing::input::Input;
-use septet::meshing::mesh::{Mesh, StageLine};
-use septet::meshing::quality::Quality;
-use septet::meshing::size::SizeError;
+use crate::mesh::show::{figures, summary};
+use septet_core::mesh::labelled::Labelled;
+use septet_core::mesh::record::Record;
+use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
+use septet_core::mesh::{Made, MeshError, MeshRequest, Promise, assess, conform, make, sizes};
+use septet_core::run::memory::peak_rss;
+use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
+use septet_io::write::{OutputFormat, WriteOptions, faces_path, write};
+use septet_lab::report::mesh::tables::TABLES;
+use septet_lab::report::mesh::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
+use septet_meshing::check;
+use septet_meshing::conformity::Conformity;
+use septet_meshing::defect::Defect;
+use septet_meshing::domain::Domain;
+use septet_meshing::facet::Triangulate;
+use septet_meshing::input::Input;
+use septet_meshing::mesh::{Mesh, StageLine};
+use septet_meshing::quality::Quality;
+use septet_meshing::size::SizeError;
 use tracing_subscriber::layer::Identity;
 
 use super::errors::{Code, Failure};
@@ -31,7 +32,6 @@ use super::files::{self, write_text};
 use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
-use super::threads;
 pub use options::MeshArgs;
 
 /// Small angles, pieces left out, and defects of a mesh that are listed.
@@ -44,7 +44,7 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    threads::limit(request.threads, threads::hosts(request.workers, request.transport));
+    super::limit_threads(request.threads);
     request.cancel = Some(talk.cancel.clone());
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;
@@ -329,3 +329,6 @@ fn describe<P: Triangulate>(args: &MeshArgs, file: &DomainFile, domain: &Domain<
         talk.note(format!("and {} more angles below 90 degrees", small.len() - SHOWN));
     }
 }
+
+#[cfg(test)]
+mod tests;

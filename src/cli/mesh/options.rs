@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet::config::{Config, Transport, Workers};
-use septet::mesh::view::MOST_CELLS;
-use septet::mesh::{
+use septet_core::config::{Config, Transport, Workers};
+use septet_core::mesh::view::MOST_CELLS;
+use septet_core::mesh::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, Shape, SingularityRequest,
 };
 
-use crate::cli::errors::{Code, Failure};
-use crate::cli::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
+use crate::errors::{Code, Failure};
+use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 
 /// Options of `septet mesh`.
 #[derive(Debug, Args)]

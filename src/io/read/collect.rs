@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::error::{InputError, Place};
 use super::text::{Line, NUMBER, Source, number};
 use super::{PointFile, ReadOptions};
-use crate::model::Points;
+use septet_core::model::Points;
 
 /// The points read so far.
 pub(super) struct Collector<'a> {

@@ -5,7 +5,7 @@ use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::text::Source;
 use super::{PointFile, ReadOptions};
-use crate::model::Points;
+use septet_core::model::Points;
 
 /// A mesh as read.
 pub(super) struct Mesh<'a> {

@@ -36,7 +36,7 @@ pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
 pub use sizes::read_sizes;
 
-use crate::model::Points;
+use septet_core::model::Points;
 use text::Source;
 
 /// Called about once a mebibyte with the bytes read so far (before gunzipping) and, where known,

@@ -10,7 +10,7 @@ use super::error::{InputError, Place};
 use super::scalar::{Endian, Scalar};
 use super::text::{Source, excerpt, integer};
 use super::{PointFile, ReadOptions, sizes};
-use crate::mesh::field::SizeField;
+use septet_core::mesh::field::SizeField;
 
 /// A two-dimensional array in place.
 struct Array<'a> {

@@ -7,7 +7,7 @@ use super::error::{InputError, Place};
 use super::format::Format;
 use super::text::{Line, Lines, NUMBER, Source, number};
 use super::{Progress, load, npy};
-use crate::mesh::field::SizeField;
+use septet_core::mesh::field::SizeField;
 
 /// What a size must be, for messages.
 const SIZE: &str = "a size: a positive number";

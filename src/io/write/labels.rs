@@ -1,6 +1,6 @@
 //! Do the labels of a mesh fit its cells and points?
 
-use crate::model::{Labels, MeshView, Patches};
+use septet_core::model::{Labels, MeshView, Patches};
 
 /// What does not fit.
 pub(super) fn check(mesh: &MeshView<'_>, labels: &Labels) -> Result<(), String> {

@@ -7,7 +7,7 @@ use std::io::Write;
 use super::error::Fault;
 use super::records::{Progress, push_integer, push_point, push_signed, write_records};
 use super::topology;
-use crate::model::MeshView;
+use septet_core::model::MeshView;
 
 /// Writes a triangulation and its hull.
 pub(super) fn write(

@@ -15,9 +15,8 @@ mod off;
 mod points;
 mod quality;
 mod records;
-#[cfg(test)]
-pub(crate) mod samples;
-pub(crate) mod stage;
+#[doc(hidden)]
+pub mod stage;
 mod stl;
 mod tetgen;
 pub mod topology;
@@ -26,7 +25,7 @@ mod vtu_faces;
 
 use std::path::{Path, PathBuf};
 
-use crate::model::MeshView;
+use septet_core::model::MeshView;
 
 pub use error::OutputError;
 pub use format::{MshVersion, OutputFormat, PointFormat};

@@ -7,7 +7,7 @@ use super::error::Fault;
 use super::format::MshVersion;
 use super::msh_labelled;
 use super::records::{Progress, push_float, push_indices, push_integer, push_point, write_records};
-use crate::model::MeshView;
+use septet_core::model::MeshView;
 
 /// Writes a triangulation.
 pub(super) fn write(

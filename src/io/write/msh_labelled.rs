@@ -10,7 +10,7 @@ use std::io::Write;
 use super::error::Fault;
 use super::format::MshVersion;
 use super::records::{Progress, push_float, push_indices, push_integer, write_records};
-use crate::model::{Labels, MeshView};
+use septet_core::model::{Labels, MeshView};
 
 /// The element types of Gmsh by dimension: line, triangle, tetrahedron.
 const TYPES: [u8; 4] = [15, 1, 2, 4];
@@ -46,7 +46,7 @@ fn physical(marker: f64) -> u64 {
 
 /// Curves, surfaces and volumes of a mesh; volumes none in the plane.
 pub(super) fn groups<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Group<'a>> {
-    let of = |patches: &'a crate::model::Patches| {
+    let of = |patches: &'a septet_core::model::Patches| {
         move |row: usize| (patches.of[row] + 1, physical(patches.markers[row] as f64))
     };
     let mut groups = Vec::new();

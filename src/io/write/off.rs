@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::error::Fault;
 use super::records::{Progress, push_indices, push_point, write_records};
 use super::topology;
-use crate::model::{MeshView, Points};
+use septet_core::model::{MeshView, Points};
 
 /// Writes a surface.
 pub(super) fn write(

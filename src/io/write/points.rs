@@ -8,7 +8,7 @@ use super::format::PointFormat;
 use super::records::{Progress, push_point, write_records};
 use super::stage::{self, Stage};
 use super::{WriteOptions, check_first_id, npy, off, tetgen, vtu};
-use crate::model::Points;
+use septet_core::model::Points;
 
 /// Checks before any work starts that points can be written under this path. `-` is always good and
 /// means `.xyz` text for [`write_points_to`].

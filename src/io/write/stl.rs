@@ -6,7 +6,7 @@ use std::io::Write;
 use super::error::Fault;
 use super::records::{Progress, push_float, push_point, write_records};
 use super::topology;
-use crate::model::MeshView;
+use septet_core::model::MeshView;
 
 /// Writes a surface.
 pub(super) fn write(

@@ -11,7 +11,7 @@ use super::records::{
 };
 use super::stage::Stage;
 use super::topology::{self, OUTSIDE};
-use crate::model::{Labels, MeshView};
+use septet_core::model::{Labels, MeshView};
 
 /// The extensions of the set.
 const EXTENSIONS: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];

@@ -1,5 +1,5 @@
 use super::*;
-use crate::io::write::samples;
+use septet_common::samples;
 
 /// Facets by brute force: sorted vertices and the cells that have them.
 fn brute_facets(dimension: usize, cells: &[u64]) -> std::collections::BTreeMap<Vec<u64>, Vec<u64>> {

@@ -9,7 +9,7 @@ use super::WriteOptions;
 use super::error::Fault;
 use super::quality::{least_angle, radius_edge_ratio};
 use super::records::{Progress, write_records};
-use crate::model::{Labels, MeshView, Points};
+use septet_core::model::{Labels, MeshView, Points};
 
 /// Cell types of VTK.
 const VERTEX: u8 = 1;

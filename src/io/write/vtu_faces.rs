@@ -6,7 +6,7 @@ use std::io::Write;
 use super::error::Fault;
 use super::records::Progress;
 use super::vtu::{Record, Section, cell_array, head_and_arrays, offsets_and_types, points};
-use crate::model::{Labels, MeshView};
+use septet_core::model::{Labels, MeshView};
 
 /// Cell types of VTK.
 const LINE: u8 = 3;

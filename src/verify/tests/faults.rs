@@ -1,7 +1,7 @@
 //! Every planted fault is rejected, by the level that should see it.
 
 use super::fixtures::{Mesh, Numbers, brute, failed, kuhn};
-use crate::verify::{Fault, VerifyOptions};
+use crate::{Fault, VerifyOptions};
 
 fn plane() -> Mesh {
     brute(&Numbers(10).points::<2>(12, 1000))

@@ -2,9 +2,8 @@
 
 use num_bigint::BigInt;
 
-use crate::model::MeshView;
-use crate::verify::exact::integers;
-use crate::verify::{Fault, Report, VerifyOptions, verify};
+use crate::exact::integers;
+use crate::{Fault, Report, Triangulation, VerifyOptions, verify};
 
 /// A mesh that owns its arrays.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,15 +19,8 @@ impl Mesh {
         Self { dimension: D, coordinates, cells }
     }
 
-    pub fn view(&self) -> MeshView<'_> {
-        MeshView {
-            dimension: self.dimension,
-            coordinates: &self.coordinates,
-            cells: &self.cells,
-            owner: None,
-            home_leaf: None,
-            labels: None,
-        }
+    pub fn view(&self) -> Triangulation<'_> {
+        Triangulation { dimension: self.dimension, coordinates: &self.coordinates, cells: &self.cells }
     }
 
     pub fn verify(&self, options: VerifyOptions) -> Report {

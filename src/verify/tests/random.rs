@@ -3,8 +3,8 @@
 use std::cmp::Ordering;
 
 use super::fixtures::{Mesh, Numbers, PERTURBED, brute};
-use crate::verify::exact::{Ring, exact_sign, form, integers, sign_of};
-use crate::verify::predicates::sign;
+use crate::exact::{Ring, exact_sign, form, integers, sign_of};
+use crate::predicates::sign;
 
 /// The sign in big integers, without any other path.
 fn big<const D: usize, const K: usize>(base: &[f64; D], others: &[[f64; D]; K]) -> Ordering {
@@ -107,7 +107,7 @@ fn mutations(mesh: &Mesh, seed: u64) -> u32 {
                 mutate(&mut changed, &mut numbers);
             }
         }
-        let options = crate::verify::VerifyOptions { any_order: true, ..PERTURBED };
+        let options = crate::VerifyOptions { any_order: true, ..PERTURBED };
         let report = changed.verify(options);
         assert_eq!(report.passed(), changed.as_set() == mesh.as_set(), "{changed:?} {report:?}");
         passed += u32::from(report.passed());

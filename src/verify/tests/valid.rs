@@ -1,7 +1,7 @@
 //! What is Delaunay is accepted.
 
 use super::fixtures::{Mesh, Numbers, PERTURBED, brute, canonical_lattice, failed, kuhn};
-use crate::verify::VerifyOptions;
+use crate::VerifyOptions;
 
 fn accepted(mesh: &Mesh) {
     for options in [PERTURBED, VerifyOptions::default()] {

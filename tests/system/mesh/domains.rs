@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
-use septet::io::read::{AnyInput, read_domain};
-use septet::meshing::check;
-use septet::meshing::domain::Domain;
-use septet::meshing::input::{Input, InputFacet, InputSegment, Kind};
+use septet_io::read::{AnyInput, read_domain};
+use septet_meshing::check;
+use septet_meshing::domain::Domain;
+use septet_meshing::input::{Input, InputFacet, InputSegment, Kind};
 
 /// Of the plane or of space.
 pub enum AnyDomain {

@@ -1,11 +1,11 @@
 //! The same mesh, bit for bit, from every machine.
 
-use septet::config::{Transport, Workers};
-use septet::geometry::point::Point;
-use septet::mesh::{Boundary, MeshRequest};
-use septet::meshing::domain::Domain;
-use septet::meshing::facet::Triangulate;
-use septet::meshing::mesh::{Mesh, StageLine};
+use septet_core::config::{Transport, Workers};
+use septet_core::mesh::{Boundary, MeshRequest};
+use septet_geometry::point::Point;
+use septet_meshing::domain::Domain;
+use septet_meshing::facet::Triangulate;
+use septet_meshing::mesh::{Mesh, StageLine};
 
 use super::domains::{self, AnyDomain, Problem};
 use super::{made, request};

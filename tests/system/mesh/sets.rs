@@ -1,13 +1,13 @@
 //! The rounds of every independent set that generation takes.
 
 use glam::DVec2;
-use septet::geometry::incremental::IncrementalError;
-use septet::geometry::point::Point;
-use septet::meshing::domain::Domain;
-use septet::meshing::facet::Triangulate;
-use septet::meshing::generate::{Alone, Machine, Rules, Triangulation, generate};
-use septet::meshing::points::conflicts::Site;
-use septet::meshing::points::independent::Independent;
+use septet_geometry::incremental::IncrementalError;
+use septet_geometry::point::Point;
+use septet_meshing::domain::Domain;
+use septet_meshing::facet::Triangulate;
+use septet_meshing::generate::{Alone, Machine, Rules, Triangulation, generate};
+use septet_meshing::points::conflicts::Site;
+use septet_meshing::points::independent::Independent;
 
 use super::domains::{self, AnyDomain, Problem};
 use super::request;
@@ -41,7 +41,7 @@ impl<P: Point> Machine<P> for Watched {
 }
 
 fn watch<P: Triangulate>(domain: &Domain<P>, problem: &Problem, lipschitz: f64, seed: u64) {
-    let size = septet::mesh::sizes(domain, &request(lipschitz, Some(problem.size))).unwrap();
+    let size = septet_core::mesh::sizes(domain, &request(lipschitz, Some(problem.size))).unwrap();
     let at = |x| size.at(x);
     let rules = Rules { size: &at, lipschitz, seed, most: 1 << 20 };
     let mut machine = Watched { alone: Alone { seed }, sets: Vec::new() };

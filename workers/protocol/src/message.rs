@@ -101,6 +101,14 @@ impl<P: Copy> PointBatch<P> {
         self.radii2.push(radius2);
     }
 
+    /// Appends the points of another batch, which is empty then.
+    pub fn append(&mut self, other: &mut Self) {
+        self.ids.append(&mut other.ids);
+        self.positions.append(&mut other.positions);
+        self.owners.append(&mut other.owners);
+        self.radii2.append(&mut other.radii2);
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.ids.len()

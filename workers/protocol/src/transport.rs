@@ -47,7 +47,7 @@ pub enum TransportError {
 }
 
 /// A way to move messages between the ranks of the machine.
-pub trait Transport<P>: Send {
+pub trait Transport<P> {
     /// Number of ranks, the coordinator included.
     fn size(&self) -> u32;
 

@@ -2,12 +2,12 @@
 
 use std::error::Error;
 
-use septet::config::{Correction, Until};
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::model::Points;
-use septet::protocol::ids::Phase;
-use septet::{Config, count};
+use septet_core::config::{Correction, Until};
+use septet_core::generate::Kind;
+use septet_core::model::Points;
+use septet_core::{Config, count};
+use septet_geometry::point::Point;
+use septet_protocol::ids::Phase;
 
 use super::plan::{Plan, tell};
 use super::table::{Table, mean, whole};
@@ -58,7 +58,7 @@ struct Sum {
 }
 
 impl Sum {
-    fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), septet::Error> {
+    fn add<P: Point>(&mut self, points: &[P], config: &Config) -> Result<(), septet_core::Error> {
         let ledger = count(points, config)?.ledger;
         self.runs += 1;
         self.levels += u64::from(ledger.part.nodes.keys().map(|node| node.level()).max().unwrap_or(0));

@@ -2,13 +2,13 @@
 
 use std::error::Error;
 
-use septet::config::Partition;
-use septet::generate::{Generated, Kind};
-use septet::geometry::graph::Supergraph;
-use septet::geometry::point::Point;
-use septet::model::Points;
-use septet::protocol::ids::Phase;
-use septet::{Config, Run, simulate};
+use septet_core::config::Partition;
+use septet_core::generate::{Generated, Kind};
+use septet_core::model::Points;
+use septet_core::{Config, Run, simulate};
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_protocol::ids::Phase;
 
 use super::plan::{Plan, tell};
 use super::table::{Table, mean, whole};
@@ -80,7 +80,11 @@ fn both(
 }
 
 /// Counts a run; its cells.
-fn count<P: Point>(points: &[P], config: &Config, counts: &mut Counts) -> Result<Vec<u64>, septet::Error> {
+fn count<P: Point>(
+    points: &[P],
+    config: &Config,
+    counts: &mut Counts,
+) -> Result<Vec<u64>, septet_core::Error> {
     let run = simulate(points, config)?;
     counts.add(&run);
     Ok(run.cells().to_vec())

@@ -2,11 +2,11 @@
 
 use std::error::Error;
 
-use septet::generate::Kind;
-use septet::geometry::point::Point;
-use septet::model::Points;
-use septet::rival::incremental;
-use septet::{Config, simulate};
+use septet_core::generate::Kind;
+use septet_core::model::Points;
+use septet_core::{Config, simulate};
+use septet_geometry::point::Point;
+use septet_lab::rival::incremental;
 
 use super::plan::{Plan, tell};
 use super::table::{Table, mean, whole};

@@ -2,10 +2,10 @@
 
 use std::error::Error;
 
-use septet::Config;
-use septet::config::{Transport, Workers};
-use septet::experiment::parse_sizes;
-use septet::generate::{Generated, Kind, Request, generate};
+use septet_core::Config;
+use septet_core::config::{Transport, Workers};
+use septet_core::generate::{Generated, Kind, Request, generate};
+use septet_lab::experiment::parse_sizes;
 
 /// Sets to count, and on how many workers.
 pub struct Plan {

@@ -7,10 +7,10 @@ use super::super::format::Format;
 use super::super::text::{Line, Lines, Source, integer};
 use super::super::{ReadOptions, obj, off, ply, stl};
 use super::{AnyInput, DomainFile};
-use crate::model::Points;
+use septet_core::model::Points;
 
 /// Faces as positions of points.
-pub(in crate::io::read) type Faces = Vec<Vec<u32>>;
+pub(in crate::read) type Faces = Vec<Vec<u32>>;
 
 /// Reads the points and the faces.
 pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError> {
@@ -45,7 +45,7 @@ pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError
 }
 
 /// A position of a point in 32 bits.
-pub(in crate::io::read) fn position(
+pub(in crate::read) fn position(
     source: Source<'_>,
     line: &Line<'_>,
     word: Option<&[u8]>,

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::*;
-use crate::io::read::Place;
+use crate::read::Place;
 
 #[test]
 fn npy_of_all_kinds() {

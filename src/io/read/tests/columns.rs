@@ -1,7 +1,7 @@
 //! Columns of numbers and `.node`.
 
 use super::*;
-use crate::io::read::Place;
+use crate::read::Place;
 
 #[test]
 fn separators_comments_and_line_ends() {
@@ -55,7 +55,7 @@ fn the_dimension_can_be_chosen() {
     let four = ReadOptions { dimension: Some(4), ..PLAIN };
     assert!(matches!(bad_with("a.txt", "1 2\n", &THREE), InputError::MixedDimension { .. }));
     let mut quiet = |_, _| ();
-    let refused = crate::io::read::read_from(&b"1 2"[..], Path::new("a.txt"), None, &four, &mut quiet);
+    let refused = crate::read::read_from(&b"1 2"[..], Path::new("a.txt"), None, &four, &mut quiet);
     assert!(matches!(refused, Err(InputError::UnsupportedDimension { found: 4, .. })));
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use proptest::prelude::*;
 
 use super::*;
-use crate::io::read::Format;
+use crate::read::Format;
 
 const ALL: [Format; 11] = [
     Format::Node,

@@ -9,7 +9,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::*;
-use crate::io::read::{Format, read, read_cells, read_cells_from, read_from};
+use crate::read::{Format, read, read_cells, read_cells_from, read_from};
 
 fn gz(data: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());

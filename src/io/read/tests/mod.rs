@@ -10,7 +10,7 @@ mod surfaces;
 use std::path::Path;
 
 use super::{CellFile, CellOptions, InputError, PointFile, ReadOptions, cell_list, points};
-use crate::model::Points;
+use septet_core::model::Points;
 
 /// Default options.
 const PLAIN: ReadOptions = ReadOptions { dimension: None, format: None, skip_invalid: false };

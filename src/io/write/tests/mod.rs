@@ -10,8 +10,8 @@ use gmsh_and_medit::section;
 use std::collections::HashMap;
 use std::fs;
 
-use super::samples::{Sample, kuhn, no_cells, squares};
 use super::*;
+use septet_common::samples::{Sample, kuhn, no_cells, squares};
 
 const NAMES: [&str; 9] =
     ["m.vtu", "m.node", "m.msh", "m.msh22", "m.msh41", "m.mesh", "m.npy", "m.off", "m.stl"];

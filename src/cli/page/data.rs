@@ -1,0 +1,230 @@
+//! Runs as they are read back: whole reports, or the lines of a sweep.
+
+use serde_json::Value;
+use thiserror::Error;
+
+use septet_lab::report::mesh::MESH_SCHEMA;
+
+use super::mesh::{self, MeshData};
+
+/// Why there is no page.
+#[derive(Debug, Error)]
+pub enum PageError {
+    /// A text that is not JSON.
+    #[error("{name}, line {line}: not JSON ({why})")]
+    Syntax {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+        /// What the parser says.
+        why: String,
+    },
+    /// JSON that is no run.
+    #[error(
+        "{name}, line {line}: no run of septet (neither `schema` septet-run/1 or septet-mesh/1 nor `phases`)"
+    )]
+    NoRun {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+    },
+    /// A run without what every run has.
+    #[error("{name}, line {line}: a run of septet without `{field}`")]
+    Missing {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+        /// What is not there.
+        field: &'static str,
+    },
+    /// A report of a mesh with a field that is not what it should be.
+    #[error("{name}, line {line}: not a mesh's report: `{field}`: {why}")]
+    Field {
+        /// The file.
+        name: String,
+        /// Its line, from 1.
+        line: usize,
+        /// The field, by its path.
+        field: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// Nothing given.
+    #[error("no run to show")]
+    Empty,
+}
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct RunData {
+    /// The file it comes from, with the line in a sweep.
+    pub name: String,
+    /// The object.
+    pub value: Value,
+}
+
+/// What a text may hold.
+#[derive(Clone, Debug)]
+pub(super) enum Entry {
+    /// A run.
+    Run(RunData),
+    /// A mesh.
+    Mesh(Box<MeshData>),
+}
+
+/// The runs or meshes in a text: one object, or one a line.
+pub(super) fn read(name: &str, text: &str) -> Result<Vec<Entry>, PageError> {
+    let whole = serde_json::from_str::<Value>(text);
+    if let Ok(value) = whole {
+        return Ok(vec![entry(name.to_owned(), name, 1, value)?]);
+    }
+    // A sweep has an object in its first line; what is no sweep is reported as the object that it is not.
+    let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
+    if let (Err(error), Err(_)) = (&whole, serde_json::from_str::<Value>(first)) {
+        return Err(PageError::Syntax { name: name.into(), line: error.line(), why: error.to_string() });
+    }
+    let mut runs = Vec::new();
+    for (line, row) in (1..).zip(text.lines()).filter(|(_, row)| !row.trim().is_empty()) {
+        let value = serde_json::from_str(row).map_err(|e| PageError::Syntax {
+            name: name.to_owned(),
+            line,
+            why: e.to_string(),
+        })?;
+        runs.push(entry(format!("{name}:{line}"), name, line, value)?);
+    }
+    Ok(runs)
+}
+
+fn entry(full: String, name: &str, line: usize, value: Value) -> Result<Entry, PageError> {
+    if value["schema"] == MESH_SCHEMA {
+        let mesh = mesh::read(name, line, &value)?;
+        return Ok(Entry::Mesh(Box::new(MeshData { name: full, ..mesh })));
+    }
+    run(full, name, line, value).map(Entry::Run)
+}
+
+fn run(full: String, name: &str, line: usize, value: Value) -> Result<RunData, PageError> {
+    let whole = value["schema"] == septet_lab::report::SCHEMA;
+    let other_mesh = text(&value["schema"]).starts_with("septet-mesh/");
+    if other_mesh || !whole && !value["phases"].is_array() {
+        return Err(PageError::NoRun { name: name.into(), line });
+    }
+    for field in ["points", "phases", "machine", "tree", "parameters"] {
+        if whole && value.get(field).is_none() {
+            return Err(PageError::Missing { name: name.into(), line, field });
+        }
+    }
+    Ok(RunData { name: full, value })
+}
+
+/// A phase of the rows of a list, as text.
+pub(super) fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
+}
+
+/// A number of a row; 0 where it is missing.
+pub(super) fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(0.0)
+}
+
+impl RunData {
+    /// The value at a pointer, if it is a number.
+    pub(super) fn number(&self, pointer: &str) -> Option<f64> {
+        self.value.pointer(pointer)?.as_f64()
+    }
+
+    /// The rows at a pointer.
+    pub(super) fn rows(&self, pointer: &str) -> &[Value] {
+        self.value.pointer(pointer).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+    }
+
+    /// Is it a whole report, not the line of a sweep?
+    pub(super) fn is_whole(&self) -> bool {
+        self.value["schema"] == septet_lab::report::SCHEMA && self.value["points"].is_object()
+    }
+
+    /// Number of points.
+    pub(super) fn n(&self) -> Option<f64> {
+        self.number("/n").or_else(|| self.number("/points/used")).filter(|&n| n > 1.0)
+    }
+
+    /// Number of coordinates.
+    pub(super) fn space(&self) -> f64 {
+        ["/space", "/d", "/dimension"].iter().find_map(|p| self.number(p)).unwrap_or(3.0)
+    }
+
+    /// Number of workers.
+    pub(super) fn workers(&self) -> Option<f64> {
+        self.number("/machine/workers").or_else(|| self.number("/workers"))
+    }
+
+    /// Kind of the point set: a sample's, or the file's name.
+    pub(super) fn kind(&self) -> String {
+        let input = self.value.pointer("/parameters/input").or(self.value.get("input")).map_or("", text);
+        let sample = input.strip_prefix("sample:").and_then(|s| s.split(':').next());
+        self.value["kind"].as_str().or(sample).unwrap_or(input).to_owned()
+    }
+
+    /// What tells runs of one kind apart that no law holds for together: everything asked for but size, seed and
+    /// workers.
+    pub(super) fn options(&self) -> Vec<String> {
+        let word = |key: &str| {
+            // A report has the leaf that was settled on, and says if it was asked for.
+            if key == "leaf" && self.value.pointer("/parameters/leaf_auto") == Some(&Value::Bool(true)) {
+                return None;
+            }
+            let value = self.value.pointer(&format!("/parameters/{key}"));
+            let value = value.or_else(|| self.value.pointer(&format!("/settings/{key}")))?;
+            value.as_str().map(str::to_owned).or_else(|| value.as_f64().map(|x| x.to_string()))
+        };
+        let defaults = [
+            ("supergraph", "", "density"),
+            ("alpha", "alpha ", "auto"),
+            ("k", "k ", "auto"),
+            ("separator_sets", "sets ", "ghost"),
+            ("partition", "cut by ", "sphere"),
+            ("neighbours", "balls corrected by ", "descent"),
+            ("leaf", "leaf ", "auto"),
+        ];
+        let named = |&(key, before, usual): &(&str, &str, &str)| {
+            word(key)
+                .filter(|value| value != usual && !value.is_empty())
+                .map(|value| format!("{before}{value}"))
+        };
+        defaults.iter().filter_map(named).collect()
+    }
+
+    /// The number of workers as it was asked for: `leaves`, or a number.
+    pub(super) fn asked_workers(&self) -> String {
+        let asked =
+            self.value.pointer("/parameters/workers").or_else(|| self.value.pointer("/settings/workers"));
+        match asked.and_then(Value::as_str) {
+            Some(word) => word.to_owned(),
+            None => self.workers().map_or_else(String::new, |p| p.to_string()),
+        }
+    }
+
+    /// A quantity of the whole machine, or the sum over the phases.
+    pub(super) fn total(&self, key: &str) -> Option<f64> {
+        let sum = || {
+            let parts: Vec<f64> = self.rows("/phases").iter().filter_map(|p| p[key].as_f64()).collect();
+            (!parts.is_empty()).then(|| parts.iter().sum())
+        };
+        self.number(&format!("/machine/{key}")).or_else(sum)
+    }
+
+    /// A quantity of a phase.
+    pub(super) fn phase(&self, name: &str, key: &str) -> Option<f64> {
+        self.rows("/phases").iter().find(|p| p["name"] == name)?[key].as_f64()
+    }
+
+    /// Points that meet the root's separator.
+    pub(super) fn root_separator(&self) -> Option<f64> {
+        let root = self.rows("/nodes").iter().find(|n| n["id"] == 1);
+        root.map(|n| number(&n["crossing_inside"]) + number(&n["crossing_outside"]))
+            .or_else(|| self.number("/tree/by_level/0/separator_points"))
+    }
+}

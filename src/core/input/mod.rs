@@ -1,0 +1,4 @@
+//! Points before the machine sees them.
+
+pub mod coincide;
+pub mod prepare;

@@ -1,0 +1,219 @@
+//! From input points to the machine's: coincident points found, -0.0 read as 0.0, coordinates brought into
+//! the exact range by a power of two, a frame that spans the space.
+//!
+//! **Work and depth.** Vector steps over blocks of points, on all cores; coincidences as in [`crate::input::coincide`]. Points that
+//! need no change are not copied.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::predicates::smallest_outside;
+use septet_geometry::range::{Digits, RangeError, all_finite, scale};
+
+use crate::error::Error;
+use crate::input::coincide::coincidences;
+
+/// Points that one core looks at in turn.
+const BLOCK: usize = 1 << 14;
+
+/// A point set ready for the machine.
+#[derive(Debug)]
+pub struct Prepared<'a, P: Point> {
+    /// Distinct points, scaled, in input order: the input itself if that is what they are.
+    pub positions: Cow<'a, [P]>,
+    /// Their input indices: of coincident points the smallest. None where they count up from 0.
+    ids: Option<Vec<u64>>,
+    /// Coincident points: index, and the smallest index with the same coordinates.
+    pub duplicates: Vec<(u64, u64)>,
+    /// Points dropped because they were not finite.
+    pub refused: Vec<u64>,
+    /// The coordinates were multiplied by two to this power.
+    pub(crate) exponent: i32,
+    /// Dimension of the affine hull, -1 for no points.
+    pub dimension: isize,
+    /// Positions (in `positions`) of affinely independent points that span it.
+    pub(crate) frame: Vec<usize>,
+    /// Squared radii of balls that are given; none where neighbours give them.
+    pub(crate) radii2: Vec<f64>,
+}
+
+impl<P: Point> Prepared<'_, P> {
+    /// Distinct sites, which were multiplied by two to the power `exponent`, with the squared radii of their balls.
+    pub(crate) fn of_sites(positions: Vec<P>, radii2: Vec<f64>, exponent: i32) -> Self {
+        Prepared {
+            positions: Cow::Owned(positions),
+            ids: None,
+            duplicates: Vec::new(),
+            refused: Vec::new(),
+            exponent,
+            dimension: P::DIM as isize,
+            frame: Vec::new(),
+            radii2,
+        }
+    }
+
+    /// The input index of a point.
+    pub fn id(&self, at: usize) -> u64 {
+        self.ids.as_ref().map_or(at as u64, |ids| ids[at])
+    }
+
+    /// Those of a range of points.
+    pub(crate) fn ids(&self, range: Range<usize>) -> impl Iterator<Item = u64> {
+        range.map(|at| self.id(at))
+    }
+}
+
+/// Prepares points.
+///
+/// # Errors
+/// A point that is not finite (unless skipped), or coordinates that spread too far for exact signs; the
+/// indices are the input's.
+pub fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_, P>, Error> {
+    let (mut digits, negative_zero) = survey(points);
+    let (mut clean, mut ids) = (Cow::Borrowed(points), None);
+    let mut refused = Vec::new();
+    if digits.is_none() {
+        if !skip_invalid {
+            all_finite(points)?;
+        }
+        let bad = |&i: &u64| (0..P::DIM).any(|k| !points[i as usize].coord(k).is_finite());
+        let kept: Vec<u64>;
+        (refused, kept) = (0..points.len() as u64).partition(bad);
+        clean = Cow::Owned(kept.iter().map(|&i| points[i as usize]).collect());
+        digits = Digits::of(&clean);
+        ids = Some(kept);
+    }
+    if negative_zero {
+        clean.to_mut().par_iter_mut().for_each(|p| *p = without_negative_zero(*p));
+    }
+    let digits = digits.unwrap_or(Digits::NONE);
+    let exponent = digits.exponent(&clean).map_err(|e| renumber(e, ids.as_deref()))?;
+    let name = |i: u32| ids.as_ref().map_or(u64::from(i), |ids| ids[i as usize]);
+    let again = coincidences(&clean);
+    let duplicates = again.iter().map(|&(i, of)| (name(i), name(of))).collect();
+    if !again.is_empty() {
+        let mut repeats = again.iter().map(|d| d.0).peekable();
+        let first: Vec<u32> = (0..clean.len() as u32).filter(|&i| repeats.next_if_eq(&i).is_none()).collect();
+        ids = Some(first.iter().map(|&i| name(i)).collect());
+        clean = Cow::Owned(first.iter().map(|&i| clean[i as usize]).collect());
+    }
+    if exponent != 0 {
+        clean.to_mut().par_iter_mut().for_each(|p| *p = scale(*p, exponent));
+    }
+    let frame = affine_frame(&clean);
+    let dimension = frame.len() as isize - 1;
+    Ok(Prepared {
+        positions: clean,
+        ids,
+        duplicates,
+        refused,
+        exponent,
+        dimension,
+        frame,
+        radii2: Vec::new(),
+    })
+}
+
+/// The digits of all coordinates, or more where even these fit, if all are finite; and is one of them -0.0?
+fn survey<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
+    let block = |points: &[P]| {
+        let is_negative_zero = |x: f64| x.to_bits() == (-0.0f64).to_bits();
+        let any = |found, p: &P| (0..P::DIM).fold(found, |found, i| found | is_negative_zero(p.coord(i)));
+        (Digits::at_most(points), points.iter().fold(false, any))
+    };
+    let join = |a: Option<Digits>, b: Option<Digits>| a.zip(b).map(|(a, b)| a.join(b));
+    let none = || Some(Digits::NONE);
+    let blocks = || points.par_chunks(BLOCK);
+    let (most, found) = blocks().map(block).reduce(|| (none(), false), |a, b| (join(a.0, b.0), a.1 | b.1));
+    let digits = match most {
+        Some(most) if !most.fit() => blocks().map(Digits::of).reduce(none, join),
+        fits => fits,
+    };
+    (digits, found)
+}
+
+pub(crate) fn without_negative_zero<P: Point>(mut p: P) -> P {
+    for i in 0..P::DIM {
+        p.set_coord(i, p.coord(i) + 0.0);
+    }
+    p
+}
+
+fn renumber(error: RangeError, kept: Option<&[u64]>) -> RangeError {
+    match (error, kept) {
+        (RangeError::Spread { bits, low, high }, Some(kept)) => {
+            RangeError::Spread { bits, low: kept[low] as usize, high: kept[high] as usize }
+        }
+        (error, _) => error,
+    }
+}
+
+/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block.
+fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
+    let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
+    while frame.len() <= P::DIM {
+        let basis: Vec<P> = frame.iter().map(|&i| points[i]).collect();
+        let of_block =
+            |(block, points): (usize, &[P])| smallest_outside(&basis, points).map(|i| block * BLOCK + i);
+        let smaller = |a: usize, b: usize| if lex_cmp(&points[b], &points[a]).is_lt() { b } else { a };
+        let next = points.par_chunks(BLOCK).enumerate().filter_map(of_block).reduce_with(smaller);
+        match next {
+            Some(i) => frame.push(i),
+            None => break,
+        }
+    }
+    frame
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+    use septet_geometry::predicates::affine_frame;
+
+    #[test]
+    fn coincident_points_have_one_representative() {
+        let p = |x: f64| DVec2::new(x, 0.5);
+        let points = [p(1.0), p(0.0), p(1.0), p(-0.0), p(2.0), DVec2::new(0.0, 1.0), p(1.0)];
+        let ready = prepare(&points, false).unwrap();
+        assert_eq!(ready.ids(0..4).collect::<Vec<_>>(), [0, 1, 4, 5]);
+        assert_eq!(ready.duplicates, [(2, 0), (3, 1), (6, 0)]);
+        assert_eq!(ready.dimension, 2);
+        assert_eq!(prepare::<DVec2>(&[], false).unwrap().dimension, -1);
+    }
+
+    #[test]
+    fn points_that_are_not_finite_are_refused_or_dropped() {
+        let points = [DVec2::ZERO, DVec2::new(f64::NAN, 0.0), DVec2::ONE];
+        let error = prepare(&points, false).unwrap_err();
+        assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 1, .. })));
+        let ready = prepare(&points, true).unwrap();
+        assert_eq!((ready.ids(0..2).collect(), &ready.refused), (vec![0, 2], &vec![1]));
+    }
+
+    #[test]
+    fn clean_points_are_not_copied() {
+        let points: Vec<DVec2> = (0..3000u32).map(|i| DVec2::new(i.into(), (i * i % 1009).into())).collect();
+        let ready = prepare(&points, false).unwrap();
+        assert!(matches!(ready.positions, Cow::Borrowed(_)));
+        assert_eq!(ready.ids(7..9).collect::<Vec<_>>(), [7, 8]);
+        assert_eq!((ready.dimension, ready.frame.clone()), affine_frame(&points));
+        // With a copy of every tenth at the end.
+        let copies = points.iter().copied().step_by(10);
+        let more: Vec<DVec2> = points.iter().copied().chain(copies).collect();
+        let ready = prepare(&more, false).unwrap();
+        assert_eq!(ready.positions[..], points[..]);
+        let expected: Vec<(u64, u64)> = (0..300).map(|i| (3000 + i, 10 * i)).collect();
+        assert_eq!(ready.duplicates, expected);
+    }
+
+    #[test]
+    fn spreads_are_named_by_the_inputs_numbers() {
+        let points = [DVec2::NAN, DVec2::ONE, DVec2::new(1e-150, 1.0), DVec2::new(1e150, 3.0)];
+        let error = prepare(&points, true).unwrap_err();
+        assert!(matches!(error, Error::Points(RangeError::Spread { low: 2, high: 3, .. })), "{error}");
+    }
+}

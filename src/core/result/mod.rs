@@ -1,0 +1,5 @@
+//! What a run leaves: pieces of the triangulation, cells in canonical order, a picture.
+
+pub mod canonical;
+pub mod pieces;
+pub mod view;

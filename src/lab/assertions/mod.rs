@@ -1,0 +1,120 @@
+//! Assertions on counts, for tests: of depth, levels, rounds, results merged, traffic and growth.
+//!
+//! A check is a function of what was counted (a [`Run`], [`Counts`], a [`Line`] of a sweep, or several of them) and
+//! of a bound that the test states. It returns [`Broken`] where the counts go beyond it: with a table of all runs,
+//! the fit of the count where there are sizes enough, and the first round that went too far. [`assert_counts!`](crate::assert_counts)
+//! panics with that text at the line of the test.
+//!
+//! ```
+//! use septet::config::Workers;
+//! use septet::generate::{Kind, Request, generate};
+//! use septet::{Config, assert_counts, simulate};
+//!
+//! let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None };
+//! let set = generate(&request, &mut |_, _, _| {})?;
+//! let septet::model::Points::Plane(points) = &set.points else { unreachable!() };
+//! let config = Config { workers: Workers::Leaves, spacing: Some(0.0), leaf: Some(100), ..Config::default() };
+//! let run = simulate(points, &config)?;
+//! assert_counts!(run, levels(1.5, -5.0), rounds("merge", 1.5, -5.0), merges(1.5, -5.0), no_repair());
+//! assert_counts!([&run, &run], same_counts());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A bound that does not hold says where:
+//!
+//! ```should_panic
+//! # use septet::config::Workers;
+//! # use septet::generate::{Kind, Request, generate};
+//! # use septet::{Config, assert_counts, simulate};
+//! # let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None };
+//! # let set = generate(&request, &mut |_, _, _| {}).unwrap();
+//! # let septet::model::Points::Plane(points) = &set.points else { unreachable!() };
+//! # let config = Config { workers: Workers::Leaves, spacing: Some(0.0), leaf: Some(100), ..Config::default() };
+//! # let run = simulate(points, &config).unwrap();
+//! // rounds("merge", 0.0, 2.0): rounds of merge: 5 above 2 = 0 log2 n + 2
+//! //             n  workers   seed      counted        bound
+//! //           994       13      0            5            2  <- beyond it
+//! //   first round beyond it: round 50 of merge, 2 messages, 240 bytes, 1 merged, 0 points
+//! assert_counts!(run, rounds("merge", 0.0, 2.0));
+//! ```
+//!
+//! For checks of growth, lines need their sizes and seeds: make them with [`crate::experiment::Runner`], read them
+//! with [`crate::experiment::read_lines`], or set [`Line::seed`] yourself.
+
+mod broken;
+mod growth;
+mod single;
+
+pub use broken::{Broken, Row};
+pub use growth::{exponent, grows_like, level_depth_flat, surface_bytes};
+pub use single::{
+    bytes, depth_of_levels, levels, levels_over_leaf, merges, messages_per_worker, no_repair, rounds,
+    same_counts,
+};
+
+use crate::experiment::{Line, of_counts, of_run};
+use septet_core::Run;
+use septet_core::run::count::Counts;
+
+/// One or several runs that were counted.
+pub trait Counted {
+    /// A line for each.
+    fn lines(&self) -> Vec<Line>;
+}
+
+impl Counted for Line {
+    fn lines(&self) -> Vec<Line> {
+        vec![self.clone()]
+    }
+}
+
+impl Counted for Run {
+    fn lines(&self) -> Vec<Line> {
+        vec![of_run(self)]
+    }
+}
+
+impl Counted for Counts {
+    fn lines(&self) -> Vec<Line> {
+        vec![of_counts(self)]
+    }
+}
+
+impl<C: Counted> Counted for [C] {
+    fn lines(&self) -> Vec<Line> {
+        self.iter().flat_map(Counted::lines).collect()
+    }
+}
+
+impl<C: Counted, const N: usize> Counted for [C; N] {
+    fn lines(&self) -> Vec<Line> {
+        self.as_slice().lines()
+    }
+}
+
+impl<C: Counted> Counted for Vec<C> {
+    fn lines(&self) -> Vec<Line> {
+        self.as_slice().lines()
+    }
+}
+
+impl<C: Counted + ?Sized> Counted for &C {
+    fn lines(&self) -> Vec<Line> {
+        (**self).lines()
+    }
+}
+
+/// Panics unless all checks hold: `assert_counts!(run, levels(1.5, -10.0), no_repair())`. The checks are the
+/// functions of [`septet::assertions`](crate::assertions), without their first argument.
+#[macro_export]
+macro_rules! assert_counts {
+    ($counted:expr, $($check:ident ( $($argument:expr),* $(,)? )),+ $(,)?) => {{
+        let counted = $crate::assertions::Counted::lines(&$counted);
+        $(
+            if let Err(broken) = $crate::assertions::$check(&counted, $($argument),*) {
+                let check = concat!(stringify!($check), "(", stringify!($($argument),*), ")");
+                panic!("{check}: {broken}");
+            }
+        )+
+    }};
+}

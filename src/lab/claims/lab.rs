@@ -1,0 +1,275 @@
+//! Sets and runs that claims share: each is made once.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crate::experiment::{Line, of_counts};
+use septet_core::config::{Alpha, Config, Correction, Fault, Transport, Workers, alpha_of_spacing};
+use septet_core::generate::{Generated, Kind, Request, Spacing, generate};
+use septet_core::model::Points;
+use septet_core::result::view::MOST_POINTS;
+use septet_core::run::count::{Counts, count};
+use septet_core::run::{Run, simulate};
+
+use super::measure::{X, kth_nearest2};
+use super::{ClaimError, Extent};
+
+/// What an experiment is made with.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// How much is run.
+    pub extent: Extent,
+    /// The first seed.
+    pub seed: u64,
+    /// Threads.
+    pub threads: usize,
+    /// How neighbour balls are corrected: naively, the claims on their depth must fail.
+    pub correction: Correction,
+    /// A fault planted in every machine, by tests.
+    pub fault: Option<Fault>,
+    /// Set to stop.
+    pub cancel: Option<Arc<AtomicBool>>,
+}
+
+impl Default for Setting {
+    fn default() -> Self {
+        Setting {
+            extent: Extent::Quick,
+            seed: 1,
+            threads: 2,
+            correction: Correction::Descent,
+            fault: None,
+            cancel: None,
+        }
+    }
+}
+
+/// A set, whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sample {
+    pub(super) kind: Kind,
+    pub(super) n: u64,
+    pub(super) d: usize,
+    /// Of graded kinds.
+    pub(super) lipschitz: Option<f64>,
+}
+
+impl Sample {
+    pub(super) fn new(kind: Kind, n: u64, d: usize) -> Sample {
+        Sample { kind, n, d, lipschitz: kind.is_graded().then_some(0.25) }
+    }
+
+    pub(super) fn name(&self) -> String {
+        let graded = self.lipschitz.map_or_else(String::new, |l| format!(" L={l}"));
+        format!("{}{graded} {}D n={}", self.kind.name(), self.d, self.n)
+    }
+}
+
+/// A set with a run of the paper's recursion over it.
+pub(super) struct Specimen {
+    pub(super) name: String,
+    pub(super) seed: u64,
+    pub(super) d: usize,
+    pub(super) points: Vec<X>,
+    /// The set's spacing.
+    pub(super) spacing: Option<Spacing>,
+    /// The alpha that the set's spacing gives, or the default.
+    pub(super) alpha: f64,
+    /// Squared distances to the nearest point, by all pairs.
+    pub(super) nearest2: Vec<f64>,
+    pub(super) run: Run,
+}
+
+impl Specimen {
+    /// Is a place of the unit square or cube farther than `f/(1-L)` from the boundary, so that none of the balls that
+    /// protect it holds the place? Of a set without a spacing none is.
+    pub(super) fn is_free(&self, x: &X) -> bool {
+        let gap = x[..self.d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
+        self.spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
+    }
+}
+
+/// The place of experiments.
+pub struct Lab<'a> {
+    /// What they are made with.
+    pub setting: Setting,
+    sets: BTreeMap<String, Rc<Generated>>,
+    specimens: BTreeMap<String, Rc<Specimen>>,
+    lines: BTreeMap<String, Rc<Vec<Line>>>,
+    hear: Box<dyn FnMut(&str) + 'a>,
+}
+
+/// Sets kept at a time.
+const KEPT: usize = 24;
+
+impl<'a> Lab<'a> {
+    /// An empty one. `hear` is told what is run.
+    pub fn new(setting: Setting, hear: impl FnMut(&str) + 'a) -> Lab<'a> {
+        let (sets, specimens, lines) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Lab { setting, sets, specimens, lines, hear: Box::new(hear) }
+    }
+
+    pub(super) fn brief(&self) -> bool {
+        self.setting.extent == Extent::Brief
+    }
+
+    pub(super) fn seed(&self) -> u64 {
+        self.setting.seed
+    }
+
+    /// Seeds from the first on.
+    pub(super) fn seeds(&self, count: u64) -> impl Iterator<Item = u64> + use<> {
+        let first = self.seed();
+        (0..count).map(move |i| first.wrapping_add(i))
+    }
+
+    /// A value for either extent.
+    pub(super) fn by_extent<T>(&self, quick: T, full: T) -> T {
+        if self.setting.extent == Extent::Full { full } else { quick }
+    }
+
+    /// A number of points for either extent, fewer if brief.
+    pub(super) fn size(&self, quick: u64, full: u64) -> u64 {
+        if self.brief() { quick / 3 } else { self.by_extent(quick, full) }
+    }
+
+    fn set(&mut self, sample: Sample, seed: u64) -> Result<Rc<Generated>, ClaimError> {
+        let key = format!("{} seed {seed}", sample.name());
+        if let Some(set) = self.sets.get(&key) {
+            return Ok(set.clone());
+        }
+        (self.hear)(&key);
+        let Sample { kind, n, d, lipschitz } = sample;
+        let request = Request { kind, n, dimension: d, seed, lipschitz };
+        let set = Rc::new(generate(&request, &mut |_, _, _| {})?);
+        if self.sets.len() >= KEPT {
+            self.sets.pop_first();
+        }
+        if n <= 1 << 17 {
+            self.sets.insert(key, set.clone());
+        }
+        Ok(set)
+    }
+
+    fn base(&self, set: &Generated, seed: u64) -> Config {
+        let spacing = set.spacing.map(|s| s.lipschitz);
+        Config {
+            workers: Workers::Count(1),
+            threads: self.setting.threads,
+            transport: Transport::Channel { threads: self.setting.threads },
+            seed,
+            correction: self.setting.correction,
+            spacing,
+            // Sets of no known spacing have the default of those that have one.
+            alpha: if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) },
+            fault: self.setting.fault,
+            cancel: self.setting.cancel.clone(),
+            ..Config::default()
+        }
+    }
+
+    /// A run over a set, changed as asked for.
+    pub(super) fn run(
+        &mut self,
+        sample: Sample,
+        seed: u64,
+        change: impl FnOnce(Config) -> Config,
+    ) -> Result<Run, ClaimError> {
+        let set = self.set(sample, seed)?;
+        (self.hear)(&format!("run over {} seed {seed}", sample.name()));
+        let config = change(self.base(&set, seed));
+        Ok(match &set.points {
+            Points::Plane(points) => simulate(points, &config)?,
+            Points::Space(points) => simulate(points, &config)?,
+        })
+    }
+
+    fn counts(
+        &mut self,
+        sample: Sample,
+        seed: u64,
+        change: impl FnOnce(Config) -> Config,
+    ) -> Result<Counts, ClaimError> {
+        let set = self.set(sample, seed)?;
+        (self.hear)(&format!("counts over {} seed {seed}", sample.name()));
+        let config = change(self.base(&set, seed));
+        Ok(match &set.points {
+            Points::Plane(points) => count(points, &config)?,
+            Points::Space(points) => count(points, &config)?,
+        })
+    }
+
+    /// Lines of runs over sets, one a sample and seed; made once for a name.
+    pub(super) fn lines(
+        &mut self,
+        name: &str,
+        samples: &[Sample],
+        seeds: u64,
+        change: impl Fn(Config) -> Config,
+    ) -> Result<Rc<Vec<Line>>, ClaimError> {
+        if let Some(lines) = self.lines.get(name) {
+            return Ok(lines.clone());
+        }
+        let mut lines = Vec::new();
+        for &sample in samples {
+            for seed in self.seeds(seeds) {
+                let counts = self.counts(sample, seed, &change)?;
+                let mut line = of_counts(&counts);
+                (line.kind, line.asked, line.seed) = (sample.kind.name().to_string(), sample.n, seed);
+                line.settings.lipschitz = sample.lipschitz;
+                lines.push(line);
+            }
+        }
+        let lines = Rc::new(lines);
+        self.lines.insert(name.to_string(), lines.clone());
+        Ok(lines)
+    }
+
+    /// A set with its run, graph and separators.
+    pub(super) fn specimen(&mut self, sample: Sample, seed: u64) -> Result<Rc<Specimen>, ClaimError> {
+        let key = format!("{} seed {seed}", sample.name());
+        if let Some(specimen) = self.specimens.get(&key) {
+            return Ok(specimen.clone());
+        }
+        let run =
+            self.run(sample, seed, |config| Config { keep_graph: true, view: MOST_POINTS, ..config })?;
+        let set = self.set(sample, seed)?;
+        let points = coordinates(&set.points);
+        let specimen = Rc::new(Specimen {
+            name: sample.name(),
+            seed,
+            d: sample.d,
+            nearest2: kth_nearest2(&points, 1),
+            points,
+            spacing: set.spacing,
+            alpha: set.spacing.map_or(2.5, |s| alpha_of_spacing(s.lipschitz)),
+            run,
+        });
+        self.specimens.insert(key, specimen.clone());
+        Ok(specimen)
+    }
+
+    /// The specimens of several samples, with as many seeds.
+    pub(super) fn specimens(
+        &mut self,
+        samples: &[Sample],
+        seeds: u64,
+    ) -> Result<Vec<Rc<Specimen>>, ClaimError> {
+        let mut all = Vec::new();
+        for &sample in samples {
+            for seed in self.seeds(seeds) {
+                all.push(self.specimen(sample, seed)?);
+            }
+        }
+        Ok(all)
+    }
+}
+
+fn coordinates(points: &Points) -> Vec<X> {
+    match points {
+        Points::Plane(points) => points.iter().map(|p| [p.x, p.y, 0.0]).collect(),
+        Points::Space(points) => points.iter().map(|p| [p.x, p.y, p.z]).collect(),
+    }
+}

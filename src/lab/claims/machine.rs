@@ -1,0 +1,162 @@
+//! What the machine makes of the algorithm: results merged round by round, and counts that are none of its own.
+
+use crate::assertions::{Counted, same_counts};
+use crate::experiment::Line;
+use septet_core::Config;
+use septet_core::config::Workers;
+use septet_core::generate::Kind;
+
+use super::lab::{Lab, Sample};
+use super::{Claim, ClaimError, Figure, Reading};
+
+const LEAF: u64 = 256;
+
+/// Largest growth of depth over levels that still is a constant for every level.
+const OVER_LEVELS: f64 = 1.35;
+
+pub(super) const CLAIMS: &[Claim] = &[
+    Claim {
+        name: "merged-per-round",
+        source: "Theorem 4.4, on the machine",
+        statement: "results of subproblems are merged round by round, in O(log n) rounds",
+        reading: Reading::AsPrinted,
+        experiment: "One worker per leaf: rounds that merge results, less 2, over log2(n/leaf); results merged in all \
+                     against splits; most merged in one round against half the leaves",
+        bound: "1.5, as the levels'; exactly the splits; half the leaves",
+        judge: merged,
+    },
+    Claim {
+        name: "rounds",
+        source: "Theorem 4.4, on the machine",
+        statement: "the machine's rounds follow the levels: 4 a level down for separators, 2 for balls, 1 up",
+        reading: Reading::AsPrinted,
+        experiment: "One worker per leaf: rounds of partition, neighbours and merge over levels plus 2",
+        bound: "6, 2 and 1: a level's rounds, half as many again where a separator is drawn anew",
+        judge: rounds,
+    },
+    Claim {
+        name: "free-of-workers",
+        source: "Theorem 4.4",
+        statement: "time with n processors is the algorithm's: work and depth do not know the machine",
+        reading: Reading::AsPrinted,
+        experiment: "Tree, graph, work and depth of every phase with 1, 3 and 16 workers and with one per leaf",
+        bound: "0 runs that differ",
+        judge: free_of_workers,
+    },
+    Claim {
+        name: "depth",
+        source: "Theorem 4.4",
+        statement: "DT(P) takes O(log n) depth in all",
+        reading: Reading::AsPrinted,
+        experiment: "Depth of every phase over levels plus 1, at the largest n over the smallest",
+        bound: "1.35: a constant for every level and one beside have at most 1.3; a constant for every pair of levels, 1.5 and more",
+        judge: depth,
+    },
+];
+
+fn sizes(lab: &Lab) -> &'static [u64] {
+    lab.by_extent(&[4096, 8192, 16_384], &[4096, 16_384, 65_536, 262_144])
+}
+
+/// Runs with one worker per leaf.
+fn lines(lab: &mut Lab, d: usize) -> Result<Vec<Line>, ClaimError> {
+    let samples: Vec<Sample> = sizes(lab).iter().map(|&n| Sample::new(Kind::WellSpaced, n, d)).collect();
+    let leaves = |config: Config| Config { workers: Workers::Leaves, leaf: Some(LEAF), ..config };
+    let seeds = lab.by_extent(2, 5);
+    Ok(lab.lines(&format!("leaves {d}"), &samples, seeds, leaves)?.to_vec())
+}
+
+fn named(line: &Line) -> String {
+    format!("well-spaced {}D n={}, {} workers", line.dimension, line.n, line.workers)
+}
+
+fn merged(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for line in [lines(lab, 2)?, lines(lab, 3)?].concat() {
+        let merged: Vec<u64> = line.rounds.iter().map(|r| r.merged).filter(|&m| m > 0).collect();
+        let slope = (merged.len() as f64 - 2.0) / (line.n as f64 / line.leaf as f64).log2();
+        let profile: Vec<String> = merged.iter().map(u64::to_string).collect();
+        let what =
+            format!("(rounds that merge - 2) / log2(n/leaf); merged round by round: {}", profile.join(" "));
+        let (on, seed) = (named(&line), line.seed);
+        figures.push(Figure::at_most(what, &on, seed, slope, 1.5));
+        let sum: u64 = merged.iter().sum();
+        let off = sum.abs_diff(line.tree.nodes - line.tree.leaves) as f64;
+        figures.push(Figure::at_most(format!("results merged, {sum}, off the splits"), &on, seed, off, 0.0));
+        let most = merged.iter().max().map_or(f64::NAN, |&most| most as f64);
+        let half = (line.tree.leaves / 2) as f64;
+        figures.push(Figure::at_most("most results merged in one round", &on, seed, most, half));
+    }
+    Ok(figures)
+}
+
+fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for line in [lines(lab, 2)?, lines(lab, 3)?].concat() {
+        for (phase, bound) in [("partition", 6.0), ("neighbours", 2.0), ("merge", 1.0)] {
+            let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
+            let per_level = rounds / (f64::from(line.tree.levels) + 2.0);
+            let what = format!("rounds of {phase}, {rounds}, over {} levels plus 2", line.tree.levels);
+            figures.push(Figure::at_most(what, named(&line), line.seed, per_level, bound));
+        }
+    }
+    Ok(figures)
+}
+
+fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let n = lab.by_extent(4096, 65_536);
+    let mut figures = Vec::new();
+    for d in [2, 3] {
+        let sample = Sample::new(Kind::WellSpaced, n, d);
+        let mut all: Vec<Line> = Vec::new();
+        for workers in [Workers::Count(1), Workers::Count(3), Workers::Count(16), Workers::Leaves] {
+            let change = |config: Config| Config { workers, leaf: Some(LEAF), ..config };
+            all.extend(lab.run(sample, lab.seed(), change)?.lines());
+        }
+        let differ = all[1..].iter().filter(|line| same_counts(&[&all[0], *line]).is_err()).count();
+        let depths: Vec<String> =
+            all.iter().map(|line| line.paper.map_or(0, |paper| paper.depth).to_string()).collect();
+        let what = format!("runs that differ from one worker's; depths {}", depths.join(" "));
+        figures.push(Figure::at_most(what, sample.name(), lab.seed(), differ as f64, 0.0));
+    }
+    Ok(figures)
+}
+
+fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    let seeds = lab.by_extent(3, 5);
+    for d in [2, 3] {
+        // Far enough apart for levels to be told from their square.
+        let sizes = lab.by_extent([4096, 32_768], [4096, 262_144]);
+        let samples = sizes.map(|n| Sample::new(Kind::WellSpaced, n, d));
+        let leaf = |config: Config| Config { leaf: Some(LEAF), ..config };
+        let lines = lab.lines(&format!("depth {d}"), &samples, seeds, leaf)?;
+        let phases: Vec<&str> = lines[0].phases.iter().filter(|p| p.paper).map(|p| &*p.name).collect();
+        for phase in phases {
+            figures.extend(depth_over_levels(&lines, phase, &format!("well-spaced {d}D")));
+        }
+    }
+    Ok(figures)
+}
+
+/// The mean of a phase's depth over levels plus 1 at the largest size over that at the smallest, of runs that have the
+/// phase; nothing if none has.
+pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
+    // Runs with a leaf that lacks neighbours ask a probe first, others do not: such a phase is judged where it is.
+    let depth = |line: &Line| line.phase(phase).map_or(0, |p| p.depth);
+    let of = |line: &Line| depth(line) as f64 / (f64::from(line.tree.levels) + 1.0);
+    let there = || lines.iter().filter(|line| depth(line) > 0);
+    let mean = |asked: u64| {
+        let all: Vec<f64> = there().filter(|line| line.asked == asked).map(of).collect();
+        all.iter().sum::<f64>() / all.len() as f64
+    };
+    let asked = || there().map(|line| line.asked);
+    let (least, most) = (asked().min()?, asked().max()?);
+    let (first, last) = (mean(least), mean(most));
+    let what = format!(
+        "depth of {phase} over levels plus 1: {last:.1} at the largest n over {first:.1} at the smallest"
+    );
+    let on = format!("{kind} n={least}..{most}, {} runs", there().count());
+    let seed = lines.iter().map(|line| line.seed).min()?;
+    Some(Figure::at_most(what, on, seed, last / first, OVER_LEVELS))
+}

@@ -1,0 +1,110 @@
+//! Section 4.5: random points.
+
+use rayon::prelude::*;
+
+use crate::experiment::{Line, of_run};
+use septet_core::Config;
+use septet_core::config::{Alpha, GraphKind, Neighbours};
+use septet_core::generate::Kind;
+
+use super::lab::{Lab, Sample, Specimen};
+use super::measure::{distance2, edges, shapes, stars};
+use super::{Claim, ClaimError, Figure, Reading};
+
+pub(super) const CLAIMS: &[Claim] = &[
+    Claim {
+        name: "random-neighbours",
+        source: "Section 4.5",
+        statement: "with high probability DT(P) is a subgraph of the (c log n)-nearest-neighbour graph",
+        reading: Reading::AsRead {
+            instead: "so are the edges at vertices whose circumspheres lie in the domain, c = 14 in space, 7 in the plane",
+            because: "edges of the hull of a finite set join points of any rank",
+        },
+        experiment: "Poisson sets; for every edge the smaller of its two ranks, the largest over ln n: at interior \
+                     vertices, and as printed at all",
+        bound: "14 in space and 7 in the plane: 10.9 and 4.8 measured to n = 10^6",
+        judge: neighbours,
+    },
+    Claim {
+        name: "random-depth",
+        source: "Section 4.5",
+        statement: "DT(P) of n random points takes O(log^(d/2) n) time with n processors",
+        reading: Reading::AsPrinted,
+        experiment: "Depth of the local hulls of ceil(10 ln n), in the plane 5 ln n, neighbours over log2(n)^(d/2): the \
+                     largest size's over the smallest's",
+        bound: "1.15: hulls of c log n points by vector steps take O(log n)",
+        judge: depth,
+    },
+];
+
+fn neighbours(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let sizes = lab.by_extent(&[1000, 4000, 16_000][..], &[1000, 4000, 16_000, 64_000]);
+    let mut figures = Vec::new();
+    for (d, most) in [(2, 7.0), (3, 14.0)] {
+        for &n in sizes {
+            let specimen = lab.specimen(Sample::new(Kind::Poisson, n, d), lab.seed())?;
+            let (interior, all) = ranks(&specimen);
+            let (log, name, seed) = ((specimen.points.len() as f64).ln(), &specimen.name, specimen.seed);
+            let what = format!("rank of a neighbour over ln n at interior vertices (rank {interior})");
+            figures.push(Figure::at_most(what, name, seed, interior as f64 / log, most));
+            let what = format!("rank of a neighbour over ln n at all vertices (rank {all})");
+            figures.push(Figure::at_most(what, name, seed, all as f64 / log, most).printed());
+        }
+    }
+    Ok(figures)
+}
+
+/// The largest of the edges' smaller ranks: over edges with an interior end, and over all.
+fn ranks(specimen: &Specimen) -> (u64, u64) {
+    let Specimen { points, run, d, .. } = specimen;
+    let shapes = shapes(points, run.cells(), *d);
+    let within = |cell: u32| {
+        let shape = &shapes[cell as usize];
+        shape.centre[..*d].iter().all(|x| x - shape.radius >= 0.0 && x + shape.radius <= 1.0)
+    };
+    let interior: Vec<bool> = stars(points.len(), run.cells(), *d)
+        .iter()
+        .map(|star| star.iter().all(|&cell| within(cell)))
+        .collect();
+    let rank = |from: u64, to: u64| {
+        let (p, reach) = (&points[from as usize], distance2(&points[from as usize], &points[to as usize]));
+        // The point itself counts as the nearer one that the neighbour's own place stands for.
+        points.iter().filter(|q| distance2(p, q) < reach).count() as u64
+    };
+    let of = |&(i, j): &(u64, u64)| {
+        let smaller = rank(i, j).min(rank(j, i));
+        let inside = interior[i as usize] || interior[j as usize];
+        (if inside { smaller } else { 0 }, smaller)
+    };
+    let larger = |a: (u64, u64), b: (u64, u64)| (a.0.max(b.0), a.1.max(b.1));
+    edges(run.cells(), *d).par_iter().map(of).reduce(|| (0, 0), larger)
+}
+
+fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let sizes = lab.by_extent(&[1000u64, 4000, 16_000][..], &[1000, 4000, 16_000, 64_000, 256_000]);
+    let seeds = lab.by_extent(2, 5);
+    let mut figures = Vec::new();
+    for (d, c) in [(2, 5.0), (3, 10.0)] {
+        let mut means = Vec::new();
+        for &n in sizes {
+            let mut sum = 0.0;
+            for seed in lab.seeds(seeds) {
+                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| Config {
+                    graph: GraphKind::Knn,
+                    alpha: Alpha::Auto,
+                    k: Neighbours::Log(c),
+                    ..config
+                })?;
+                let line: Line = of_run(&run);
+                let depth = line.phase("hulls").map_or(f64::NAN, |p| p.depth as f64);
+                sum += depth / (line.n as f64).log2().powf(d as f64 / 2.0);
+            }
+            means.push(sum / seeds as f64);
+        }
+        let (first, last) = (means[0], means[means.len() - 1]);
+        let what = format!("depth of the hulls over log2(n)^(d/2): {last:.1} over {first:.1}");
+        let on = format!("poisson {d}D n={}..{}", sizes[0], sizes[sizes.len() - 1]);
+        figures.push(Figure::at_most(what, on, lab.seed(), last / first, 1.15));
+    }
+    Ok(figures)
+}

@@ -1,0 +1,148 @@
+//! Sections 4.3 and 4.4: the graph by divide and conquer, and the sizes of its parts.
+
+use crate::experiment::of_run;
+use septet_core::Config;
+use septet_core::config::{GraphKind, SeparatorSets};
+use septet_core::generate::Kind;
+
+use super::lab::{Lab, Sample};
+use super::measure::{degrees, density, overlap, pairs};
+use super::{Claim, ClaimError, Figure, Reading};
+
+pub(super) const CLAIMS: &[Claim] = &[
+    Claim {
+        name: "graph-exact",
+        source: "Lemma 4.5",
+        statement: "the graph computed by the divide and conquer is the alpha-density graph of P",
+        reading: Reading::AsPrinted,
+        experiment: "Edges of the machine's graph against all pairs by definition: in one and not in the other; sets both, \
+                     smaller and ghost, alpha of the set's spacing",
+        bound: "0, a theorem with radii that are global",
+        judge: exact,
+    },
+    Claim {
+        name: "replication",
+        source: "Section 4.3 steps 1 to 4, Lemma 4.5",
+        statement: "recursion on P_I u P_O and P_E u P_O down to some constant keeps O(n) points in all",
+        reading: Reading::AsRead {
+            instead: "down to a floor of 1,000 points in space and 500 in the plane at alpha 2.5",
+            because: "with floors of a few dozen separator sets swallow the pieces",
+        },
+        experiment: "Points of all leaves over points, sets both, at growing n; as printed with a floor of 100",
+        bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
+        judge: replication,
+    },
+    Claim {
+        name: "subproblems-linear",
+        source: "Section 4.4",
+        statement: "a k-overlap graph has O(n) edges: the local hulls' sizes have a linear sum",
+        reading: Reading::AsPrinted,
+        experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
+                     that the machine's has as many",
+        bound: "2 ply (alpha + 2)^d: each edge charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
+        judge: subproblems,
+    },
+];
+
+fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let n = lab.size(6000, 30_000);
+    let mut figures = Vec::new();
+    for (kind, d) in
+        [(Kind::WellSpaced, 3), (Kind::WellSpaced, 2), (Kind::GradedPoint, 2), (Kind::Uniform, 3)]
+    {
+        let sample = Sample::new(kind, n, d);
+        let specimen = lab.specimen(sample, lab.seed())?;
+        // What the spacing gives, whatever the machine says that it took.
+        let alpha = specimen.alpha;
+        let expected = pairs(&specimen.points, &specimen.nearest2, density(alpha));
+        for (sets, name) in [
+            (SeparatorSets::Both, "both"),
+            (SeparatorSets::Smaller, "smaller"),
+            (SeparatorSets::Ghost, "ghost"),
+        ] {
+            let run = lab.run(sample, specimen.seed, |config| Config {
+                sets,
+                keep_graph: true,
+                leaf: Some(400),
+                ..config
+            })?;
+            let found = run.graph.as_deref().unwrap_or_default();
+            let missing = expected.iter().filter(|edge| found.binary_search(edge).is_err()).count();
+            let extra = found.iter().filter(|edge| expected.binary_search(edge).is_err()).count();
+            let levels = of_run(&run).tree.levels;
+            let what =
+                format!("edges in one graph alone, of {}, sets {name}, {levels} levels", expected.len());
+            let sum = (missing + extra) as f64;
+            figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum, 0.0));
+        }
+    }
+    Ok(figures)
+}
+
+fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let both = |config: Config| Config { sets: SeparatorSets::Both, ..config };
+    let mut figures = Vec::new();
+    for d in [2, 3] {
+        let sizes = lab.by_extent(&[8000, 32_000][..], &[8000, 32_000, 128_000, 512_000]);
+        for &n in sizes {
+            let sample = Sample::new(Kind::WellSpaced, n, d);
+            let run = lab.run(sample, lab.seed(), both)?;
+            let found = of_run(&run).graph.map_or(f64::NAN, |graph| graph.replication);
+            let what = format!("points of all leaves over points, floor {}", run.settled.leaf);
+            figures.push(Figure::at_most(what, sample.name(), lab.seed(), found, 8.0));
+        }
+        let mut found = [f64::NAN; 2];
+        let small = [2000, 8000];
+        for (found, n) in found.iter_mut().zip(small) {
+            let sample = Sample::new(Kind::WellSpaced, n, d);
+            let run = lab.run(sample, lab.seed(), |config| Config { leaf: Some(100), ..both(config) })?;
+            *found = of_run(&run).graph.map_or(f64::NAN, |graph| graph.replication);
+        }
+        let what = format!(
+            "growth of replication from n to 4n at a floor of 100 ({:.1} to {:.1})",
+            found[0], found[1]
+        );
+        let on = Sample::new(Kind::WellSpaced, small[1], d).name();
+        figures.push(Figure::at_most(what, on, lab.seed(), found[1] / found[0], 1.1).printed());
+    }
+    Ok(figures)
+}
+
+fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let alpha = 2.0;
+    let sizes = lab.by_extent(&[2000, 8000][..], &[2000, 8000, 32_000]);
+    let mut figures = Vec::new();
+    for d in [2usize, 3] {
+        for kind in [Kind::Uniform, Kind::GradedPoint, Kind::Clusters] {
+            let mut smaller = None;
+            for &n in sizes {
+                let sample = Sample::new(kind, n, d);
+                let specimen = lab.specimen(sample, lab.seed())?;
+                let edges = pairs(&specimen.points, &specimen.nearest2, overlap(alpha));
+                let points = specimen.points.len();
+                let most = degrees(points, &edges).into_iter().max().unwrap_or(0);
+                let sum = 2.0 * edges.len() as f64 / points as f64;
+                let ply = if d == 2 { 5.0 } else { 12.0 };
+                let bound = 2.0 * ply * (alpha + 2.0).powi(d as i32);
+                let what = format!("sum of sizes over points, the largest size {most}");
+                figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum, bound));
+                if let Some(before) = smaller.replace(sum) {
+                    let what = format!("growth of the same from n/4 points, {before:.2} to {sum:.2}");
+                    figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum / before, 1.5));
+                }
+                if n == sizes[0] {
+                    let run = lab.run(sample, specimen.seed, |config| Config {
+                        graph: GraphKind::Overlap,
+                        alpha: septet_core::config::Alpha::Value(alpha),
+                        ..config
+                    })?;
+                    let counted = of_run(&run).graph.map_or(0, |graph| graph.edges);
+                    let off = counted.abs_diff(edges.len() as u64) as f64;
+                    let what = format!("the machine's edges, {counted}, off all pairs'");
+                    figures.push(Figure::at_most(what, &specimen.name, specimen.seed, off, 0.0));
+                }
+            }
+        }
+    }
+    Ok(figures)
+}

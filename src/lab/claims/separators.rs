@@ -1,0 +1,381 @@
+//! Section 2: sphere separators of overlap, density and nearest-neighbour graphs; the balls' ply and overlap.
+//!
+//! Separators are those of runs; sides, crossings, sizes and edges are found again from points and spheres alone.
+
+use std::rc::Rc;
+
+use glam::{DVec2, DVec3};
+use septet_workers::view::shown_hash;
+
+use septet_core::Config;
+use septet_core::config::{Alpha, GraphKind, Neighbours};
+use septet_core::generate::Kind;
+use septet_core::result::view::{MOST_POINTS, SeparatorView};
+use septet_core::run::Run;
+
+use super::lab::{Lab, Sample, Specimen};
+use super::measure::{X, degrees, density, distance2, dot, kth_nearest2, nearest, overlap, pairs, ply};
+use super::{Claim, ClaimError, Figure, Reading};
+
+/// `(d+1)/(d+2)`.
+fn quotient(d: usize) -> f64 {
+    (d + 1) as f64 / (d + 2) as f64
+}
+
+/// The epsilon of Section 4.3, step 2.
+const EPSILON: f64 = 0.05;
+
+const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O are the machine's own; an edge \
+                        counts whose ends a surface parts and the machine put into no P_O of it";
+
+pub(super) const CLAIMS: &[Claim] = &[
+    Claim {
+        name: "no-edges-density",
+        source: "Definition 2.1, Section 2 (3), Section 4.3 step 2",
+        statement: "no edge of the alpha-density graph joins P_I and P_E",
+        reading: Reading::AsRead {
+            instead: "B_O holds every ball whose alpha-fold meets the sphere",
+            because: "leaving out only the balls that meet it themselves loses edges",
+        },
+        experiment: NO_EDGES,
+        bound: "0 edges, a theorem",
+        judge: |lab| no_edges(lab, Graph::Density),
+    },
+    Claim {
+        name: "no-edges-overlap",
+        source: "Definition 2.1, Section 2 (3)",
+        statement: "no edge of the (alpha, k)-overlap graph joins a ball of B_I with one of B_E",
+        reading: Reading::AsRead {
+            instead: "B_O holds every ball whose alpha-fold meets the sphere",
+            because: "leaving out only the balls that meet it themselves loses edges",
+        },
+        experiment: NO_EDGES,
+        bound: "0 edges, a theorem",
+        judge: |lab| no_edges(lab, Graph::Overlap),
+    },
+    Claim {
+        name: "no-edges-knn",
+        source: "Definition 2.1, Section 4.5",
+        statement: "no edge of the k-nearest-neighbour graph joins P_I and P_E",
+        reading: Reading::AsPrinted,
+        experiment: "The same for 12 nearest neighbours",
+        bound: "0 edges, a theorem",
+        judge: |lab| no_edges(lab, Graph::Nearest),
+    },
+    Claim {
+        name: "separator-split",
+        source: "Section 2 (2), Section 4.3 step 2",
+        statement: "|B_I|, |B_E| <= (1 - (d+1)/(d+2) + eps) n",
+        reading: Reading::AsRead {
+            instead: "at most ((d+1)/(d+2) + eps) n, and every set above the floor is split",
+            because: "two sides of a fifth cannot hold all points",
+        },
+        experiment: "Points of every node of the tree counted on both sides of its surface, and nodes left unsplit",
+        bound: "(d+1)/(d+2) + 0.05, the separator theorem's with eps = 0.05; 0 nodes unsplit",
+        judge: split,
+    },
+    Claim {
+        name: "separator-size",
+        source: "Section 2 (4), Section 4.3 step 2",
+        statement: "|B_O| = O(alpha n^(1-1/d)) for neighbour balls",
+        reading: Reading::AsPrinted,
+        experiment: "Points of every node whose alpha-ball meets its surface, over alpha m^(1-1/d)",
+        bound: "5: single random spheres have at most 3.4 at the 90th percentile",
+        judge: size,
+    },
+    Claim {
+        name: "separator-attempts",
+        source: "Section 2",
+        statement: "such a separator is found in random constant time with n processors",
+        reading: Reading::AsPrinted,
+        experiment: "Attempts per split over all nodes, the mean",
+        bound: "1.5: each attempt succeeds with probability at least 2/3",
+        judge: attempts,
+    },
+    Claim {
+        name: "ply",
+        source: "Section 2, Section 4.2",
+        statement: "nearest-neighbour balls are a k-ply system for a constant k",
+        reading: Reading::AsPrinted,
+        experiment: "Balls that hold a place strictly inside, at places halfway between neighbours and at ball's rims",
+        bound: "5 in the plane, 12 in space: centres are seen from a common place at more than 60 degrees",
+        judge: plies,
+    },
+    Claim {
+        name: "overlap",
+        source: "Section 2, Section 4.4",
+        statement: "a ball's alpha-fold meets a bounded number of balls that are not smaller",
+        reading: Reading::AsPrinted,
+        experiment: "For every ball, neighbours in the alpha-overlap graph whose radius is not smaller; the largest number",
+        bound: "ply (alpha + 2)^d: each holds a ball of the smaller radius within alpha + 2 radii",
+        judge: overlaps,
+    },
+];
+
+/// Sets of all characters: the separator theorem has no hypothesis on points.
+fn sampled(lab: &mut Lab) -> Result<Vec<(Sample, Rc<Specimen>)>, ClaimError> {
+    // As many as a picture of the run shows.
+    let n = lab.size(8000, 20_000);
+    let kinds = [Kind::WellSpaced, Kind::Uniform, Kind::GradedPoint, Kind::Clusters];
+    let samples = kinds.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d)));
+    let samples: Vec<Sample> = samples.collect();
+    let mut all = Vec::new();
+    for sample in samples {
+        for seed in lab.seeds(lab.by_extent(1, 3)) {
+            all.push((sample, lab.specimen(sample, seed)?));
+        }
+    }
+    Ok(all)
+}
+
+fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
+    Ok(sampled(lab)?.into_iter().map(|(_, specimen)| specimen).collect())
+}
+
+/// Distance of a place from a separator's surface, negative inside.
+fn height(separator: &SeparatorView, x: &X) -> f64 {
+    let mut vector = [0.0; 3];
+    vector[..separator.vector.len()].copy_from_slice(&separator.vector);
+    match separator.kind {
+        "sphere" => {
+            let out = distance2(x, &vector).sqrt() - separator.number;
+            if separator.interior == "around" { -out } else { out }
+        }
+        _ => dot(&vector, x) - separator.number,
+    }
+}
+
+/// Does the ball meet the surface? Rounded towards meeting, as distances near a large sphere are.
+fn meets(separator: &SeparatorView, x: &X, radius: f64) -> bool {
+    height(separator, x).abs() <= radius * (1.0 + 1e-9) + 1e-12 * (1.0 + separator.number.abs())
+}
+
+/// The tree of a run, found again: for each node with a surface, its points; for each point, its leaf.
+struct Tree<'a> {
+    nodes: Vec<(&'a SeparatorView, Vec<u32>)>,
+    leaves: Vec<u64>,
+}
+
+impl<'a> Tree<'a> {
+    fn of(specimen: &'a Specimen) -> Tree<'a> {
+        Tree::of_run(&specimen.run, &specimen.points)
+    }
+
+    fn of_run(run: &'a Run, points: &[X]) -> Tree<'a> {
+        let separators = run.picture.as_ref().map_or(&[][..], |view| &view.separators);
+        let mut leaves = vec![1u64; points.len()];
+        let mut nodes = Vec::new();
+        // Parents come before children: a node's number is above its parent's.
+        for separator in separators {
+            let inside: Vec<u32> =
+                (0u32..).zip(&leaves).filter(|(_, leaf)| **leaf == separator.node).map(|(i, _)| i).collect();
+            for &i in &inside {
+                let side = u64::from(height(separator, &points[i as usize]) >= 0.0);
+                leaves[i as usize] = 2 * separator.node + side;
+            }
+            nodes.push((separator, inside));
+        }
+        Tree { nodes, leaves }
+    }
+
+    /// The surface that parts two points, if one does.
+    fn parting(&self, i: u64, j: u64) -> Option<&'a SeparatorView> {
+        let (mut a, mut b) = (self.leaves[i as usize], self.leaves[j as usize]);
+        while a != b {
+            if a > b { a /= 2 } else { b /= 2 }
+        }
+        let at = self.nodes.binary_search_by_key(&a, |(separator, _)| separator.node).ok()?;
+        let leaf = self.leaves[i as usize] == a;
+        (!leaf).then(|| self.nodes[at].0)
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Graph {
+    Density,
+    Overlap,
+    Nearest,
+}
+
+/// Neighbours of the nearest-neighbour graph.
+const NEAREST: usize = 12;
+
+/// alpha of the overlap graph.
+const OVERLAP: f64 = 2.0;
+
+/// A run with this graph over the specimen's points, which shows all of them.
+fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Graph) -> Result<Run, ClaimError> {
+    let seen = |config: Config| Config { view: MOST_POINTS, ..config };
+    let (sample, seed) = (of.0, of.1.seed);
+    match graph {
+        Graph::Density => lab.run(sample, seed, seen),
+        Graph::Overlap => lab.run(sample, seed, |config| Config {
+            graph: GraphKind::Overlap,
+            alpha: Alpha::Value(OVERLAP),
+            ..seen(config)
+        }),
+        Graph::Nearest => lab.run(sample, seed, |config| Config {
+            graph: GraphKind::Knn,
+            alpha: Alpha::Auto,
+            k: Neighbours::Count(NEAREST as u32),
+            ..seen(config)
+        }),
+    }
+}
+
+/// For every point the levels at which the machine has it in the separator set; nothing unless the run's picture shows
+/// all points. A picture is in the order of a hash of the coordinates.
+fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
+    let view = run.picture.as_ref()?;
+    let hash =
+        |p: &X| if d == 2 { shown_hash(DVec2::new(p[0], p[1])) } else { shown_hash(DVec3::from_array(*p)) };
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by_key(|&i| hash(&points[i]));
+    let extent = view.high.iter().zip(&view.low).map(|(high, low)| high - low).fold(0.0, f64::max);
+    let near =
+        |(x, &i): (&[f64], &usize)| x.iter().zip(&points[i]).all(|(a, b)| (a - b).abs() <= 1e-3 * extent);
+    let all = view.positions.len() == d * points.len() && view.crossing.len() == points.len();
+    if !all || !view.positions.chunks_exact(d).zip(&order).all(near) {
+        return None;
+    }
+    let mut sets = vec![0; points.len()];
+    for (&i, &levels) in order.iter().zip(&view.crossing) {
+        sets[i] = levels;
+    }
+    Some(sets)
+}
+
+fn no_edges(lab: &mut Lab, graph: Graph) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    let (mut all_parted, first_seed) = (0, lab.seed());
+    for of in sampled(lab)? {
+        let run = with_graph(lab, &of, graph)?;
+        let specimen = &of.1;
+        let (points, nearest2) = (&specimen.points, &specimen.nearest2);
+        let (edges, own) = match graph {
+            Graph::Density => (pairs(points, nearest2, density(specimen.alpha)), Some(nearest2)),
+            Graph::Overlap => (pairs(points, nearest2, overlap(OVERLAP)), Some(nearest2)),
+            Graph::Nearest => (pairs(points, &kth_nearest2(points, NEAREST), nearest()), None),
+        };
+        let tree = Tree::of_run(&run, points);
+        let parted: Vec<(usize, usize, &SeparatorView)> =
+            edges.iter().filter_map(|&(i, j)| Some((i as usize, j as usize, tree.parting(i, j)?))).collect();
+        let lost = sets_of(&run, points, specimen.d).map_or(f64::NAN, |sets| {
+            let lost =
+                |(i, j, s): &&(usize, usize, &SeparatorView)| (sets[*i] | sets[*j]) >> s.level & 1 == 0;
+            parted.iter().filter(lost).count() as f64
+        });
+        let what = format!("edges from P_I to P_E, of {} that a surface parts", parted.len());
+        let (name, seed) = (&specimen.name, specimen.seed);
+        figures.push(Figure::at_most(what, name, seed, lost, 0.0));
+        all_parted += parted.len();
+        if let Some(radii2) = own {
+            let free = |v: usize, s: &SeparatorView| !meets(s, &points[v], radii2[v].sqrt());
+            let lost = parted.iter().filter(|&&(i, j, s)| free(i, s) && free(j, s)).count();
+            let what = "edges from P_I to P_E, with the balls themselves";
+            figures.push(Figure::at_most(what, name, seed, lost as f64, 0.0).printed());
+        }
+    }
+    let what = "edges that a surface parts, for the claim to say anything";
+    figures.push(Figure::at_least(what, "all sets", first_seed, all_parted as f64, 1000.0));
+    Ok(figures)
+}
+
+fn split(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for specimen in specimens(lab)? {
+        let tree = Tree::of(&specimen);
+        let (points, d) = (&specimen.points, specimen.d);
+        let larger = |(separator, members): &(&SeparatorView, Vec<u32>)| {
+            let inside = members.iter().filter(|&&i| height(separator, &points[i as usize]) < 0.0).count();
+            inside.max(members.len() - inside) as f64 / members.len().max(1) as f64
+        };
+        let largest = tree.nodes.iter().map(larger).fold(f64::NEG_INFINITY, f64::max);
+        let (name, seed) = (&specimen.name, specimen.seed);
+        let what = format!("larger side of {} splits", tree.nodes.len());
+        figures.push(Figure::at_most(&*what, name, seed, largest, quotient(d) + EPSILON));
+        let nodes = specimen.run.ledger.part.nodes.values();
+        let unsplit = nodes.filter(|f| f.is_leaf() && f.population > specimen.run.settled.leaf).count();
+        figures.push(Figure::at_most("sets above the floor left unsplit", name, seed, unsplit as f64, 0.0));
+        figures.push(Figure::at_most(what, name, seed, largest, 1.0 - quotient(d) + EPSILON).printed());
+    }
+    Ok(figures)
+}
+
+fn size(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for specimen in specimens(lab)? {
+        let tree = Tree::of(&specimen);
+        let Specimen { points, nearest2, alpha, d, .. } = &*specimen;
+        let relative = |(separator, members): &(&SeparatorView, Vec<u32>)| {
+            let crossing =
+                |&&i: &&u32| meets(separator, &points[i as usize], alpha * nearest2[i as usize].sqrt());
+            let scale = alpha * (members.len() as f64).powf(1.0 - 1.0 / *d as f64);
+            members.iter().filter(crossing).count() as f64 / scale
+        };
+        let largest = tree.nodes.iter().map(relative).fold(f64::NEG_INFINITY, f64::max);
+        let what = format!("|B_O| / (alpha m^(1-1/d)), largest of {} splits", tree.nodes.len());
+        figures.push(Figure::at_most(what, &specimen.name, specimen.seed, largest, 5.0));
+    }
+    Ok(figures)
+}
+
+fn attempts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for specimen in specimens(lab)? {
+        let nodes = specimen.run.ledger.part.nodes.values().filter(|f| f.attempts > 0);
+        let (sum, tried) = nodes.fold((0, 0u32), |(sum, count), f| (sum + f.attempts, count + 1));
+        let mean = sum as f64 / f64::from(tried);
+        let what = format!("attempts a separator, mean of {tried}");
+        figures.push(Figure::at_most(what, &specimen.name, specimen.seed, mean, 1.5));
+    }
+    Ok(figures)
+}
+
+/// Kissing bounds for angles above 60 degrees.
+fn most_ply(d: usize) -> f64 {
+    if d == 2 { 5.0 } else { 12.0 }
+}
+
+fn plies(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let mut figures = Vec::new();
+    for specimen in specimens(lab)? {
+        let Specimen { points, nearest2, d, .. } = &*specimen;
+        // Towards other points: halfway to one, and just inside the rim.
+        let places = points.iter().zip(nearest2).enumerate().flat_map(|(i, (p, r2))| {
+            let other = &points[(i * 7919 + 1) % points.len()];
+            let length = distance2(p, other).sqrt().max(f64::MIN_POSITIVE);
+            [0.5, 0.999].map(|share| {
+                let step = share * r2.sqrt() / length;
+                [0, 1, 2].map(|axis| p[axis] + step * (other[axis] - p[axis]))
+            })
+        });
+        let places: Vec<X> = places.collect();
+        let most = ply(points, nearest2, &places) as f64;
+        let what = format!("balls that hold a place, most of {} places", places.len());
+        figures.push(Figure::at_most(what, &specimen.name, specimen.seed, most, most_ply(*d)));
+    }
+    Ok(figures)
+}
+
+fn overlaps(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
+    let alpha = 2.0;
+    let mut figures = Vec::new();
+    for specimen in specimens(lab)? {
+        let (points, radii2) = (&specimen.points, &specimen.nearest2);
+        let edges = pairs(points, radii2, overlap(alpha));
+        let mut larger = vec![0u64; points.len()];
+        for &(i, j) in &edges {
+            let (a, b) = (radii2[i as usize], radii2[j as usize]);
+            larger[i as usize] += u64::from(a <= b);
+            larger[j as usize] += u64::from(b <= a);
+        }
+        let most = larger.iter().max().map_or(f64::NAN, |&most| most as f64);
+        let largest = degrees(points.len(), &edges).into_iter().max().unwrap_or(0);
+        let what =
+            format!("balls not smaller that an alpha-fold meets, alpha = 2 (largest degree {largest})");
+        let bound = most_ply(specimen.d) * (alpha + 2.0).powi(specimen.d as i32);
+        figures.push(Figure::at_most(what, &specimen.name, specimen.seed, most, bound));
+    }
+    Ok(figures)
+}

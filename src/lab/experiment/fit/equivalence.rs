@@ -1,0 +1,88 @@
+//! Is the depth of a level independent of its size? Two one-sided tests.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::distribution::{t_above, t_quantile};
+use super::ols::{Interval, Observation, least_squares};
+
+/// Size of each one-sided test.
+const SIZE: f64 = 0.05;
+
+/// The slope of depth against log2 of the size, and whether it is within the margin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Equivalence {
+    /// Steps per doubling; the interval is that of the two tests, 90 %.
+    pub slope: Interval,
+    /// Mean depth.
+    pub mean: f64,
+    /// The margin, as a share of the mean per doubling: stated before.
+    pub margin: f64,
+    /// The same in steps.
+    pub margin_steps: f64,
+    /// Probability of the data if the slope were at the nearer end of the margin: the larger of the two tests'.
+    pub p: f64,
+    /// Flat: p below 5 %.
+    pub flat: bool,
+    /// The whole interval lies outside the margin.
+    pub sloped: bool,
+    /// The smallest margin, in the same share, at which these data would have been found flat.
+    pub smallest_margin: f64,
+    /// Levels.
+    pub rows: usize,
+    /// Runs.
+    pub runs: usize,
+}
+
+/// A level of a run: the run's number, log2 of the mean size, the mean depth.
+pub(super) type LevelRow = (usize, f64, f64);
+
+/// Tests `depth = a + s log2 m` for s within the margin; the error is that of runs as clusters (CR1). None for
+/// fewer than 3 runs with more than one size.
+pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalence> {
+    let rows: Vec<Observation> =
+        levels.iter().map(|&(_, x, y)| Observation { columns: vec![x], y, weight: 1.0 }).collect();
+    let fit = least_squares(&rows)?;
+    // Scores of each run: the sums of residual, and of residual times x.
+    let mut scores: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+    for &(run, x, y) in levels {
+        let residual = y - fit.at(&[x]);
+        let score = scores.entry(run).or_default();
+        score[0] += residual;
+        score[1] += residual * x;
+    }
+    let runs = scores.len();
+    if runs < 3 {
+        return None;
+    }
+    let (g, n) = (runs as f64, levels.len() as f64);
+    let row = &fit.bread[1];
+    let meat: f64 = scores.values().map(|s| row[0] * s[0] + row[1] * s[1]).map(|v| v * v).sum();
+    let error = (meat * g / (g - 1.0) * (n - 1.0) / (n - 2.0)).sqrt();
+    let freedom = g - 1.0;
+    let (value, mean) = (fit.coefficients[1].value, levels.iter().map(|l| l.2).sum::<f64>() / n);
+    let steps = margin * mean;
+    let beyond = |distance: f64| {
+        if error > 0.0 {
+            return t_above(freedom, distance / error);
+        }
+        // Without any depth there is nothing that could depend on the size.
+        f64::from(u8::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)))
+    };
+    let p = beyond(steps - value).max(beyond(steps + value));
+    let half = t_quantile(freedom, 1.0 - SIZE) * error;
+    let slope = Interval { value, error, low: value - half, high: value + half };
+    Some(Equivalence {
+        slope,
+        mean,
+        margin,
+        margin_steps: steps,
+        p,
+        flat: p < SIZE,
+        sloped: slope.low > steps || slope.high < -steps,
+        smallest_margin: if mean > 0.0 { slope.low.abs().max(slope.high.abs()) / mean } else { 0.0 },
+        rows: levels.len(),
+        runs,
+    })
+}

@@ -1,0 +1,208 @@
+//! From the ledger of a run to its line.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::graph::Supergraph;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal, RoundTally, Total};
+
+use septet_core::run::count::{Counts, Ending};
+use septet_core::run::{Run, Settled};
+
+use super::line::{
+    DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, SCHEMA, Settings, Spread, TreeLine,
+};
+
+/// What a line is made of.
+struct Source<'a> {
+    space: usize,
+    points: u64,
+    settled: &'a Settled,
+    ledger: &'a Ledger,
+    phase_seconds: &'a [(Phase, f64)],
+    seconds: f64,
+    end: Option<Ending>,
+}
+
+/// The line of a run of the library's. Kind, seed and options are left empty.
+pub fn of_run(run: &Run) -> Line {
+    line(&Source {
+        space: run.space,
+        points: run.points.used,
+        settled: &run.settled,
+        ledger: &run.ledger,
+        phase_seconds: &run.phase_seconds,
+        seconds: run.total_seconds,
+        end: Some(Ending::of(run)),
+    })
+}
+
+/// The line of counts of the library's. Kind, seed and options are left empty.
+pub fn of_counts(counts: &Counts) -> Line {
+    line(&Source {
+        space: counts.space,
+        points: counts.points,
+        settled: &counts.settled,
+        ledger: &counts.ledger,
+        phase_seconds: &counts.phase_seconds,
+        seconds: counts.seconds,
+        end: counts.end,
+    })
+}
+
+fn line(source: &Source<'_>) -> Line {
+    let Source { space, points, settled, ledger, phase_seconds, seconds, end } = *source;
+    let counted = settled.counted;
+    let whole = end.is_some();
+    Line {
+        schema: SCHEMA.to_string(),
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        sweep: String::new(),
+        command: String::new(),
+        program: if counted { Program::Simulate } else { Program::Triangulate },
+        kind: String::new(),
+        dimension: space,
+        seed: 0,
+        asked: points,
+        n: points,
+        workers: settled.workers,
+        leaf: settled.leaf,
+        settings: Settings::default(),
+        supergraph: settled.supergraph.filter(|_| whole).map(named),
+        phases: phases(ledger, phase_seconds),
+        paper: counted.then(|| spread(ledger, ledger.paper, Phase::is_paper)),
+        repair: (counted && whole).then(|| spread(ledger, ledger.repair, Phase::is_repair)),
+        tree: tree(ledger, space, whole),
+        levels: if counted { levels(ledger, whole) } else { Vec::new() },
+        rounds: rounds(ledger),
+        graph: (counted && whole).then(|| graph_line(ledger, points)),
+        end,
+        seconds,
+    }
+}
+
+fn named(supergraph: Supergraph) -> String {
+    match supergraph {
+        Supergraph::Density { alpha } | Supergraph::Overlap { alpha } => {
+            format!("{} {alpha}", supergraph.name())
+        }
+        Supergraph::Knn { k } => format!("{} {k}", supergraph.name()),
+    }
+}
+
+fn phases(ledger: &Ledger, phase_seconds: &[(Phase, f64)]) -> Vec<PhaseLine> {
+    let seconds = |phase| phase_seconds.iter().filter(|s| s.0 == phase).map(|s| s.1).sum();
+    let row = |p: &PhaseTotal| PhaseLine {
+        name: p.phase.name().to_string(),
+        paper: p.phase.is_paper(),
+        repair: p.phase.is_repair(),
+        rounds: p.rounds,
+        work: p.work,
+        depth: p.depth,
+        depth_log_scan: p.depth_log_scan,
+        critical_depth: p.critical_depth,
+        messages: p.messages,
+        bytes: p.bytes,
+        seconds: seconds(p.phase),
+    };
+    ledger.phases.iter().map(row).collect()
+}
+
+fn spread(ledger: &Ledger, total: Total, belongs: fn(Phase) -> bool) -> Spread {
+    let mut spread = Spread {
+        work: total.work,
+        depth: total.depth,
+        depth_log_scan: total.depth_log_scan,
+        brent: total.brent,
+        ..Spread::default()
+    };
+    for phase in ledger.phases.iter().filter(|p| belongs(p.phase)) {
+        spread.rounds += phase.rounds;
+        spread.messages += phase.messages;
+        spread.bytes += phase.bytes;
+    }
+    spread
+}
+
+fn tree(ledger: &Ledger, dimension: usize, whole: bool) -> TreeLine {
+    let exponent = 1.0 - 1.0 / dimension as f64;
+    let mut tree = TreeLine::default();
+    for (node, facts) in &ledger.part.nodes {
+        tree.levels = tree.levels.max(node.level());
+        tree.nodes += 1;
+        if facts.is_leaf() {
+            tree.leaves += 1;
+            continue;
+        }
+        tree.planes += u64::from(facts.kind == 2);
+        tree.attempts += facts.attempts;
+        let m = facts.population.max(1) as f64;
+        let larger = facts.inside.max(facts.population - facts.inside) as f64;
+        tree.largest_split_ratio = tree.largest_split_ratio.max(larger / m);
+        if whole {
+            let ratio = (facts.crossing_inside + facts.crossing_outside) as f64 / m.powf(exponent);
+            tree.largest_separator_ratio = Some(tree.largest_separator_ratio.map_or(ratio, |r| r.max(ratio)));
+        }
+    }
+    tree
+}
+
+fn levels(ledger: &Ledger, whole: bool) -> Vec<LevelLine> {
+    let mut rows: BTreeMap<u32, LevelLine> = BTreeMap::new();
+    let nodes = &ledger.part.nodes;
+    for (node, facts) in nodes {
+        let level = node.level();
+        let row = rows.entry(level).or_insert_with(|| LevelLine { level, ..LevelLine::default() });
+        row.add(facts, whole);
+    }
+    let split = |node: &NodeId| nodes.get(node).is_some_and(|facts| !facts.is_leaf());
+    for ((number, node), charge) in ledger.part.charges.iter().filter(|((_, node), _)| split(node)) {
+        let (Some(phase), Some(row)) = (Phase::from_number(*number), rows.get_mut(&node.level())) else {
+            continue;
+        };
+        let depth: &mut DepthLine = row.depth.entry(phase.name().to_string()).or_default();
+        depth.nodes += 1;
+        depth.sum += charge.cost.depth();
+        depth.largest = depth.largest.max(charge.cost.depth());
+        depth.work += charge.cost.work();
+    }
+    rows.into_values().collect()
+}
+
+impl LevelLine {
+    fn add(&mut self, facts: &NodeFacts, whole: bool) {
+        self.nodes += 1;
+        self.points += facts.population;
+        self.largest = self.largest.max(facts.population);
+        if !facts.is_leaf() {
+            self.splits += 1;
+            self.split_points += facts.population;
+            self.attempts += facts.attempts;
+            let crossing = facts.crossing_inside + facts.crossing_outside;
+            self.separator_points = whole.then(|| self.separator_points.unwrap_or(0) + crossing);
+        }
+    }
+}
+
+fn rounds(ledger: &Ledger) -> Vec<RoundLine> {
+    let moved = ledger.part.rounds.iter().filter(|(_, tally)| tally.messages > 0 || tally.merged > 0);
+    let row = |(&(round, phase), tally): (&(u32, u8), &RoundTally)| RoundLine {
+        round,
+        phase: Phase::from_number(phase).map_or("", Phase::name).to_string(),
+        merged: tally.merged,
+        points: tally.points,
+        messages: tally.messages,
+        bytes: tally.bytes,
+        largest: tally.largest,
+    };
+    moved.map(row).collect()
+}
+
+fn graph_line(ledger: &Ledger, points: u64) -> GraphLine {
+    let nodes = ledger.part.nodes.values();
+    GraphLine {
+        edges: nodes.clone().map(|f| f.edges).sum(),
+        max_degree: nodes.clone().map(|f| f.max_degree).max().unwrap_or(0),
+        replication: nodes.map(|f| f.members).sum::<u64>() as f64 / points.max(1) as f64,
+    }
+}

@@ -1,0 +1,123 @@
+//! Makes the runs of a sweep.
+
+use std::time::Instant;
+
+use thiserror::Error;
+
+use septet_geometry::incremental::{Incremental, IncrementalError, insertion_order};
+use septet_geometry::point::Point;
+
+use septet_core::config::Config;
+use septet_core::generate::{GenerateError, Generated, Request, generate};
+use septet_core::model::Points;
+use septet_core::run::count::{Ending, count};
+use septet_core::run::triangulate;
+
+use super::line::{Line, Program, SCHEMA, Settings, TreeLine};
+use super::measure::{of_counts, of_run};
+use super::sweep::{Job, Sweep};
+
+/// Why a run of a sweep has no line.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The set cannot be made.
+    #[error(transparent)]
+    Generate(#[from] GenerateError),
+    /// The run failed.
+    #[error(transparent)]
+    Run(#[from] septet_core::Error),
+    /// The serial kernel failed.
+    #[error("the serial kernel failed")]
+    Serial(#[from] IncrementalError),
+}
+
+/// Makes runs one after the other, and keeps the set that the last one was over.
+#[derive(Debug, Default)]
+pub struct Runner {
+    set: Option<(Request, Generated)>,
+}
+
+impl Runner {
+    /// Makes a run of a sweep. `progress` hears of the making of the set.
+    ///
+    /// # Errors
+    /// See [`RunError`].
+    pub fn run(
+        &mut self,
+        sweep: &Sweep,
+        job: &Job,
+        progress: &mut dyn FnMut(&str, u64, u64),
+    ) -> Result<Line, RunError> {
+        let request = job.request;
+        let (_, set) = match self.set.take().filter(|(made, _)| *made == request) {
+            Some(kept) => self.set.insert(kept),
+            None => self.set.insert((request, generate(&request, progress)?)),
+        };
+        let config = Config {
+            workers: job.workers,
+            seed: request.seed,
+            spacing: set.spacing.map(|s| s.lipschitz),
+            ..sweep.config.clone()
+        };
+        let line = match &set.points {
+            Points::Plane(points) => made(points, job.program, &config)?,
+            Points::Space(points) => made(points, job.program, &config)?,
+        };
+        Ok(Line {
+            sweep: sweep.words(),
+            command: sweep.command(job),
+            kind: request.kind.name().to_string(),
+            seed: request.seed,
+            asked: request.n,
+            settings: sweep.settings(job.workers),
+            ..line
+        })
+    }
+}
+
+fn made<P: Point>(points: &[P], program: Program, config: &Config) -> Result<Line, RunError> {
+    Ok(match program {
+        Program::Simulate => of_counts(&count(points, config)?),
+        Program::Triangulate => {
+            let run = triangulate(points, config)?;
+            // As the serial kernel: without the canonical order of the output.
+            Line { seconds: run.triangulate_seconds, ..of_run(&run) }
+        }
+        Program::Serial => serial(points)?,
+    })
+}
+
+/// Bowyer and Watson's algorithm over the whole set, in the order of a space-filling curve.
+fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
+    let start = Instant::now();
+    let order = insertion_order(points);
+    let kernel = Incremental::build(order.iter().map(|&i| points[i as usize]).collect(), None)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let cells = kernel.cells().count() as u64;
+    let n = points.len() as u64;
+    Ok(Line {
+        schema: SCHEMA.to_string(),
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        sweep: String::new(),
+        command: String::new(),
+        program: Program::Serial,
+        kind: String::new(),
+        dimension: P::DIM,
+        seed: 0,
+        asked: n,
+        n,
+        workers: 1,
+        leaf: n,
+        settings: Settings::default(),
+        supergraph: None,
+        phases: Vec::new(),
+        paper: None,
+        repair: None,
+        tree: TreeLine::default(),
+        levels: Vec::new(),
+        rounds: Vec::new(),
+        graph: None,
+        end: Some(Ending { cells, ..Ending::default() }),
+        seconds,
+    })
+}

@@ -1,0 +1,349 @@
+//! A sweep: which runs, in which order, and the words that name each of them again.
+
+use std::fmt::Write;
+
+use thiserror::Error;
+
+use septet_core::config::{
+    Alpha, Config, ConfigError, Correction, Neighbours, SeparatorSets, Transport, Workers,
+};
+use septet_core::generate::{Kind, Request};
+
+use super::line::{Program, Settings};
+
+/// Runs over sizes, kinds, workers and seeds.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// Numbers of points; of points a worker if `weak`. Ascending.
+    pub sizes: Vec<u64>,
+    /// How the sizes were written.
+    pub sizes_text: String,
+    /// Kinds of sets.
+    pub kinds: Vec<Kind>,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Lipschitz constant of graded kinds.
+    pub lipschitz: Option<f64>,
+    /// Numbers of workers.
+    pub workers: Vec<Workers>,
+    /// The first seed: of the set and of the run.
+    pub first_seed: u64,
+    /// How many seeds, one after the other.
+    pub seeds: u64,
+    /// Sizes count points a worker.
+    pub weak: bool,
+    /// Time `triangulate` and the serial kernel beside every counted run.
+    pub timed: bool,
+    /// Everything else.
+    pub config: Config,
+}
+
+/// A sweep that cannot be run.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SweepError {
+    /// Nothing to run.
+    #[error("the sweep has no {what}; name at least one")]
+    Empty {
+        /// Sizes, kinds, workers or seeds.
+        what: &'static str,
+    },
+    /// One worker per leaf, so many points a worker: neither is known first.
+    #[error("--weak needs numbers of workers: `leaves` is no number before the run")]
+    WeakLeaves,
+    /// More points than can be numbered.
+    #[error("{n} points for each of {workers} workers are too many")]
+    TooMany {
+        /// Points a worker.
+        n: u64,
+        /// Workers.
+        workers: u32,
+    },
+    /// Times of runs that do not triangulate.
+    #[error("--timed compares triangulations, and --until stops before there is one; leave one of them out")]
+    TimedUntil,
+    /// Times asked of the naive correction, which is there to be counted.
+    #[error(
+        "--timed compares triangulations, and the naive correction is in none; leave out --timed or --neighbours"
+    )]
+    TimedNaive,
+    /// Parameters of the runs.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}
+
+/// One run of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Job {
+    /// Which program.
+    pub program: Program,
+    /// The set.
+    pub request: Request,
+    /// The workers.
+    pub workers: Workers,
+}
+
+impl Sweep {
+    /// Checks all that can be known before the first run.
+    ///
+    /// # Errors
+    /// See [`SweepError`].
+    pub fn check(&self) -> Result<(), SweepError> {
+        let parts = [
+            ("sizes", self.sizes.is_empty()),
+            ("kinds", self.kinds.is_empty()),
+            ("workers", self.workers.is_empty()),
+            ("seeds", self.seeds == 0),
+        ];
+        if let Some((what, _)) = parts.into_iter().find(|part| part.1) {
+            return Err(SweepError::Empty { what });
+        }
+        if self.timed && self.config.until.is_some() {
+            return Err(SweepError::TimedUntil);
+        }
+        if self.timed && self.config.correction == Correction::Naive {
+            return Err(SweepError::TimedNaive);
+        }
+        for &workers in &self.workers {
+            Config { workers, ..self.config.clone() }.check()?;
+            for &n in &self.sizes {
+                match workers {
+                    Workers::Leaves if self.weak => return Err(SweepError::WeakLeaves),
+                    Workers::Count(p) if self.weak && n.checked_mul(u64::from(p)).is_none() => {
+                        return Err(SweepError::TooMany { n, workers: p });
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// All runs, small before large, so that an interrupted sweep has whole octaves; the runs of one set
+    /// stand together.
+    pub fn jobs(&self) -> Vec<Job> {
+        let mut jobs = Vec::new();
+        for &size in &self.sizes {
+            for &kind in &self.kinds {
+                for seed in (0..self.seeds).map(|i| self.first_seed.wrapping_add(i)) {
+                    self.jobs_of_set(size, kind, seed, &mut jobs);
+                }
+            }
+        }
+        jobs
+    }
+
+    fn jobs_of_set(&self, size: u64, kind: Kind, seed: u64, jobs: &mut Vec<Job>) {
+        let request =
+            |n| Request { kind, n, dimension: self.dimension, seed, lipschitz: self.lipschitz_of(kind) };
+        let mut sets: Vec<u64> = Vec::new();
+        for &workers in &self.workers {
+            let n = match workers {
+                Workers::Count(p) if self.weak => size * u64::from(p),
+                _ => size,
+            };
+            jobs.push(Job { program: Program::Simulate, request: request(n), workers });
+            if self.timed {
+                jobs.push(Job { program: Program::Triangulate, request: request(n), workers });
+                sets.push(n);
+            }
+        }
+        sets.dedup();
+        let serial = |n| Job { program: Program::Serial, request: request(n), workers: Workers::Count(1) };
+        jobs.extend(sets.into_iter().map(serial));
+    }
+
+    fn lipschitz_of(&self, kind: Kind) -> Option<f64> {
+        self.lipschitz.filter(|_| kind.is_graded())
+    }
+
+    /// The words that ask for this sweep, every choice spelled out: what must be the same for two sweeps to be
+    /// one. Threads and limits are left out, for no count depends on them.
+    pub fn words(&self) -> String {
+        let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name()).collect();
+        let workers: Vec<String> = self.workers.iter().map(|&w| workers_word(w)).collect();
+        let mut text = format!(
+            "-n {} --kind {} -d {} --workers {} --seed {} --seeds {}",
+            self.sizes_text,
+            kinds.join(","),
+            self.dimension,
+            workers.join(","),
+            self.first_seed,
+            self.seeds
+        );
+        if self.weak {
+            text.push_str(" --weak");
+        }
+        if self.timed {
+            text.push_str(" --timed");
+        }
+        self.common_words(&mut text);
+        text
+    }
+
+    /// The command that makes this run again, alone.
+    pub fn command(&self, job: &Job) -> String {
+        let Request { kind, n, dimension, seed, .. } = job.request;
+        let workers = workers_word(job.workers);
+        let mut text = format!(
+            "septet scale -n {n} --kind {} -d {dimension} --workers {workers} --seed {seed} --seeds 1",
+            kind.name()
+        );
+        if self.timed {
+            text.push_str(" --timed");
+        }
+        self.common_words(&mut text);
+        text.push_str(" -o run.jsonl");
+        text
+    }
+
+    fn common_words(&self, text: &mut String) {
+        let settings = self.settings(Workers::Count(1));
+        // Writing to a string does not fail.
+        let _ = write!(
+            text,
+            " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} --leaf {} \
+             --transport {}",
+            settings.supergraph,
+            settings.alpha,
+            settings.k,
+            settings.separator_sets,
+            settings.partition,
+            settings.neighbours,
+            settings.leaf,
+            settings.transport
+        );
+        if let Some(seed) = settings.delivery_seed {
+            let _ = write!(text, " --delivery-seed {seed}");
+        }
+        if let Some(until) = self.config.until {
+            let _ = write!(text, " --until {}", until.name());
+        }
+        if let Some(lipschitz) = self.lipschitz {
+            let _ = write!(text, " --lipschitz {lipschitz}");
+        }
+    }
+
+    /// The options of a run as they stand in its line.
+    pub fn settings(&self, workers: Workers) -> Settings {
+        let config = &self.config;
+        let (transport, delivery_seed) = match config.transport {
+            Transport::Channel { .. } => ("channel", None),
+            Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
+        };
+        Settings {
+            workers: workers_word(workers),
+            weak: self.weak,
+            threads: config.threads,
+            supergraph: config.graph.name().to_string(),
+            alpha: match config.alpha {
+                Alpha::Auto => "auto".to_string(),
+                Alpha::Value(alpha) => alpha.to_string(),
+            },
+            k: match config.k {
+                Neighbours::Auto => "auto".to_string(),
+                Neighbours::Count(k) => k.to_string(),
+                Neighbours::Log(c) => format!("{c}ln"),
+            },
+            separator_sets: match config.sets {
+                SeparatorSets::Both => "both",
+                SeparatorSets::Smaller => "smaller",
+                SeparatorSets::Ghost => "ghost",
+            }
+            .to_string(),
+            partition: config.partition.name().to_string(),
+            neighbours: config.correction.name().to_string(),
+            leaf: config.leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
+            transport: transport.to_string(),
+            delivery_seed,
+            lipschitz: self.lipschitz,
+            until: config.until,
+        }
+    }
+}
+
+/// A number of workers as on the command line.
+pub(super) fn workers_word(workers: Workers) -> String {
+    match workers {
+        Workers::Count(p) => p.to_string(),
+        Workers::Leaves => "leaves".to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use septet_core::config::{Partition, Until};
+
+    fn sweep() -> Sweep {
+        Sweep {
+            sizes: vec![100, 200],
+            sizes_text: "100,200".to_string(),
+            kinds: vec![Kind::Uniform, Kind::GradedPoint],
+            dimension: 2,
+            lipschitz: Some(0.5),
+            workers: vec![Workers::Count(1), Workers::Count(4)],
+            first_seed: 3,
+            seeds: 2,
+            weak: false,
+            timed: false,
+            config: Config::default(),
+        }
+    }
+
+    #[test]
+    fn jobs_are_all_combinations_small_first() {
+        let jobs = sweep().jobs();
+        assert_eq!(jobs.len(), 16);
+        assert!(jobs.windows(2).all(|w| w[0].request.n <= w[1].request.n));
+        assert_eq!(jobs[0].request.lipschitz, None);
+        assert_eq!(jobs[4].request.lipschitz, Some(0.5));
+        let weak = Sweep { weak: true, ..sweep() };
+        assert_eq!(weak.jobs()[1].request.n, 400);
+        let timed = Sweep { timed: true, ..sweep() };
+        let serial = timed.jobs().into_iter().filter(|j| j.program == Program::Serial).count();
+        assert_eq!(serial, 8, "the serial kernel once a set");
+    }
+
+    #[test]
+    fn impossible_sweeps_are_refused() {
+        let refused = |change: &dyn Fn(&mut Sweep)| {
+            let mut s = sweep();
+            change(&mut s);
+            s.check().unwrap_err()
+        };
+        assert_eq!(sweep().check(), Ok(()));
+        assert_eq!(refused(&|s| s.seeds = 0), SweepError::Empty { what: "seeds" });
+        assert_eq!(refused(&|s| s.sizes.clear()), SweepError::Empty { what: "sizes" });
+        let leaves = refused(&|s| (s.weak, s.workers) = (true, vec![Workers::Leaves]));
+        assert_eq!(leaves, SweepError::WeakLeaves);
+        let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
+        assert_eq!(timed, SweepError::TimedUntil);
+        let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
+        assert_eq!(timed, SweepError::TimedNaive);
+        let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
+        assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
+    }
+
+    #[test]
+    fn words_tell_sweeps_apart() {
+        let base = sweep().words();
+        assert!(base.contains("-n 100,200 --kind uniform,graded -d 2 --workers 1,4 --seed 3 --seeds 2"));
+        let changes: [&dyn Fn(&mut Sweep); 8] = [
+            &|s| s.seeds = 4,
+            &|s| s.weak = true,
+            &|s| s.config.until = Some(Until::Neighbours),
+            &|s| s.config.leaf = Some(7),
+            &|s| s.config.partition = Partition::Kd,
+            &|s| s.config.correction = Correction::Naive,
+            &|s| s.config.alpha = Alpha::Value(3.0),
+            &|s| s.config.transport = Transport::Sim { delivery_seed: 4 },
+        ];
+        for change in changes {
+            let mut other = sweep();
+            change(&mut other);
+            assert_ne!(other.words(), base);
+        }
+        let threads = Sweep { config: Config { threads: 9, ..Config::default() }, ..sweep() };
+        assert_eq!(threads.words().replace("channel", ""), base.replace("channel", ""));
+    }
+}

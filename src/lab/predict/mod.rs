@@ -1,0 +1,306 @@
+//! What the machine would do with any number of workers, from the record of one run.
+//!
+//! **Statement.** Everything that leaves say to each other is a function of points, seed and parameters
+//! ([`septet_protocol::tasks`]). Placement is the machine's own rule over the recorded tree. So rounds, messages
+//! and bytes at `p` workers are sums over pairs of leaves that `p` separates: [`Prediction`] holds them, equal
+//! to those of a real run wherever `p` divides the record's blocks (`tests/predict.rs`); elsewhere a block that two
+//! ranks share is given to one of them.
+//!
+//! **Time.** Work is placed like the leaves it is charged to, a shared node's over its group. BSP (Valiant
+//! 1990): a round costs `max work / rate + h / bandwidth + latency`, `h` the most bytes that one rank sends or
+//! receives. `LogGP` (Alexandrov et al. 1995): `max work / rate + latency + 2 overhead + (m - 1) max(overhead,
+//! gap) + (bytes - m) / bandwidth` with `m` messages at the busiest rank and the gap taken as the overhead. Brent's bound
+//! on the steps with p processors is `work / p + depth`.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::tasks::TaskLog;
+use serde::Serialize;
+use thiserror::Error;
+
+mod calibrate;
+mod descent;
+mod partition;
+mod placement;
+mod replay;
+mod sizes;
+mod traffic;
+
+pub use calibrate::{Timed, calibrate};
+pub use traffic::{Load, Round, Traffic};
+
+use placement::Placement;
+
+/// Why a record predicts nothing.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum PredictError {
+    /// Parts of the record do not fit together.
+    #[error("the record of tasks is torn: {what}")]
+    Torn {
+        /// What.
+        what: &'static str,
+    },
+    /// A subproblem that no separator splits would be shared.
+    #[error(
+        "node {node} of {population} points could not be split: with so many workers it would be shared, \
+         which is not predicted; ask for fewer"
+    )]
+    Unsplit {
+        /// Its path.
+        node: u64,
+        /// Its points.
+        population: u64,
+    },
+    /// No workers, or more than ranks can be told apart.
+    #[error("{workers} workers cannot be predicted: from 1 to {most}")]
+    Workers {
+        /// Asked for.
+        workers: u32,
+        /// Allowed.
+        most: u32,
+    },
+}
+
+/// The machine that a time is predicted for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Hardware {
+    /// Seconds from one rank to another.
+    pub latency: f64,
+    /// Seconds a rank spends on a message.
+    pub overhead: f64,
+    /// Bytes a second between two ranks.
+    pub bandwidth: f64,
+    /// Charged operations a second of one worker.
+    pub rate: f64,
+    /// The same by phase, where it was measured.
+    pub phase_rates: BTreeMap<String, f64>,
+    /// Seconds that no worker shares: reading, gathering the result.
+    pub fixed: f64,
+}
+
+impl Default for Hardware {
+    /// A cluster of today: 2 us and 10 GB/s between nodes, 1 us a message, 1e9 operations a second.
+    fn default() -> Self {
+        Hardware {
+            latency: 2e-6,
+            overhead: 1e-6,
+            bandwidth: 1e10,
+            rate: 1e9,
+            phase_rates: BTreeMap::new(),
+            fixed: 0.0,
+        }
+    }
+}
+
+/// The machine at one number of workers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Prediction {
+    /// Number of workers.
+    pub workers: u32,
+    /// Is it counted exactly? Else the shares of the input's blocks are rounded.
+    pub exact: bool,
+    /// Rounds in which something is sent.
+    pub rounds: u64,
+    /// Messages.
+    pub messages: u64,
+    /// Bytes.
+    pub bytes: u64,
+    /// Bytes over `n^(1-1/d) p^(1/d)` point records: the surface of p pieces.
+    pub surface_ratio: f64,
+    /// Charged work of the busiest worker, summed over the phases.
+    pub busiest_work: u64,
+    /// `work / p + depth`.
+    pub brent: u64,
+    /// Seconds by BSP, computing and communicating.
+    pub bsp: Seconds,
+    /// Seconds by `LogGP`.
+    pub loggp: Seconds,
+    /// Phase by phase.
+    pub phases: Vec<PhasePrediction>,
+}
+
+/// Predicted seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Of the busiest worker in every phase.
+    pub compute: f64,
+    /// Of the rounds.
+    pub communicate: f64,
+}
+
+impl Seconds {
+    /// Both.
+    pub fn total(&self) -> f64 {
+        self.compute + self.communicate
+    }
+}
+
+/// One phase.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PhasePrediction {
+    /// Its name.
+    pub name: &'static str,
+    /// Rounds in which it sends.
+    pub rounds: u64,
+    /// Messages.
+    pub messages: u64,
+    /// Bytes.
+    pub bytes: u64,
+    /// Work of its busiest worker.
+    pub busiest_work: u64,
+}
+
+/// Predicts the machine with `workers` ranks.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn predict(log: &TaskLog, workers: u32, hardware: &Hardware) -> Result<Prediction, PredictError> {
+    let most = septet_core::config::MOST_WORKERS;
+    if workers == 0 || workers > most {
+        return Err(PredictError::Workers { workers, most });
+    }
+    check(log)?;
+    let (place, traffic) = match log.dimension {
+        2 => replay::replay::<DVec2>(log, workers)?,
+        _ => replay::replay::<DVec3>(log, workers)?,
+    };
+    Ok(summary(log, &place, &traffic, hardware))
+}
+
+/// Edges between two leaves: no record of a run has more.
+const MOST_TOLD: u64 = 1 << 40;
+
+/// Do the parts of a record fit together?
+fn check(log: &TaskLog) -> Result<(), PredictError> {
+    let leaves = log.leaves.len();
+    let known = |leaf: u32| (leaf as usize) < leaves;
+    let torn = |what| Err(PredictError::Torn { what });
+    if !matches!(log.dimension, 2 | 3) {
+        return torn("the dimension is neither 2 nor 3");
+    }
+    if log.blocks == 0 || log.first_blocks.len() != leaves {
+        return torn("not every leaf says where its points come from");
+    }
+    let blocks = log.first_blocks.iter().chain(log.samples.iter().map(|s| &s.2)).flatten();
+    if blocks.into_iter().any(|b| b.0 >= log.blocks) {
+        return torn("a block that is not there");
+    }
+    let mut named = log.frame.iter().copied().chain(log.reach.iter().map(|r| r.1));
+    let mut pairs = log
+        .reverse
+        .iter()
+        .map(|r| (r.0, r.1))
+        .chain(log.tellers.iter().flat_map(|t| [(t.0, t.1), (t.0, t.2)]))
+        .chain(log.agreement.iter().map(|r| (r.1, r.2)))
+        .chain(log.exchange.iter().map(|s| (s.from, s.to)));
+    if !named.all(known) || !pairs.all(|(a, b)| known(a) && known(b)) {
+        return torn("a leaf that is not there");
+    }
+    if !log.reverse.is_empty() && log.tellers.is_empty() {
+        return torn("it does not say which points tell of their edges: an earlier septet made it");
+    }
+    let told = log.reverse.iter().map(|r| r.2).chain(log.tellers.iter().map(|t| t.3));
+    if told.max().is_some_and(|most| most > MOST_TOLD) {
+        return torn("more edges than any points have");
+    }
+    if log.leaves.contains(&0) || log.nodes.iter().any(|n| n.0 == 0) {
+        return torn("a path of zero");
+    }
+    Ok(())
+}
+
+/// Work of every rank, phase by phase: a piece's to its holder, a shared node's over its group.
+fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank, u64>> {
+    let shared: BTreeMap<u64, (Rank, u32)> =
+        place.groups.iter().filter(|g| !g.whole).map(|g| (g.node.0, (g.first, g.ranks))).collect();
+    let pieces: BTreeMap<u64, Rank> =
+        place.groups.iter().filter(|g| g.whole).map(|g| (g.node.0, g.first)).collect();
+    let mut work: BTreeMap<u8, BTreeMap<Rank, u64>> = BTreeMap::new();
+    for &(phase, node, amount, _) in &log.charges {
+        let phase = work.entry(phase).or_default();
+        if let Some(&(first, ranks)) = shared.get(&node) {
+            for rank in first..first + ranks {
+                *phase.entry(rank).or_default() += amount / u64::from(ranks);
+            }
+            continue;
+        }
+        let mut at = Some(NodeId(node));
+        while let Some(n) = at {
+            if let Some(&rank) = pieces.get(&n.0) {
+                *phase.entry(rank).or_default() += amount;
+                break;
+            }
+            at = n.parent();
+        }
+    }
+    work
+}
+
+fn summary(log: &TaskLog, place: &Placement, traffic: &Traffic, hardware: &Hardware) -> Prediction {
+    let work = work_by_rank(log, place);
+    let busiest = |phase: u8| work.get(&phase).and_then(|w| w.values().copied().max()).unwrap_or(0);
+    let loads = traffic.phases();
+    let mut phases = Vec::new();
+    let mut compute = hardware.fixed;
+    for phase in Phase::ALL {
+        let (rounds, load) = loads.get(&(phase as u8)).copied().unwrap_or_default();
+        let busiest_work = busiest(phase as u8);
+        if rounds == 0 && busiest_work == 0 {
+            continue;
+        }
+        let rate = hardware.phase_rates.get(phase.name()).copied().unwrap_or(hardware.rate);
+        compute += busiest_work as f64 / rate;
+        let (messages, bytes) = (load.messages, load.bytes);
+        phases.push(PhasePrediction { name: phase.name(), rounds, messages, bytes, busiest_work });
+    }
+    let (mut bsp, mut loggp) = (0.0, 0.0);
+    for (_, round) in traffic.rounds() {
+        let most = round.most();
+        let (messages, bytes) = (most.messages as f64, most.bytes as f64);
+        bsp += bytes / hardware.bandwidth + hardware.latency;
+        loggp += hardware.latency
+            + (messages + 1.0) * hardware.overhead
+            + (bytes - messages).max(0.0) / hardware.bandwidth;
+    }
+    let (rounds, all) = traffic.total();
+    let total_work: u64 = log.charges.iter().map(|c| c.2).sum();
+    let d = f64::from(log.dimension);
+    let (n, p) = (log.population as f64, f64::from(place.workers));
+    let record = (8.0 * d) + 20.0;
+    let depth = phases.iter().map(|ph| depth_of(log, ph.name)).sum::<u64>();
+    Prediction {
+        workers: place.workers,
+        exact: log.blocks.is_multiple_of(place.workers),
+        rounds,
+        messages: all.messages,
+        bytes: all.bytes,
+        surface_ratio: all.bytes as f64 / (n.powf(1.0 - 1.0 / d) * p.powf(1.0 / d) * record),
+        busiest_work: phases.iter().map(|ph| ph.busiest_work).sum(),
+        brent: total_work / u64::from(place.workers) + depth,
+        bsp: Seconds { compute, communicate: bsp },
+        loggp: Seconds { compute, communicate: loggp },
+        phases,
+    }
+}
+
+/// The longest chain of a phase's charges down the tree.
+fn depth_of(log: &TaskLog, name: &str) -> u64 {
+    let Some(phase) = Phase::ALL.into_iter().find(|p| p.name() == name) else { return 0 };
+    let mut ends: BTreeMap<u64, u64> = BTreeMap::new();
+    let mut longest = 0;
+    // Paths are sorted, so a parent comes before its children.
+    for &(_, node, _, depth) in log.charges.iter().filter(|c| c.0 == phase as u8) {
+        let above = NodeId(node).parent().and_then(|p| ends.get(&p.0)).copied().unwrap_or(0);
+        let end = above + depth;
+        ends.insert(node, end);
+        longest = longest.max(end);
+    }
+    longest
+}
+
+/// The smallest of these numbers of workers at which communication takes longer than computing, by BSP.
+pub fn takes_over(predictions: &[Prediction]) -> Option<u32> {
+    predictions.iter().find(|p| p.bsp.communicate > p.bsp.compute).map(|p| p.workers)
+}

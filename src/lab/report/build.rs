@@ -1,0 +1,186 @@
+//! From a run to its report.
+
+use std::path::PathBuf;
+
+use septet_geometry::graph::Supergraph;
+use septet_protocol::ids::Phase;
+use septet_protocol::ledger::{Ledger, Total};
+
+use septet_core::config::Config;
+use septet_core::run::Run;
+
+use super::schema::{
+    Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, Report,
+    RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
+};
+use super::{Parameters, traffic, tree};
+
+/// What surrounds a run and is not known to it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Setting<'a> {
+    /// `triangulate` or `simulate`.
+    pub command: &'static str,
+    /// The input as named.
+    pub input: &'a str,
+    /// The outputs as named.
+    pub outputs: &'a [PathBuf],
+    /// Points dropped while reading.
+    pub skipped: u64,
+    /// Measured seconds of reading.
+    pub read_seconds: f64,
+    /// Measured seconds of writing.
+    pub write_seconds: f64,
+    /// Measured seconds of everything.
+    pub total_seconds: f64,
+    /// Measured memory before the run.
+    pub rss_before_bytes: Option<u64>,
+    /// Measured peak memory.
+    pub peak_rss_bytes: Option<u64>,
+}
+
+impl Report {
+    /// The report of a run.
+    pub fn of(run: &Run, config: &Config, setting: &Setting<'_>) -> Report {
+        let counted = run.settled.counted;
+        let ledger = &run.ledger;
+        let points = &run.points;
+        Report {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            parameters: Parameters::of(config, setting, run.settled.leaf),
+            seed: config.seed,
+            supergraph: supergraph(run),
+            points: PointsReport {
+                input: points.input + setting.skipped,
+                used: points.used,
+                duplicate: points.duplicates.len() as u64,
+                refused: points.refused.len() as u64 + setting.skipped,
+            },
+            space: run.space,
+            dimension: run.dimension,
+            simplices: run.cell_count() as u64,
+            hull_facets: if run.refutation.is_none() { run.hull_facets } else { 0 },
+            certificate: match run.refutation {
+                None => "passed".to_owned(),
+                Some(refutation) => format!("failed: {refutation}"),
+            },
+            repair: RepairReport { rounds: run.exchange_rounds, stars: run.stars_repaired },
+            fallback: run.fallback.clone().map(|(reason, points)| Fallback { reason, points }),
+            how_proved: how_proved(run),
+            machine: machine(run),
+            plan: run.plan,
+            phases: phases(run),
+            critical_path: if counted { path(ledger) } else { Vec::new() },
+            rounds: rounds(ledger),
+            traffic: traffic::links(ledger, run.settled.workers),
+            timeline: traffic::senders(ledger, run.settled.workers),
+            tree: tree::summary(run),
+            nodes: if counted { tree::nodes(ledger) } else { Vec::new() },
+            graph: counted.then(|| tree::graph(run)),
+            view: run.picture.clone(),
+            control_bytes: ledger.part.rounds.values().map(|t| t.control).sum(),
+            seconds: Seconds {
+                read: setting.read_seconds,
+                triangulate: run.triangulate_seconds,
+                write: setting.write_seconds,
+                total: setting.total_seconds,
+            },
+            rss_before_bytes: setting.rss_before_bytes,
+            peak_rss_bytes: setting.peak_rss_bytes,
+            tasks: run.tasks.clone(),
+        }
+    }
+}
+
+fn supergraph(run: &Run) -> SupergraphReport {
+    let (kind, alpha, k) = match run.settled.supergraph {
+        Some(Supergraph::Density { alpha }) => ("density", Some(alpha), None),
+        Some(Supergraph::Overlap { alpha }) => ("overlap", Some(alpha), None),
+        Some(Supergraph::Knn { k }) => ("knn", None, Some(k)),
+        None => ("none", None, None),
+    };
+    SupergraphReport { kind, alpha, k, why: run.settled.why.clone() }
+}
+
+fn how_proved(run: &Run) -> HowProved {
+    if run.refutation.is_some() {
+        return HowProved { hypothesis: 0, local_radius: 0, exchange: 0 };
+    }
+    let certified = if run.cell_count() == 0 { 0 } else { run.points.used };
+    HowProved {
+        hypothesis: certified.saturating_sub(run.stars_local + run.stars_repaired),
+        local_radius: run.stars_local,
+        exchange: run.stars_repaired,
+    }
+}
+
+fn machine(run: &Run) -> MachineReport {
+    let phases = &run.ledger.phases;
+    let total = |t: &Total| {
+        let known = |x: u64| run.settled.counted.then_some(x);
+        TotalReport {
+            work: known(t.work),
+            depth: known(t.depth),
+            depth_log_scan: known(t.depth_log_scan),
+            brent: known(t.brent),
+        }
+    };
+    MachineReport {
+        workers: run.settled.workers,
+        rounds: phases.iter().map(|p| p.rounds).sum(),
+        messages: phases.iter().map(|p| p.messages).sum(),
+        bytes: phases.iter().map(|p| p.bytes).sum(),
+        paper: total(&run.ledger.paper),
+        repair: total(&run.ledger.repair),
+    }
+}
+
+/// Phases that were counted or measured, in order; a phase that came twice is one row.
+fn phases(run: &Run) -> Vec<PhaseReport> {
+    let counted = run.settled.counted;
+    let row = |phase: Phase| {
+        let total = run.ledger.phases.iter().find(|t| t.phase == phase);
+        let timed = run.phase_seconds.iter().any(|(p, _)| *p == phase);
+        if total.is_none() && !timed {
+            return None;
+        }
+        let of = |f: fn(&septet_protocol::ledger::PhaseTotal) -> u64| total.map_or(0, f);
+        Some(PhaseReport {
+            name: phase.name(),
+            paper: phase.is_paper(),
+            rounds: of(|t| t.rounds),
+            work: counted.then(|| of(|t| t.work)),
+            depth: counted.then(|| of(|t| t.depth)),
+            critical_depth: counted.then(|| of(|t| t.critical_depth)),
+            messages: of(|t| t.messages),
+            bytes: of(|t| t.bytes),
+            seconds: run.phase_seconds.iter().filter(|(p, _)| *p == phase).map(|(_, s)| s).sum(),
+        })
+    };
+    Phase::ALL.into_iter().filter_map(row).collect()
+}
+
+fn path(ledger: &Ledger) -> Vec<PathReport> {
+    let step = |s: &septet_protocol::ledger::PathStep| PathReport {
+        subproblem: s.node.0,
+        phase: s.phase.name(),
+        depth: s.depth,
+    };
+    ledger.critical_path.iter().map(step).collect()
+}
+
+fn rounds(ledger: &Ledger) -> Vec<RoundReport> {
+    let row = |(&(round, phase), t): (&(u32, u8), &septet_protocol::ledger::RoundTally)| RoundReport {
+        round,
+        phase: Phase::from_number(phase).map_or("", Phase::name),
+        active: t.active,
+        merged: t.merged,
+        points: t.points,
+        messages: t.messages,
+        bytes: t.bytes,
+        largest: t.largest,
+        retries: t.retries,
+        separators: t.separators,
+    };
+    ledger.part.rounds.iter().map(row).collect()
+}

@@ -1,0 +1,103 @@
+//! Every option of a run, as given or by default.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use septet_core::config::{Alpha, Config, Neighbours, SeparatorSets, Transport, Workers};
+
+use super::Setting;
+
+/// The options of a run: what was asked for. What was settled on stands beside it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameters {
+    /// `triangulate` or `simulate`.
+    pub command: &'static str,
+    /// The input as named.
+    pub input: String,
+    /// The outputs as named.
+    pub outputs: Vec<PathBuf>,
+    /// A number, or `leaves`.
+    pub workers: String,
+    /// Threads that run the workers.
+    pub threads: usize,
+    /// `density`, `overlap` or `knn`.
+    pub supergraph: &'static str,
+    /// A number, or `auto`.
+    pub alpha: String,
+    /// A number, `auto`, or a factor of ln n such as `10ln`.
+    pub k: String,
+    /// `both`, `smaller` or `ghost`.
+    pub separator_sets: &'static str,
+    /// `sphere` or `kd`.
+    pub partition: &'static str,
+    /// `descent` or `naive`.
+    pub neighbours: &'static str,
+    /// Largest leaf in points, as settled.
+    pub leaf: u64,
+    /// Was the leaf size left to septet?
+    pub leaf_auto: bool,
+    /// `channel` or `sim`.
+    pub transport: &'static str,
+    /// Seed of the order of delivery, `sim` only.
+    pub delivery_seed: Option<u64>,
+    /// Lipschitz constant of a set generated as f-spaced.
+    pub lipschitz: Option<f64>,
+    /// Are invalid points dropped?
+    pub skip_invalid: bool,
+    /// Memory limit in bytes.
+    pub max_memory: Option<u64>,
+    /// Are the owner and home leaf of cells kept?
+    pub with_owner: bool,
+    /// Points of the picture asked for.
+    pub view: u32,
+    /// Rounds of exchange before a fallback; none for `6 log2 n`.
+    pub exchange_cap: Option<u32>,
+}
+
+impl Parameters {
+    /// The parameters of a configuration.
+    pub(super) fn of(config: &Config, setting: &Setting<'_>, leaf: u64) -> Self {
+        let (transport, delivery_seed) = match config.transport {
+            Transport::Channel { .. } => ("channel", None),
+            Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
+        };
+        Parameters {
+            command: setting.command,
+            input: setting.input.to_owned(),
+            outputs: setting.outputs.to_vec(),
+            workers: match config.workers {
+                Workers::Count(p) => p.to_string(),
+                Workers::Leaves => "leaves".to_owned(),
+            },
+            threads: config.threads,
+            supergraph: config.graph.name(),
+            alpha: match config.alpha {
+                Alpha::Auto => "auto".to_owned(),
+                Alpha::Value(alpha) => alpha.to_string(),
+            },
+            k: match config.k {
+                Neighbours::Auto => "auto".to_owned(),
+                Neighbours::Count(k) => k.to_string(),
+                Neighbours::Log(c) => format!("{c}ln"),
+            },
+            separator_sets: match config.sets {
+                SeparatorSets::Both => "both",
+                SeparatorSets::Smaller => "smaller",
+                SeparatorSets::Ghost => "ghost",
+            },
+            partition: config.partition.name(),
+            neighbours: config.correction.name(),
+            leaf,
+            leaf_auto: config.leaf.is_none(),
+            transport,
+            delivery_seed,
+            lipschitz: config.spacing,
+            skip_invalid: config.skip_invalid,
+            max_memory: config.max_memory,
+            with_owner: config.with_owner,
+            view: config.view,
+            exchange_cap: config.exchange_cap,
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The report of `septet verify`.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+/// Name and version of the schema of [`Verdict`].
+pub const VERIFY_SCHEMA: &str = "septet-verify/1";
+
+/// What was verified, and the outcome.
+#[derive(Debug, Serialize)]
+pub struct Verdict<'a> {
+    /// [`VERIFY_SCHEMA`].
+    pub schema: &'static str,
+    /// Version of septet.
+    pub version: &'static str,
+    /// The file of points.
+    pub points_file: &'a str,
+    /// The file of cells.
+    pub cells_file: String,
+    /// Is it a Delaunay triangulation?
+    pub passed: bool,
+    /// Level by level, with the first faults of each.
+    #[serde(flatten)]
+    pub report: &'a septet_verify::Report,
+}
+
+impl<'a> Verdict<'a> {
+    /// The verdict on these two files.
+    pub fn of(report: &'a septet_verify::Report, points: &'a str, cells: &Path) -> Self {
+        Verdict {
+            schema: VERIFY_SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            points_file: points,
+            cells_file: cells.display().to_string(),
+            passed: report.passed(),
+            report,
+        }
+    }
+}

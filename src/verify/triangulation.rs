@@ -1,0 +1,24 @@
+//! The verifier's input: points and cells as flat arrays, whoever made them.
+
+/// Points and cells that claim to be a triangulation.
+#[derive(Clone, Copy, Debug)]
+pub struct Triangulation<'a> {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// All points, `dimension` coordinates each.
+    pub coordinates: &'a [f64],
+    /// `dimension + 1` zero-based point indices per cell.
+    pub cells: &'a [u64],
+}
+
+impl Triangulation<'_> {
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.coordinates.len() / self.dimension
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len() / (self.dimension + 1)
+    }
+}

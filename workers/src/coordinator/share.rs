@@ -1,0 +1,193 @@
+//! The result of a run, as rank 0 collects it.
+
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{Phase, Rank};
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::message::{Body, Merged, Message, ViewPart};
+use septet_protocol::tasks::TaskLog;
+use septet_protocol::transport::TransportError;
+
+use crate::machine::context::Context;
+
+/// One worker's piece of a triangulation.
+#[derive(Clone, Debug)]
+pub struct PieceRows {
+    /// The worker.
+    pub owner: Rank,
+    /// Its node of the tree.
+    pub leaf: u64,
+    /// Input indices of its vertices.
+    pub ids: Vec<u64>,
+    /// For each cell its vertices, as places in `ids`, then its neighbours.
+    pub rows: Vec<u32>,
+    /// The cells that have a facet without a neighbour in the piece.
+    pub open: Vec<u32>,
+}
+
+/// Cells as rows of input indices.
+#[derive(Clone, Debug, Default)]
+pub struct CellRows {
+    /// The rows, in the parts in which they arrived.
+    pub parts: Vec<Vec<u64>>,
+    /// The worker of each cell, if the workers send leaves.
+    pub owners: Vec<Rank>,
+    /// The node of each cell's leaf, if the workers send leaves.
+    pub leaves: Vec<u64>,
+}
+
+/// A maximal independent set.
+#[derive(Clone, Debug, Default)]
+pub struct Selected {
+    /// Its members, in the order of arrival.
+    pub members: Vec<u64>,
+    /// Points undecided at the start of each round of local priorities.
+    pub undecided: Vec<u64>,
+}
+
+/// The counts of the machine.
+#[derive(Clone, Debug, Default)]
+pub struct Counted {
+    /// The ledgers of all ranks.
+    pub ledger: LedgerPart,
+    /// Number of workers whose ledger has arrived.
+    pub parts: u32,
+    /// The record of tasks, if the run keeps one.
+    pub tasks: Option<Box<TaskLog>>,
+}
+
+/// The last certificate.
+#[derive(Clone, Debug, Default)]
+pub struct Certified {
+    /// The merged result of all workers; its rounds of exchange are those of all passes.
+    pub merged: Merged,
+    /// Why stars were gathered, and the largest number of points gathered, if any were.
+    pub fallback: Option<(String, u64)>,
+}
+
+impl Certified {
+    pub(super) fn add(&mut self, merged: Merged) {
+        let exchange_rounds = self.merged.exchange_rounds + merged.exchange_rounds;
+        self.merged = Merged { exchange_rounds, ..merged };
+    }
+
+    pub(super) fn note_gathered(&mut self, reason: &str, points: u64) {
+        let before = self.fallback.as_ref().map_or(0, |(_, most)| *most);
+        self.fallback = Some((reason.to_string(), points.max(before)));
+    }
+}
+
+/// The supergraph of the run.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// The supergraph, if there is one.
+    pub supergraph: Option<Supergraph>,
+    /// Why the coordinator chose it, if it did.
+    pub why: Option<String>,
+}
+
+/// The result of a run.
+#[derive(Clone, Debug)]
+pub struct Share<P> {
+    /// Pieces of a triangulation, in the order of arrival.
+    pub pieces: Vec<PieceRows>,
+    /// Cells of stars.
+    pub cells: CellRows,
+    /// Edges of the supergraph as pairs of input indices, if the workers send them.
+    pub edges: Vec<u64>,
+    /// The independent set, if the task is one.
+    pub selected: Selected,
+    /// The counts.
+    pub counted: Counted,
+    /// The workers' parts of the picture, in the order of arrival.
+    pub views: Vec<ViewPart<P>>,
+    /// The certificate.
+    pub certified: Certified,
+    /// The supergraph.
+    pub choice: Choice,
+}
+
+impl<P> Default for Share<P> {
+    fn default() -> Self {
+        Share {
+            pieces: Vec::new(),
+            cells: CellRows::default(),
+            edges: Vec::new(),
+            selected: Selected::default(),
+            counted: Counted::default(),
+            views: Vec::new(),
+            certified: Certified::default(),
+            choice: Choice::default(),
+        }
+    }
+}
+
+/// Takes the results of all workers.
+pub(super) async fn collect<P: Point>(
+    cx: &mut Context<P>,
+    share: &mut Share<P>,
+) -> Result<(), TransportError> {
+    cx.enter(Phase::Collect)?;
+    let with_leaves = cx.config.with_leaves;
+    while cx.exchange().await? {
+        for message in
+            cx.take(|m| is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(0)))))
+        {
+            let (from, body) = message;
+            share.add(from, body, P::DIM + 1, with_leaves)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the message is part of a result. Views that do not fit together are not.
+fn is_result<P: Point>(message: &Message<P>) -> bool {
+    match &message.body {
+        Body::View(part) => part.is_consistent(),
+        Body::Cells { .. }
+        | Body::Piece { .. }
+        | Body::Selected { .. }
+        | Body::Tasks(_)
+        | Body::Ledger(_) => true,
+        _ => false,
+    }
+}
+
+impl<P: Point> Share<P> {
+    fn add(
+        &mut self,
+        from: Rank,
+        body: Body<P>,
+        corners: usize,
+        with_leaves: bool,
+    ) -> Result<(), TransportError> {
+        match body {
+            Body::Cells { cells: Bulk(rows), mut leaves } => {
+                if with_leaves {
+                    self.cells.owners.extend(std::iter::repeat_n(from, rows.len() / corners));
+                    self.cells.leaves.append(&mut leaves);
+                }
+                self.cells.parts.push(rows);
+            }
+            Body::Piece { leaf, ids: Bulk(ids), rows: Bulk(rows), open: Bulk(open) } => {
+                self.pieces.push(PieceRows { owner: from, leaf, ids, rows, open });
+            }
+            Body::Selected { mut members, undecided } => {
+                self.selected.members.append(&mut members);
+                let sums = &mut self.selected.undecided;
+                sums.resize(sums.len().max(undecided.len()), 0);
+                sums.iter_mut().zip(&undecided.0).for_each(|(sum, count)| *sum += count);
+            }
+            Body::Tasks(log) => self.counted.tasks = Some(log),
+            Body::View(part) => self.views.push(*part),
+            Body::Ledger(words) => {
+                let torn = || TransportError::BadMessage { from, reason: "its ledger is torn".to_string() };
+                self.counted.ledger.merge(&LedgerPart::from_words(&words).ok_or_else(torn)?);
+                self.counted.parts += 1;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,152 @@
+//! What the filters leave out reaches nothing that matters.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3};
+use septet_geometry::incremental::insertion_order;
+use septet_geometry::separator::Separator;
+use septet_protocol::ids::NodeId;
+use septet_protocol::message::Child;
+
+use super::*;
+use crate::config::Stop;
+use crate::state::subdomain::bounds;
+
+/// A sphere; its ball is the interior.
+pub(crate) fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
+    let a = 0.5 / radius;
+    let mut words = [0.0; 9];
+    (words[3], words[4], words[8]) = (1.0, a, a * (centre.norm2() - radius * radius));
+    for i in 0..P::DIM {
+        words[5 + i] = -2.0 * a * centre.coord(i);
+    }
+    Separator::from_array(&words).unwrap()
+}
+
+pub(crate) fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P]) -> Shared<P> {
+    let side = |wanted: usize| points.iter().copied().filter(move |&x| separator.side(x) == side_of(wanted));
+    let boxes = [bounds(side(0)), bounds(side(1))];
+    let child = Child { population: 1, first: 1, ranks: 1, leaf: true };
+    Shared {
+        id: NodeId::ROOT,
+        first: 1,
+        ranks: 2,
+        leader: 1,
+        split: Split { separator, boxes },
+        children: [child; 2],
+        mine,
+        goes_on: true,
+        summaries: None,
+    }
+}
+
+fn unit(state: &mut u64) -> f64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Random points, a grid, points on spheres, two far clusters.
+pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
+    let mut state = 7;
+    let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> {
+        let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);
+        (0..600).map(|_| map(draw())).collect()
+    };
+    let half = P::splat(0.5);
+    let on_sphere = |x: P| half + (x - half) * (0.4 / (x - half).norm2().sqrt());
+    let clusters = |x: P| if x.coord(0) < 0.5 { x * 1e-3 } else { P::splat(0.7) + x * 1e-6 };
+    let rounded =
+        |x: P| P::from_coords(&[0, 1, 2].map(|i| (x.coord(i % P::DIM) * 9.0).floor() / 8.0)[..P::DIM]);
+    let mut all = vec![random(&|x| x), random(&on_sphere), random(&clusters), random(&rounded)];
+    for points in &mut all {
+        points.sort_by(septet_geometry::point::lex_cmp);
+        points.dedup();
+    }
+    all
+}
+
+/// The vertices with halos that do not hold the ball of a cell, which is larger by a factor.
+fn beyond<P: Point>(reach: &Reach<P>, larger: f64, cell: &P::Cell, margins: &[Margin]) -> u8 {
+    let is_in = |&v: &u32| match *reach {
+        _ if v as usize >= margins.len() => true,
+        Reach::Ball { radius, .. } => 2.0 * radius * larger <= margins[v as usize].sent,
+        _ => false,
+    };
+    cell.as_ref().iter().enumerate().fold(0, |sent, (i, v)| sent | u8::from(!is_in(v)) << i)
+}
+
+/// Looks at all cells by their own balls alone. Returns how many reach out beyond halos.
+fn compare<P: Point>(path: &[Shared<P>], piece: &Piece<P>, points: &[P], margins: &[Margin]) -> usize {
+    let surveyed = Border::of(path, piece, points, margins).survey();
+    let found: HashMap<P::Cell, (u64, u8)> =
+        surveyed.iter().map(|out| (out.cell, (out.levels, out.sent))).collect();
+    assert_eq!(found.len(), surveyed.len());
+    let mut number = 0;
+    piece.each_cell(|_, cell| {
+        let reach = crate::direct::piece::reach_of::<P>(cell, |v| points[v as usize]);
+        let met = |s: &Shared<P>| reaches(&s.split, &reach, 1 - s.mine);
+        let levels = (0..path.len()).fold(0, |levels, i| levels | u64::from(met(&path[i])) << i);
+        // The kernel's sphere may be a little larger, never smaller.
+        let [least, most] = [1.0 - 1e-9, 1.01].map(|larger| beyond(&reach, larger, cell, margins));
+        let (at, sent) = found.get(cell).copied().unwrap_or((0, 0));
+        assert_eq!(sent & !most, 0);
+        if levels != 0 && least != 0 {
+            assert_eq!((at & levels, sent & least), (levels, least));
+            number += 1;
+        }
+    });
+    assert!(surveyed.len() <= number + number / 10 + 3, "{} for {number}", surveyed.len());
+    number
+}
+
+fn all_are_found<P: Point>() {
+    let middle = P::splat(0.5);
+    let mut aside = P::splat(0.3);
+    aside.set_coord(0, 0.6);
+    let splits = [
+        vec![(sphere(middle, 0.35), 0)],
+        vec![(sphere(middle, 0.35), 1)],
+        vec![(sphere(middle, 0.1), 1), (sphere(aside, 0.2), 1)],
+        vec![(Separator::plane(0, 0.45), 0), (sphere(aside, 0.15), 1)],
+        vec![(sphere(middle, 0.45), 0), (Separator::plane(P::DIM - 1, 0.5), 1), (sphere(aside, 0.3), 1)],
+    ];
+    let mut compared = 0;
+    for (points, split) in sets::<P>().iter().flat_map(|points| splits.iter().map(move |s| (points, s))) {
+        let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, points)).collect();
+        let is_home = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+        let home: Vec<P> = points.iter().filter(is_home).copied().collect();
+        let home: Vec<P> = insertion_order(&home).into_iter().map(|i| home[i as usize]).collect();
+        // Foreign points; no halos, small ones, large ones.
+        let beside: Vec<P> = points.iter().filter(|x| !is_home(x)).copied().step_by(9).collect();
+        let all: Vec<P> = home.iter().chain(&beside).copied().collect();
+        let others: Vec<u32> = (home.len() as u32..all.len() as u32).collect();
+        for others in [&[], &others[..]] {
+            let Some(piece) = Piece::new(&all, home.len() as u32, others, 0, &Stop::default()) else {
+                continue;
+            };
+            let mut state = 5;
+            for most in [0.0, 0.3, 1.5] {
+                let margin = |x: &P| {
+                    let clear = path.iter().map(|s| s.split.separator.clearance(*x));
+                    let free = clear.fold(f64::INFINITY, f64::min);
+                    // Not all know how free they are.
+                    let sent = most * unit(&mut state);
+                    Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
+                };
+                let halo: Vec<Margin> = home.iter().map(margin).collect();
+                compared += compare(&path, &piece, &all, &halo);
+            }
+        }
+    }
+    assert!(compared > 3000, "{compared} cells reach out");
+}
+
+#[test]
+fn in_space_all_that_reaches_out_is_found() {
+    all_are_found::<DVec3>();
+}
+
+#[test]
+fn in_the_plane_all_that_reaches_out_is_found() {
+    all_are_found::<DVec2>();
+}

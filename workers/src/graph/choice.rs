@@ -1,0 +1,196 @@
+//! The choice of the supergraph where none is given: a sample of stars.
+//!
+//! About a thousand points, chosen by a hash of their coordinates, ask for their surroundings out to six
+//! times the distance of the nearest point of their leaf, and find the nearest of all among them. The star of
+//! each, built from them, is certified by the ball of radius `alpha` times that distance iff it has no infinite
+//! facet and twice its largest circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at
+//! most 10 % of the sample not certified, else 48 nearest neighbours. The choice does not depend on how many
+//! workers there are.
+//!
+//! It comes before the nearest-neighbour balls, for only graphs that are made of them need those of all points.
+//!
+//! A tenth, not a fifth, and 48, not 64: measured (`bench/README.md`). Near a fifth the stars that are not certified,
+//! and what they disturb, cost more than lists of neighbours do; and since repair is cheap, shorter lists pay.
+
+use septet_geometry::complex::INFINITE;
+use septet_geometry::cost::Cost;
+use septet_geometry::graph::Supergraph;
+use septet_geometry::hull::StarBuilder;
+use septet_geometry::measure::circumradius2;
+use septet_geometry::neighbourhood::nearest_direct;
+use septet_geometry::point::{Point, dist2};
+use septet_geometry::separator::{DrawKey, is_sample};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::message::{Body, Message};
+
+use crate::config::Wanted;
+use crate::neighbours::done::Done;
+use crate::neighbours::query::{Ask, Ball};
+use crate::state::table::Table;
+use crate::worker::{Worker, finite_cell};
+
+/// The alphas that are tried.
+pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
+
+/// The share of sampled stars that may stay without a local certificate.
+pub const UNCERTIFIED_SHARE: f64 = 0.1;
+
+/// Neighbours where no alpha suffices.
+pub const FALLBACK_K: u32 = 48;
+
+/// Most points that a sampled star asks for.
+const MOST_CANDIDATES: u32 = 500;
+
+/// From the sample's size and the numbers certified at each alpha: the supergraph, and why.
+pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -> (Supergraph, String) {
+    for (alpha, &good) in ALPHAS.into_iter().zip(certified) {
+        let open = sample - good.min(sample);
+        if open as f64 <= UNCERTIFIED_SHARE * sample as f64 {
+            let supergraph = match wanted {
+                Wanted::AutoOverlap => Supergraph::Overlap { alpha },
+                _ => Supergraph::Density { alpha },
+            };
+            let why = format!("alpha {alpha} certifies {good} of {sample} sampled stars");
+            return (supergraph, why);
+        }
+    }
+    let best = certified.last().copied().unwrap_or(0);
+    let k = FALLBACK_K.min(population.saturating_sub(1).max(1) as u32);
+    let why = format!("alpha 6 certifies only {best} of {sample} sampled stars, so {k} nearest neighbours");
+    (Supergraph::Knn { k }, why)
+}
+
+impl<P: Point> Worker<P> {
+    pub(crate) fn begin_choice(&mut self) {
+        self.exchange.sample_sent = false;
+        let balls = self.balls_of_sample();
+        self.launch(Ask { wanted: MOST_CANDIDATES, probe: false, own_leaf: true }, &balls, None);
+        self.exchange.samples = balls;
+        self.report_samples();
+    }
+
+    /// The balls of sampled points: six times as far as the nearest point of the leaf, which is no nearer than the
+    /// nearest of all; without limit if there is none.
+    fn balls_of_sample(&mut self) -> Vec<Ball> {
+        let population = self.population * 2 / 5;
+        let key = DrawKey { seed: self.config.seed, node: 0, attempt: 0 };
+        let positions = &self.table.positions;
+        let mut balls = Vec::new();
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
+            let members: Vec<u32> = leaf.home().collect();
+            let mut cost = Cost::ZERO;
+            let sample = cost.pack(&members, |&home| is_sample(key, population, positions[home as usize]));
+            let all = |_| f64::INFINITY;
+            let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
+            let items = leaf.home_len() * (sample.len() as u64).max(1);
+            self.ledger.charge(Phase::Choice, leaf.id, cost, items);
+            let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
+            balls.extend(sample.into_iter().zip(radii2).map(|(home, radius2)| Ball {
+                home,
+                leaf: at,
+                radius2,
+            }));
+        }
+        balls
+    }
+
+    /// Sends the sample's outcome once all its balls are back.
+    fn report_samples(&mut self) {
+        if self.exchange.sample_sent || self.engine.done.len() < self.exchange.samples.len() {
+            return;
+        }
+        self.exchange.sample_sent = true;
+        let samples = std::mem::take(&mut self.exchange.samples);
+        let needed = needed_alphas(&self.table, &samples, &self.engine.done);
+        let mut counts = vec![needed.len() as u64];
+        counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
+        self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
+    }
+
+    pub(crate) fn on_choice(&mut self, inbox: &mut Vec<Message<P>>) {
+        if self.phase != Phase::Choice {
+            return;
+        }
+        self.report_samples();
+        let known = &mut self.known;
+        inbox.retain(|m| match m.body {
+            Body::Choice { kind, parameter } => {
+                known.supergraph = decode_choice(kind, parameter);
+                false
+            }
+            _ => true,
+        });
+    }
+}
+
+/// A supergraph as two numbers, for the wire.
+pub fn encode_choice(supergraph: Supergraph) -> (u8, f64) {
+    match supergraph {
+        Supergraph::Density { alpha } => (0, alpha),
+        Supergraph::Overlap { alpha } => (1, alpha),
+        Supergraph::Knn { k } => (2, f64::from(k)),
+    }
+}
+
+/// The supergraph in two numbers.
+pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
+    match kind {
+        0 => Some(Supergraph::Density { alpha: parameter }),
+        1 => Some(Supergraph::Overlap { alpha: parameter }),
+        2 => Some(Supergraph::Knn { k: parameter as u32 }),
+        _ => None,
+    }
+}
+
+/// For each sampled star the least alpha whose ball certifies it, infinite if six does not.
+fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Done) -> Vec<f64> {
+    let mut builder = StarBuilder::default();
+    let mut facets: Vec<P::Facet> = Vec::new();
+    // Samples are in the order of their numbers.
+    let radius2 =
+        |home: u32| samples.binary_search_by_key(&home, |ball| ball.home).map(|at| samples[at].radius2);
+    let star = |(home, farthest2, candidates): (u32, f64, &[u32])| {
+        let at = table.positions[home as usize];
+        let distances2 = candidates.iter().map(|&j| dist2(table.positions[j as usize], at));
+        let nearest2 = distances2.fold(f64::INFINITY, f64::min);
+        // A list cut short knows its surroundings only that far.
+        let full = candidates.len() < MOST_CANDIDATES as usize;
+        let known2 = if full { radius2(home).unwrap_or(0.0) } else { farthest2 };
+        if !builder.build(&table.positions, home, candidates, &mut Cost::default()) {
+            return f64::INFINITY;
+        }
+        facets.clear();
+        builder.facets(&mut facets);
+        let mut most2: f64 = 0.0;
+        for facet in &facets {
+            if facet.as_ref().contains(&INFINITE) {
+                return f64::INFINITY;
+            }
+            let Some(cell) = finite_cell::<P>(home, facet) else { return f64::INFINITY };
+            let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions[v as usize]).collect();
+            most2 = most2.max(circumradius2(&corners));
+        }
+        if 4.0 * most2 > known2 { f64::INFINITY } else { (4.0 * most2 / nearest2).sqrt() }
+    };
+    sampled.iter().map(star).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_alpha_that_suffices_is_taken() {
+        let pick = |c: [u64; 4]| choose(Wanted::AutoDensity, 1000, &c, 1_000_000).0;
+        assert_eq!(pick([900, 950, 990, 1000]), Supergraph::Density { alpha: 2.5 });
+        assert_eq!(pick([100, 899, 900, 990]), Supergraph::Density { alpha: 4.0 });
+        assert_eq!(pick([0, 0, 0, 899]), Supergraph::Knn { k: 48 });
+        let small = choose(Wanted::AutoOverlap, 10, &[0, 0, 0, 0], 10).0;
+        assert_eq!(small, Supergraph::Knn { k: 9 });
+        for s in [small, Supergraph::Density { alpha: 2.5 }, Supergraph::Overlap { alpha: 3.0 }] {
+            let (kind, parameter) = encode_choice(s);
+            assert_eq!(decode_choice(kind, parameter), Some(s));
+        }
+    }
+}

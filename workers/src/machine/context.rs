@@ -1,0 +1,272 @@
+//! The machine as a rank sees it: one future a rank, one exchange a round.
+//!
+//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`],
+//! which brings the messages of the round or says that no rank sent any: the phase is over. A host polls its ranks in
+//! turn; each runs until its next exchange. There is no executor beyond that loop and no waker.
+
+use std::cell::RefCell;
+use std::future::{Future, poll_fn};
+use std::pin::Pin;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::task::{self, Poll, Waker};
+
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::message::{Body, Message};
+use septet_protocol::transport::TransportError;
+use tracing::span::EnteredSpan;
+
+use crate::config::{Pool, WorkerConfig};
+use crate::machine::outbox::Outbox;
+use crate::machine::profile::{Site, received};
+use crate::state::tasks::Recorder;
+
+/// A round that ended: its number, and the messages to this rank; none if no rank sent any.
+type Round<P> = (u32, Option<Vec<Message<P>>>);
+
+/// What a rank and its host pass to each other.
+struct Mailbox<P> {
+    sent: Vec<Message<P>>,
+    busy: bool,
+    phase: Phase,
+    round: Option<Round<P>>,
+}
+
+/// What every phase needs of the machine. It holds no data of any phase.
+pub struct Context<P: Point> {
+    pub(crate) rank: Rank,
+    pub(crate) config: Arc<WorkerConfig>,
+    pub(crate) pool: Pool,
+    pub(crate) ledger: LedgerPart,
+    pub(crate) recorder: Option<Box<Recorder>>,
+    pub(crate) out: Outbox<P>,
+    phase: Phase,
+    /// Messages of this round that the phase has not taken.
+    inbox: Vec<Message<P>>,
+    mailbox: Rc<RefCell<Mailbox<P>>>,
+    /// What this rank does between two exchanges. Never held while the rank waits.
+    span: Option<EnteredSpan>,
+}
+
+impl<P: Point> Context<P> {
+    /// Begins a phase.
+    ///
+    /// # Errors
+    /// By a planted fault.
+    pub fn enter(&mut self, phase: Phase) -> Result<(), TransportError> {
+        self.phase = phase;
+        self.span = None;
+        self.span = Some(self.site().round(phase, None));
+        self.mailbox.borrow_mut().phase = phase;
+        self.config.fault.map_or(Ok(()), |fault| fault.strike(self.rank, phase))
+    }
+
+    /// Whose round it is.
+    pub fn site(&self) -> Site {
+        self.out.site()
+    }
+
+    /// Queues a message for this round.
+    pub fn send(&mut self, to: Rank, node: NodeId, attempt: u32, body: Body<P>) {
+        self.out.send(to, node, attempt, body);
+    }
+
+    /// Ends the round. False if no rank sent anything or had more to do: the phase is over on all ranks.
+    ///
+    /// # Errors
+    /// A message that has no place here; or if it was told to stop.
+    pub async fn exchange(&mut self) -> Result<bool, TransportError> {
+        self.exchange_if(false).await
+    }
+
+    /// The same; this rank may have more to do in the next round although it sends nothing.
+    ///
+    /// # Errors
+    /// See [`Context::exchange`].
+    pub async fn exchange_if(&mut self, pending: bool) -> Result<bool, TransportError> {
+        self.refuse_rest()?;
+        self.config.stop.check()?;
+        let sent = self.out.take(self.phase, &mut self.ledger);
+        self.span = None;
+        let (round, inbox) = self.pass(sent, pending || self.out.has_own()).await;
+        self.out.set_round(round);
+        let Some(mut inbox) = inbox else { return Ok(false) };
+        self.span = Some(self.site().round(self.phase, Some(inbox.len())));
+        received(self.phase, &inbox);
+        inbox.extend(self.out.take_own());
+        inbox.sort_by_key(|m| (m.from, m.sequence));
+        inbox.dedup_by_key(|m| (m.from, m.sequence));
+        if let Some(message) = inbox.iter().find(|m| m.run != self.config.run || m.to != self.rank) {
+            return Err(bad(message, "it belongs to another run or rank".to_string()));
+        }
+        self.inbox = inbox;
+        Ok(true)
+    }
+
+    /// A round of a dialogue, in which some rank has sent something.
+    ///
+    /// # Errors
+    /// If none has: then some rank has lost its way.
+    pub async fn next_round(&mut self) -> Result<(), TransportError> {
+        if self.exchange().await? {
+            return Ok(());
+        }
+        let reason = format!("nothing was said in the middle of phase {}", self.phase.name());
+        Err(TransportError::WorkerFailed { rank: self.rank, reason })
+    }
+
+    /// Takes the messages of a kind, in the order of their senders.
+    pub fn take<T>(&mut self, mut kind: impl FnMut(&mut Message<P>) -> Option<T>) -> Vec<T> {
+        let mut taken = Vec::new();
+        self.inbox.retain_mut(|message| match kind(message) {
+            Some(t) => {
+                taken.push(t);
+                false
+            }
+            None => true,
+        });
+        taken
+    }
+
+    /// Takes the one message of a kind.
+    ///
+    /// # Errors
+    /// If there is none, or more than one.
+    pub fn take_one<T>(
+        &mut self,
+        kind: impl FnMut(&mut Message<P>) -> Option<T>,
+    ) -> Result<T, TransportError> {
+        let mut all = self.take(kind);
+        let count = all.len();
+        all.pop().filter(|_| count == 1).ok_or_else(|| TransportError::WorkerFailed {
+            rank: self.rank,
+            reason: format!("{count} messages in phase {} where there is one", self.phase.name()),
+        })
+    }
+
+    fn refuse_rest(&self) -> Result<(), TransportError> {
+        let Some(message) = self.inbox.first() else { return Ok(()) };
+        let fits = message.body.is_consistent();
+        let why = if fits { "it has no place" } else { "its arrays do not fit together" };
+        Err(bad(message, format!("{why} in phase {}", self.phase.name())))
+    }
+
+    /// Hands over what is sent, and waits for the round.
+    pub(crate) async fn pass(&mut self, sent: Vec<Message<P>>, busy: bool) -> Round<P> {
+        {
+            let mut mailbox = self.mailbox.borrow_mut();
+            (mailbox.sent, mailbox.busy) = (sent, busy);
+        }
+        poll_fn(|_| self.mailbox.borrow_mut().round.take().map_or(Poll::Pending, Poll::Ready)).await
+    }
+
+    /// What rank 0 uses where its phases are not functions yet.
+    pub fn parts(&mut self) -> (&mut Outbox<P>, &mut LedgerPart, &mut Vec<Message<P>>) {
+        (&mut self.out, &mut self.ledger, &mut self.inbox)
+    }
+
+    /// Ends the span of this rank's work.
+    pub(crate) fn close(&mut self) {
+        self.span = None;
+    }
+
+    /// Tells the host of the phase; while some phases are not functions yet.
+    pub(crate) fn note(&self, phase: Phase) {
+        self.mailbox.borrow_mut().phase = phase;
+    }
+}
+
+fn bad<P>(message: &Message<P>, reason: String) -> TransportError {
+    TransportError::BadMessage { from: message.from, reason }
+}
+
+/// A rank as its host runs it.
+pub struct Running<'a, P, T = ()> {
+    rank: Rank,
+    mailbox: Rc<RefCell<Mailbox<P>>>,
+    program: Pin<Box<dyn Future<Output = Result<T, TransportError>> + 'a>>,
+    result: Option<T>,
+}
+
+impl<'a, P: Point, T> Running<'a, P, T> {
+    /// Starts a rank: it runs until its first exchange.
+    ///
+    /// # Errors
+    /// What the rank reports.
+    pub fn start<F>(
+        rank: Rank,
+        config: Arc<WorkerConfig>,
+        pool: Pool,
+        program: impl FnOnce(Context<P>) -> F,
+    ) -> Self
+    where
+        F: Future<Output = Result<T, TransportError>> + 'a,
+    {
+        let mailbox = Mailbox { sent: Vec::new(), busy: false, phase: Phase::Load, round: None };
+        let mailbox = Rc::new(RefCell::new(mailbox));
+        let recorder = (config.record_tasks && config.workers == 1 && rank == 1).then(Box::default);
+        let context = Context {
+            rank,
+            out: Outbox::new(config.run, rank),
+            config,
+            pool,
+            ledger: LedgerPart::default(),
+            recorder,
+            phase: Phase::Load,
+            inbox: Vec::new(),
+            mailbox: mailbox.clone(),
+            span: None,
+        };
+        Running { rank, mailbox, program: Box::pin(program(context)), result: None }
+    }
+
+    /// Its rank.
+    pub fn rank(&self) -> Rank {
+        self.rank
+    }
+
+    /// The phase it is in.
+    pub fn phase(&self) -> Phase {
+        self.mailbox.borrow().phase
+    }
+
+    /// Has it more to do although no message is on its way to it?
+    pub fn busy(&self) -> bool {
+        self.mailbox.borrow().busy
+    }
+
+    /// Is its function over?
+    pub fn is_done(&self) -> bool {
+        self.result.is_some()
+    }
+
+    /// What its function returned.
+    pub fn into_result(self) -> Option<T> {
+        self.result
+    }
+
+    /// Hands it a round: the number, and its messages, or none if the phase is over.
+    pub fn deliver(&mut self, round: u32, inbox: Option<Vec<Message<P>>>) {
+        self.mailbox.borrow_mut().round = Some((round, inbox));
+    }
+
+    /// Runs it until its next exchange. Returns what it sends.
+    ///
+    /// # Errors
+    /// What the rank reports. It must not be run again.
+    pub fn step(&mut self) -> Result<Vec<Message<P>>, TransportError> {
+        if self.result.is_none()
+            && let Poll::Ready(result) =
+                self.program.as_mut().poll(&mut task::Context::from_waker(Waker::noop()))
+        {
+            self.mailbox.borrow_mut().busy = false;
+            self.result = Some(result?);
+        }
+        Ok(std::mem::take(&mut self.mailbox.borrow_mut().sent))
+    }
+}
+
+#[cfg(test)]
+mod tests;

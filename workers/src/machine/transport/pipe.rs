@@ -1,0 +1,226 @@
+//! Workers as processes: one rank each, every message as bytes through its standard input and output.
+//!
+//! A round: every worker writes whether it is busy and the frames it sends; the coordinator's process reads
+//! one worker after the other, adds its own, and writes to each the frames for its rank and whether
+//! anything moved. A worker writes all, then reads all; the coordinator reads all, then writes all: no
+//! order of processes can lock up. Integers are little-endian.
+//!
+//! | from a worker | to a worker |
+//! |---|---|
+//! | state u8 (0 idle, 1 busy, 2 failed), number of frames u32 | active u8, number of frames u32 |
+//! | per frame: receiver u32, length u64, bytes | per frame: receiver u32, length u64, bytes |
+//!
+//! A worker that failed sends one frame, what it has to say.
+
+use std::io::{BufReader, BufWriter, Error, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+
+use septet_geometry::point::Point;
+use septet_protocol::codec::FRAME_LIMIT;
+use septet_protocol::ids::{COORDINATOR, Rank};
+use septet_protocol::message::Message;
+use septet_protocol::transport::{Delivery, Transport, TransportError};
+
+use crate::config::WorkerConfig;
+use crate::machine::host::{Host, serve};
+
+const IDLE: u8 = 0;
+const BUSY: u8 = 1;
+const FAILED: u8 = 2;
+
+/// A frame and the rank it goes to.
+type Frame = (Rank, Vec<u8>);
+
+fn write_round(to: &mut impl Write, state: u8, frames: &[Frame]) -> std::io::Result<()> {
+    to.write_all(&[state])?;
+    to.write_all(&(frames.len() as u32).to_le_bytes())?;
+    for (rank, bytes) in frames {
+        to.write_all(&rank.to_le_bytes())?;
+        to.write_all(&(bytes.len() as u64).to_le_bytes())?;
+        to.write_all(bytes)?;
+    }
+    to.flush()
+}
+
+fn read_array<const N: usize>(from: &mut impl Read) -> std::io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    from.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn read_round(from: &mut impl Read) -> std::io::Result<(u8, Vec<Frame>)> {
+    let [state] = read_array(from)?;
+    let count = u32::from_le_bytes(read_array(from)?);
+    let mut frames = Vec::new();
+    for _ in 0..count {
+        let rank = Rank::from_le_bytes(read_array(from)?);
+        let length = u64::from_le_bytes(read_array(from)?);
+        if length > FRAME_LIMIT as u64 {
+            return Err(Error::other(format!("a frame of {length} bytes")));
+        }
+        let mut bytes = Vec::new();
+        // Grows with what arrives, not with what is claimed.
+        if from.by_ref().take(length).read_to_end(&mut bytes)? as u64 != length {
+            return Err(std::io::ErrorKind::UnexpectedEof.into());
+        }
+        frames.push((rank, bytes));
+    }
+    Ok((state, frames))
+}
+
+fn bad(from: Rank, error: &dyn std::fmt::Display) -> TransportError {
+    TransportError::BadMessage { from, reason: error.to_string() }
+}
+
+/// The coordinator's end of a machine of processes. Dropping it ends them.
+pub struct Pipes {
+    children: Vec<Process>,
+}
+
+struct Process {
+    child: Child,
+    input: Option<BufWriter<ChildStdin>>,
+    output: BufReader<ChildStdout>,
+}
+
+impl Pipes {
+    /// Starts the processes of ranks `1..=workers`. `command` names the program and arguments for a rank; the
+    /// program has to call [`serve_pipe`] with the same parameters and rank.
+    ///
+    /// # Errors
+    /// If a process cannot be started.
+    pub fn launch(
+        config: &Arc<WorkerConfig>,
+        command: &mut dyn FnMut(&WorkerConfig, Rank) -> Command,
+    ) -> std::io::Result<Self> {
+        let mut pipes = Pipes { children: Vec::new() };
+        for rank in 1..=config.workers {
+            let mut child = command(config, rank).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+            let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
+                return Err(Error::other("a process without pipes"));
+            };
+            let input = Some(BufWriter::new(input));
+            pipes.children.push(Process { child, input, output: BufReader::new(output) });
+        }
+        Ok(pipes)
+    }
+
+    fn failure(&mut self, rank: Rank, error: &Error) -> TransportError {
+        let process = &mut self.children[rank as usize - 1];
+        process.input = None;
+        let ended = match process.child.try_wait() {
+            Ok(Some(status)) => format!(", {status}"),
+            _ => String::new(),
+        };
+        TransportError::WorkerFailed { rank, reason: format!("its pipe broke: {error}{ended}") }
+    }
+}
+
+impl<P: Point> Transport<P> for Pipes {
+    fn size(&self) -> u32 {
+        self.children.len() as u32 + 1
+    }
+
+    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+        let ranks = self.children.len() + 1;
+        let mut boxes: Vec<Vec<Frame>> = vec![Vec::new(); ranks];
+        let mut active = busy || !outbox.is_empty();
+        let mut route = |from: Rank, frame: Frame| match boxes.get_mut(frame.0 as usize) {
+            Some(place) => {
+                place.push(frame);
+                Ok(())
+            }
+            None => Err(bad(from, &format!("there is no rank {}", frame.0))),
+        };
+        for message in outbox {
+            let bytes = message.encode().map_err(|e| bad(message.from, &e))?;
+            route(message.from, (message.to, bytes))?;
+        }
+        for rank in 1..ranks {
+            let from = rank as Rank;
+            let read = read_round(&mut self.children[rank - 1].output);
+            let (state, frames) = read.map_err(|e| self.failure(from, &e))?;
+            if state == FAILED {
+                let reason = frames.first().map(|f| String::from_utf8_lossy(&f.1).into_owned());
+                return Err(TransportError::WorkerFailed { rank: from, reason: reason.unwrap_or_default() });
+            }
+            active |= state == BUSY || !frames.is_empty();
+            for frame in frames {
+                route(from, frame)?;
+            }
+        }
+        let own = std::mem::take(&mut boxes[COORDINATOR as usize]);
+        for (rank, frames) in boxes.iter().enumerate().skip(1) {
+            let written = match &mut self.children[rank - 1].input {
+                Some(input) => write_round(input, u8::from(active), frames),
+                None => return Err(TransportError::Stopped),
+            };
+            written.map_err(|e| self.failure(rank as Rank, &e))?;
+        }
+        let decoded = own.iter().map(|(_, bytes)| Message::decode(bytes).map_err(|e| bad(0, &e)));
+        Ok(Delivery { inbox: decoded.collect::<Result<_, _>>()?, active })
+    }
+}
+
+impl Drop for Pipes {
+    fn drop(&mut self) {
+        for process in &mut self.children {
+            process.input = None;
+        }
+        for process in &mut self.children {
+            // It is gone already, or ends for its input is closed; one that is stuck in its work is ended.
+            let _ = process.child.kill();
+            let _ = process.child.wait();
+        }
+    }
+}
+
+/// A worker's end.
+struct Pipe<R, W> {
+    input: R,
+    output: W,
+    size: u32,
+}
+
+impl<P: Point, R: Read + Send, W: Write + Send> Transport<P> for Pipe<R, W> {
+    fn size(&self) -> u32 {
+        self.size
+    }
+
+    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+        let encoded = outbox.iter().map(|m| match m.encode() {
+            Ok(bytes) => Ok((m.to, bytes)),
+            Err(e) => Err(bad(m.from, &e)),
+        });
+        let frames = encoded.collect::<Result<Vec<_>, _>>()?;
+        let state = if busy { BUSY } else { IDLE };
+        // A pipe breaks when the coordinator is gone.
+        write_round(&mut self.output, state, &frames).map_err(|_| TransportError::Stopped)?;
+        let (active, frames) = read_round(&mut self.input).map_err(|_| TransportError::Stopped)?;
+        let decoded = frames.iter().map(|(_, bytes)| Message::decode(bytes).map_err(|e| bad(0, &e)));
+        Ok(Delivery { inbox: decoded.collect::<Result<_, _>>()?, active: active != 0 })
+    }
+}
+
+/// Runs one worker over a pair of pipes until the run is over: the whole of a worker's process. An error is
+/// told to the coordinator, too.
+///
+/// # Errors
+/// What the worker reports, or [`TransportError::Stopped`] if the coordinator is gone.
+pub fn serve_pipe<P: Point>(
+    input: impl Read + Send,
+    output: impl Write + Send,
+    rank: Rank,
+    config: WorkerConfig,
+) -> Result<(), TransportError> {
+    let size = config.workers + 1;
+    let mut pipe = Pipe { input: BufReader::new(input), output: BufWriter::new(output), size };
+    let mut host = Host::<P>::new(std::iter::once(rank), &Arc::new(config), &None);
+    let result = serve(&mut pipe, &mut host);
+    if let Err(error) = &result {
+        // If the coordinator is gone there is no one left to tell.
+        let _ = write_round(&mut pipe.output, FAILED, &[(COORDINATOR, error.to_string().into_bytes())]);
+    }
+    result
+}

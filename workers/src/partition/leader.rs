@@ -1,0 +1,388 @@
+//! The leader of a shared subproblem: collects samples and counts, draws separators, decides.
+//!
+//! The lowest rank of a group leads it, the coordinator the root. State is keyed by subproblem; a leader
+//! acts when a round has brought all that its members sent, which the round model guarantees.
+
+use std::collections::BTreeMap;
+
+use septet_geometry::cost::Cost;
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::separator::{
+    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_halves, draw as draw_separator,
+    draw_halves, split_bound,
+};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::{LedgerPart, NodeFacts};
+use septet_protocol::message::{Body, Child, Merged, Message, Summary, Verdict};
+
+use crate::config::{Partition, SetRule, WorkerConfig};
+use crate::machine::context::Context;
+use crate::machine::outbox::Outbox;
+use crate::machine::profile::Site;
+use crate::state::subdomain::{Group, join_bounds};
+
+/// Draws before a subproblem is left unsplit.
+pub const MAX_ATTEMPTS: u32 = 8;
+
+/// A set whose larger child holds more than this share of it is not split further.
+pub const STOP_SHARE: f64 = 0.93;
+
+/// A subproblem that this rank leads, after the partition.
+#[derive(Clone, Debug)]
+pub struct Lead<P> {
+    population: u64,
+    first: Rank,
+    ranks: u32,
+    children: [Option<Summary<P>>; 2],
+    merged: Vec<Merged>,
+}
+
+/// All subproblems that a rank leads.
+#[derive(Clone, Debug)]
+pub struct Leader<P> {
+    leads: BTreeMap<NodeId, Lead<P>>,
+}
+
+/// Leaves below nodes, where the placement is planned.
+pub type Plan = BTreeMap<NodeId, u32>;
+
+impl<P> Default for Leader<P> {
+    fn default() -> Self {
+        Leader { leads: BTreeMap::new() }
+    }
+}
+
+/// The order-free hash of a separator that the tree's record keeps.
+pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
+    let mut h = 0u64;
+    for word in separator.to_array() {
+        h = (h ^ word.to_bits()).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(31);
+    }
+    h
+}
+
+/// Kind of a drawn separator in [`NodeFacts`].
+pub fn kind_number<P>(drawn: &Drawn<P>) -> u64 {
+    match drawn.kind {
+        DrawKind::Sphere => 1,
+        DrawKind::Plane { .. } => 2,
+        DrawKind::None { .. } => 0,
+    }
+}
+
+/// Draws a separator from samples in any order; returns it with its kind, charging the closed cost.
+pub fn draw_from<P: Point>(
+    config: &WorkerConfig,
+    node: NodeId,
+    attempt: u32,
+    population: u64,
+    samples: &mut [P],
+    cost: &mut Cost,
+) -> (Option<Separator<P>>, u64) {
+    let key = DrawKey { seed: config.seed, node: node.0, attempt };
+    let mut own = Cost::ZERO;
+    if !config.halving || config.fault.is_some() {
+        // A draw, and what is planted in its place, must not see the order of arrival; those of halves sort what they need.
+        samples.sort_unstable_by(lex_cmp);
+    }
+    let mut drawn = match (config.partition, config.halving) {
+        (Partition::Sphere, false) => draw_separator(key, population, samples, &mut own),
+        (Partition::Sphere, true) => draw_halves(key, population, samples, &mut own),
+        (Partition::Kd, false) => cut(key, samples, &mut own),
+        (Partition::Kd, true) => cut_halves(key, population, samples, &mut own),
+    };
+    own.close(samples.len() as u64);
+    cost.then(own);
+    if let Some(planted) = config.fault.and_then(|fault| fault.separator(samples)) {
+        drawn = Drawn { separator: Some(planted), kind: DrawKind::Sphere, ..drawn };
+    }
+    let kind = kind_number(&drawn);
+    (drawn.separator, kind)
+}
+
+/// Is a split into these sides good enough?
+pub fn acceptable<P: Point>(config: &WorkerConfig, inside: u64, outside: u64) -> bool {
+    if config.fault.is_some_and(|fault| fault.accepts(inside, outside)) {
+        return true;
+    }
+    let larger = inside.max(outside) as f64;
+    inside > 0 && outside > 0 && larger <= split_bound::<P>() * (inside + outside) as f64
+}
+
+/// Is the separator that this attempt drew refused by a planted fault?
+pub fn refused(config: &WorkerConfig, node: NodeId, attempt: u32) -> bool {
+    config.fault.is_some_and(|fault| fault.refuses_draw(node, attempt))
+}
+
+/// Will a child of this population be split further?
+pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
+    population <= config.leaf || node.level() >= NodeId::DEEPEST
+}
+
+/// The samples of a node's attempt are here: draws a separator, and sends it to the members.
+pub(crate) fn draw<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+) -> (Option<Separator<P>>, u64) {
+    let samples = cx.take(|m| match &mut m.body {
+        Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
+        _ => None,
+    });
+    let round = samples.first().map_or(0, |p| p.0);
+    let mut samples: Vec<P> = samples.into_iter().flat_map(|p| p.1).collect();
+    let tally = cx.ledger.tally(round, Phase::Partition);
+    tally.active += 1;
+    tally.separators += 1;
+    let (mut cost, population) = (Cost::ZERO, group.child.population);
+    let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
+    let drawn = draw_from(&cx.config, group.node, attempt, population, &mut samples, &mut cost);
+    cx.ledger.charge_leader(Phase::Partition, group.node, cost);
+    let words = drawn.0.map_or(Vec::new(), |s| s.to_array().to_vec());
+    for rank in group.members() {
+        cx.send(rank, group.node, attempt, Body::Sphere(Bulk(words.clone())));
+    }
+    drawn
+}
+
+/// The counts of a node's attempt are here: accepts the separator, draws again, or leaves the node unsplit; tells the
+/// members, and the children's leaders the plan of what is below.
+pub(crate) fn judge<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    (separator, kind): (Option<Separator<P>>, u64),
+    plan: &Plan,
+) -> Verdict {
+    let node = group.node;
+    let counts = cx.take(|m| match &mut m.body {
+        Body::Counts { inside, outside, boxes } => {
+            Some((m.round, (*inside, *outside), std::mem::take(&mut boxes.0)))
+        }
+        _ => None,
+    });
+    let round = counts.first().map_or(0, |c| c.0);
+    cx.ledger.tally(round, Phase::Partition).retries += u64::from(attempt > 0);
+    let inside: u64 = counts.iter().map(|c| c.1.0).sum();
+    let outside: u64 = counts.iter().map(|c| c.1.1).sum();
+    let mut boxes: Vec<P> = Vec::new();
+    let good = !refused(&cx.config, node, attempt) && acceptable::<P>(&cx.config, inside, outside);
+    let verdict = if cx.config.fault.is_some_and(|fault| fault.refuses(node)) {
+        Verdict::Leaf
+    } else if separator.is_some() && good {
+        let all = counts.iter().map(|c| &c.2);
+        for side in 0..2 {
+            let of = |b: &Vec<P>| (b[2 * side], b[2 * side + 1]);
+            let joined = all.clone().map(of).reduce(join_bounds);
+            boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
+        }
+        Verdict::Split(place(group, [inside, outside], plan, &cx.config))
+    } else if separator.is_some() && attempt + 1 < MAX_ATTEMPTS {
+        Verdict::Retry
+    } else {
+        Verdict::Leaf
+    };
+    let facts = cx.ledger.facts(node);
+    facts.population = group.child.population;
+    facts.attempts = u64::from(attempt) + 1;
+    if let Verdict::Split(children) = &verdict {
+        facts.inside = inside;
+        facts.kind = kind;
+        facts.separator = separator.as_ref().map_or(0, separator_hash);
+        send_plan(cx, node, children, plan);
+    }
+    for rank in group.members() {
+        let body = Body::Decision { verdict: verdict.clone(), boxes: Bulk(boxes.clone()) };
+        cx.send(rank, node, attempt, body);
+    }
+    verdict
+}
+
+/// Divides the group in proportion to the children's cost: planned leaves, else points.
+fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig) -> [Child; 2] {
+    let ids = [group.node.child(0), group.node.child(1)];
+    let planned = |i: usize| plan.get(&ids[i]).map(|&l| u64::from(l));
+    let weight = match (planned(0), planned(1)) {
+        (Some(a), Some(b)) => [a, b],
+        _ => population,
+    };
+    let Child { first, ranks, .. } = group.child;
+    let interior = divide(ranks, weight);
+    let child = |i: usize, first: Rank, ranks: u32| Child {
+        population: population[i],
+        first,
+        ranks,
+        leaf: is_leaf(config, ids[i], population[i]),
+    };
+    [child(0, first, interior), child(1, first + interior, ranks - interior)]
+}
+
+/// Hands the plan of each child to the child's leader.
+fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2], plan: &Plan) {
+    for (side, child) in children.iter().enumerate() {
+        let id = node.child(side);
+        if child.leaf || child.ranks < 2 {
+            continue;
+        }
+        let below = plan.iter().filter(|(n, _)| id.contains(**n) && **n != id);
+        let (nodes, leaves): (Vec<u64>, Vec<u32>) = below.map(|(n, l)| (n.0, *l)).unzip();
+        if !nodes.is_empty() {
+            let body = Body::Plan { nodes: Bulk(nodes), leaves: Bulk(leaves) };
+            cx.send(child.first, id, 0, body);
+        }
+    }
+}
+
+impl<P: Point> Leader<P> {
+    /// Takes over a subproblem.
+    pub fn lead(&mut self, node: NodeId, population: u64, first: Rank, ranks: u32) {
+        let lead = Lead { population, first, ranks, children: [None, None], merged: Vec::new() };
+        self.leads.insert(node, lead);
+    }
+
+    /// Does this rank lead the node?
+    pub fn leads(&self, node: NodeId) -> bool {
+        self.leads.contains_key(&node)
+    }
+
+    /// A child's summary. When both are known, tells the members and returns the node's own summary.
+    pub fn on_summary(
+        &mut self,
+        child: NodeId,
+        summary: Summary<P>,
+        out: &mut Outbox<P>,
+        ledger: &mut LedgerPart,
+    ) -> Option<(NodeId, Summary<P>)> {
+        let node = child.parent()?;
+        let lead = self.leads.get_mut(&node)?;
+        lead.children[child.side()] = Some(summary);
+        let [Some(a), Some(b)] = &lead.children else { return None };
+        let _span = out.site().subproblem(Phase::Summaries, node, "join summaries", lead.population);
+        let mut cost = Cost::ZERO;
+        let both = [a, b];
+        let own = cost.reduce(&both, a.clone(), |best, s| join_summaries(&best, s));
+        ledger.charge_leader(Phase::Summaries, node, cost);
+        let children = Box::new([a.clone(), b.clone()]);
+        for rank in lead.first..lead.first + lead.ranks {
+            out.send(rank, node, 0, Body::Children(children.clone()));
+        }
+        Some((node, own))
+    }
+
+    /// A child's merged result. When both are known, returns the node's.
+    pub fn on_merged(
+        &mut self,
+        child: NodeId,
+        merged: Merged,
+        phase: Phase,
+        site: Site,
+        ledger: &mut LedgerPart,
+    ) -> Option<(NodeId, Merged)> {
+        let node = child.parent()?;
+        let lead = self.leads.get_mut(&node)?;
+        lead.merged.push(merged);
+        if lead.merged.len() < 2 {
+            return None;
+        }
+        let _span = site.subproblem(phase, node, "join results", lead.population);
+        let mut cost = Cost::ZERO;
+        let all = cost.reduce(&std::mem::take(&mut lead.merged), Merged::default(), |mut sum, m| {
+            sum.join(m);
+            sum
+        });
+        ledger.charge_leader(phase, node, cost);
+        Some((node, all))
+    }
+
+    /// All set counts of a node in one round: how the set goes on.
+    pub fn on_set_counts(&mut self, node: NodeId, counts: &[Vec<u64>], rule: SetRule, out: &mut Outbox<P>) {
+        let Some(lead) = self.leads.get(&node) else { return };
+        let mut sum = [0u64; 4];
+        for c in counts {
+            for (s, v) in sum.iter_mut().zip(c) {
+                *s += v;
+            }
+        }
+        let decision = decide_sets(sum, rule);
+        for rank in lead.first..lead.first + lead.ranks {
+            out.send(rank, node, 0, Body::SetDecision(decision));
+        }
+    }
+
+    /// The group of a node that this rank leads.
+    pub fn group(&self, node: NodeId) -> Option<(Rank, u32)> {
+        self.leads.get(&node).map(|l| (l.first, l.ranks))
+    }
+}
+
+/// Of a group of at least two ranks, how many go to the interior child: in proportion to the children's
+/// weights, at least one to each.
+pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
+    let [a, b] = weight.map(u128::from);
+    let total = (a + b).max(1);
+    let rounded = (2 * u128::from(ranks) * a + total) / (2 * total);
+    (rounded as u32).clamp(1, ranks - 1)
+}
+
+/// Decides how a set is shared, from the numbers of its interior and exterior points and of those among
+/// them whose balls cross: 0 stop, 1 both sides' crossing points, 2 interior's, 3 exterior's.
+pub fn decide_sets(sum: [u64; 4], rule: SetRule) -> u8 {
+    let [inside, outside, crossing_inside, crossing_outside] = sum;
+    let total = inside + outside;
+    let (decision, children) = match rule {
+        SetRule::Smaller if crossing_inside <= crossing_outside => (2, [inside, outside + crossing_inside]),
+        SetRule::Smaller => (3, [inside + crossing_outside, outside]),
+        _ => (1, [inside + crossing_outside, outside + crossing_inside]),
+    };
+    let larger = children[0].max(children[1]) as f64;
+    if larger > STOP_SHARE * total as f64 { 0 } else { decision }
+}
+
+/// The summary of two disjoint sets.
+pub fn join_summaries<P: Point>(a: &Summary<P>, b: &Summary<P>) -> Summary<P> {
+    let smaller = match (a.smallest.positions.first(), b.smallest.positions.first()) {
+        (Some(x), Some(y)) if lex_cmp(y, x).is_lt() => b,
+        (None, Some(_)) => b,
+        _ => a,
+    };
+    Summary { max_radius2: a.max_radius2.max(b.max_radius2), smallest: smaller.smallest.clone() }
+}
+
+/// The separator in a `Sphere` message, if it holds one.
+pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
+    let words: &[f64; SEPARATOR_WORDS] = words.try_into().ok()?;
+    Separator::from_array(words)
+}
+
+/// Groups the bodies of one kind by node, in the order of their messages.
+pub fn by_node<P, T>(
+    inbox: &mut Vec<Message<P>>,
+    mut take: impl FnMut(&mut Message<P>) -> Option<T>,
+) -> BTreeMap<NodeId, Vec<T>> {
+    let mut groups: BTreeMap<NodeId, Vec<T>> = BTreeMap::new();
+    inbox.retain_mut(|m| match take(m) {
+        Some(t) => {
+            groups.entry(m.node).or_default().push(t);
+            false
+        }
+        None => true,
+    });
+    groups
+}
+
+/// Facts of a node that a single worker splits, in the same form as a leader's.
+pub fn local_facts<P: Point>(
+    facts: &mut NodeFacts,
+    population: u64,
+    attempts: u32,
+    accepted: Option<(u64, u64, &Separator<P>)>,
+) {
+    facts.population = population;
+    facts.attempts = u64::from(attempts);
+    if let Some((inside, kind, separator)) = accepted {
+        facts.inside = inside;
+        facts.kind = kind;
+        facts.separator = separator_hash(separator);
+    }
+}

@@ -1,0 +1,135 @@
+//! A worker's own piece of the partition tree, grown by itself.
+
+use septet_geometry::cost::Cost;
+use septet_geometry::point::Point;
+use septet_geometry::separator::DrawKey;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::LedgerPart;
+use septet_protocol::tasks::SampleRow;
+
+use crate::config::WorkerConfig;
+use crate::machine::profile::Site;
+use crate::partition::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts, refused};
+use crate::partition::shared::{Sketch, sides_of};
+use crate::state::subdomain::Split;
+use crate::state::tasks::record_samples;
+
+/// What growing a subtree gives.
+pub(crate) struct Grown<P> {
+    pub(crate) leaves: Vec<(NodeId, Vec<u32>)>,
+    pub(crate) tree: Vec<Sketch<P>>,
+    pub(crate) charges: Vec<(NodeId, Cost, u64)>,
+    pub(crate) facts: LedgerPart,
+    /// Samples by block, if recorded.
+    pub(crate) samples: Vec<SampleRow>,
+}
+
+impl<P> Default for Grown<P> {
+    fn default() -> Self {
+        Grown {
+            leaves: Vec::new(),
+            tree: Vec::new(),
+            charges: Vec::new(),
+            facts: LedgerPart::default(),
+            samples: Vec::new(),
+        }
+    }
+}
+
+impl<P> Grown<P> {
+    fn append(&mut self, mut other: Grown<P>) {
+        self.leaves.append(&mut other.leaves);
+        self.tree.append(&mut other.tree);
+        self.charges.append(&mut other.charges);
+        self.facts.merge(&other.facts);
+        self.samples.append(&mut other.samples);
+    }
+}
+
+/// Splits nodes that one worker holds.
+pub(crate) struct Builder<'a, P> {
+    pub(crate) config: &'a WorkerConfig,
+    pub(crate) site: Site,
+    pub(crate) positions: &'a [P],
+}
+
+impl<P: Point> Builder<'_, P> {
+    /// Splits a node and, at the same time where cores allow, its children.
+    pub(crate) fn grow(&self, node: NodeId, members: Vec<u32>, pool: &crate::config::Pool) -> Grown<P> {
+        match pool {
+            Some(pool) => pool.install(|| self.grow_here(node, members, true)),
+            None => self.grow_here(node, members, false),
+        }
+    }
+
+    fn grow_here(&self, node: NodeId, members: Vec<u32>, join: bool) -> Grown<P> {
+        let mut grown = Grown::default();
+        let population = members.len() as u64;
+        let split = if is_leaf(self.config, node, population) {
+            local_facts::<P>(grown.facts.facts(node), population, 0, None);
+            None
+        } else {
+            self.split(node, &members, &mut grown)
+        };
+        let Some((split, [inside, outside])) = split else {
+            grown.tree.push(Sketch::Leaf);
+            grown.leaves.push((node, members));
+            return grown;
+        };
+        drop(members);
+        grown.tree.push(Sketch::Inner(Box::new(split)));
+        let interior = || self.grow_here(node.child(0), inside, join);
+        let exterior = || self.grow_here(node.child(1), outside, join);
+        let (a, b) = if join { rayon::join(interior, exterior) } else { (interior(), exterior()) };
+        grown.append(a);
+        grown.append(b);
+        grown
+    }
+
+    /// The same steps as a shared node's, member's and leader's, by one worker.
+    fn split(
+        &self,
+        node: NodeId,
+        members: &[u32],
+        grown: &mut Grown<P>,
+    ) -> Option<(Split<P>, [Vec<u32>; 2])> {
+        let points: Vec<P> = members.iter().map(|&i| self.positions[i as usize]).collect();
+        let population = points.len() as u64;
+        let _span = self.site.subproblem(Phase::Partition, node, "split", population);
+        let mut cost = Cost::ZERO;
+        let mut found = None;
+        let mut attempts = 0;
+        while found.is_none() && attempts < MAX_ATTEMPTS {
+            let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
+            let sampler = self.config.sampler(key, population);
+            let mut samples = cost.pack(&points, |&x| sampler.takes(x));
+            if self.config.record_tasks {
+                let all = self.positions.len() as u64;
+                grown.samples.push(record_samples(key, population, members, &points, all));
+            }
+            let (separator, kind) =
+                draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
+            let refused = refused(self.config, node, attempts);
+            attempts += 1;
+            let Some(separator) = separator else { break };
+            let counted = sides_of(&separator, &points, &mut cost);
+            if !refused && acceptable::<P>(self.config, counted.inside, population - counted.inside) {
+                found = Some((separator, kind, counted));
+            }
+        }
+        let facts = grown.facts.facts(node);
+        let result = found.map(|(separator, kind, counted)| {
+            let accepted = Some((counted.inside, kind, &separator));
+            local_facts(facts, population, attempts, accepted);
+            let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.of).collect();
+            let (a, b) = cost.split(&numbered, |m| m.1 == 0);
+            let strip = |v: Vec<(u32, u8)>| v.into_iter().map(|m| m.0).collect();
+            (Split { separator, boxes: counted.boxes }, [strip(a), strip(b)])
+        });
+        if result.is_none() {
+            local_facts::<P>(facts, population, attempts, None);
+        }
+        grown.charges.push((node, cost, population));
+        result
+    }
+}

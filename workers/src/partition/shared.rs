@@ -1,0 +1,504 @@
+//! The partition tree: shared nodes in rounds of messages, a worker's own piece by itself.
+//!
+//! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random
+//! sphere splits the points; both sides are split in the same way, down to the floor. The tree is a
+//! function of (points, seed, parameters): which samples are taken, which spheres are drawn and which are
+//! accepted does not depend on the number of workers. Where only the answer is wanted separators halve
+//! ([`septet_geometry::separator::draw_halves`]).
+//!
+//! **Rounds.** Four a level: samples to the leader; the sphere to the members; counts to the leader; the
+//! verdict to the members, who move the points and send the children's samples in the same step.
+//!
+//! **Work and depth.** O(m) and O(1) for a node of `m` points and each attempt, plus the draw.
+
+use std::ops::Range;
+
+use septet_geometry::cost::Cost;
+use septet_geometry::incremental::insertion_order;
+use septet_geometry::point::{Point, lex_cmp};
+use septet_geometry::separator::{DrawKey, Separator, Side};
+use septet_protocol::codec::Bulk;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
+use septet_protocol::transport::TransportError;
+
+use crate::config::{Task, WorkerConfig, map_in};
+use crate::machine::context::Context;
+use crate::partition::leader::{Plan, draw, is_leaf, judge, separator_of};
+use crate::partition::local::{Builder, Grown};
+use crate::state::subdomain::{Bounds, Group, Inner, Leaf, Shared, Split, Subdomain, Tree, bounds};
+use crate::state::table::Table;
+
+/// What a rank is given to begin with.
+#[derive(Debug)]
+pub(crate) struct Input<P> {
+    /// Number of points of all ranks.
+    pub(crate) population: u64,
+    /// Points that span the space.
+    pub(crate) frame: PointBatch<P>,
+    /// This rank's block.
+    pub(crate) block: PointBatch<P>,
+}
+
+/// Waits for this rank's block.
+pub(crate) async fn load<P: Point>(cx: &mut Context<P>) -> Result<Input<P>, TransportError> {
+    let mut input = Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() };
+    while cx.exchange().await? {
+        for (population, frame) in cx.take(|m| match &mut m.body {
+            Body::Start { population, frame } => Some((*population, std::mem::take(frame))),
+            _ => None,
+        }) {
+            (input.population, input.frame) = (population, frame);
+        }
+        cx.take(|m| match &mut m.body {
+            Body::Block(points) => Some(std::mem::take(points)),
+            _ => None,
+        })
+        .into_iter()
+        .for_each(|block| input.block = block);
+    }
+    Ok(input)
+}
+
+/// Splits the points of all ranks until each has its own: the tree above and below, and the table of home points.
+pub(crate) async fn partition<P: Point>(
+    cx: &mut Context<P>,
+    population: u64,
+    mut points: PointBatch<P>,
+) -> Result<(Subdomain<P>, Table<P>), TransportError> {
+    cx.enter(Phase::Partition)?;
+    let (mut path, mut led, mut relay, mut plan) = (Vec::new(), Vec::new(), None, Plan::new());
+    let mut group = root(&cx.config, population);
+    if !group.is_whole() {
+        send_samples(cx, &group, 0, &points);
+    }
+    while !group.is_whole() {
+        let Some(agreed) = agree(cx, &group, Some(&mut points), &mut plan).await? else {
+            relay = Some((group.node, group.child.first));
+            break;
+        };
+        led.extend((group.leader == cx.rank).then_some(group));
+        (group, points) = descend(cx, &group, agreed, points, &mut path);
+    }
+    if let (Some(_), Some(parent)) = (relay, path.last_mut()) {
+        parent.children[parent.mine].leaf = true;
+        parent.goes_on = group.child.first == cx.rank;
+    }
+    if path.is_empty() || relay.is_some() {
+        hand_over(cx, &group, points);
+    }
+    let mut home = None;
+    while cx.exchange().await? {
+        let moves = take_moves(cx);
+        if !moves.is_empty() {
+            let points = united(PointBatch::default(), moves);
+            home = Some(if cx.config.counted {
+                grow(cx, group.node, relay.is_some(), points)
+            } else {
+                keep_whole(cx, group.node, points)
+            });
+        }
+    }
+    let Home { tree, inner_ids, leaves, table } = home.unwrap_or_default();
+    Ok((Subdomain { path, relay, tree, inner_ids, leaves, led }, table))
+}
+
+/// What rank 0 does in this phase: it leads the root. Returns the nodes that it led and that were split.
+///
+/// # Errors
+/// See [`Context::exchange`].
+pub async fn lead_root<P: Point>(
+    cx: &mut Context<P>,
+    population: u64,
+    mut plan: Plan,
+) -> Result<Vec<Group>, TransportError> {
+    cx.enter(Phase::Partition)?;
+    let root = root(&cx.config, population);
+    if !root.is_whole() {
+        agree(cx, &root, None, &mut plan).await?;
+    }
+    while cx.exchange().await? {}
+    Ok(vec![root])
+}
+
+/// All workers. Rank 0 leads them.
+fn root(config: &WorkerConfig, population: u64) -> Group {
+    let leaf = is_leaf(config, NodeId::ROOT, population);
+    let child = Child { population, first: 1, ranks: config.workers, leaf };
+    Group { node: NodeId::ROOT, leader: COORDINATOR, child }
+}
+
+/// A split that a group agreed on.
+struct Agreed<P> {
+    split: Split<P>,
+    children: [Child; 2],
+    /// The side of each point of this rank's share.
+    sides: Vec<u8>,
+}
+
+/// Attempts at a node, four rounds each, until its leader accepts a separator or gives up; the samples are on their way.
+async fn agree<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    mut share: Option<&mut PointBatch<P>>,
+    plan: &mut Plan,
+) -> Result<Option<Agreed<P>>, TransportError> {
+    let leads = cx.rank == group.leader;
+    for attempt in 0.. {
+        // To the leader: samples. To the members, before the first attempt: the points that move here.
+        cx.next_round().await?;
+        if let Some(points) = &mut share {
+            **points = united(std::mem::take(*points), take_moves(cx));
+        }
+        let drawn = leads.then(|| draw(cx, group, attempt));
+        // To the members: the separator.
+        cx.next_round().await?;
+        let counted = match &share {
+            Some(points) => Some(count_sides(cx, group, attempt, points)?),
+            None => None,
+        };
+        // To the leader: how many points lie on either side.
+        cx.next_round().await?;
+        let verdict = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
+        // To the members: what becomes of it.
+        cx.next_round().await?;
+        let (Some(points), Some(counted)) = (&share, counted) else {
+            if verdict == Some(Verdict::Retry) { continue } else { return Ok(None) }
+        };
+        plan.extend(take_plan(cx));
+        let (verdict, boxes) = cx.take_one(|m| match &mut m.body {
+            Body::Decision { verdict, boxes } => Some((verdict.clone(), std::mem::take(&mut boxes.0))),
+            _ => None,
+        })?;
+        match (verdict, counted, boxes.as_slice()) {
+            (Verdict::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
+            (Verdict::Split(children), Some((separator, sides)), &[a, b, c, d]) => {
+                let split = Split { separator, boxes: [(a, b), (c, d)] };
+                return Ok(Some(Agreed { split, children, sides }));
+            }
+            _ => return Ok(None),
+        }
+    }
+    Ok(None)
+}
+
+/// Moves the points to the children's groups and sends the children's samples. Returns this rank's group and its share.
+fn descend<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    Agreed { split, children, sides }: Agreed<P>,
+    points: PointBatch<P>,
+    path: &mut Vec<Shared<P>>,
+) -> (Group, PointBatch<P>) {
+    let groups = [0, 1].map(|side| group.below(side, children[side]));
+    let mine = usize::from(!groups[0].members().contains(&cx.rank));
+    let shared = Shared {
+        id: group.node,
+        first: group.child.first,
+        ranks: group.child.ranks,
+        leader: group.leader,
+        split,
+        children,
+        mine,
+        goes_on: !children[mine].leaf || children[mine].first == cx.rank,
+        summaries: None,
+    };
+    let mut cost = Cost::ZERO;
+    let items = points.len() as u64;
+    let parts = split_batch(points, &sides, mine, &mut cost);
+    cx.ledger.charge(Phase::Partition, group.node, cost, items);
+    let mut kept = PointBatch::default();
+    for (side, points) in parts.into_iter().enumerate() {
+        let below = groups[side];
+        if below.is_whole() {
+            hand_over(cx, &below, points);
+            continue;
+        }
+        send_samples(cx, &below, 0, &points);
+        if side == mine {
+            kept = points;
+        } else if !points.is_empty() {
+            cx.send(shared.member_below(cx.rank, side), below.node, 0, Body::Move(points));
+        }
+    }
+    path.push(shared);
+    (groups[mine], kept)
+}
+
+/// Sends a share of a node to the rank that takes it whole.
+fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>) {
+    // The holder always hears from itself, so that it starts even if nobody else has points.
+    if !points.is_empty() || group.child.first == cx.rank {
+        cx.send(group.child.first, group.node, 0, Body::Move(points));
+    }
+}
+
+/// The node's samples among this rank's share, to the leader.
+fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, points: &PointBatch<P>) {
+    let mut cost = Cost::ZERO;
+    let key = DrawKey { seed: cx.config.seed, node: group.node.0, attempt };
+    let sampler = cx.config.sampler(key, group.child.population);
+    let samples = cost.pack(&points.positions, |&x| sampler.takes(x));
+    // Members before and after a move both charge this step: only the count step states the items.
+    cx.ledger.charge(Phase::Partition, group.node, cost, 0);
+    cx.send(group.leader, group.node, attempt, Body::Samples(Bulk(samples)));
+}
+
+/// Counts this rank's points on either side of the sphere that came; returns it with the side of each, if it is one.
+#[allow(clippy::type_complexity)]
+fn count_sides<P: Point>(
+    cx: &mut Context<P>,
+    group: &Group,
+    attempt: u32,
+    points: &PointBatch<P>,
+) -> Result<Option<(Separator<P>, Vec<u8>)>, TransportError> {
+    let words = cx.take_one(|m| match &mut m.body {
+        Body::Sphere(words) => Some(std::mem::take(&mut words.0)),
+        _ => None,
+    })?;
+    let Some(separator) = separator_of::<P>(&words) else {
+        let body = Body::Counts { inside: 0, outside: 0, boxes: Bulk(Vec::new()) };
+        cx.send(group.leader, group.node, attempt, body);
+        return Ok(None);
+    };
+    let mut cost = Cost::ZERO;
+    let counted = sides_of(&separator, &points.positions, &mut cost);
+    cx.ledger.charge(Phase::Partition, group.node, cost, points.len() as u64);
+    let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
+    let [a, b] = counted.boxes;
+    let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
+    cx.send(group.leader, group.node, attempt, Body::Counts { inside, outside, boxes });
+    Ok(Some((separator, counted.of)))
+}
+
+fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
+    cx.take(|m: &mut Message<P>| match &mut m.body {
+        Body::Move(points) => Some(std::mem::take(points)),
+        _ => None,
+    })
+}
+
+fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
+    let plans = cx.take(|m| match &mut m.body {
+        Body::Plan { nodes, leaves } => Some((std::mem::take(&mut nodes.0), std::mem::take(&mut leaves.0))),
+        _ => None,
+    });
+    plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
+}
+
+/// What one rank has of the tree.
+struct Home<P> {
+    tree: Option<(NodeId, Tree<P>)>,
+    inner_ids: Vec<NodeId>,
+    leaves: Vec<Leaf<P>>,
+    table: Table<P>,
+}
+
+impl<P> Default for Home<P> {
+    fn default() -> Self {
+        Home { tree: None, inner_ids: Vec::new(), leaves: Vec::new(), table: Table::default() }
+    }
+}
+
+/// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
+fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: PointBatch<P>) -> Home<P> {
+    let builder = Builder { config: &cx.config, site: cx.site(), positions: &points.positions };
+    let everyone: Vec<u32> = (0..points.len() as u32).collect();
+    let mut grown = Grown::default();
+    // A node that its group could not split has had all its attempts.
+    if refused {
+        grown.leaves.push((node, everyone));
+        grown.tree.push(Sketch::Leaf);
+    } else {
+        grown = builder.grow(node, everyone, &cx.pool);
+    }
+    let round = cx.out.round();
+    let tally = cx.ledger.tally(round, Phase::Partition);
+    for facts in grown.facts.nodes.values() {
+        tally.active += u64::from(facts.attempts > 0);
+        tally.separators += facts.attempts;
+        tally.retries += facts.attempts.saturating_sub(1);
+    }
+    for (node, cost, items) in &grown.charges {
+        cx.ledger.charge(Phase::Partition, *node, *cost, *items);
+    }
+    for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
+        cx.ledger.facts(node).add(&facts);
+    }
+    if let Some(recorder) = &mut cx.recorder {
+        recorder.grown(&mut grown, points.len() as u64);
+    }
+    settle(cx, node, &points, &grown.leaves, grown.tree)
+}
+
+/// Numbers the home points of a rank that triangulates them at once, in the order of insertion: neighbours lie
+/// near each other in memory.
+fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> Home<P> {
+    let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
+    let order = insertion_order(&positions);
+    // The copy is given back, so that the piece's own points find room where it was.
+    permute(&mut ids, &order);
+    permute(&mut positions, &order);
+    drop(order);
+    let bounds = bounds(positions.iter().copied());
+    let end = positions.len() as u32;
+    cx.ledger.facts(node).population = u64::from(end);
+    Home {
+        tree: Some((node, Tree::Leaf(0))),
+        inner_ids: Vec::new(),
+        leaves: vec![Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0, ghosts: Vec::new() }],
+        table: Table::of_whole(ids, positions, cx.rank),
+    }
+}
+
+/// Numbers the home points leaf by leaf, each leaf in lexicographic order.
+fn settle<P: Point>(
+    cx: &mut Context<P>,
+    node: NodeId,
+    points: &PointBatch<P>,
+    members: &[(NodeId, Vec<u32>)],
+    sketch: Vec<Sketch<P>>,
+) -> Home<P> {
+    let mut ids = Vec::with_capacity(points.len());
+    let mut positions = Vec::with_capacity(points.len());
+    let ordered = map_in(&cx.pool, members, |(_, members)| {
+        let mut members = members.clone();
+        members
+            .sort_unstable_by(|&a, &b| lex_cmp(&points.positions[a as usize], &points.positions[b as usize]));
+        members
+    });
+    let mut leaves = Vec::with_capacity(members.len());
+    for ((id, _), members) in members.iter().zip(&ordered) {
+        let start = ids.len() as u32;
+        ids.extend(members.iter().map(|&i| points.ids[i as usize]));
+        positions.extend(members.iter().map(|&i| points.positions[i as usize]));
+        let end = ids.len() as u32;
+        let of = |r: Range<u32>| bounds(positions[r.start as usize..r.end as usize].iter().copied());
+        let (bounds, ghosts) = (of(start..end), Vec::new());
+        leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0, ghosts });
+        cx.ledger.facts(*id).population = u64::from(end - start);
+    }
+    let mut table = Table::of_home(ids, positions, cx.rank);
+    if cx.config.task != Task::Delaunay {
+        table.radii2 = ordered.iter().flatten().map(|&i| points.radii2[i as usize]).collect();
+    }
+    let (mut inner_ids, mut leaf) = (Vec::new(), 0);
+    let tree = raise(node, &mut sketch.into_iter(), &mut inner_ids, &mut leaf);
+    Home { tree: Some((node, tree)), inner_ids, leaves, table }
+}
+
+/// Puts `items[order[i]]` to place `i`.
+fn permute<T: Copy>(items: &mut [T], order: &[u32]) {
+    let permuted: Vec<T> = order.iter().map(|&i| items[i as usize]).collect();
+    items.copy_from_slice(&permuted);
+}
+
+/// Points on their way home, in one batch.
+fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> PointBatch<P> {
+    if own.is_empty() && !batches.is_empty() {
+        own = batches.remove(0);
+    }
+    let more: usize = batches.iter().map(PointBatch::len).sum();
+    if own.positions.capacity() - own.positions.len() < more {
+        // It has to grow: with room for others' points near the border.
+        let room = more + (own.len() + more) / 8;
+        own.ids.reserve_exact(room);
+        own.positions.reserve_exact(room);
+    }
+    for mut batch in batches {
+        own.ids.append(&mut batch.ids);
+        own.positions.append(&mut batch.positions);
+        own.radii2.append(&mut batch.radii2);
+    }
+    own
+}
+
+/// Sides of points, how many lie inside, and the boxes of either side.
+pub(crate) struct Sides<P> {
+    pub(crate) of: Vec<u8>,
+    pub(crate) inside: u64,
+    pub(crate) boxes: [Bounds<P>; 2],
+}
+
+/// The member's steps of an attempt: the separator to every point (a copy-scan), the side of every point
+/// (a vector step), counts and boxes (a scan).
+pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
+    let sides = cost.map_with(separator, points, |s, &x| u8::from(s.side(x) == Side::Exterior));
+    let mut inside = 0;
+    let empty = bounds(std::iter::empty::<P>());
+    let mut side_of = sides.iter();
+    let boxes = cost.reduce(points, [empty, empty], |mut boxes, &x| {
+        let interior = side_of.next() == Some(&0);
+        inside += u64::from(interior);
+        for i in 0..P::DIM {
+            // Both boxes at once, one of them with what changes nothing: the sides of points are not foreseeable.
+            let at = x.coord(i);
+            let [(low, high), (far_low, far_high)] = &mut boxes;
+            low.set_coord(i, less(low.coord(i), if interior { at } else { f64::INFINITY }));
+            high.set_coord(i, more(high.coord(i), if interior { at } else { f64::NEG_INFINITY }));
+            far_low.set_coord(i, less(far_low.coord(i), if interior { f64::INFINITY } else { at }));
+            far_high.set_coord(i, more(far_high.coord(i), if interior { f64::NEG_INFINITY } else { at }));
+        }
+        boxes
+    });
+    Sides { of: sides, inside, boxes }
+}
+
+/// The lesser of two numbers: one instruction.
+#[inline]
+fn less(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers.
+#[inline]
+fn more(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// Both sides of a batch; those that stay keep its storage.
+fn split_batch<P: Point>(
+    mut points: PointBatch<P>,
+    sides: &[u8],
+    stay: usize,
+    cost: &mut Cost,
+) -> [PointBatch<P>; 2] {
+    let columns = (&mut points.ids.0, &mut points.positions.0, &mut points.radii2.0);
+    let (ids, positions, radii2) = cost.split_columns(sides, stay as u8, columns);
+    let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) };
+    if stay == 0 { [points, gone] } else { [gone, points] }
+}
+
+/// A subtree in preorder.
+pub(crate) enum Sketch<P> {
+    Leaf,
+    Inner(Box<Split<P>>),
+}
+
+fn raise<P: Point>(
+    node: NodeId,
+    sketch: &mut impl Iterator<Item = Sketch<P>>,
+    inner: &mut Vec<NodeId>,
+    leaf: &mut usize,
+) -> Tree<P> {
+    match sketch.next() {
+        Some(Sketch::Inner(split)) => {
+            let number = inner.len();
+            inner.push(node);
+            let interior = raise(node.child(0), sketch, inner, leaf);
+            let exterior = raise(node.child(1), sketch, inner, leaf);
+            Tree::Node(Box::new(Inner {
+                id: node,
+                number,
+                split: *split,
+                children: [interior, exterior],
+                max_radius2: [f64::INFINITY; 2],
+                smallest: [0; 2],
+            }))
+        }
+        Some(Sketch::Leaf) | None => {
+            *leaf += 1;
+            Tree::Leaf(*leaf - 1)
+        }
+    }
+}

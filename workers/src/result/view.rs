@@ -1,0 +1,122 @@
+//! What a worker shows of itself in pictures: sampled points and the splits it answers for.
+//!
+//! On request only, and as instrument traffic: it is not billed, and nothing that the run computes depends
+//! on it. A point is sampled by a hash of its coordinates, so the sample is the same for every number of
+//! workers.
+
+use std::collections::BTreeSet;
+
+use septet_geometry::cost::Sweep;
+use septet_geometry::measure::Diameters;
+use septet_geometry::point::Point;
+use septet_protocol::ids::{COORDINATOR, NodeId};
+use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
+
+use crate::state::subdomain::{Split, Tree, join_bounds};
+use crate::worker::Worker;
+
+/// The hash of a point's coordinates by which samples are chosen.
+pub fn shown_hash<P: Point>(x: P) -> u64 {
+    let mut h = 0x5E97_E75E_97E7_5E97u64;
+    for i in 0..P::DIM {
+        h ^= x.coord(i).to_bits();
+        h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        h ^= h >> 31;
+    }
+    h
+}
+
+/// Is a point of a set of this size in the sample of about `wanted`? The expected number lies five standard
+/// deviations below, so that the sample is hardly ever cut.
+pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
+    let wanted = f64::from(wanted);
+    if population as f64 <= wanted {
+        return wanted > 0.0;
+    }
+    let rate = (wanted - 5.0 * wanted.sqrt()).max(1.0) / population as f64;
+    ((shown_hash(x) >> 11) as f64) < rate * (1u64 << 53) as f64
+}
+
+impl<P: Point> Worker<P> {
+    /// Sends what is shown, if anything is asked for.
+    pub(crate) fn send_view(&mut self) {
+        if self.config.view == 0 {
+            return;
+        }
+        let mut part = ViewPart::default();
+        self.show_points(&mut part);
+        self.show_ghosts(&mut part);
+        self.show_splits(&mut part);
+        self.out.send(COORDINATOR, NodeId::ROOT, 0, Body::View(Box::new(part)));
+    }
+
+    fn is_shown(&self, at: u32) -> bool {
+        is_shown(self.population, self.config.view, self.table.positions[at as usize])
+    }
+
+    fn show_points(&self, part: &mut ViewPart<P>) {
+        let mut diameters = Diameters::default();
+        for leaf in &self.subdomain.leaves {
+            for home in leaf.home().filter(|&home| self.is_shown(home)) {
+                let (star, _) = self.merge_star(home, &mut diameters, &mut Sweep::default());
+                self.table.export(home, &mut part.points);
+                part.leaves.push(leaf.id.0);
+                part.crossing.push(self.crossed_levels(home, leaf.id));
+                let repaired = if star.repaired > 0 { SHOWN_REPAIRED } else { 0 };
+                let local = if star.local > 0 { SHOWN_LOCAL } else { 0 };
+                part.flags.push(repaired | local);
+            }
+        }
+    }
+
+    /// Bit `l`: the separator ball of a home point meets the separator of its ancestor of level `l`.
+    fn crossed_levels(&self, home: u32, leaf: NodeId) -> u64 {
+        let x = self.table.positions[home as usize];
+        let radius = self.supergraph().separator_radius(self.table.radii2[home as usize]);
+        let bit = |id: NodeId, split: &Split<P>| {
+            u64::from(split.separator.crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
+        };
+        let mut levels = 0;
+        for shared in &self.subdomain.path {
+            levels |= bit(shared.id, &shared.split);
+        }
+        let mut tree = self.subdomain.tree.as_ref().map(|t| &t.1);
+        while let Some(Tree::Node(inner)) = tree {
+            levels |= bit(inner.id, &inner.split);
+            tree = inner.children.get(inner.id.side_of(leaf));
+        }
+        levels
+    }
+
+    fn show_ghosts(&self, part: &mut ViewPart<P>) {
+        for leaf in &self.subdomain.leaves {
+            let shown: BTreeSet<u32> = leaf.ghosts.iter().copied().filter(|&g| self.is_shown(g)).collect();
+            for ghost in shown {
+                part.ghosts.push(self.table.ids[ghost as usize]);
+                part.ghost_leaves.push(leaf.id.0);
+            }
+        }
+    }
+
+    /// Splits of this worker's own subtree, and those of shared nodes whose first rank it is.
+    fn show_splits(&self, part: &mut ViewPart<P>) {
+        for shared in self.subdomain.path.iter().filter(|s| s.first == self.rank) {
+            show_split(shared.id, &shared.split, part);
+        }
+        let mut open: Vec<&Tree<P>> = self.subdomain.tree.iter().map(|t| &t.1).collect();
+        while let Some(tree) = open.pop() {
+            if let Tree::Node(inner) = tree {
+                show_split(inner.id, &inner.split, part);
+                open.extend(&inner.children);
+            }
+        }
+    }
+}
+
+fn show_split<P: Point>(id: NodeId, split: &Split<P>, part: &mut ViewPart<P>) {
+    let (low, high) = join_bounds(split.boxes[0], split.boxes[1]);
+    part.nodes.push(id.0);
+    part.separators.extend(split.separator.to_array());
+    part.boxes.extend([low, high]);
+}

@@ -1,0 +1,235 @@
+//! The record of what leaves have to say to each other, kept while one worker runs the whole tree.
+//!
+//! It is an instrument: it decides nothing and is charged nothing. See [`septet_protocol::tasks`].
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+
+use septet_geometry::found::{Found, FoundList};
+use septet_geometry::point::Point;
+use septet_geometry::separator::{DrawKey, is_sample};
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::tasks::{Said, SampleRow, TaskLog};
+
+use crate::partition::local::Grown;
+use crate::stars::sums::Sums;
+use crate::worker::Worker;
+
+/// Blocks in which the places of points in the input are told: machines whose number of workers divides it
+/// are told exactly.
+pub const BLOCKS: u32 = 4096;
+
+/// Balls or points of a leaf that reach a node off their way home, entries of the lists found there for them, and the
+/// points that these name.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reaching {
+    balls: u64,
+    entries: u64,
+    points: HashSet<u32>,
+}
+
+impl Reaching {
+    fn join(&mut self, other: Reaching) {
+        self.balls += other.balls;
+        self.entries += other.entries;
+        self.points.extend(other.points);
+    }
+}
+
+/// By leaf and node.
+pub(crate) type Reached = BTreeMap<(u32, NodeId), Reaching>;
+
+/// Step, objection or proposal, speaker's and listener's leaf.
+type Speech = (u32, bool, u32, u32);
+
+/// What one walk of balls reached; nothing is kept unless asked for.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reach {
+    /// The leaf whose ball is under way.
+    origin: u32,
+    pub(crate) reached: Option<Reached>,
+}
+
+impl Reach {
+    pub(crate) fn new(wanted: bool) -> Self {
+        Reach { origin: 0, reached: wanted.then(Reached::new) }
+    }
+
+    pub(crate) fn start(&mut self, leaf: usize) {
+        self.origin = leaf as u32;
+    }
+
+    /// A point, or a ball that has found nothing, reaches a node.
+    pub(crate) fn visit(&mut self, node: NodeId) {
+        if let Some(reached) = &mut self.reached {
+            reached.entry((self.origin, node)).or_default().balls += 1;
+        }
+    }
+
+    /// A ball reaches a node and finds these points below it.
+    pub(crate) fn found(
+        &mut self,
+        node: NodeId,
+        below: impl Iterator<Item = Found>,
+        wanted: usize,
+        radius2: f64,
+    ) {
+        if let Some(reached) = &mut self.reached {
+            let mut nearest = FoundList::default();
+            below.for_each(|found| nearest.push(found));
+            nearest.keep_nearest(wanted, radius2);
+            let entry = reached.entry((self.origin, node)).or_default();
+            entry.balls += 1;
+            entry.entries += nearest.len() as u64;
+            entry.points.extend(nearest.numbers());
+        }
+    }
+}
+
+/// The record under way.
+#[derive(Debug, Default)]
+pub(crate) struct Recorder {
+    pub(crate) log: TaskLog,
+    reverse: BTreeMap<(u32, u32), u64>,
+    tellers: BTreeMap<(u32, u32, u32), u64>,
+    reach: BTreeMap<(u8, u32, NodeId), Reaching>,
+    /// Cells, conflicts, ids of the points named.
+    said: BTreeMap<Speech, (u64, u64, BTreeSet<u64>)>,
+    checks: u32,
+}
+
+/// Blocks and their counts, of places in the input.
+fn by_block(places: impl Iterator<Item = u32>, population: u64) -> Vec<(u32, u32)> {
+    let mut counts: BTreeMap<u32, u32> = BTreeMap::new();
+    for place in places {
+        *counts.entry(block_of(place, population)).or_default() += 1;
+    }
+    counts.into_iter().collect()
+}
+
+/// The block of a place: the last one that begins at or before it.
+fn block_of(place: u32, population: u64) -> u32 {
+    // Block b begins at floor(n b / B): the largest b with n b < (place + 1) B.
+    let (n, b) = (u128::from(population.max(1)), u128::from(BLOCKS));
+    (((u128::from(place) + 1) * b - 1) / n) as u32
+}
+
+/// The samples of one attempt at a node, told by block.
+pub(crate) fn record_samples<P: Point>(
+    key: DrawKey,
+    population: u64,
+    members: &[u32],
+    points: &[P],
+    all: u64,
+) -> SampleRow {
+    let drawn = members.iter().zip(points).filter(|&(_, &x)| is_sample(key, population, x));
+    (key.node, key.attempt, by_block(drawn.map(|m| *m.0), all))
+}
+
+impl Recorder {
+    /// The tree: where the points of every leaf come from, and the samples of every attempt.
+    pub(crate) fn grown<P>(&mut self, grown: &mut Grown<P>, population: u64) {
+        self.log.population = population;
+        self.log.blocks = BLOCKS;
+        self.log.samples.append(&mut grown.samples);
+        self.log.samples.sort_unstable();
+        self.log.leaves = grown.leaves.iter().map(|l| l.0.0).collect();
+        let blocks = |l: &(NodeId, Vec<u32>)| by_block(l.1.iter().copied(), population);
+        self.log.first_blocks = grown.leaves.iter().map(blocks).collect();
+    }
+
+    pub(crate) fn reached(&mut self, phase: Phase, reached: Reached) {
+        for ((leaf, node), here) in reached {
+            self.reach.entry((phase as u8, leaf, node)).or_default().join(here);
+        }
+    }
+
+    /// Edges of one point of `from` are told to the leaves `to` of their other ends.
+    pub(crate) fn reverse(&mut self, from: u32, to: &mut Vec<u32>) {
+        to.sort_unstable();
+        to.retain(|&leaf| leaf != from);
+        for leaf in to.iter() {
+            *self.reverse.entry((from, *leaf)).or_default() += 1;
+        }
+        to.dedup();
+        let mut before = from;
+        for leaf in to.drain(..) {
+            *self.tellers.entry((from, leaf, before)).or_default() += 1;
+            before = leaf;
+        }
+    }
+
+    /// One cell that a star of `from` tells a star of `to`, with points in conflict.
+    pub(crate) fn said(
+        &mut self,
+        (step, objection): (u32, bool),
+        (from, to): (u32, u32),
+        named: impl Iterator<Item = u64>,
+        conflicts: u64,
+    ) {
+        if from != to {
+            let entry = self.said.entry((step, objection, from, to)).or_default();
+            entry.0 += 1;
+            entry.1 += conflicts;
+            entry.2.extend(named);
+        }
+    }
+
+    fn finish(&mut self) -> TaskLog {
+        let mut log = std::mem::take(&mut self.log);
+        log.reverse = std::mem::take(&mut self.reverse).into_iter().map(|((a, b), n)| (a, b, n)).collect();
+        let tellers = std::mem::take(&mut self.tellers).into_iter();
+        log.tellers = tellers.map(|((from, to, before), n)| (from, to, before, n)).collect();
+        let reach = std::mem::take(&mut self.reach);
+        let row = |((phase, leaf, node), here): ((u8, u32, NodeId), Reaching)| {
+            (phase, leaf, node.0, here.balls, here.entries, here.points.len() as u64)
+        };
+        log.reach = reach.into_iter().map(row).collect();
+        let said = std::mem::take(&mut self.said).into_iter();
+        log.exchange = said
+            .map(|((step, objection, from, to), (cells, conflicts, points))| {
+                let points = points.into_iter().collect();
+                Said { step, objection, from, to, cells, conflicts, points }
+            })
+            .collect();
+        log
+    }
+}
+
+impl<P: Point> Worker<P> {
+    /// The position of a home point's leaf.
+    pub(crate) fn leaf_number(&self, home: u32) -> u32 {
+        self.subdomain.leaves.partition_point(|leaf| leaf.end <= home) as u32
+    }
+
+    /// What the stars of every two leaves must agree on.
+    pub(crate) fn record_agreement(&mut self) {
+        if self.recorder.is_none() {
+            return;
+        }
+        let mut sums: BTreeMap<(u32, u32), (u128, u64)> = BTreeMap::new();
+        let starts: Vec<u32> = self.subdomain.leaves.iter().map(|l| l.end).collect();
+        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
+            for home in leaf.home() {
+                self.each_pair(home, self.stars.link(home), |key, other| {
+                    let to = starts.partition_point(|&end| end <= other) as u32;
+                    if to != at as u32 {
+                        Sums::count(sums.entry((at as u32, to)).or_default(), key);
+                    }
+                });
+            }
+        }
+        if let Some(recorder) = &mut self.recorder {
+            let check = recorder.checks;
+            recorder.checks += 1;
+            let rows = sums.into_iter().filter(|(_, sum)| *sum != (0, 0));
+            recorder.log.agreement.extend(
+                rows.map(|((a, b), (sum, pairs))| (check, a, b, sum as u64, (sum >> 64) as u64, pairs)),
+            );
+        }
+    }
+
+    /// The whole record, once.
+    pub(crate) fn take_tasks(&mut self) -> Option<TaskLog> {
+        self.recorder.take().map(|mut recorder| recorder.finish())
+    }
+}
