@@ -9,20 +9,20 @@ use std::process::{Command, ExitCode};
 
 use glam::{DVec2, DVec3};
 pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
-use septet::config::{
+pub use septet_common::sets::Draw;
+use septet_core::config::{
     Alpha, Config, Correction, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
 };
-use septet::geometry::cost::Cost;
-use septet::geometry::point::Point;
-use septet::independent::independent;
-use septet::protocol::ids::Phase;
-use septet::protocol::ledger::{Ledger, Total};
-use septet::protocol::transport::{Transport as Machine, TransportError};
-use septet::rival;
-use septet::workers::config::WorkerConfig;
-use septet::workers::transport::pipe::{Pipes, serve_pipe};
-use septet::{Error, Run, count, run_on, simulate, triangulate};
-pub use septet_common::sets::Draw;
+use septet_core::run::independent::independent;
+use septet_core::{Error, Run, count, run_on, simulate, triangulate};
+use septet_geometry::cost::Cost;
+use septet_geometry::point::Point;
+use septet_lab::rival;
+use septet_protocol::ids::Phase;
+use septet_protocol::ledger::{Ledger, Total};
+use septet_protocol::transport::{Transport as Machine, TransportError};
+use septet_workers::config::WorkerConfig;
+use septet_workers::transport::pipe::{Pipes, serve_pipe};
 
 use crate::record::Row;
 

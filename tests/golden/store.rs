@@ -1,4 +1,4 @@
-//! The golden files: lines by case, in the order of the cases.
+//! The golden files: a line `case NAME` and the case's lines, in the order of the cases.
 
 use std::fs;
 use std::path::PathBuf;
@@ -34,10 +34,10 @@ impl File {
         };
         let mut file = File { name, cases: Vec::new() };
         for line in text.lines() {
-            let (case, rest) = line.split_once(' ').unwrap_or((line, ""));
-            match file.cases.last_mut() {
-                Some((last, lines)) if last == case => lines.push(rest.to_owned()),
-                _ => file.cases.push((case.to_owned(), vec![rest.to_owned()])),
+            match (line.strip_prefix("case "), file.cases.last_mut()) {
+                (Some(case), _) => file.cases.push((case.to_owned(), Vec::new())),
+                (None, Some((_, lines))) => lines.push(line.to_owned()),
+                (None, None) => return Err(format!("{name}: a line before the first case")),
             }
         }
         Ok(file)
@@ -73,9 +73,8 @@ impl File {
     fn close(&self) -> Result<(), String> {
         let mut text = String::new();
         for (case, lines) in &self.cases {
+            text.extend(["case ", case, "\n"]);
             for line in lines {
-                text.push_str(case);
-                text.push(' ');
                 text.push_str(line);
                 text.push('\n');
             }

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use glam::DVec3;
-use septet::config::Workers;
-use septet::io::read::{AnyInput, read_domain};
-use septet::mesh::record::Record;
-use septet::mesh::{
+use septet_core::config::Workers;
+use septet_core::mesh::record::Record;
+use septet_core::mesh::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Made, MeshRequest, conform, make, sizes,
 };
-use septet::meshing::check;
-use septet::meshing::domain::Domain;
-use septet::meshing::facet::Triangulate;
-use septet::meshing::input::Input;
-use septet::meshing::mesh::{Carrier, Edge, StageLine};
+use septet_io::read::{AnyInput, read_domain};
+use septet_meshing::check;
+use septet_meshing::domain::Domain;
+use septet_meshing::facet::Triangulate;
+use septet_meshing::input::Input;
+use septet_meshing::mesh::{Carrier, Edge, StageLine};
 
 use super::{Wire, wire};
 use crate::record::Row;
