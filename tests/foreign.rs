@@ -10,8 +10,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use septet_core::model::MeshView;
-use septet_io::write::{WriteOptions, check_output, topology, write};
+use glam::DVec3;
+use septet_core::model::{MeshView, Points};
+use septet_io::read::{ReadOptions, read};
+use septet_io::write::{WriteOptions, check_output, topology, write, write_points};
 
 const EXTENSIONS: [&str; 8] = ["vtu", "ele", "msh", "msh41", "msh22", "mesh", "npy", "off"];
 
@@ -158,6 +160,37 @@ fn other_programs_read_what_we_write() {
     let last = said.lines().last().unwrap_or_default();
     assert!(last.ends_with(" passed, 0 failed"), "{said}\n{complained}");
     println!("{said}");
+}
+
+/// Rows of points that numpy saves as doubles, and whole numbers that it saves in every type; `numpy_arrays.py` has the same.
+const AWKWARD: [[f64; 3]; 3] = [[0.1, -2.5e300, 7.0], [1e-5, 0.0, 1.0], [-3.3e-310, 1.0 / 3.0, 5e-324]];
+const WHOLE: [[f64; 3]; 4] = [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 100.0], [9.0, 10.0, 11.0]];
+
+/// Arrays go to numpy and come back from it, in each version of the format, type and order that is read.
+#[test]
+fn numpy_reads_and_writes_the_same_arrays() {
+    let Some(python) = python() else { return };
+    let directory = tempfile::tempdir().unwrap();
+    let points = Points::Space(AWKWARD.map(DVec3::from).to_vec());
+    let ours = directory.path().join("ours.npy");
+    write_points(&ours, &points, &WriteOptions::default(), &mut |_, _| {}).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/numpy_arrays.py");
+    let output = Command::new(&python).arg("-B").arg(script).arg(directory.path()).output().unwrap();
+    let said = [output.stdout, output.stderr].map(|s| String::from_utf8_lossy(&s).into_owned()).concat();
+    assert!(output.status.success(), "{said}");
+    let mut count = 0;
+    for entry in fs::read_dir(directory.path()).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let expected = if name.starts_with("whole") { WHOLE.to_vec() } else { AWKWARD.to_vec() };
+        let found = read(&path, &ReadOptions::default(), &mut |_, _| {}).unwrap();
+        let Points::Space(found) = found.points else { panic!("{name}: points of the plane") };
+        let bits = |rows: Vec<[f64; 3]>| rows.concat().iter().map(|c| c.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(found.iter().map(DVec3::to_array).collect()), bits(expected), "{name}");
+        count += 1;
+    }
+    // Ours; three versions and two orders of doubles; two orders of ten types.
+    assert_eq!(count, 1 + 6 + 20, "{said}");
 }
 
 /// Domains of `tests/domains/good`, options, their areas and volumes, and the facets outside.

@@ -1,20 +1,12 @@
 //! What went wrong, for people and for scripts: a message, what to do, the line at fault, an exit code.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
-
-use flate2::read::MultiGzDecoder;
-use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
-    SourceCode, SourceSpan, SpanContents,
-};
 use septet_core::config::ConfigError;
 use septet_core::generate::GenerateError;
 use septet_io::read::InputError;
 use septet_io::write::OutputError;
 use septet_protocol::transport::TransportError;
 
+use super::excerpt::Excerpt;
 use super::progress::Talk;
 
 /// Exit codes.
@@ -74,114 +66,14 @@ impl Failure {
 
     /// Writes the report to standard error.
     pub fn print(&self, talk: &Talk) {
-        if self.excerpt.is_some() {
-            let mut theme =
-                if talk.color() { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-            "error:".clone_into(&mut theme.characters.error);
-            let handler = GraphicalReportHandler::new_themed(theme)
-                .with_links(false)
-                .with_context_lines(1)
-                .with_wrap_lines(false);
-            let mut text = String::new();
-            if handler.render_report(&mut text, self).is_ok() {
-                eprintln!("{}", text.trim());
-                return;
-            }
-        }
         eprintln!("{} {}", talk.paint("error:", "1;31"), self.message);
+        if let Some(excerpt) = &self.excerpt {
+            eprintln!("{}", excerpt.draw(talk));
+        }
         if let Some(help) = &self.help {
-            eprintln!("{} {help}", talk.paint("help:", "1;36"));
+            let indent = if self.excerpt.is_some() { "  " } else { "" };
+            eprintln!("{indent}{} {help}", talk.paint("help:", "1;36"));
         }
-    }
-}
-
-impl std::fmt::Display for Failure {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for Failure {}
-
-impl Diagnostic for Failure {
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        self.help.as_ref().map(|h| Box::new(h) as Box<dyn std::fmt::Display>)
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.excerpt.as_deref().map(|e| e as &dyn SourceCode)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let excerpt = self.excerpt.as_ref()?;
-        let (start, length) = excerpt.fault;
-        Some(Box::new(std::iter::once(LabeledSpan::new(Some("here".into()), start, length))))
-    }
-}
-
-/// A few lines of a text file around a fault.
-#[derive(Debug)]
-struct Excerpt {
-    name: String,
-    text: String,
-    /// Zero-based number of the first line in the file.
-    first: usize,
-    /// Start and length of the fault in `text`.
-    fault: (usize, usize),
-}
-
-/// Longest part of a line that is shown.
-const SHOWN: usize = 120;
-
-impl Excerpt {
-    /// Reads the lines around `line` (from 1); none if the file is no longer there or is not text.
-    fn of(path: &Path, line: u64, column: Option<u64>) -> Option<Self> {
-        if path.as_os_str() == "-" {
-            return None;
-        }
-        let mut reader = BufReader::new(File::open(path).ok()?);
-        let zipped = reader.fill_buf().ok()?.starts_with(&[0x1f, 0x8b]);
-        let reader: Box<dyn Read> =
-            if zipped { Box::new(MultiGzDecoder::new(reader)) } else { Box::new(reader) };
-        let line = usize::try_from(line).ok()?.checked_sub(1)?;
-        let first = line.saturating_sub(1);
-        let mut text = String::new();
-        let mut fault = None;
-        for (number, raw) in (first..=line + 1).zip(BufReader::new(reader).split(b'\n').skip(first)) {
-            let Ok(raw) = raw else { break };
-            let clean: String =
-                String::from_utf8_lossy(&raw).chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-            let shown: String = clean.chars().take(SHOWN).collect();
-            if number == line {
-                let within = column.map_or(0, |c| c as usize - 1).min(shown.trim_end().len());
-                let within = (0..=within).rev().find(|&i| shown.is_char_boundary(i)).unwrap_or(0);
-                let rest = shown[within..].trim_end();
-                let word = rest.find([' ', '\t', ',', ';']).filter(|&l| column.is_some() && l > 0);
-                fault = Some((text.len() + within, word.unwrap_or(rest.len())));
-            }
-            text.push_str(shown.trim_end());
-            text.push('\n');
-        }
-        Some(Excerpt { name: path.display().to_string(), text, first, fault: fault? })
-    }
-}
-
-impl SourceCode for Excerpt {
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        before: usize,
-        after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let inner = self.text.read_span(span, before, after)?;
-        Ok(Box::new(MietteSpanContents::new_named(
-            self.name.clone(),
-            inner.data(),
-            *inner.span(),
-            inner.line() + self.first,
-            inner.column(),
-            inner.line_count(),
-        )))
     }
 }
 

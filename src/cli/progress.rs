@@ -10,9 +10,10 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use septet_core::config::{Progress, ProgressFn};
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
-use tracing_subscriber::{EnvFilter, Layer, Registry};
+use tracing_subscriber::{Layer, Registry};
 
 /// Options of every subcommand about what is said.
 #[derive(Debug, Args)]
@@ -44,7 +45,8 @@ pub struct Cancelled;
 pub struct Talk {
     quiet: bool,
     color: bool,
-    level: &'static str,
+    /// What is logged unless `RUST_LOG` says otherwise.
+    filter: Targets,
     bar: ProgressBar,
     /// Set by the first Ctrl-C.
     pub cancel: Arc<AtomicBool>,
@@ -60,12 +62,18 @@ impl Talk {
             When::Auto => terminal && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
         };
         let level = match (args.quiet, args.verbose) {
-            (true, _) => "error",
-            (_, 0) => "warn",
-            // The lines say which phase it is.
-            (_, 1) => "info,septet_lab::phase=off",
-            (_, 2) => "debug",
-            _ => "trace",
+            (true, _) => LevelFilter::ERROR,
+            (_, 0) => LevelFilter::WARN,
+            (_, 1) => LevelFilter::INFO,
+            (_, 2) => LevelFilter::DEBUG,
+            _ => LevelFilter::TRACE,
+        };
+        let filter = Targets::new().with_default(level);
+        // The lines say which phase it is.
+        let filter = if level == LevelFilter::INFO {
+            filter.with_target("septet::phase", LevelFilter::OFF)
+        } else {
+            filter
         };
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         if terminal && !args.quiet && args.verbose == 0 {
@@ -94,7 +102,7 @@ impl Talk {
                 });
             }
         });
-        Talk { quiet: args.quiet, color, level, bar, cancel }
+        Talk { quiet: args.quiet, color, filter, bar, cancel }
     }
 
     /// Sets up logging, and a trace if there is one; it can be done only once.
@@ -102,15 +110,11 @@ impl Talk {
     where
         L: Layer<Registry> + Send + Sync,
     {
-        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(self.level));
+        let asked = std::env::var("RUST_LOG").ok().filter(|text| !text.is_empty());
+        let filter: Targets = asked.and_then(|text| text.parse().ok()).unwrap_or_else(|| self.filter.clone());
         let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(self.color);
         // A second subscriber cannot be there yet; if it were, it would serve as well.
         let _ = tracing_subscriber::registry().with(trace).with(lines.with_filter(filter)).try_init();
-    }
-
-    /// Colours on standard error?
-    pub fn color(&self) -> bool {
-        self.color
     }
 
     /// Text in a colour, if there are colours.

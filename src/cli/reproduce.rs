@@ -11,7 +11,6 @@ use super::errors::{Code, Failure};
 use super::files;
 use super::options::NeighboursArg;
 use super::progress::Talk;
-use super::threads;
 
 /// Options of `septet reproduce`.
 #[derive(Debug, Args)]
@@ -71,8 +70,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     files::check(None, &[], &texts)?;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let threads = args.threads.map_or(cores, |threads| threads as usize);
-    // Machines of several sizes: nothing stays.
-    threads::limit(threads, 0);
+    super::limit_threads(threads);
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();

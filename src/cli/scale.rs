@@ -15,7 +15,6 @@ use septet_lab::experiment::{
 use super::errors::{Code, Failure};
 use super::options::{GraphArgs, MachineArgs, dimension, kind, workers};
 use super::progress::{Cancelled, Talk};
-use super::threads;
 
 /// Options of `septet scale`.
 #[derive(Debug, Args)]
@@ -107,8 +106,7 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    // Machines of several sizes: nothing stays.
-    threads::limit(sweep.config.threads, 0);
+    super::limit_threads(sweep.config.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));

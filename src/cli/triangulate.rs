@@ -18,7 +18,6 @@ use super::input::{self, Loaded};
 use super::instruments::{Tables, check_trace, traced};
 use super::options::RunArgs;
 use super::progress::Talk;
-use super::threads;
 
 /// The tables of a run, by the names of their files.
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
@@ -26,7 +25,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 /// Runs either subcommand.
 pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
-    threads::limit(config.threads, threads::hosts(config.workers, config.transport));
+    super::limit_threads(config.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;

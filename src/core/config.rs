@@ -344,7 +344,7 @@ impl Config {
 }
 
 /// alpha of a maximal f-spaced set with an L-Lipschitz f: `2 (1 + L) / (1 - L)`, times 1.25 for cells at
-/// the boundary (DESIGN: provable in the interior, observed at boundaries).
+/// the boundary (proved in the interior, observed at boundaries).
 pub fn alpha_of_spacing(lipschitz: f64) -> f64 {
     1.25 * 2.0 * (1.0 + lipschitz) / (1.0 - lipschitz)
 }

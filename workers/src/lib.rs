@@ -76,7 +76,6 @@ pub mod merge;
 
 pub mod view;
 
-pub mod affinity;
 pub mod host;
 
 pub mod transport;

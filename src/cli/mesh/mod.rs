@@ -29,7 +29,6 @@ use super::files::{self, write_text};
 use super::instruments::{Tables, check_trace, traced};
 use super::progress::Talk;
 use super::report::write_figures;
-use super::threads;
 pub use options::MeshArgs;
 
 /// Small angles, pieces left out, and defects of a mesh that are listed.
@@ -42,7 +41,7 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    threads::limit(request.threads, threads::hosts(request.workers, request.transport));
+    super::limit_threads(request.threads);
     request.cancel = Some(talk.cancel.clone());
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;

@@ -48,3 +48,88 @@ fn write_head(out: &mut dyn Write, kind: &str, rows: usize, columns: usize) -> i
     out.write_all(&(text.len() as u16).to_le_bytes())?;
     out.write_all(text.as_bytes())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::{DVec2, DVec3};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::read::{CellOptions, ReadOptions, read_cells_from, read_from};
+
+    /// What [`write_points`] writes.
+    fn points_file(points: &Points) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut report = |_, _| {};
+        write_points(&mut bytes, points, &mut Progress::new(points.len() as u64, &mut report)).unwrap();
+        bytes
+    }
+
+    /// What [`write_cells`] writes.
+    fn cells_file(dimension: usize, cells: &[u64]) -> Vec<u8> {
+        let (owner, home_leaf, labels) = (None, None, None);
+        let mesh = MeshView { dimension, coordinates: &[], cells, owner, home_leaf, labels };
+        let mut bytes = Vec::new();
+        let mut report = |_, _| {};
+        write_cells(&mut bytes, &mesh, &mut Progress::new(cells.len() as u64, &mut report)).unwrap();
+        bytes
+    }
+
+    /// The array of format version 1.0 that `numpy.save` writes.
+    fn saved(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+        let mut head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
+        while (11 + head.len()) % 64 != 0 {
+            head.push(' ');
+        }
+        head.push('\n');
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((head.len() as u16).to_le_bytes());
+        bytes.extend(head.as_bytes());
+        bytes.extend(data);
+        bytes
+    }
+
+    /// Finite numbers; readers make 0.0 of -0.0.
+    fn coordinate() -> impl Strategy<Value = f64> {
+        any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |c| c.is_finite()).prop_map(|c| c + 0.0)
+    }
+
+    fn points() -> impl Strategy<Value = Points> {
+        let plane = proptest::collection::vec((coordinate(), coordinate()), 0..40)
+            .prop_map(|rows| Points::Plane(rows.into_iter().map(DVec2::from).collect()));
+        let space = proptest::collection::vec((coordinate(), coordinate(), coordinate()), 0..40)
+            .prop_map(|rows| Points::Space(rows.into_iter().map(DVec3::from).collect()));
+        prop_oneof![plane, space]
+    }
+
+    proptest! {
+        #[test]
+        fn points_come_back(points in points()) {
+            let bytes = points_file(&points);
+            let (name, options) = (Path::new("p.npy"), ReadOptions::default());
+            let read = read_from(&bytes[..], name, None, &options, &mut |_, _| {}).unwrap();
+            let bits = |points: &Points| points.coordinates().iter().map(|c| c.to_bits()).collect::<Vec<_>>();
+            prop_assert_eq!(read.points.dimension(), points.dimension());
+            prop_assert_eq!(bits(&read.points), bits(&points));
+            prop_assert!(read.notes.is_empty());
+            let data: Vec<u8> = points.coordinates().iter().flat_map(|c| c.to_le_bytes()).collect();
+            let shape = format!("({}, {})", points.len(), points.dimension());
+            prop_assert_eq!(bytes, saved("<f8", &shape, &data));
+        }
+
+        #[test]
+        fn cells_come_back(dimension in 2..=3_usize, flat in proptest::collection::vec(0..u64::MAX >> 1, 0..60)) {
+            let width = dimension + 1;
+            let cells = &flat[..flat.len() / width * width];
+            let bytes = cells_file(dimension, cells);
+            let (name, options) = (Path::new("c.npy"), CellOptions::default());
+            let read = read_cells_from(&bytes[..], name, None, &options, &mut |_, _| {}).unwrap();
+            prop_assert_eq!((read.dimension, &read.cells[..]), (dimension, cells));
+            let data: Vec<u8> = cells.iter().flat_map(|c| c.to_le_bytes()).collect();
+            let shape = format!("({}, {width})", cells.len() / width);
+            prop_assert_eq!(bytes, saved("<i8", &shape, &data));
+        }
+    }
+}

@@ -34,18 +34,6 @@ fn text_formats_are_plain() {
 }
 
 #[test]
-fn npy_points_are_read_by_another_reader() {
-    for (points, shape) in [(plane(), [2, 2]), (space(), [2, 3])] {
-        let bytes = stream(PointFormat::Npy, &points);
-        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
-        assert_eq!(file.shape(), shape);
-        let read: Vec<f64> = file.into_vec().unwrap();
-        let bits = |c: &[f64]| c.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&read), bits(points.coordinates()));
-    }
-}
-
-#[test]
 fn ply_is_binary_doubles() {
     let bytes = stream(PointFormat::Ply, &plane());
     let head = b"end_header\n";

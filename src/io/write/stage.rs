@@ -1,9 +1,8 @@
 //! Files that appear whole or not at all: written under a temporary name beside the target, renamed
 //! when all files of a set are complete, removed on every other way out.
 //!
-//! Devices and pipes (`/dev/null`, `>(command)` of a shell) are written to as they are: a file renamed over one would
-//! take its place. Opening a pipe waits for its reader. A name that the system gives an open file (`/dev/stdout` where
-//! that is a file) is refused: the file would be replaced under the hands of whoever has it open.
+//! Devices, pipes and the system's names of open files (`/dev/null`, `>(command)` of a shell, `/dev/stdout`) are opened
+//! and appended to: a file renamed over one would take its place. Opening a pipe waits for its reader.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -21,22 +20,20 @@ const ATTEMPTS: u32 = 1000;
 /// A set of files on the way to their names.
 #[derive(Default)]
 pub struct Stage {
-    /// Temporary name and target of every complete file, in the order of writing; no temporary name where the
-    /// target is no regular file.
+    /// Temporary name and target of every complete file, in the order of writing; no temporary name for a special target.
     files: Vec<(Option<PathBuf>, PathBuf)>,
 }
 
 impl Stage {
-    /// Opens one file of the set, under a temporary name unless it is a device or a pipe, for a caller that writes it bit
+    /// Opens one file of the set, under a temporary name unless the target is special, for a caller that writes it bit
     /// by bit and closes it before the set is committed.
     pub fn open(&mut self, target: &Path) -> Result<File, OutputError> {
         if is_special(target) {
-            let opened = OpenOptions::new().write(true).open(target);
+            let opened = OpenOptions::new().append(true).open(target);
             let file = opened.map_err(|source| not_writable(target, source))?;
             self.files.push((None, target.to_path_buf()));
             return Ok(file);
         }
-        refuse_open_file(target)?;
         let (file, temporary) = create_beside(target)?;
         self.files.push((Some(temporary), target.to_path_buf()));
         Ok(file)
@@ -88,8 +85,8 @@ impl Drop for Stage {
     }
 }
 
-/// Can a file be written under this name? Creates and removes a temporary file to find out, or opens the device; of a
-/// pipe, which waits for a reader, no more is seen than whether anybody may write to it.
+/// Checks that a file can be written under this name: creates and removes a temporary file beside it. A special target
+/// is not opened, since a pipe waits for its reader: only its permissions are checked.
 pub fn probe(target: &Path) -> Result<(), OutputError> {
     refuse_directory(target)?;
     if let Ok(metadata) = fs::metadata(target) {
@@ -97,33 +94,12 @@ pub fn probe(target: &Path) -> Result<(), OutputError> {
             return Err(not_writable(target, io::Error::new(ErrorKind::PermissionDenied, "it is read-only")));
         }
         if is_special(target) {
-            return probe_special(target, &metadata);
+            return Ok(());
         }
     }
-    refuse_open_file(target)?;
     let (file, temporary) = create_beside(target)?;
     drop(file);
     fs::remove_file(temporary).map_err(|source| not_writable(target, source))
-}
-
-#[cfg(unix)]
-fn probe_special(target: &Path, metadata: &fs::Metadata) -> Result<(), OutputError> {
-    use std::os::unix::fs::FileTypeExt;
-    let kind = metadata.file_type();
-    if kind.is_fifo() {
-        return Ok(());
-    }
-    if kind.is_socket() {
-        let source = io::Error::new(ErrorKind::InvalidInput, "it is a socket, which is not opened by a name");
-        return Err(not_writable(target, source));
-    }
-    let opened = OpenOptions::new().write(true).open(target);
-    opened.map(drop).map_err(|source| not_writable(target, source))
-}
-
-#[cfg(not(unix))]
-fn probe_special(_target: &Path, _metadata: &fs::Metadata) -> Result<(), OutputError> {
-    Ok(())
 }
 
 fn not_writable(target: &Path, source: io::Error) -> OutputError {
@@ -137,27 +113,18 @@ fn refuse_directory(target: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Is there something under this name that a rename must not replace: a device, a pipe, a socket?
+/// Whether there is something under this name that a rename must not replace: a device, a pipe, a socket, or a name that
+/// the system gives an open file.
 fn is_special(target: &Path) -> bool {
-    fs::metadata(target).is_ok_and(|found| !found.is_file() && !found.is_dir())
+    let of_system = |directory: PathBuf| directory == Path::new("/dev") || directory.starts_with("/proc");
+    fs::metadata(target).is_ok_and(|found| {
+        !found.is_dir() && (!found.is_file() || directory_of(target).canonicalize().is_ok_and(of_system))
+    })
 }
 
 /// Waits until the bytes of a file are on the disk.
 pub fn sync(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
-}
-
-/// Refuses a name that the system gives an open file, and a link to one (`/dev/fd/3`, `/dev/stdout`).
-fn refuse_open_file(target: &Path) -> Result<(), OutputError> {
-    let of_process =
-        |path: &Path| directory_of(path).canonicalize().is_ok_and(|real| real.starts_with("/proc"));
-    let Ok(link) = fs::read_link(target) else { return Ok(()) };
-    if of_process(target) || (link.is_absolute() && of_process(&link)) {
-        let why =
-            "it stands for an open file; name the file, or `-` for standard output where that is possible";
-        return Err(not_writable(target, io::Error::new(ErrorKind::InvalidInput, why)));
-    }
-    Ok(())
 }
 
 fn directory_of(path: &Path) -> &Path {
@@ -304,29 +271,25 @@ mod tests {
             }
             assert!(fs::metadata(null).unwrap().file_type().is_char_device());
         }
-        let socket = directory.path().join("socket");
-        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
-        assert!(matches!(probe(&socket).unwrap_err(), OutputError::NotWritable { .. }));
     }
 
-    /// The name of a file that somebody has open.
+    /// The name of a file that somebody has open: what is written follows what is there, and the name stays.
     #[cfg(target_os = "linux")]
     #[test]
-    fn names_of_open_files_are_refused() {
+    fn open_files_are_appended_to() {
         use std::os::fd::AsRawFd;
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("log.txt");
-        let file = File::create(&path).unwrap();
+        fs::write(&path, "first").unwrap();
+        let file = OpenOptions::new().append(true).open(&path).unwrap();
         for folder in ["/dev/fd", "/proc/self/fd"] {
             let name = Path::new(folder).join(file.as_raw_fd().to_string());
-            let link = directory.path().join("link.off");
-            std::os::unix::fs::symlink(&name, &link).unwrap();
-            for target in [&name, &link] {
-                assert!(probe(target).unwrap_err().to_string().contains("open file"));
-                assert!(Stage::default().open(target).is_err());
-            }
-            fs::remove_file(link).unwrap();
+            probe(&name).unwrap();
+            let mut stage = Stage::default();
+            stage.write(&name, |out| Ok(out.write_all(b", more")?)).unwrap();
+            stage.commit().unwrap();
         }
+        assert_eq!(fs::read(&path).unwrap(), b"first, more, more");
         assert_eq!(names(directory.path()), ["log.txt"]);
     }
 

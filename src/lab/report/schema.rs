@@ -151,7 +151,7 @@ pub struct MachineReport {
     pub repair: TotalReport,
 }
 
-/// Work and depth of the model (DESIGN: EREW PRAM with unit-time scans); none where not counted.
+/// Work and depth of the model (an EREW PRAM with unit-time scans); none where not counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TotalReport {
     /// Operations.

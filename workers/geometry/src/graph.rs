@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn the_overlap_edge_that_one_sided_sets_lose() {
-        // Referee's counterexample: an edge whose inner end's enlarged ball does not cross the line.
+        // A counterexample: an edge whose inner end's enlarged ball does not cross the line.
         let rule = Supergraph::Overlap { alpha: 2.0 };
         let (i, j) = (1.05f64, 0.0f64);
         assert!(rule.joins((i - j) * (i - j), 0.05 * 0.05, 1.05 * 1.05));

@@ -1,6 +1,6 @@
 //! Workers in threads. Every message goes through the receiver's crossbeam channel; the buffers move, and
-//! their length is billed. Any number of workers runs on the threads there are, which stay on one core each where that pays
-//! ([`crate::affinity`]); a worker that has more than one core to itself maps its leaves over them.
+//! their length is billed. Any number of workers runs on the threads there are; a worker that has more than one core
+//! to itself maps its leaves over them.
 //!
 //! A round ends at a barrier that sums what was sent. Sends never block (the channels are unbounded; a
 //! round's messages bound them), receives never wait (everything sent in a round is in its channel when the
@@ -16,7 +16,6 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 use tracing::dispatcher::{self, Dispatch};
 
-use crate::affinity::Affinity;
 use crate::config::{Pool, WorkerConfig};
 use crate::host::{Host, serve};
 
@@ -140,8 +139,6 @@ impl<P: Point> Channel<P> {
         let coordinator = end(&[COORDINATOR]);
         // Who listens to the caller listens to its workers.
         let listener = dispatcher::get_default(Clone::clone);
-        // Of fewer hosts one may be alone at work while others wait, in several runs side by side on the same core.
-        let affinity = if hosts == threads { Affinity::for_threads(threads) } else { Affinity::default() };
         let mut channel = Channel { end: coordinator, threads: Vec::new() };
         for host in 0..hosts {
             let pool = pool(threads, hosts, host, &listener)?;
@@ -150,9 +147,8 @@ impl<P: Point> Channel<P> {
             let end = end(&ranks);
             let config = config.clone();
             let name = format!("septet-{host}");
-            let (listener, affinity) = (listener.clone(), affinity.clone());
+            let listener = listener.clone();
             let thread = std::thread::Builder::new().name(name).spawn(move || {
-                affinity.stay(host);
                 dispatcher::with_default(&listener, || host_thread(end, &ranks, &config, &pool));
             })?;
             channel.threads.push(thread);

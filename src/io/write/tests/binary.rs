@@ -1,19 +1,5 @@
 use super::*;
 
-#[test]
-fn npy_is_read_by_another_reader() {
-    for (sample, shape) in [(kuhn(2), [48, 4]), (squares(3), [18, 3]), (no_cells(3, 2), [0, 4])] {
-        let bytes = one("m.npy", &sample);
-        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
-        assert_eq!(file.shape(), shape);
-        assert_eq!(file.order(), npyz::Order::C);
-        let cells: Vec<i64> = file.into_vec().unwrap();
-        assert!(cells.iter().map(|&c| c as u64).eq(sample.cells.iter().copied()));
-        let data = sample.cells.len() * 8;
-        assert_eq!((bytes.len() - data) % 64, 0);
-    }
-}
-
 /// The head of a `.vtu` file, and the arrays as raw bytes by name.
 pub(super) fn vtu_arrays(bytes: &[u8]) -> (String, HashMap<String, Vec<u8>>) {
     let marker = b"encoding=\"raw\">\n   _";

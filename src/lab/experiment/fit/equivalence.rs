@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::ols::{Interval, Observation, least_squares, t_above, t_quantile};
+use super::distribution::{t_above, t_quantile};
+use super::ols::{Interval, Observation, least_squares};
 
 /// Size of each one-sided test.
 const SIZE: f64 = 0.05;

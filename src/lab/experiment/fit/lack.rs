@@ -14,7 +14,8 @@
 //! the saw-tooth as well as the seeds.
 
 use super::design::Law;
-use super::ols::{Fit, Observation, f_above, least_squares};
+use super::distribution::f_above;
+use super::ols::{Fit, Observation, least_squares};
 
 /// Size of each of the two tests.
 const SIZE: f64 = 0.005;

@@ -24,10 +24,12 @@
 
 mod data;
 mod design;
+mod distribution;
 mod equivalence;
 mod lack;
 mod nested;
 mod ols;
+mod qr;
 mod report;
 mod resample;
 mod speedup;

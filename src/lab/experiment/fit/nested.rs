@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ols::{Fit, Interval, Observation, least_squares, t_above, t_quantile};
+use super::distribution::{t_above, t_quantile};
+use super::ols::{Fit, Interval, Observation, least_squares};
 
 /// Size of the test.
 pub(super) const SIZE: f64 = 0.01;

@@ -1,11 +1,12 @@
 //! Weighted least squares with Student's intervals.
 //!
-//! **Statement.** Rows `(1, g_1, .., g_k)`, y, w; minimise the sum of `w (y - fit)^2`. By Householder's QR (nalgebra) of the
-//! rows scaled by sqrt(w), columns scaled to largest entry 1. Error variance: weighted residual sum over n - k - 1.
+//! **Statement.** Rows `(1, g_1, .., g_k)`, y, w; minimise the sum of `w (y - fit)^2`. By Householder's QR ([`super::qr`]) of
+//! the rows scaled by sqrt(w), columns scaled to largest entry 1. Error variance: weighted residual sum over n - k - 1.
 
-use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+
+use super::distribution::t_quantile;
+use super::qr::{Solution, Triangle};
 
 /// A row: its columns without the constant, the value, and its weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,21 +70,6 @@ impl Fit {
     }
 }
 
-/// Quantile of Student's t.
-pub(super) fn t_quantile(freedom: f64, p: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(p))
-}
-
-/// P(T > t).
-pub(super) fn t_above(freedom: f64, t: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |d| d.sf(t))
-}
-
-/// P(F > f).
-pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
-    FisherSnedecor::new(above, below).map_or(f64::NAN, |d| d.sf(f))
-}
-
 /// Fits; none if the columns do not determine the coefficients or no observation is left for the error.
 pub fn least_squares(rows: &[Observation]) -> Option<Fit> {
     let width = rows.first()?.columns.len() + 1;
@@ -96,22 +82,21 @@ pub fn least_squares(rows: &[Observation]) -> Option<Fit> {
         }
     }
     let column = |row: &Observation, j: usize| if j == 0 { 1.0 } else { row.columns[j - 1] / scale[j] };
-    let matrix = DMatrix::from_fn(rows.len(), width, |i, j| rows[i].weight.sqrt() * column(&rows[i], j));
-    let values = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.weight.sqrt() * r.y));
-    let qr = matrix.clone().qr();
-    let r = qr.r();
-    let smallest = (0..width).map(|i| r[(i, i)].abs()).fold(f64::INFINITY, f64::min);
-    if smallest <= 1e-12 * r[(0, 0)].abs() {
+    let matrix: Vec<Vec<f64>> =
+        (0..width).map(|j| rows.iter().map(|r| r.weight.sqrt() * column(r, j)).collect()).collect();
+    let values: Vec<f64> = rows.iter().map(|r| r.weight.sqrt() * r.y).collect();
+    let triangle = Triangle::of(matrix.clone(), values.clone());
+    let largest = triangle.diagonal().next()?;
+    if triangle.diagonal().fold(f64::INFINITY, f64::min) <= 1e-12 * largest {
         return None;
     }
-    let inverse = r.solve_upper_triangular(&DMatrix::identity(width, width))?;
-    let solution = &inverse * (qr.q().transpose() * &values);
-    let rss = (&values - &matrix * &solution).norm_squared();
-    let bread = &inverse * inverse.transpose();
+    let Solution { coefficients: solution, bread } = triangle.solve();
+    let fitted = |i: usize| matrix.iter().zip(&solution).map(|(column, c)| column[i] * c).sum::<f64>();
+    let rss = values.iter().enumerate().map(|(i, y)| (y - fitted(i)) * (y - fitted(i))).sum::<f64>();
     let quantile = t_quantile(freedom, 0.975);
     let coefficients = (0..width).map(|j| {
         let value = solution[j] / scale[j];
-        let error = (bread[(j, j)] * rss / freedom).sqrt() / scale[j];
+        let error = (bread[j][j] * rss / freedom).sqrt() / scale[j];
         Interval { value, error, low: value - quantile * error, high: value + quantile * error }
     });
     let weight: f64 = rows.iter().map(|r| r.weight).sum();
@@ -119,7 +104,7 @@ pub fn least_squares(rows: &[Observation]) -> Option<Fit> {
     Some(Fit {
         coefficients: coefficients.collect(),
         bread: (0..width)
-            .map(|i| (0..width).map(|j| bread[(i, j)] / (scale[i] * scale[j])).collect())
+            .map(|i| (0..width).map(|j| bread[i][j] / (scale[i] * scale[j])).collect())
             .collect(),
         rss,
         tss: rows.iter().map(|r| r.weight * (r.y - mean) * (r.y - mean)).sum(),

@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{self, FitError, Key, Request, Value};
 use super::design::Law;
+use super::distribution::t_quantile;
 use super::equivalence::{Equivalence, LevelRow, equivalence};
 use super::lack::lack_of_fit;
 use super::nested::{Curvature, curvature};
-use super::ols::{Interval, Observation, least_squares, t_quantile};
+use super::ols::{Interval, Observation, least_squares};
 use super::resample::{Resampled, resample_growth, resample_levels};
 use super::verdict::Verdict;
 use crate::experiment::Line;

@@ -1,0 +1,123 @@
+//! A few lines of a text file around a fault, drawn beneath an error.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+use super::progress::Talk;
+
+/// Longest part of a line that is shown, in characters.
+const SHOWN: usize = 120;
+
+/// The line at fault with its neighbours.
+#[derive(Debug)]
+pub struct Excerpt {
+    /// The file.
+    name: String,
+    /// Number of the line at fault, from 1.
+    line: usize,
+    /// The lines shown, by number.
+    lines: Vec<(usize, String)>,
+    /// Where the fault begins in its line, in characters.
+    start: usize,
+    /// Characters at fault.
+    length: usize,
+}
+
+impl Excerpt {
+    /// Reads the lines around `line` (from 1); none if the file is no longer there or has no such line.
+    pub fn of(path: &Path, line: u64, column: Option<u64>) -> Option<Self> {
+        if path.as_os_str() == "-" {
+            return None;
+        }
+        let mut reader = BufReader::new(File::open(path).ok()?);
+        let zipped = reader.fill_buf().ok()?.starts_with(&[0x1f, 0x8b]);
+        let reader: Box<dyn Read> =
+            if zipped { Box::new(MultiGzDecoder::new(reader)) } else { Box::new(reader) };
+        let line = usize::try_from(line).ok().filter(|&line| line > 0)?;
+        let first = line.saturating_sub(1).max(1);
+        let raw = BufReader::new(reader).split(b'\n').skip(first - 1).map_while(Result::ok);
+        let lines: Vec<_> = (first..=line + 1).zip(raw.map(|raw| shown(&raw))).collect();
+        let text = &lines.iter().find(|(number, _)| *number == line)?.1;
+        let (start, length) = fault(text, column);
+        Some(Excerpt { name: path.display().to_string(), line, start, length, lines })
+    }
+
+    /// The lines with their numbers, and a mark beneath the fault.
+    pub fn draw(&self, talk: &Talk) -> String {
+        let last = self.lines.last().map_or(self.line, |(number, _)| *number);
+        let width = last.to_string().len();
+        let blank = " ".repeat(width + 2);
+        let place = format!("{}:{}:{}", self.name, self.line, self.start + 1);
+        let mut text = format!("{blank}╭─[{}]\n", talk.paint(&place, "36;1;4"));
+        for (number, line) in &self.lines {
+            text += &format!(" {} │ {line}\n", talk.paint(&format!("{number:>width$}"), "2"));
+            if *number == self.line {
+                let (under, beneath) = self.marks();
+                text += &format!("{blank}· {}\n", talk.paint(&under, "35;1"));
+                text += &format!("{blank}· {}\n", talk.paint(&beneath, "35;1"));
+            }
+        }
+        text + &format!("{blank}╰────")
+    }
+
+    /// The line under the fault, and the one that says what it means.
+    fn marks(&self) -> (String, String) {
+        let middle = self.length / 2;
+        let indent = " ".repeat(self.start);
+        let under = match self.length {
+            0 => "▲".to_owned(),
+            length => format!("{}┬{}", "─".repeat(middle), "─".repeat(length - middle - 1)),
+        };
+        (format!("{indent}{under}"), format!("{indent}{}╰── here", " ".repeat(middle)))
+    }
+}
+
+/// The beginning of a line, control characters as blanks.
+fn shown(raw: &[u8]) -> String {
+    let text = String::from_utf8_lossy(raw);
+    let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    clean.take(SHOWN).collect::<String>().trim_end().to_owned()
+}
+
+/// Start and length in characters of the word at a column (in bytes, from 1), or of the whole line.
+fn fault(line: &str, column: Option<u64>) -> (usize, usize) {
+    let within = column.map_or(0, |c| c.saturating_sub(1) as usize).min(line.len());
+    let within = (0..=within).rev().find(|&i| line.is_char_boundary(i)).unwrap_or(0);
+    let rest = &line[within..];
+    let word = rest.find([' ', '\t', ',', ';']).filter(|&end| column.is_some() && end > 0);
+    let length = rest[..word.unwrap_or(rest.len())].chars().count();
+    (line[..within].chars().count(), length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_a_word_or_a_line() {
+        assert_eq!(fault("1 foo 2", Some(3)), (2, 3));
+        assert_eq!(fault("1 bär;2", Some(3)), (2, 3));
+        assert_eq!(fault("ä foo", Some(4)), (2, 3));
+        assert_eq!(fault("1 2", None), (0, 3));
+        assert_eq!(fault("1 2", Some(99)), (3, 0));
+        assert_eq!(fault("", None), (0, 0));
+    }
+
+    #[test]
+    fn the_lines_around_a_fault_are_kept() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.xyz");
+        std::fs::write(&path, "1 2\n3\tx  \r\n5 6\n7 8\n").unwrap();
+        let lines = |line| Excerpt::of(&path, line, None).map(|e| e.lines);
+        let line = |number, text: &str| (number, text.to_owned());
+        assert_eq!(lines(1), Some(vec![line(1, "1 2"), line(2, "3 x")]));
+        assert_eq!(lines(2), Some(vec![line(1, "1 2"), line(2, "3 x"), line(3, "5 6")]));
+        assert_eq!(lines(4), Some(vec![line(3, "5 6"), line(4, "7 8")]));
+        assert_eq!(lines(5), None);
+        assert_eq!(lines(0), None);
+        assert!(Excerpt::of(Path::new("-"), 1, None).is_none());
+    }
+}
