@@ -80,7 +80,7 @@ pub mod options {
     pub use septet_core::options::{Control, Graph, Keep, Machine, Transport};
 }
 
-/// What a [`Run`](crate::Run) holds: pieces with their adjacency, counts, pictures.
+/// What a [`Run`] holds: pieces with their adjacency, counts, pictures.
 pub mod result {
     #[doc(inline)]
     pub use septet_core::result::pieces::{Piece, Pieces};
