@@ -1,29 +1,238 @@
 //! septet: Delaunay triangulation by sphere separators, density graphs and local convex hulls.
 //!
-//! The parallel algorithm of *Delaunay Tetrahedralization and Parallel Three Dimensional Mesh Generation*, run as a message-passing machine whose rounds, messages,
-//! bytes, work and depth are counted; exact for every input, and the same bytes for any number of workers.
+//! The parallel algorithm of *Delaunay Tetrahedralization and Parallel Three Dimensional Mesh Generation*, run as a
+//! message-passing machine whose rounds, messages, bytes, work and depth are counted; exact for every input, and the
+//! same bytes for any number of workers.
 //!
 //! ```
-//! use glam::DVec3;
-//! use septet::{Config, simulate, triangulate};
-//!
 //! // The corners of a cube: all eight on one sphere. Ties are broken in one canonical way.
-//! let cube: Vec<DVec3> =
-//!     (0..8).map(|i| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64)).collect();
-//! let run = triangulate(&cube, &Config::default())?;
+//! let cube: Vec<[f64; 3]> =
+//!     (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
+//! let run = septet::triangulate(&cube, &Default::default())?;
 //! assert_eq!(run.points.used, 8);
 //! assert_eq!(run.hull_facets, 12);
 //!
 //! // The same triangulation by the paper's recursion, with work and depth counted.
-//! let counted = simulate(&cube, &Config::default())?;
+//! let mut options = septet::SimulateOptions::default();
+//! options.machine.workers = septet::options::Workers::Leaves;
+//! let counted = septet::simulate(&cube, &options)?;
 //! assert_eq!(counted.cells(), run.cells());
 //! assert!(counted.ledger.paper.depth > 0 && counted.ledger.paper.depth < counted.ledger.paper.work);
 //! # Ok::<(), septet::Error>(())
 //! ```
+//!
+//! The algorithms are compiled in the crates below this one. A program that calls them does not compile them again.
 
-pub use septet_core::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
-pub use septet_core::{Config, Counts, Ending, Error, IndependentRun, Refutation, count, independent};
-pub use septet_core::{config, generate, mesh, model, result, run};
-pub use septet_io as io;
-pub use septet_lab::{assert_counts, assertions, claims, experiment, predict, report, rival, trace};
-pub use septet_verify as verify;
+#[doc(inline)]
+pub use septet_core::model::Points;
+#[doc(inline)]
+pub use septet_core::options::{IndependentOptions, SimulateOptions, TriangulateOptions};
+#[doc(inline)]
+pub use septet_core::{Accounting, Error, IndependentRun, Refutation, Run};
+#[doc(inline)]
+pub use septet_geometry::point::Coordinates;
+#[doc(inline)]
+pub use septet_lab::assert_counts;
+
+/// The Delaunay triangulation of `points`, exact, certified, and the same for every number of workers, threads and
+/// every transport.
+///
+/// Coincident points count once (see [`Run::points`]); points that span less than the space give no cells. Work and
+/// depth are not counted: see [`simulate`].
+///
+/// # Errors
+/// See [`Error`].
+pub fn triangulate<C: Coordinates>(points: &[C], options: &TriangulateOptions) -> Result<Run, Error> {
+    septet_core::triangulate(points, &options.config())
+}
+
+/// The same triangulation by the paper's recursion to its floor, with every count on.
+///
+/// # Errors
+/// See [`Error`].
+pub fn simulate<C: Coordinates>(points: &[C], options: &SimulateOptions) -> Result<Run, Error> {
+    septet_core::simulate(points, &options.config())
+}
+
+/// A maximal independent set of the conflict graph of sites, with the first `fixed` sites in it from the start.
+///
+/// Sites of sizes f and g conflict if their distance is less than both. The set is that of the greedy algorithm, the
+/// same for every number of workers, threads and every transport.
+///
+/// # Errors
+/// See [`Error`].
+pub fn independent<C: Coordinates>(
+    places: &[C],
+    sizes: &[f64],
+    fixed: usize,
+    options: &IndependentOptions,
+) -> Result<IndependentRun, Error> {
+    septet_core::independent(places, sizes, fixed, &options.config())
+}
+
+/// What the option sets are made of.
+pub mod options {
+    #[doc(inline)]
+    pub use septet_core::config::{
+        Alpha, ConfigError, Correction, Neighbours, Partition, Progress, ProgressFn, SeparatorSets, Workers,
+    };
+    #[doc(inline)]
+    pub use septet_core::options::{Control, Graph, Keep, Machine, Transport};
+}
+
+/// What a [`Run`] holds: pieces with their adjacency, counts, pictures.
+pub mod result {
+    #[doc(inline)]
+    pub use septet_core::result::pieces::{Piece, Pieces};
+    #[doc(inline)]
+    pub use septet_core::result::view::{SeparatorView, View};
+    #[doc(inline)]
+    pub use septet_core::run::independent::SiteError;
+    #[doc(inline)]
+    pub use septet_core::{Settled, Traffic};
+    #[doc(inline)]
+    pub use septet_geometry::graph::Supergraph;
+    #[doc(inline)]
+    pub use septet_geometry::range::RangeError;
+    #[doc(inline)]
+    pub use septet_protocol::ids::{NodeId, Phase};
+    #[doc(inline)]
+    pub use septet_protocol::ledger::{
+        Ledger, LedgerPart, NodeFacts, PathStep, PhaseTotal, RoundTally, Total,
+    };
+    #[doc(inline)]
+    pub use septet_protocol::tasks::TaskLog;
+    #[doc(inline)]
+    pub use septet_protocol::transport::TransportError;
+}
+
+/// Readers and writers of files.
+pub mod io {
+    #[doc(inline)]
+    pub use septet_core::model::{Labels, MeshView, Patches};
+
+    /// Readers of points, cells, domains and sizes.
+    pub mod read {
+        #[doc(inline)]
+        pub use septet_io::read::{
+            AnyInput, CellFile, CellOptions, DomainFile, Format, InputError, Place, PointFile, Progress,
+            ReadOptions, UnknownFormatName, read, read_cells, read_cells_from, read_domain, read_from,
+            read_sizes,
+        };
+    }
+
+    /// Writers of triangulations, meshes and points.
+    pub mod write {
+        #[doc(inline)]
+        pub use septet_io::write::{
+            MshVersion, OutputError, OutputFormat, PointFormat, WriteOptions, check_output,
+            check_points_output, write, write_points, write_points_to,
+        };
+    }
+}
+
+/// An independent verifier of Delaunay triangulations, whoever made them. It shares no code with the builder.
+pub mod verify {
+    #[doc(inline)]
+    pub use septet_verify::{Fault, LEVELS, LevelReport, Report, Triangulation, VerifyOptions, verify};
+}
+
+/// Meshes of domains.
+pub mod mesh {
+    #[doc(inline)]
+    pub use septet_core::mesh::field::SizeField;
+    #[doc(inline)]
+    pub use septet_core::mesh::labelled::Labelled;
+    #[doc(inline)]
+    pub use septet_core::mesh::{
+        Boundary, Dimension, Made, MakeError, MeshError, Promise, Shape, SingularityRequest, check,
+    };
+    #[doc(inline)]
+    pub use septet_core::options::{MeshOptions, Sizes};
+    #[doc(inline)]
+    pub use septet_meshing::conformity::{Conformity, MeshDefect};
+    #[doc(inline)]
+    pub use septet_meshing::defect::Defect;
+    #[doc(inline)]
+    pub use septet_meshing::domain::Domain;
+    #[doc(inline)]
+    pub use septet_meshing::input::{Input, InputFacet, InputSegment, Kind, Region};
+    #[doc(inline)]
+    pub use septet_meshing::mesh::{Carrier, Edge, Face, Mesh, OUTSIDE, StageLine};
+    #[doc(inline)]
+    pub use septet_meshing::quality::Quality;
+
+    /// Checks an input, makes a mesh of its domain, and checks the mesh: it conforms to the domain exactly, or there
+    /// is none. The result is the same for every number of workers, threads and every transport.
+    ///
+    /// ```
+    /// use septet::mesh::{Input, InputSegment, Kind, MeshOptions, make};
+    ///
+    /// let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    /// let mut triangle = Input::new(Kind::Complex, corners.map(glam::DVec2::from).to_vec());
+    /// for vertices in [[0, 1], [1, 2], [2, 0]] {
+    ///     triangle.segments.push(InputSegment { vertices, marker: 0 });
+    /// }
+    /// let mut options = MeshOptions::default();
+    /// options.sizes.most = Some(0.25);
+    /// let made = make(&triangle, &options)?;
+    /// assert!(made.mesh.cells.len() > 16);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// See [`MakeError`].
+    pub fn make<P: Dimension>(input: &Input<P>, options: &MeshOptions) -> Result<Made<P>, MakeError<P>> {
+        septet_core::mesh::make(input, &options.request())
+    }
+
+    /// [`make`] of an input that is checked already.
+    ///
+    /// # Errors
+    /// See [`MakeError`].
+    pub fn make_of<P: Dimension>(domain: &Domain<P>, options: &MeshOptions) -> Result<Made<P>, MakeError<P>> {
+        septet_core::mesh::make_of(domain, &options.request(), septet_core::mesh::Keep::default())
+    }
+}
+
+/// Point sets to try things on.
+pub mod generate {
+    #[doc(inline)]
+    pub use septet_core::generate::{
+        GenerateError, Generated, Kind, Progress, Request, Spacing, generate, parse_sample,
+    };
+}
+
+/// Sweeps of runs, and the growth laws of their counts.
+pub mod experiment {
+    #[doc(inline)]
+    pub use septet_lab::experiment::fit::{
+        Abscissa, FitError, FitReport, Growth, Key, Law, Request, Series, Verdict, fit,
+    };
+    #[doc(inline)]
+    pub use septet_lab::experiment::{
+        Job, JournalError, LevelLine, Line, Lines, PhaseLine, RoundLine, RunError, Runner, SweepError,
+        of_run, read_lines,
+    };
+}
+
+/// Assertions on counts, for tests: see [`assert_counts!`](crate::assert_counts).
+#[doc(inline)]
+pub use septet_lab::assertions;
+
+/// A layer for `tracing` that writes what the machine does as a trace.
+#[doc(inline)]
+pub use septet_lab::trace;
+
+/// What tests of machines need: planted faults, and machines of the caller's making.
+#[doc(hidden)]
+pub mod testing {
+    pub use septet_core::config::Fault;
+    pub use septet_core::options::Planted;
+    pub use septet_core::{Config, Start, run_on};
+}
+
+/// The examples of README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

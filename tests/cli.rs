@@ -182,7 +182,12 @@ fn impossible_options_are_exit_2() {
         ("-o a.zzz", "unknown output format"),
         ("-o a.vtu -o ./a.vtu", "same file"),
     ] {
-        place.fails(&format!("triangulate p.xyz {options}"), 2, &[word]);
+        place.fails(&format!("simulate p.xyz {options}"), 2, &[word]);
+    }
+    // The paper's recursion has these; `triangulate` would ignore them.
+    for option in ["--supergraph knn", "--k 5", "--alpha 3", "--separator-sets both", "--tasks"] {
+        let name = option.split(' ').next().unwrap();
+        place.fails(&format!("triangulate p.xyz {option}"), 2, &[name]);
     }
     place.fails("", 2, &["Usage"]);
     place.fails("triangulate", 2, &["INPUT"]);

@@ -112,8 +112,8 @@ pub fn main() -> ExitCode {
 
 fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
     match command {
-        Command::Triangulate(args) => triangulate::run(&args.run, false, talk),
-        Command::Simulate(args) => triangulate::run(&args.run, true, talk),
+        Command::Triangulate(args) => triangulate::run(&args.run, args.config()?, false, talk),
+        Command::Simulate(args) => triangulate::run(&args.run, args.config()?, true, talk),
         Command::Generate(args) => logged(talk, || generate::run(&args, talk)),
         Command::Mesh(args) => mesh::run(&args, talk),
         Command::Verify(args) => logged(talk, || verify::run(&args, talk)),

@@ -37,6 +37,12 @@ Examples:
 pub struct SimulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// Put the record of what leaves say to each other into the report, for `septet predict` (a second run,
+    /// unless there is one worker)
+    #[arg(long)]
+    tasks: bool,
 }
 
 /// Options of both.
@@ -64,10 +70,6 @@ pub struct RunArgs {
     /// triangulate]
     #[arg(long, value_name = "N", value_parser = shown)]
     pub view: Option<u32>,
-    /// Put the record of what leaves say to each other into the report, for `septet predict` (`simulate`
-    /// only; a second run, unless there is one worker)
-    #[arg(long)]
-    pub tasks: bool,
     /// Print tables of phases, rounds and tree levels; with a name ending in .md write them as Markdown, in .csv
     /// as three files (NAME.phases.csv, NAME.rounds.csv, NAME.levels.csv)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
@@ -111,26 +113,9 @@ pub struct MachineArgs {
     /// Vector registers of the inner loops: results are the same
     #[arg(long, value_enum, default_value_t = RegistersArg::Widest)]
     pub registers: RegistersArg,
-    /// Supergraph of the Delaunay triangulation (`triangulate` needs none)
-    #[arg(long, value_enum, default_value_t = GraphArg::Density)]
-    pub supergraph: GraphArg,
-    /// alpha of a density or overlap graph, at least 1
-    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
-    pub alpha: Alpha,
-    /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
-    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
-    pub k: Neighbours,
-    /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
-    /// (`triangulate` has its own way)
-    #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
-    pub separator_sets: SetsArg,
     /// What cuts subproblems: sphere separators, or k-d planes for comparison
     #[arg(long, value_enum, default_value_t = PartitionArg::Sphere)]
     pub partition: PartitionArg,
-    /// How nearest-neighbour balls are corrected beyond separators: by one descent from the root, or naively,
-    /// node by node from the leaves up, for comparison (`simulate` only)
-    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
-    pub neighbours: NeighboursArg,
     /// Largest leaf of the partition tree, in points
     #[arg(long, value_name = "M|auto", default_value = "auto", value_parser = leaf)]
     pub leaf: Leaf,
@@ -143,6 +128,27 @@ pub struct MachineArgs {
     /// Refuse to start if more memory is expected; with K, M, G or T for powers of 1024
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub max_memory: Option<u64>,
+}
+
+/// Options of every command that counts the paper's recursion.
+#[derive(Debug, Args)]
+pub struct GraphArgs {
+    /// Supergraph of the Delaunay triangulation
+    #[arg(long, value_enum, default_value_t = GraphArg::Density)]
+    pub supergraph: GraphArg,
+    /// alpha of a density or overlap graph, at least 1
+    #[arg(long, value_name = "A|auto", default_value = "auto", value_parser = alpha, allow_negative_numbers = true)]
+    pub alpha: Alpha,
+    /// k of a nearest-neighbour graph; `10ln` stands for ceil(10 ln n)
+    #[arg(long, value_name = "K|auto|Cln", default_value = "auto", value_parser = neighbours, allow_hyphen_values = true)]
+    pub k: Neighbours,
+    /// How separator points are shared: with both sides (the paper), the smaller one, or as ghosts
+    #[arg(long, value_enum, default_value_t = SetsArg::Ghost)]
+    pub separator_sets: SetsArg,
+    /// How nearest-neighbour balls are corrected beyond separators: by one descent from the root, or naively,
+    /// node by node from the leaves up, for comparison
+    #[arg(long, value_enum, default_value_t = NeighboursArg::Descent)]
+    pub neighbours: NeighboursArg,
 }
 
 /// `--supergraph`.
@@ -261,6 +267,25 @@ impl MachineArgs {
         }
         Ok(Config {
             threads,
+            partition: match self.partition {
+                PartitionArg::Sphere => Partition::Sphere,
+                PartitionArg::Kd => Partition::Kd,
+            },
+            leaf: self.leaf.0,
+            transport: match self.transport {
+                TransportArg::Channel => Transport::Channel { threads },
+                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
+            },
+            max_memory: self.max_memory,
+            ..base
+        })
+    }
+}
+
+impl GraphArgs {
+    /// This configuration with what these options ask for.
+    pub fn extend(&self, config: Config) -> Config {
+        Config {
             graph: match self.supergraph {
                 GraphArg::Density => GraphKind::Density,
                 GraphArg::Overlap => GraphKind::Overlap,
@@ -273,37 +298,41 @@ impl MachineArgs {
                 SetsArg::Smaller => SeparatorSets::Smaller,
                 SetsArg::Ghost => SeparatorSets::Ghost,
             },
-            partition: match self.partition {
-                PartitionArg::Sphere => Partition::Sphere,
-                PartitionArg::Kd => Partition::Kd,
-            },
             correction: self.neighbours.correction(),
-            leaf: self.leaf.0,
-            transport: match self.transport {
-                TransportArg::Channel => Transport::Channel { threads },
-                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            },
-            max_memory: self.max_memory,
-            ..base
-        })
+            ..config
+        }
+    }
+}
+
+impl TriangulateArgs {
+    /// The configuration these options ask for.
+    pub fn config(&self) -> Result<Config, Failure> {
+        let config = self.run.config()?;
+        config.check()?;
+        Ok(config)
+    }
+}
+
+impl SimulateArgs {
+    /// The configuration these options ask for.
+    pub fn config(&self) -> Result<Config, Failure> {
+        let config = Config { record_tasks: self.tasks, ..self.graph.extend(self.run.config()?) };
+        config.check()?;
+        Ok(config)
     }
 }
 
 impl RunArgs {
-    /// The configuration these options ask for.
-    pub fn config(&self) -> Result<Config, Failure> {
+    fn config(&self) -> Result<Config, Failure> {
         let machine = self.machine.config()?;
-        let config = Config {
+        Ok(Config {
             workers: self.workers.unwrap_or(machine.workers),
             seed: self.seed,
             skip_invalid: self.skip_invalid,
             with_owner: self.with_owner,
-            record_tasks: self.tasks,
             fault: self.fault,
             ..machine
-        };
-        config.check()?;
-        Ok(config)
+        })
     }
 }
 

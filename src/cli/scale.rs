@@ -13,7 +13,7 @@ use septet_lab::experiment::{
 };
 
 use super::errors::{Code, Failure};
-use super::options::{MachineArgs, dimension, kind, workers};
+use super::options::{GraphArgs, MachineArgs, dimension, kind, workers};
 use super::progress::{Cancelled, Talk};
 
 /// Options of `septet scale`.
@@ -60,6 +60,8 @@ pub struct ScaleArgs {
     until: Option<UntilArg>,
     #[command(flatten)]
     machine: MachineArgs,
+    #[command(flatten)]
+    graph: GraphArgs,
     /// The file of lines; taken up where it ends if it holds the same sweep
     #[arg(short, long = "output", value_name = "FILE")]
     output: PathBuf,
@@ -81,7 +83,7 @@ impl ScaleArgs {
                 UntilArg::Neighbours => Until::Neighbours,
             }),
             cancel: Some(talk.cancel.clone()),
-            ..self.machine.config()?
+            ..self.graph.extend(self.machine.config()?)
         };
         let sweep = Sweep {
             sizes,

@@ -23,9 +23,8 @@ use super::progress::Talk;
 const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 
 /// Runs either subcommand.
-pub fn run(args: &RunArgs, counted: bool, talk: &Talk) -> Result<(), Failure> {
+pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
-    let mut config = args.config()?;
     super::limit_threads(config.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";

@@ -7,6 +7,8 @@ pub mod config;
 
 pub mod model;
 
+pub mod options;
+
 pub mod error;
 
 pub mod input;

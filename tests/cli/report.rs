@@ -107,7 +107,7 @@ fn the_report_is_whole_and_adds_up() {
 fn triangulate_has_the_same_keys_and_echoes_its_options() {
     let place = Place::new();
     let line = "triangulate sample:graded:2000,d=2,lipschitz=0.2 --workers 5 --threads 1 --seed 9 --transport sim \
-                --delivery-seed 4 --separator-sets both --partition kd --json -";
+                --delivery-seed 4 --partition kd --json -";
     let report: Value = serde_json::from_slice(&place.good(line).stdout).unwrap();
     for (pointer, keys) in KEYS {
         assert_keys(&report, pointer, keys);
@@ -117,7 +117,7 @@ fn triangulate_has_the_same_keys_and_echoes_its_options() {
         ("command", "triangulate".into()),
         ("workers", "5".into()),
         ("threads", 1.into()),
-        ("separator_sets", "both".into()),
+        ("separator_sets", "ghost".into()),
         ("partition", "kd".into()),
         ("neighbours", "descent".into()),
         ("transport", "sim".into()),

@@ -103,7 +103,7 @@ fn planes_and_naive_correction_give_the_same_bytes() {
     }
     let tasks = "simulate sample:uniform:500 --tasks --neighbours naive --json t.json";
     place.fails(tasks, 2, &["--neighbours descent"]);
-    place.fails("triangulate sample:uniform:500 --neighbours naive", 2, &["simulate"]);
+    place.fails("triangulate sample:uniform:500 --neighbours naive", 2, &["--neighbours"]);
     place.fails("scale -n 500 --timed --neighbours naive -o s.jsonl", 2, &["--timed"]);
     place.fails("triangulate sample:uniform:500 --partition bsp", 2, &["sphere", "kd"]);
 }

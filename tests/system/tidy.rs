@@ -70,3 +70,15 @@ fn geometry_is_pure() {
         }
     }
 }
+
+/// An oracle that shares code shares bugs.
+#[test]
+fn the_verifier_uses_no_crate_of_ours_and_no_predicates() {
+    let manifest = fs::read_to_string(root().join("src/verify/Cargo.toml")).unwrap();
+    let (_, rest) = manifest.split_once("[dependencies]").unwrap();
+    let (dependencies, _) = rest.split_once("\n[").unwrap();
+    assert!(dependencies.contains("num-bigint"), "the verifier's dependencies were not found");
+    for word in ["septet", "robust"] {
+        assert!(!dependencies.contains(word), "the verifier depends on {word}");
+    }
+}

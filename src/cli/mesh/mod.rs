@@ -8,22 +8,19 @@ use std::time::Instant;
 
 use crate::mesh::show::{figures, summary};
 use septet_core::mesh::labelled::Labelled;
-use septet_core::mesh::record::Record;
 use septet_core::mesh::view::{DEFAULT_CELLS, MeshPicture};
-use septet_core::mesh::{Made, MeshError, MeshRequest, Promise, assess, conform, make, sizes};
+use septet_core::mesh::{Dimension, Keep, Made, MakeError, MeshError, MeshRequest, Promise, check, make_of};
 use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::write::{OutputFormat, WriteOptions, faces_path, write};
 use septet_lab::report::mesh::tables::TABLES;
 use septet_lab::report::mesh::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
-use septet_meshing::check;
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::Input;
-use septet_meshing::mesh::{Mesh, StageLine};
-use septet_meshing::quality::Quality;
+use septet_meshing::mesh::Mesh;
 use septet_meshing::size::SizeError;
 use tracing_subscriber::layer::Identity;
 
@@ -95,19 +92,14 @@ struct Job<'a> {
     talk: &'a Talk,
 }
 
-/// A mesh and all that was found out about it.
+/// A mesh with its judgement, and the picture of it.
 struct Found<P: Triangulate> {
-    mesh: Mesh<P>,
-    stages: Vec<StageLine>,
-    record: Record,
-    conformity: Conformity,
-    quality: Quality<P>,
+    made: Made<P>,
     picture: Option<MeshPicture>,
-    mesh_seconds: f64,
 }
 
 impl Job<'_> {
-    fn checked<P: Triangulate>(&self, file: &DomainFile, input: &Input<P>) -> Result<(), Failure> {
+    fn checked<P: Dimension>(&self, file: &DomainFile, input: &Input<P>) -> Result<(), Failure> {
         let (args, talk) = (self.args, self.talk);
         let domain = match check(input) {
             Ok(domain) => domain,
@@ -126,7 +118,7 @@ impl Job<'_> {
         self.meshed(&domain)
     }
 
-    fn meshed<P: Triangulate>(&self, domain: &Domain<P>) -> Result<(), Failure> {
+    fn meshed<P: Dimension>(&self, domain: &Domain<P>) -> Result<(), Failure> {
         let (args, request, talk) = (self.args, &self.request, self.talk);
         let read_seconds = self.start.elapsed().as_secs_f64();
         talk.check();
@@ -134,7 +126,7 @@ impl Job<'_> {
             return Err(options::exact_has_no_distance());
         }
         let mut files = Vec::new();
-        let found = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
+        let Found { made: found, picture } = traced(&args.tracing, talk, &mut files, || self.found(domain))?;
         let broken = self.broken(&found.conformity);
         let judged = self.start.elapsed().as_secs_f64();
         if broken.is_none() {
@@ -142,8 +134,8 @@ impl Job<'_> {
         }
         let total_seconds = self.start.elapsed().as_secs_f64();
         talk.clear();
-        let judge_seconds = judged - read_seconds - found.mesh_seconds;
-        let (mesh_seconds, write_seconds) = (found.mesh_seconds, total_seconds - judged);
+        let judge_seconds = judged - read_seconds - found.seconds;
+        let (mesh_seconds, write_seconds) = (found.seconds, total_seconds - judged);
         let around = Surroundings {
             input: &args.domain.display().to_string(),
             outputs: &args.output,
@@ -159,34 +151,33 @@ impl Job<'_> {
             quality: &found.quality,
             conformity: &found.conformity,
             record: &found.record,
-            picture: found.picture.as_ref(),
+            picture: picture.as_ref(),
         };
         self.tell(&judged, &around, files)?;
         broken.map_or(Ok(()), Err)
     }
 
-    /// Makes the mesh and judges it.
-    fn found<P: Triangulate>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
-        let (args, request, talk) = (self.args, &self.request, self.talk);
-        let start = Instant::now();
-        let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS));
-        let size = sizes(domain, request)?;
-        let made = make(domain, &size, request, most as usize).map_err(|error| self.named(domain, error))?;
-        let Made { mesh, stages, record, owners } = made;
-        let mesh_seconds = start.elapsed().as_secs_f64();
-        talk.check();
-        let conformity = conform(domain, &mesh, request);
-        if conformity.is_shapeless() {
-            let broken = self.broken(&conformity);
-            return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
-        }
-        let quality = assess(domain, &mesh, &size, request, WORST);
-        let cells = mesh.cells.len();
-        let picture = (cells <= most as usize).then(|| MeshPicture::of(domain, &mesh, &size, owners));
+    /// Makes the mesh and judges it: one that does not conform is returned for its report.
+    fn found<P: Dimension>(&self, domain: &Domain<P>) -> Result<Found<P>, Failure> {
+        let (args, talk) = (self.args, self.talk);
+        let most = args.json.as_ref().map_or(0, |_| args.view.unwrap_or(DEFAULT_CELLS)) as usize;
+        let mut made = match make_of(domain, &self.request, Keep { owned: most, worst: WORST }) {
+            Ok(made) => made,
+            Err(MakeError::NotConforming(made)) => *made,
+            Err(MakeError::Shapeless(conformity)) => {
+                let broken = self.broken(&conformity);
+                return Err(broken.unwrap_or_else(|| Failure::new(Code::Rejected, "the mesh has no shape")));
+            }
+            Err(MakeError::Mesh(error)) => return Err(self.named(domain, error)),
+            Err(error) => return Err(Failure::new(Code::Failed, error.to_string())),
+        };
+        let cells = made.mesh.cells.len();
+        let owners = made.owners.take();
+        let picture = (cells <= most).then(|| MeshPicture::of(domain, &made.mesh, &made.size, owners));
         if picture.is_none() && most > 0 {
             talk.note(format!("note: no picture in the report: {cells} cells, more than --view {most}"));
         }
-        Ok(Found { mesh, stages, record, conformity, quality, picture, mesh_seconds })
+        Ok(Found { made, picture })
     }
 
     /// The report, the figures and the tables, and a few lines for people.

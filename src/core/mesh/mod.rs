@@ -6,11 +6,12 @@
 pub mod field;
 pub mod labelled;
 pub mod machine;
+pub mod pipeline;
 pub mod record;
 pub mod view;
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use septet_meshing::conformity::{self, Conformity, Follow};
@@ -35,6 +36,7 @@ use crate::config::{Config, Transport, Workers};
 use crate::run::memory;
 use field::SizeField;
 use machine::{AllCores, Counted};
+pub use pipeline::{Dimension, Keep, Made, MakeError, check, make, make_of};
 use record::Record;
 
 /// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
@@ -167,6 +169,12 @@ pub enum MeshError {
 }
 
 impl MeshRequest {
+    /// Has the caller given up?
+    fn check_cancelled(&self) -> Result<(), MeshError> {
+        let cancelled = self.cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed));
+        if cancelled { Err(MeshError::Run(crate::Error::Interrupted)) } else { Ok(()) }
+    }
+
     /// What is kept of the boundary of such a domain.
     pub fn boundary_of(&self, kind: Kind) -> Boundary {
         self.boundary.unwrap_or_else(|| Boundary::of(kind))
@@ -310,20 +318,16 @@ pub fn measure<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
-/// A mesh, and what it took.
-#[derive(Clone, Debug)]
-pub struct Made<P: Triangulate> {
-    /// The mesh.
-    pub mesh: Mesh<P>,
-    /// The stages of generation.
-    pub stages: Vec<StageLine>,
-    /// The runs of the machine.
-    pub record: Record,
-    /// The worker that each cell was at home with, if asked for.
-    pub owners: Option<Vec<u32>>,
+/// A mesh before it is checked, and what it took.
+struct Built<P: Triangulate> {
+    mesh: Mesh<P>,
+    stages: Vec<StageLine>,
+    record: Record,
+    /// The worker that owned each cell, if asked for.
+    owners: Option<Vec<u32>>,
 }
 
-/// Makes a mesh of a domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
+/// Makes a mesh of a domain, unchecked: [`make`] compares it with the domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
 /// completion. The result is the same for every number of workers, threads and every transport.
 ///
 /// # Errors
@@ -333,19 +337,19 @@ pub fn generate<P: Triangulate>(
     size: &SizeFunction<P>,
     request: &MeshRequest,
 ) -> Result<(Mesh<P>, Vec<StageLine>), MeshError> {
-    make(domain, size, request, 0).map(|made| (made.mesh, made.stages))
+    build(domain, size, request, 0).map(|made| (made.mesh, made.stages))
 }
 
 /// [`generate`] with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
 ///
 /// # Errors
 /// [`MeshError`].
-pub fn make<P: Triangulate>(
+fn build<P: Triangulate>(
     domain: &Domain<P>,
     size: &SizeFunction<P>,
     request: &MeshRequest,
     owned: usize,
-) -> Result<Made<P>, MeshError> {
+) -> Result<Built<P>, MeshError> {
     let at = |x| size.at(x);
     let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
     let mut machine = machine(request);
@@ -392,7 +396,7 @@ pub fn make<P: Triangulate>(
             ..StageLine::default()
         });
     }
-    Ok(Made { mesh, stages, record, owners })
+    Ok(Built { mesh, stages, record, owners })
 }
 
 fn machine(request: &MeshRequest) -> Counted {

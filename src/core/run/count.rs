@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use septet_geometry::point::Point;
+use septet_geometry::point::{Coordinates, Point, PointSlice};
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_protocol::transport::TransportError;
@@ -80,7 +80,20 @@ impl From<Run> for Counts {
 ///
 /// # Errors
 /// See [`Error`].
-pub fn count<P: Point>(points: &[P], config: &Config) -> Result<Counts, Error> {
+pub fn count<C: Coordinates>(points: &[C], config: &Config) -> Result<Counts, Error> {
+    counted(C::points(points), config)
+}
+
+/// In either dimension: compiled here, so that callers do not compile the machine.
+#[inline(never)]
+fn counted(points: PointSlice<'_>, config: &Config) -> Result<Counts, Error> {
+    match points {
+        PointSlice::Plane(points) => counts(points, config),
+        PointSlice::Space(points) => counts(points, config),
+    }
+}
+
+fn counts<P: Point>(points: &[P], config: &Config) -> Result<Counts, Error> {
     let Some(until) = config.until else { return simulate(points, config).map(Counts::from) };
     let start = Instant::now();
     let config = &Config { record_tasks: false, view: 0, ..config.clone() };

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use septet_geometry::graph::Supergraph;
-use septet_geometry::point::Point;
+use septet_geometry::point::{Coordinates, Point, PointSlice};
 use septet_geometry::range::{scale, scale_exponent};
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::ledger::Ledger;
@@ -100,7 +100,30 @@ impl IndependentRun {
 ///
 /// # Errors
 /// See [`SiteError`] and [`crate::Error`].
-pub fn independent<P: Point>(
+pub fn independent<C: Coordinates>(
+    places: &[C],
+    sizes: &[f64],
+    fixed: usize,
+    config: &Config,
+) -> Result<IndependentRun, RunError> {
+    chosen(C::points(places), sizes, fixed, config)
+}
+
+/// In either dimension: compiled here, so that callers do not compile the machine.
+#[inline(never)]
+fn chosen(
+    places: PointSlice<'_>,
+    sizes: &[f64],
+    fixed: usize,
+    config: &Config,
+) -> Result<IndependentRun, RunError> {
+    match places {
+        PointSlice::Plane(places) => choose(places, sizes, fixed, config),
+        PointSlice::Space(places) => choose(places, sizes, fixed, config),
+    }
+}
+
+fn choose<P: Point>(
     places: &[P],
     sizes: &[f64],
     fixed: usize,

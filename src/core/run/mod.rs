@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use septet_geometry::graph::Supergraph;
-use septet_geometry::point::Point;
+use septet_geometry::point::{Coordinates, Point, PointSlice};
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_protocol::tasks::TaskLog;
@@ -216,16 +216,25 @@ impl Run {
 ///
 /// # Errors
 /// See [`Error`].
-pub fn triangulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
-    run_on(points, config, false, &mut started(config))
+pub fn triangulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run, Error> {
+    run(C::points(points), config, false)
 }
 
 /// The same triangulation by the paper's recursion to its floor, with every count on.
 ///
 /// # Errors
 /// See [`Error`].
-pub fn simulate<P: Point>(points: &[P], config: &Config) -> Result<Run, Error> {
-    run_on(points, config, true, &mut started(config))
+pub fn simulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run, Error> {
+    run(C::points(points), config, true)
+}
+
+/// Both, in either dimension: compiled here, so that callers do not compile the machine.
+#[inline(never)]
+fn run(points: PointSlice<'_>, config: &Config, counted: bool) -> Result<Run, Error> {
+    match points {
+        PointSlice::Plane(points) => run_on(points, config, counted, &mut started(config)),
+        PointSlice::Space(points) => run_on(points, config, counted, &mut started(config)),
+    }
 }
 
 /// Starts the workers of a machine: what [`run_on`] is given. It may be called twice, for [`Workers::Leaves`]

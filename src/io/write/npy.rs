@@ -57,7 +57,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::io::read::{CellOptions, ReadOptions, read_cells_from, read_from};
+    use crate::read::{CellOptions, ReadOptions, read_cells_from, read_from};
 
     /// What [`write_points`] writes.
     fn points_file(points: &Points) -> Vec<u8> {

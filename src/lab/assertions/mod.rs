@@ -6,15 +6,18 @@
 //! panics with that text at the line of the test.
 //!
 //! ```
-//! use septet::config::Workers;
+//! use septet::options::Workers;
 //! use septet::generate::{Kind, Request, generate};
-//! use septet::{Config, assert_counts, simulate};
+//! use septet::{Points, SimulateOptions, assert_counts, simulate};
 //!
 //! let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None };
 //! let set = generate(&request, &mut |_, _, _| {})?;
-//! let septet::model::Points::Plane(points) = &set.points else { unreachable!() };
-//! let config = Config { workers: Workers::Leaves, spacing: Some(0.0), leaf: Some(100), ..Config::default() };
-//! let run = simulate(points, &config)?;
+//! let Points::Plane(points) = &set.points else { unreachable!() };
+//! let mut options = SimulateOptions::default();
+//! options.machine.workers = Workers::Leaves;
+//! options.machine.leaf = Some(100);
+//! options.spacing = Some(0.0);
+//! let run = simulate(points, &options)?;
 //! assert_counts!(run, levels(1.5, -5.0), rounds("merge", 1.5, -5.0), merges(1.5, -5.0), no_repair());
 //! assert_counts!([&run, &run], same_counts());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -23,14 +26,17 @@
 //! A bound that does not hold says where:
 //!
 //! ```should_panic
-//! # use septet::config::Workers;
+//! # use septet::options::Workers;
 //! # use septet::generate::{Kind, Request, generate};
-//! # use septet::{Config, assert_counts, simulate};
+//! # use septet::{Points, SimulateOptions, assert_counts, simulate};
 //! # let request = Request { kind: Kind::WellSpaced, n: 1000, dimension: 2, seed: 1, lipschitz: None };
 //! # let set = generate(&request, &mut |_, _, _| {}).unwrap();
-//! # let septet::model::Points::Plane(points) = &set.points else { unreachable!() };
-//! # let config = Config { workers: Workers::Leaves, spacing: Some(0.0), leaf: Some(100), ..Config::default() };
-//! # let run = simulate(points, &config).unwrap();
+//! # let Points::Plane(points) = &set.points else { unreachable!() };
+//! # let mut options = SimulateOptions::default();
+//! # options.machine.workers = Workers::Leaves;
+//! # options.machine.leaf = Some(100);
+//! # options.spacing = Some(0.0);
+//! # let run = simulate(points, &options).unwrap();
 //! // rounds("merge", 0.0, 2.0): rounds of merge: 5 above 2 = 0 log2 n + 2
 //! //             n  workers   seed      counted        bound
 //! //           994       13      0            5            2  <- beyond it

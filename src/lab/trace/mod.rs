@@ -16,7 +16,7 @@
 //! unheard. Do not run untraced work beside a scope that traces.)
 //!
 //! ```
-//! use septet::{Config, config::Transport, simulate, trace};
+//! use septet::{simulate, trace};
 //! use tracing_subscriber::layer::SubscriberExt;
 //!
 //! # let directory = tempfile::tempdir()?;
@@ -24,7 +24,7 @@
 //! let (layer, file) = trace::layer(&path, trace::Detail::default())?;
 //! let points: Vec<glam::DVec3> = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2]).map(|c| c.map(f64::from).into()).collect();
 //! tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), || {
-//!     simulate(&points, &Config::default())
+//!     simulate(&points, &Default::default())
 //! })?;
 //! file.finish()?; // only now it has its name
 //! # assert!(std::fs::read_to_string(&path)?.ends_with("]}\n"));

@@ -89,11 +89,60 @@ where
     }
 }
 
+mod sealed {
+    use glam::{DVec2, DVec3};
+
+    /// Keeps the traits of points to the types that they are implemented for here.
+    pub trait Sealed {}
+
+    impl Sealed for DVec2 {}
+    impl Sealed for DVec3 {}
+    impl Sealed for [f64; 2] {}
+    impl Sealed for [f64; 3] {}
+}
+
+/// Points as callers hold them: a slice of `[f64; 2]`, `[f64; 3]`, [`DVec2`] or [`DVec3`].
+pub trait Coordinates: Sized + sealed::Sealed {
+    /// The same memory as points of the plane or of space.
+    fn points(slice: &[Self]) -> PointSlice<'_>;
+}
+
+/// Borrowed points of either dimension.
+#[derive(Clone, Copy, Debug)]
+pub enum PointSlice<'a> {
+    /// Points of the plane.
+    Plane(&'a [DVec2]),
+    /// Points of space.
+    Space(&'a [DVec3]),
+}
+
+impl<P: Point> Coordinates for P {
+    fn points(slice: &[P]) -> PointSlice<'_> {
+        if P::DIM == 2 {
+            PointSlice::Plane(bytemuck::cast_slice(slice))
+        } else {
+            PointSlice::Space(bytemuck::cast_slice(slice))
+        }
+    }
+}
+
+impl Coordinates for [f64; 2] {
+    fn points(slice: &[[f64; 2]]) -> PointSlice<'_> {
+        PointSlice::Plane(bytemuck::cast_slice(slice))
+    }
+}
+
+impl Coordinates for [f64; 3] {
+    fn points(slice: &[[f64; 3]]) -> PointSlice<'_> {
+        PointSlice::Space(bytemuck::cast_slice(slice))
+    }
+}
+
 /// A point of the plane or of space: the single place where a dimension is defined.
 ///
 /// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1`
 /// points. Signs of these determinants are not exact: [`crate::predicates`] makes them so.
-pub trait Point: Vector + Pod + Default {
+pub trait Point: Vector + Pod + Default + sealed::Sealed {
     /// 2 or 3.
     const DIM: usize;
     /// The vectors one dimension up, where the stereographic lift lives.
