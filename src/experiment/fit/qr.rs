@@ -18,8 +18,9 @@ pub(super) struct Solution {
     pub bread: Vec<Vec<f64>>,
 }
 
+/// From zero: the sum of an iterator starts at -0, which would stay for vectors of zeros.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 impl Triangle {
