@@ -105,7 +105,7 @@ mod tests {
         for (i, a) in columns.iter().enumerate() {
             assert!(dot(a, &residuals).abs() < 1e-12);
             for j in 0..3 {
-                let entry: f64 = (0..3).map(|k| dot(a, &columns[k]) * bread[k][j]).sum();
+                let entry: f64 = columns.iter().zip(&bread).map(|(b, row)| dot(a, b) * row[j]).sum();
                 assert!((entry - f64::from(i == j)).abs() < 1e-12, "{i} {j} {entry}");
             }
         }
