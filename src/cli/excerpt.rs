@@ -51,27 +51,27 @@ impl Excerpt {
         let width = last.to_string().len();
         let blank = " ".repeat(width + 2);
         let place = format!("{}:{}:{}", self.name, self.line, self.start + 1);
-        let mut text = format!("{blank}╭─[{}]\n", talk.paint(&place, "36;1;4"));
+        let mut rows = vec![format!("{blank}╭─[{}]", talk.paint(&place, "36;1;4"))];
         for (number, line) in &self.lines {
-            text += &format!(" {} │ {line}\n", talk.paint(&format!("{number:>width$}"), "2"));
+            rows.push(format!(" {} │ {line}", talk.paint(&format!("{number:>width$}"), "2")));
             if *number == self.line {
-                let (under, beneath) = self.marks();
-                text += &format!("{blank}· {}\n", talk.paint(&under, "35;1"));
-                text += &format!("{blank}· {}\n", talk.paint(&beneath, "35;1"));
+                let marks = self.marks();
+                rows.extend(marks.map(|mark| format!("{blank}· {}", talk.paint(&mark, "35;1"))));
             }
         }
-        text + &format!("{blank}╰────")
+        rows.push(format!("{blank}╰────"));
+        rows.join("\n")
     }
 
     /// The line under the fault, and the one that says what it means.
-    fn marks(&self) -> (String, String) {
+    fn marks(&self) -> [String; 2] {
         let middle = self.length / 2;
         let indent = " ".repeat(self.start);
         let under = match self.length {
             0 => "▲".to_owned(),
             length => format!("{}┬{}", "─".repeat(middle), "─".repeat(length - middle - 1)),
         };
-        (format!("{indent}{under}"), format!("{indent}{}╰── here", " ".repeat(middle)))
+        [format!("{indent}{under}"), format!("{indent}{}╰── here", " ".repeat(middle))]
     }
 }
 

@@ -18,8 +18,9 @@ pub(super) struct Solution {
     pub bread: Vec<Vec<f64>>,
 }
 
+/// From zero: the sum of an iterator starts at -0, which would stay for vectors of zeros.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 impl Triangle {
@@ -104,7 +105,7 @@ mod tests {
         for (i, a) in columns.iter().enumerate() {
             assert!(dot(a, &residuals).abs() < 1e-12);
             for j in 0..3 {
-                let entry: f64 = (0..3).map(|k| dot(a, &columns[k]) * bread[k][j]).sum();
+                let entry: f64 = columns.iter().zip(&bread).map(|(b, row)| dot(a, b) * row[j]).sum();
                 assert!((entry - f64::from(i == j)).abs() < 1e-12, "{i} {j} {entry}");
             }
         }
