@@ -1,0 +1,4 @@
+//! Rules of the source that no compiler checks.
+
+mod cycles;
+mod source;
