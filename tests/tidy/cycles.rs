@@ -6,7 +6,13 @@ use crate::source::Crate;
 
 /// Folders of the crates' root files.
 const CRATES: [&str; 7] = [
-    "src/io", "src/verify", "src/meshing", "src/lab", "src/cli", "workers/geometry/src", "workers/protocol/src",
+    "src/io",
+    "src/verify",
+    "src/meshing",
+    "src/lab",
+    "src/cli",
+    "workers/geometry/src",
+    "workers/protocol/src",
 ];
 
 type Graph = BTreeMap<String, BTreeSet<String>>;

@@ -140,7 +140,9 @@ impl Crate {
     /// The modules that a module imports by name, as `graph` in `use crate::graph`.
     fn names(&self, module: &Module) -> BTreeMap<String, Vec<String>> {
         let uses = self.uses(module).into_iter();
-        uses.filter(|used| self.files.contains_key(&used.path.join("::"))).map(|used| (used.name, used.path)).collect()
+        uses.filter(|used| self.files.contains_key(&used.path.join("::")))
+            .map(|used| (used.name, used.path))
+            .collect()
     }
 
     /// The module that a path leads to: through re-exports to where the item is.
@@ -165,7 +167,9 @@ impl Crate {
                 continue;
             }
             for used in tree(&text[at + 4..]) {
-                let Some(base) = used.path.first().and_then(|first| self.base(module, first)) else { continue };
+                let Some(base) = used.path.first().and_then(|first| self.base(module, first)) else {
+                    continue;
+                };
                 found.push(Used { path: extend(&base, &used.path[1..]), ..used });
             }
         }
