@@ -1,4 +1,5 @@
 //! Rules of the source that no compiler checks.
 
 mod cycles;
+mod rules;
 mod source;

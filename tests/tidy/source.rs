@@ -222,7 +222,9 @@ fn heads(text: &str) -> Vec<(usize, &str)> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("::") {
         let word_start = text[..at].trim_end_matches(|c: char| c.is_alphanumeric() || c == '_').len();
-        if word_start < at && !text[..word_start].ends_with("::") {
+        let before = &text[..word_start];
+        // The path of a visibility imports nothing.
+        if word_start < at && !before.ends_with("::") && !before.ends_with("(in ") {
             found.push((word_start, &text[word_start..at]));
         }
     }
