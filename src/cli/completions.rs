@@ -2,11 +2,10 @@
 
 use std::io::Write;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
 
-use super::Cli;
 use super::errors::{Code, Failure};
 
 /// Options of `septet completions`.
@@ -19,20 +18,19 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Writes a completion script to standard output.
-pub fn run(args: &CompletionsArgs) -> Result<(), Failure> {
+/// Writes a completion script of the program to standard output.
+pub fn run(args: &CompletionsArgs, mut program: Command) -> Result<(), Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "septet", &mut script);
+    clap_complete::generate(args.shell, &mut program, "septet", &mut script);
     put(&script)
 }
 
 /// Writes the manual page to standard output: all subcommands on one page.
-pub fn man() -> Result<(), Failure> {
-    put(&page().map_err(|e| broken(&e))?)
+pub fn man(program: Command) -> Result<(), Failure> {
+    put(&page(program).map_err(|e| broken(&e))?)
 }
 
-fn page() -> std::io::Result<Vec<u8>> {
-    let mut command = Cli::command();
+fn page(mut command: Command) -> std::io::Result<Vec<u8>> {
     command.build();
     let mut page = Vec::new();
     let top = Man::new(command.clone());

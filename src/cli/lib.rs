@@ -123,8 +123,8 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
         Command::Fit(args) => logged(talk, || fit::run(&args, talk)),
         Command::Rival(args) => logged(talk, || rival::run(&args, talk)),
         Command::Reproduce(args) => logged(talk, || reproduce::run(&args, talk)),
-        Command::Completions(args) => completions::run(&args),
-        Command::Man => completions::man(),
+        Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Man => completions::man(Cli::command()),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::bvh::{Bounds, Bvh};
 use crate::defect::{Defect, Piece};
 use crate::input::{Input, Kind};
 use crate::planar::Planar;
-use crate::resolve::{Outline, Simplices};
+use crate::simplices::{Outline, Simplices};
 use crate::space::{Space, ascending, project, projection_axis};
 
 /// How a dimension makes walls.

@@ -13,6 +13,8 @@ pub mod space;
 
 pub mod planar;
 
+pub mod simplices;
+
 pub mod resolve;
 
 pub mod facet;
@@ -44,6 +46,8 @@ pub mod points;
 pub mod generate;
 
 pub mod mesh;
+
+mod sum;
 
 pub mod conformity;
 

@@ -41,5 +41,3 @@ mod rivals;
 mod real;
 
 mod scaling;
-
-mod tidy;

@@ -1,61 +1,11 @@
 //! Runs as they are read back: whole reports, or the lines of a sweep.
 
 use serde_json::Value;
-use thiserror::Error;
 
 use septet_lab::report::mesh::MESH_SCHEMA;
 
-use super::mesh::{self, MeshData};
-
-/// Why there is no page.
-#[derive(Debug, Error)]
-pub enum PageError {
-    /// A text that is not JSON.
-    #[error("{name}, line {line}: not JSON ({why})")]
-    Syntax {
-        /// The file.
-        name: String,
-        /// Its line, from 1.
-        line: usize,
-        /// What the parser says.
-        why: String,
-    },
-    /// JSON that is no run.
-    #[error(
-        "{name}, line {line}: no run of septet (neither `schema` septet-run/1 or septet-mesh/1 nor `phases`)"
-    )]
-    NoRun {
-        /// The file.
-        name: String,
-        /// Its line, from 1.
-        line: usize,
-    },
-    /// A run without what every run has.
-    #[error("{name}, line {line}: a run of septet without `{field}`")]
-    Missing {
-        /// The file.
-        name: String,
-        /// Its line, from 1.
-        line: usize,
-        /// What is not there.
-        field: &'static str,
-    },
-    /// A report of a mesh with a field that is not what it should be.
-    #[error("{name}, line {line}: not a mesh's report: `{field}`: {why}")]
-    Field {
-        /// The file.
-        name: String,
-        /// Its line, from 1.
-        line: usize,
-        /// The field, by its path.
-        field: String,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// Nothing given.
-    #[error("no run to show")]
-    Empty,
-}
+use super::error::PageError;
+use super::mesh::{MeshData, read as read_mesh};
 
 /// One run.
 #[derive(Clone, Debug)]
@@ -100,7 +50,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<Vec<Entry>, PageError> {
 
 fn entry(full: String, name: &str, line: usize, value: Value) -> Result<Entry, PageError> {
     if value["schema"] == MESH_SCHEMA {
-        let mesh = mesh::read(name, line, &value)?;
+        let mesh = read_mesh(name, line, &value)?;
         return Ok(Entry::Mesh(Box::new(MeshData { name: full, ..mesh })));
     }
     run(full, name, line, value).map(Entry::Run)

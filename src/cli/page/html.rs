@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::axes::{grouped, si};
+use super::card::card;
 use super::data::{RunData, number, text};
 use super::mesh::{self, MeshData};
 use super::svg::{STYLE, escape};
@@ -160,11 +161,6 @@ fn header(page: &Page, title: &str, out: &mut String) {
         "</nav>\n<button id=\"theme\" type=\"button\" aria-label=\"Light or dark\">Theme: system</button>\n",
     );
     out.push_str("</header>\n");
-}
-
-pub(super) fn card(out: &mut String, name: &str, value: &str, note: &str) {
-    let (name, value, note) = (escape(name), escape(value), escape(note));
-    let _ = writeln!(out, "<div><dt>{name}</dt><dd>{value}</dd><dd class=\"note\">{note}</dd></div>");
 }
 
 fn summary(run: &RunData, out: &mut String) {

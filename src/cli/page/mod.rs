@@ -7,8 +7,11 @@
 
 mod axes;
 mod bars;
+mod card;
 mod cells;
 mod data;
+mod error;
+mod figure;
 mod fit;
 mod heat;
 pub(crate) mod histograms;
@@ -19,51 +22,12 @@ mod mesh;
 mod plot;
 mod svg;
 
-pub use data::{PageError, RunData};
+pub use data::RunData;
+pub use error::PageError;
+pub use figure::{Figure, Table, Variant};
 
 use data::Entry;
 use mesh::MeshData;
-use serde::Serialize;
-use serde_json::Value;
-
-/// A table under a picture.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Table {
-    /// Heads, with units.
-    pub columns: Vec<String>,
-    /// One entry a column.
-    pub rows: Vec<Vec<Value>>,
-}
-
-impl Table {
-    fn new(columns: &[&str]) -> Self {
-        Table { columns: columns.iter().map(|&c| c.to_owned()).collect(), rows: Vec::new() }
-    }
-}
-
-/// One way to draw a figure: a phase, a measure.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variant {
-    /// What tells it from the others.
-    pub name: String,
-    /// The drawing, without its own style.
-    pub body: svg::Drawing,
-    /// The numbers in it.
-    pub table: Table,
-}
-
-/// A picture with a caption.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
-    /// Name of its file.
-    pub id: &'static str,
-    /// Its heading.
-    pub title: &'static str,
-    /// What is to be seen.
-    pub caption: String,
-    /// At least one.
-    pub variants: Vec<Variant>,
-}
 
 /// A page.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Cell lists: rows of point indices, checked and made zero-based.
 
-use super::Format;
 use super::error::{InputError, Place};
+use super::format::Format;
 use super::text::{Line, Lines, Source, integer};
 
 /// How to read a file of cells.

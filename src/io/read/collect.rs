@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use super::error::{InputError, Place};
+use super::points::{PointFile, ReadOptions};
 use super::text::{Line, NUMBER, Source, number};
-use super::{PointFile, ReadOptions};
 use septet_core::model::Points;
 
 /// The points read so far.

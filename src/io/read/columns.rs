@@ -2,8 +2,8 @@
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
+use super::points::{PointFile, ReadOptions};
 use super::text::{Line, Lines, Source, Words, integer, number};
-use super::{PointFile, ReadOptions};
 
 /// The first fields of a row.
 struct Row<'a> {

@@ -76,7 +76,7 @@ impl Format {
         if data.starts_with(b"ply\n") || data.starts_with(b"ply\r") {
             return Some(Format::Ply);
         }
-        if super::stl::is_binary(data) {
+        if super::signature::is_binary(data) {
             return Some(Format::Stl);
         }
         let data = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(data).trim_ascii_start();
@@ -85,7 +85,7 @@ impl Format {
             b"solid" => Some(Format::Stl),
             b"$MeshFormat" => Some(Format::Msh),
             b"MeshVersionFormatted" => Some(Format::Medit),
-            _ if super::off::is_keyword(word) => Some(Format::Off),
+            _ if super::signature::is_keyword(word) => Some(Format::Off),
             _ if word.starts_with(b"<?xml") || word.starts_with(b"<VTKFile") => Some(Format::Vtu),
             _ => None,
         }

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::Progress;
 use super::error::InputError;
+use super::points::Progress;
 
 /// Bytes between two calls of the progress function.
 const STEP: usize = 1 << 20;

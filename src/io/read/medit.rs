@@ -1,10 +1,10 @@
 //! Medit `.mesh`, ASCII.
 
-use super::ReadOptions;
 use super::cells::index;
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::mesh::{Kind, Mesh};
+use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, Words, excerpt, number};
 
 /// Words with their lines; the format does not care for line ends.

@@ -3,8 +3,8 @@
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;
 use super::error::{InputError, Place};
+use super::points::{PointFile, ReadOptions};
 use super::text::Source;
-use super::{PointFile, ReadOptions};
 use septet_core::model::Points;
 
 /// A mesh as read.

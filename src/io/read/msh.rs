@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::ReadOptions;
 use super::cells::index;
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::mesh::{Kind, Mesh};
+use super::points::ReadOptions;
 use super::text::{Line, Lines, Source, integer};
 
 /// Node tags, and the zero-based index of each: its place in the section of nodes.

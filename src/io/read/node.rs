@@ -2,8 +2,8 @@
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
+use super::points::{PointFile, ReadOptions};
 use super::text::{Lines, Source, integer};
-use super::{PointFile, ReadOptions};
 
 /// `count dimension [attributes [marker]]`, then `id x y [z] …` with ids rising by one from 0 or 1.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {

@@ -7,9 +7,10 @@
 use super::cells::{CellFile, CellOptions, Indices};
 use super::collect::Collector;
 use super::error::{InputError, Place};
+use super::points::{PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
+use super::sizes;
 use super::text::{Source, excerpt, integer};
-use super::{PointFile, ReadOptions, sizes};
 use septet_core::mesh::field::SizeField;
 
 /// A two-dimensional array in place.

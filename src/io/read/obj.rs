@@ -2,8 +2,8 @@
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
+use super::points::{PointFile, ReadOptions};
 use super::text::{Lines, Source};
-use super::{PointFile, ReadOptions};
 
 /// `v x y z …`; colours, weights and all other lines are passed over.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {

@@ -2,18 +2,11 @@
 
 use super::cells::{CellFile, Indices};
 use super::collect::Collector;
-use super::domain::{Faces, position};
 use super::error::{InputError, Place};
+use super::faces::{Faces, position};
+use super::points::{PointFile, ReadOptions};
+use super::signature::is_keyword;
 use super::text::{Line, Lines, NUMBER, Source, excerpt, number};
-use super::{PointFile, ReadOptions};
-
-/// Is the word `OFF` with any of the prefixes `ST`, `C`, `N`, `4`, `n`?
-pub(super) fn is_keyword(word: &[u8]) -> bool {
-    let prefix = word.strip_suffix(b"OFF");
-    prefix.is_some_and(|p| {
-        p.len() <= 6 && p.iter().all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'))
-    })
-}
 
 /// Where the counts stand, and the numbers of vertices and faces.
 struct Header<'a> {

@@ -1,11 +1,11 @@
 //! Stanford `.ply`, ASCII and binary of both byte orders: the element `vertex`.
 
 use super::collect::Collector;
-use super::domain::{Faces, position};
 use super::error::{InputError, Place};
+use super::faces::{Faces, position};
+use super::points::{PointFile, ReadOptions};
 use super::scalar::{Endian, Scalar};
 use super::text::{Line, Lines, Source, integer};
-use super::{PointFile, ReadOptions};
 
 /// One property of an element: a number, or a list preceded by its length.
 struct Property<'a> {

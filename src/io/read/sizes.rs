@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::error::{InputError, Place};
 use super::format::Format;
+use super::points::Progress;
 use super::text::{Line, Lines, NUMBER, Source, number};
-use super::{Progress, load, npy};
+use super::{load, npy};
 use septet_core::mesh::field::SizeField;
 
 /// What a size must be, for messages.

@@ -3,26 +3,11 @@
 use std::collections::HashMap;
 
 use super::collect::Collector;
-use super::domain::Faces;
 use super::error::{InputError, Place};
+use super::faces::Faces;
+use super::points::{PointFile, ReadOptions};
+use super::signature::{FACET, HEAD, announced, is_binary};
 use super::text::{Line, Lines, NUMBER, Source, number};
-use super::{PointFile, ReadOptions};
-
-/// Bytes before the first facet of a binary file, and bytes of a facet.
-const HEAD: usize = 84;
-const FACET: usize = 50;
-
-/// Facets a binary file announces.
-fn announced(data: &[u8]) -> Option<u64> {
-    let count = data.get(80..HEAD)?;
-    Some(u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])))
-}
-
-/// Is the size just right for a binary file? That is the only reliable sign: binary files, too, may
-/// begin with `solid`.
-pub(super) fn is_binary(data: &[u8]) -> bool {
-    announced(data).is_some_and(|count| HEAD as u64 + FACET as u64 * count == data.len() as u64)
-}
 
 /// The corners met so far, each kept once.
 struct Welder<'a> {

@@ -6,10 +6,10 @@ mod base64;
 mod decode;
 mod xml;
 
-use super::ReadOptions;
 use super::collect::Collector;
 use super::error::{InputError, Place};
 use super::mesh::{Kind, Mesh};
+use super::points::ReadOptions;
 use super::scalar::Scalar;
 use super::text::{Source, integer, number};
 use arrays::{Arrays, DataArray};

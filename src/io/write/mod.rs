@@ -12,6 +12,7 @@ mod msh;
 mod msh_labelled;
 mod npy;
 mod off;
+mod options;
 mod points;
 mod quality;
 mod records;
@@ -29,23 +30,13 @@ use septet_core::model::MeshView;
 
 pub use error::OutputError;
 pub use format::{MshVersion, OutputFormat, PointFormat};
+pub use options::WriteOptions;
 pub use points::{check_points_output, write_points, write_points_to};
 pub use quality::radius_edge_ratio;
 
+use options::check_first_id;
 use records::Progress;
 use stage::Stage;
-
-/// What may be chosen about a file besides its format.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WriteOptions {
-    /// Write who owned each cell and its home leaf, where the mesh knows them (`.vtu` only).
-    pub with_owner: bool,
-    /// The id of the first point and of the first cell in the files of `TetGen`: 0 or 1, as in the
-    /// `.node` file the points came from.
-    pub first_id: u64,
-    /// The version of a file named `.msh`.
-    pub msh: MshVersion,
-}
 
 /// Checks before any work starts that the path can be written and its extension is known.
 ///
@@ -157,13 +148,6 @@ fn check_mesh(mesh: &MeshView<'_>) -> Result<(), OutputError> {
         }
     }
     mesh.labels.map_or(Ok(()), |labels| labels::check(mesh, labels).or_else(invalid))
-}
-
-fn check_first_id(first_id: u64) -> Result<(), OutputError> {
-    if first_id > 1 {
-        return Err(OutputError::FirstId { first_id });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

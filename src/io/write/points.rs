@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::{Fault, OutputError};
 use super::format::PointFormat;
+use super::options::{WriteOptions, check_first_id};
 use super::records::{Progress, push_point, write_records};
 use super::stage::{self, Stage};
-use super::{WriteOptions, check_first_id, npy, off, tetgen, vtu};
+use super::{npy, off, tetgen, vtu};
 use septet_core::model::Points;
 
 /// Checks before any work starts that points can be written under this path. `-` is always good and

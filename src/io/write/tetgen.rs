@@ -4,8 +4,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::WriteOptions;
 use super::error::{Fault, OutputError};
+use super::options::WriteOptions;
 use super::records::{
     Progress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
 };

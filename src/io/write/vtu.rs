@@ -5,8 +5,8 @@
 
 use std::io::{self, Write};
 
-use super::WriteOptions;
 use super::error::Fault;
+use super::options::WriteOptions;
 use super::quality::{least_angle, radius_edge_ratio};
 use super::records::{Progress, write_records};
 use septet_core::model::{Labels, MeshView, Points};

@@ -3,8 +3,8 @@
 use crate::experiment::fit::{FitReport, Key, Law, Request, Verdict, fit};
 use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 
-use super::Counted;
 use super::broken::{Broken, nothing, short, told};
+use super::counted::Counted;
 
 /// The answer, or a message that says why there is none.
 fn answered(lines: &[Line], request: &Request) -> Result<FitReport, Broken> {

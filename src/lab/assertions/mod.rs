@@ -48,67 +48,17 @@
 //! with [`crate::experiment::read_lines`], or set [`Line::seed`] yourself.
 
 mod broken;
+mod counted;
 mod growth;
 mod single;
 
 pub use broken::{Broken, Row};
+pub use counted::Counted;
 pub use growth::{exponent, grows_like, level_depth_flat, surface_bytes};
 pub use single::{
     bytes, depth_of_levels, levels, levels_over_leaf, merges, messages_per_worker, no_repair, rounds,
     same_counts,
 };
-
-use crate::experiment::{Line, of_counts, of_run};
-use septet_core::Run;
-use septet_core::run::count::Counts;
-
-/// One or several runs that were counted.
-pub trait Counted {
-    /// A line for each.
-    fn lines(&self) -> Vec<Line>;
-}
-
-impl Counted for Line {
-    fn lines(&self) -> Vec<Line> {
-        vec![self.clone()]
-    }
-}
-
-impl Counted for Run {
-    fn lines(&self) -> Vec<Line> {
-        vec![of_run(self)]
-    }
-}
-
-impl Counted for Counts {
-    fn lines(&self) -> Vec<Line> {
-        vec![of_counts(self)]
-    }
-}
-
-impl<C: Counted> Counted for [C] {
-    fn lines(&self) -> Vec<Line> {
-        self.iter().flat_map(Counted::lines).collect()
-    }
-}
-
-impl<C: Counted, const N: usize> Counted for [C; N] {
-    fn lines(&self) -> Vec<Line> {
-        self.as_slice().lines()
-    }
-}
-
-impl<C: Counted> Counted for Vec<C> {
-    fn lines(&self) -> Vec<Line> {
-        self.as_slice().lines()
-    }
-}
-
-impl<C: Counted + ?Sized> Counted for &C {
-    fn lines(&self) -> Vec<Line> {
-        (**self).lines()
-    }
-}
 
 /// Panics unless all checks hold: `assert_counts!(run, levels(1.5, -10.0), no_repair())`. The checks are the
 /// functions of [`septet::assertions`](crate::assertions), without their first argument.

@@ -3,8 +3,8 @@
 use crate::experiment::fit::{Key, Request};
 use crate::experiment::{LevelLine, Line, RoundLine};
 
-use super::Counted;
 use super::broken::{Broken, Row, judged, nothing, short, told};
+use super::counted::Counted;
 
 fn logarithm(n: f64, slope: f64, constant: f64) -> f64 {
     slope * n.max(1.0).log2() + constant

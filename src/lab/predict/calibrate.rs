@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
-use super::Hardware;
+use super::hardware::Hardware;
 
 /// Measured work and seconds of one phase of a run with one worker.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use septet_protocol::ids::{Phase, Rank};
 
-use super::replay::Replay;
+use super::machine::Replay;
 
 /// Balls, entries of what they find, and points named there, by home leaf, that reach a group.
 type Reaching = BTreeMap<u32, [u64; 3]>;

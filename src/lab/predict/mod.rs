@@ -18,10 +18,12 @@ use glam::{DVec2, DVec3};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
-use thiserror::Error;
 
 mod calibrate;
 mod descent;
+mod error;
+mod hardware;
+mod machine;
 mod partition;
 mod placement;
 mod replay;
@@ -29,70 +31,11 @@ mod sizes;
 mod traffic;
 
 pub use calibrate::{Timed, calibrate};
+pub use error::PredictError;
+pub use hardware::Hardware;
 pub use traffic::{Load, Round, Traffic};
 
 use placement::Placement;
-
-/// Why a record predicts nothing.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum PredictError {
-    /// Parts of the record do not fit together.
-    #[error("the record of tasks is torn: {what}")]
-    Torn {
-        /// What.
-        what: &'static str,
-    },
-    /// A subproblem that no separator splits would be shared.
-    #[error(
-        "node {node} of {population} points could not be split: with so many workers it would be shared, \
-         which is not predicted; ask for fewer"
-    )]
-    Unsplit {
-        /// Its path.
-        node: u64,
-        /// Its points.
-        population: u64,
-    },
-    /// No workers, or more than ranks can be told apart.
-    #[error("{workers} workers cannot be predicted: from 1 to {most}")]
-    Workers {
-        /// Asked for.
-        workers: u32,
-        /// Allowed.
-        most: u32,
-    },
-}
-
-/// The machine that a time is predicted for.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Hardware {
-    /// Seconds from one rank to another.
-    pub latency: f64,
-    /// Seconds a rank spends on a message.
-    pub overhead: f64,
-    /// Bytes a second between two ranks.
-    pub bandwidth: f64,
-    /// Charged operations a second of one worker.
-    pub rate: f64,
-    /// The same by phase, where it was measured.
-    pub phase_rates: BTreeMap<String, f64>,
-    /// Seconds that no worker shares: reading, gathering the result.
-    pub fixed: f64,
-}
-
-impl Default for Hardware {
-    /// A cluster of today: 2 us and 10 GB/s between nodes, 1 us a message, 1e9 operations a second.
-    fn default() -> Self {
-        Hardware {
-            latency: 2e-6,
-            overhead: 1e-6,
-            bandwidth: 1e10,
-            rate: 1e9,
-            phase_rates: BTreeMap::new(),
-            fixed: 0.0,
-        }
-    }
-}
 
 /// The machine at one number of workers.
 #[derive(Clone, Debug, PartialEq, Serialize)]

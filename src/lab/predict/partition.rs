@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use septet_protocol::ids::{NodeId, Phase, Rank};
 
-use super::replay::Replay;
+use super::machine::Replay;
 
 /// (Block of the input, number of points), sorted.
 type Blocks = Vec<(u32, u32)>;

@@ -6,7 +6,7 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
 use septet_protocol::tasks::TaskLog;
 use septet_workers::leader::divide;
 
-use super::PredictError;
+use super::error::PredictError;
 
 /// A node of the tree with the ranks that hold it.
 #[derive(Clone, Debug)]

@@ -10,18 +10,12 @@ use septet_protocol::ids::{COORDINATOR, Phase, Rank};
 use septet_protocol::tasks::TaskLog;
 use septet_workers::merge::CELLS_PER_MESSAGE;
 
+use super::error::PredictError;
+use super::machine::Replay;
 use super::placement::Placement;
 use super::sizes::Sizes;
 use super::traffic::Traffic;
-use super::{PredictError, descent, partition};
-
-/// What a replay reads and writes.
-pub(super) struct Replay<'a> {
-    pub(super) log: &'a TaskLog,
-    pub(super) place: Placement,
-    pub(super) sizes: Sizes,
-    pub(super) traffic: Traffic,
-}
+use super::{descent, partition};
 
 /// All phases of a run on `workers` ranks.
 pub(super) fn replay<P: Point>(log: &TaskLog, workers: u32) -> Result<(Placement, Traffic), PredictError> {

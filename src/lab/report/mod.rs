@@ -9,19 +9,20 @@ pub(crate) mod json;
 pub mod mesh;
 mod parameters;
 mod schema;
+mod setting;
 mod summary;
 pub(crate) mod tables;
 mod traffic;
 mod tree;
 mod verdict;
 
-pub use build::Setting;
 pub use parameters::Parameters;
 pub use schema::{
     Fallback, GraphReport, HowProved, LevelReport, MachineReport, NodeReport, PathReport, PhaseReport,
     PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
     TreeReport,
 };
+pub use setting::Setting;
 pub use tables::TableFormat;
 pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport};
 pub use verdict::{VERIFY_SCHEMA, Verdict};

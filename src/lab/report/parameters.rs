@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use septet_core::config::{Alpha, Config, Neighbours, SeparatorSets, Transport, Workers};
 
-use super::Setting;
+use super::setting::Setting;
 
 /// The options of a run: what was asked for. What was settled on stands beside it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use septet_geometry::point::Simplex;
 
-use super::{Checker, MeshDefect};
+use super::checker::Checker;
+use super::defect::MeshDefect;
 use crate::mesh::OUTSIDE;
 use crate::space::Space;
 

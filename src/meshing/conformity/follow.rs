@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::point::dist2;
 
-use super::{Checker, Follow, MeshDefect, Sum};
+use super::checker::Checker;
+use super::defect::MeshDefect;
+use super::findings::Deviation;
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Feature;
@@ -12,6 +14,7 @@ use crate::manifold::euler;
 use crate::mesh::{Carrier, OUTSIDE};
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
+use crate::sum::Sum;
 
 /// The largest deviation where none is asked for, over the largest size at a face's corners.
 pub const LOOSE: f64 = 0.5;
@@ -19,19 +22,13 @@ pub const LOOSE: f64 = 0.5;
 /// How far rounding may carry a distance beyond what is allowed, relative to that.
 const SLACK: f64 = 1e-9;
 
-/// How far a boundary and the surface that it follows are from each other, in the unit of the file. Both are lower bounds of
-/// the two halves of the Hausdorff distance, each attained at a place that was looked at.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Deviation {
-    /// The largest distance from the surface, of the middle of each face and of the thirds of its edges.
-    pub of_boundary: f64,
-    /// The largest distance of a vertex of the surface from the boundary.
-    pub of_surface: f64,
-    /// Edges of the boundary that are shorter than half the size at both their ends: what thin sheets, ridges that meet and the
-    /// distance asked for have made of it.
-    pub finer: u64,
-    /// Euler characteristics of boundary and surface: if they differ, one has handles that the other has not.
-    pub euler: [i64; 2],
+/// What is asked of a boundary that follows a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Follow {
+    /// Edges of the surface that turn by more than this, in degrees, are kept.
+    pub feature_angle: f64,
+    /// The largest [`Deviation`], in the unit of the file; [`LOOSE`] times the size at a face if not said.
+    pub distance: Option<f64>,
 }
 
 /// Triangles to be near to.

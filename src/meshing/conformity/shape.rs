@@ -2,7 +2,7 @@
 
 use septet_geometry::point::Simplex;
 
-use super::MeshDefect;
+use super::defect::MeshDefect;
 use crate::domain::Domain;
 use crate::mesh::{Carrier, Mesh, OUTSIDE};
 use crate::space::Space;

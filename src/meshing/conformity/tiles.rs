@@ -6,10 +6,12 @@ use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation};
 
-use super::{Beside, Checker, MeshDefect, OFF, Sum, off};
+use super::checker::{Checker, OFF, off};
+use super::defect::{Beside, MeshDefect};
 use crate::domain::Feature;
 use crate::mesh::{Carrier, Face, OUTSIDE};
 use crate::space::{Space, ascending};
+use crate::sum::Sum;
 
 /// Measures by the components on the two sides, ascending.
 type Measures = BTreeMap<[Beside; 2], [Sum; 2]>;

@@ -23,10 +23,10 @@ use septet_geometry::measure::circumcentre;
 use septet_geometry::point::Point;
 use septet_geometry::range::scale;
 
-use crate::conformity::Sum;
 use crate::domain::{Domain, Feature};
 use crate::mesh::{Carrier, Mesh};
 use crate::space::Space;
+use crate::sum::Sum;
 use histogram::Histogram;
 use ratio::Bounds;
 

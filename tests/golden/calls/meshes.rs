@@ -6,12 +6,10 @@ use glam::DVec3;
 use septet_core::config::Workers;
 use septet_core::mesh::record::Record;
 use septet_core::mesh::{
-    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Made, MeshRequest, conform, make, sizes,
+    Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Dimension, Keep, Made, MakeError, MeshRequest, check,
+    make_of,
 };
 use septet_io::read::{AnyInput, read_domain};
-use septet_meshing::check;
-use septet_meshing::domain::Domain;
-use septet_meshing::facet::Triangulate;
 use septet_meshing::input::Input;
 use septet_meshing::mesh::{Carrier, Edge, StageLine};
 
@@ -75,7 +73,7 @@ pub fn mesh(shape: &Shape, order: &MeshOrder) -> Option<MeshOutcome> {
     }
 }
 
-fn mesh_in<P: Triangulate>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutcome> {
+fn mesh_in<P: Dimension>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutcome> {
     let domain = check(input).unwrap_or_else(|defects| panic!("not a domain: {defects:?}"));
     let (transport, threads) = wire(order.wire);
     let request = MeshRequest {
@@ -96,14 +94,17 @@ fn mesh_in<P: Triangulate>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOu
         max_memory: None,
         cancel: None,
     };
-    let size = sizes(&domain, &request).unwrap_or_else(|e| panic!("{order:?}: {e}"));
-    let made = make(&domain, &size, &request, usize::MAX).ok()?;
-    Some(mesh_outcome(&domain, &made, &request))
+    let keep = Keep { owned: usize::MAX, ..Keep::default() };
+    let made = match make_of(&domain, &request, keep) {
+        Ok(made) => made,
+        Err(MakeError::NotConforming(made)) => *made,
+        Err(_) => return None,
+    };
+    Some(mesh_outcome(&made))
 }
 
-fn mesh_outcome<P: Triangulate>(domain: &Domain<P>, made: &Made<P>, request: &MeshRequest) -> MeshOutcome {
+fn mesh_outcome<P: Dimension>(made: &Made<P>) -> MeshOutcome {
     let mesh = &made.mesh;
-    let judged = conform(domain, mesh, request);
     let coordinates = mesh.points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i)).collect::<Vec<_>>());
     let on = |feature: u64, number: u32| [feature, u64::from(number)];
     let carrier = |carrier: &Carrier| match *carrier {
@@ -133,7 +134,7 @@ fn mesh_outcome<P: Triangulate>(domain: &Domain<P>, made: &Made<P>, request: &Me
             ("points", mesh.points.len() as u64),
             ("cells", mesh.cells.len() as u64),
             ("dropped", mesh.dropped),
-            ("defects", judged.defects.len() as u64),
+            ("defects", made.conformity.defects.len() as u64),
             ("owned", made.owners.as_ref().map_or(0, |owners| owners.len() as u64)),
         ],
         rows,

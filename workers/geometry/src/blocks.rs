@@ -15,9 +15,9 @@
 
 use std::marker::PhantomData;
 
+use crate::bounds::{Bounds, bounds, join_bounds};
 use crate::columns::{LANES, Rows};
 use crate::found::FoundList;
-use crate::neighbourhood::{Bounds, bounds, join_bounds};
 use crate::point::Point;
 use crate::simd::{Masks, each_bit, larger, widest};
 

@@ -6,6 +6,8 @@
 
 pub mod cost;
 
+pub mod bounds;
+
 pub mod columns;
 
 pub mod blocks;
@@ -17,6 +19,8 @@ pub mod lists;
 pub mod point;
 
 pub mod range;
+
+pub mod filter;
 
 pub mod predicates;
 

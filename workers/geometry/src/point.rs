@@ -11,7 +11,7 @@ use std::ops::{Add, Div, Mul, Sub};
 use bytemuck::Pod;
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::predicates::filter::{self, Rounded};
+use crate::filter::{self, Rounded};
 
 /// A vector of a small fixed dimension with 64-bit floating-point coordinates.
 pub trait Vector:

@@ -4,6 +4,8 @@
 //! what its meter saw leave (messages and bytes by round and phase), and what its leaders decided. Parts
 //! are merged by sums and maxima, which do not depend on order; [`Ledger::finish`] folds them.
 
+mod fold;
+
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
@@ -388,7 +390,7 @@ fn rank(word: u64) -> Option<Rank> {
     Rank::try_from(word).ok()
 }
 
-pub use crate::fold::{Ledger, PathStep, PhaseTotal, Total};
+pub use fold::{Ledger, PathStep, PhaseTotal, Total};
 
 #[cfg(test)]
 mod tests {

@@ -16,5 +16,3 @@ pub mod transport;
 pub mod ledger;
 
 pub mod tasks;
-
-mod fold;

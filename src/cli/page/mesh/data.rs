@@ -6,7 +6,7 @@ use serde_json::Value;
 use septet_core::mesh::view::{MOST_CELLS, MeshPicture};
 use septet_lab::report::mesh::histogram::HistogramReport;
 
-use super::super::PageError;
+use super::super::error::PageError;
 
 /// One mesh.
 #[derive(Clone, Debug)]

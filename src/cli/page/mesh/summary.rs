@@ -5,7 +5,7 @@ use std::fmt::Write;
 use septet_core::mesh::view::MOST_CELLS;
 
 use super::super::axes::{grouped, si};
-use super::super::html::card;
+use super::super::card::card;
 use super::data::{MeshData, PlaceRow};
 
 /// One line about a mesh.

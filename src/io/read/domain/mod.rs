@@ -2,6 +2,7 @@
 //!
 //! What is read is what the file says; whether it is a domain, [`septet_meshing::check`] decides.
 
+mod any;
 mod poly;
 mod surface;
 #[cfg(test)]
@@ -9,37 +10,15 @@ mod tests;
 
 use std::path::Path;
 
-use glam::{DVec2, DVec3};
-use septet_meshing::input::Input;
-
 use super::error::{InputError, Place};
 use super::format::Format;
+use super::load;
+use super::points::Progress;
 use super::text::Source;
-use super::{Progress, load};
-pub(super) use surface::{Faces, position};
+pub use any::{AnyInput, DomainFile};
 
 /// Endings of files of domains, for messages.
 pub const DOMAINS: &str = "poly smesh stl off ply obj, each also with .gz";
-
-/// A domain in the plane or in space.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnyInput {
-    /// Of the plane.
-    Plane(Input<DVec2>),
-    /// Of space.
-    Space(Input<DVec3>),
-}
-
-/// The domain of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DomainFile {
-    /// The domain as stated.
-    pub input: AnyInput,
-    /// Remarks for the user, one line each.
-    pub notes: Vec<String>,
-    /// The id the file gave to its first point (and so to its first facet), 0 or 1.
-    pub first_id: u64,
-}
 
 /// Reads a domain from a file, or from standard input if `path` is `-` (then it must be `.off`, `.ply` or
 /// `.stl`). A `.poly` or `.smesh` file without points takes them from the `.node` file of the same name.

@@ -9,7 +9,7 @@ use septet_meshing::input::{Input, InputFacet, InputSegment, Kind, Region};
 
 use super::super::error::{InputError, Place};
 use super::super::text::{Line, Lines, Source, Words, integer, number};
-use super::{AnyInput, DomainFile};
+use super::any::{AnyInput, DomainFile};
 
 /// How facets are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

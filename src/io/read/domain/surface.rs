@@ -3,14 +3,13 @@
 use septet_meshing::input::Input;
 
 use super::super::error::{InputError, Place};
+use super::super::faces::Faces;
 use super::super::format::Format;
-use super::super::text::{Line, Lines, Source, integer};
-use super::super::{ReadOptions, obj, off, ply, stl};
-use super::{AnyInput, DomainFile};
+use super::super::points::ReadOptions;
+use super::super::text::{Lines, Source, integer};
+use super::super::{obj, off, ply, stl};
+use super::any::{AnyInput, DomainFile};
 use septet_core::model::Points;
-
-/// Faces as positions of points.
-pub(in crate::read) type Faces = Vec<Vec<u32>>;
 
 /// Reads the points and the faces.
 pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError> {
@@ -42,17 +41,6 @@ pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError
     let input = AnyInput::Space(Input::surface(points, faces));
     let notes = file.notes.into_iter().filter(|n| !n.contains("-d 2")).collect();
     Ok(DomainFile { input, notes, first_id: first_id as u64 })
-}
-
-/// A position of a point in 32 bits.
-pub(in crate::read) fn position(
-    source: Source<'_>,
-    line: &Line<'_>,
-    word: Option<&[u8]>,
-) -> Result<u32, InputError> {
-    let word = word.ok_or_else(|| source.bad_line(line, "the point ids of a face"))?;
-    let id = integer(word).and_then(|id| u32::try_from(id).ok());
-    id.ok_or_else(|| source.bad_word(line, word, "a point id"))
 }
 
 /// `f a b c …`, each `v`, `v/t`, `v//n` or `v/t/n`; negative ids count back from the last point.

@@ -1,5 +1,8 @@
 //! Tests of the readers of domains.
 
+use glam::{DVec2, DVec3};
+use septet_meshing::input::Input;
+
 use std::fs;
 
 use flate2::Compression;

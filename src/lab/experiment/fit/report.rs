@@ -5,21 +5,14 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::data::{self, FitError, Key, Request, Value};
-use super::design::Law;
-use super::distribution::t_quantile;
-use super::equivalence::{Equivalence, LevelRow, equivalence};
-use super::lack::lack_of_fit;
-use super::nested::{Curvature, curvature};
-use super::ols::{Interval, Observation, least_squares};
+use super::equivalence::{Equivalence, equivalence};
+use super::growth::{Growth, How, LEAST_SIZES, by_size, growth, level_rows};
 use super::resample::{Resampled, resample_growth, resample_levels};
 use super::verdict::Verdict;
 use crate::experiment::Line;
 
 /// Name and version of the schema of [`FitReport`].
 pub const SCHEMA: &str = "septet-fit/1";
-
-/// Sizes that a curve with three coefficients needs to leave an error.
-const LEAST_SIZES: usize = 5;
 
 /// Seeds at a size that can be drawn again.
 const LEAST_SEEDS: usize = 3;
@@ -52,59 +45,6 @@ pub struct Series {
     pub words: String,
     /// How often resampled seeds say so, if asked for.
     pub resampled: Option<Resampled>,
-}
-
-/// Growth with n.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Growth {
-    /// Size, mean over seeds, smallest, largest, seeds.
-    pub table: Vec<SizeRow>,
-    /// Laws, the most likely first.
-    pub laws: Vec<LawFit>,
-    /// The nested test.
-    pub curvature: Curvature,
-    /// Slope of ln y against ln x; none if a y is not positive.
-    pub exponent: Option<Interval>,
-    /// Change over the range of sizes, a share of the mean; the interval is that of two one-sided tests, 90 %.
-    pub change: Interval,
-    /// The change that counts as none: the margin of the question.
-    pub margin: f64,
-}
-
-/// The runs of one size.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SizeRow {
-    /// Mean x.
-    pub x: f64,
-    /// Mean y.
-    pub mean: f64,
-    /// Smallest y.
-    pub low: f64,
-    /// Largest y.
-    pub high: f64,
-    /// Runs.
-    pub runs: usize,
-}
-
-/// One law's fit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LawFit {
-    /// The law g.
-    pub law: Law,
-    /// a of `y = a + b g(x)`.
-    pub constant: Interval,
-    /// b.
-    pub slope: Interval,
-    /// Share of the (weighted) variance explained.
-    pub r_squared: f64,
-    /// Probability of so large a residual if the law holds, against more flexible curves.
-    pub lack_of_fit: f64,
-    /// Akaike's criterion above the best law's.
-    pub behind: f64,
-    /// Quadratic term in log2 x of this law's own values.
-    pub bend: f64,
-    /// Probability that the nested test finds a bend of that size in data with this error.
-    pub power: f64,
 }
 
 /// Answers a question.
@@ -189,112 +129,4 @@ fn enough_seeds(
         }
         None => Ok(()),
     }
-}
-
-/// Levels with the number of their run.
-pub(super) fn level_rows(runs: &[Vec<(f64, f64)>]) -> Vec<LevelRow> {
-    let of_run = |(run, levels): (usize, &Vec<(f64, f64)>)| {
-        levels.iter().map(|&(x, y)| (run, x, y)).collect::<Vec<_>>()
-    };
-    runs.iter().enumerate().flat_map(of_run).collect()
-}
-
-/// Means over the seeds of each size.
-fn by_size(values: &[Value]) -> Vec<SizeRow> {
-    let mut sizes: BTreeMap<u64, Vec<&Value>> = BTreeMap::new();
-    for value in values {
-        sizes.entry(value.asked).or_default().push(value);
-    }
-    let row = |values: &Vec<&Value>| {
-        let count = values.len() as f64;
-        SizeRow {
-            x: values.iter().map(|v| v.x).sum::<f64>() / count,
-            mean: values.iter().map(|v| v.y).sum::<f64>() / count,
-            low: values.iter().map(|v| v.y).fold(f64::INFINITY, f64::min),
-            high: values.iter().map(|v| v.y).fold(f64::NEG_INFINITY, f64::max),
-            runs: values.len(),
-        }
-    };
-    sizes.values().map(row).collect()
-}
-
-/// How a count is fitted.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct How {
-    pub(super) dimension: usize,
-    /// Weighted by 1 / y^2?
-    pub(super) relative: bool,
-    /// Change over the range of sizes that counts as none, a share of the mean.
-    pub(super) margin: f64,
-}
-
-/// Fits all laws and judges; none for too few sizes.
-pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
-    let How { dimension, relative, margin } = how;
-    let table = by_size(values);
-    if table.len() < LEAST_SIZES {
-        return None;
-    }
-    let relative = relative && table.iter().all(|row| row.mean > 0.0);
-    let weight = |row: &SizeRow| {
-        let scale = if relative { 1.0 / (row.mean * row.mean) } else { 1.0 };
-        row.runs as f64 * scale
-    };
-    let rows: Vec<(f64, f64, f64)> = table.iter().map(|row| (row.x, row.mean, weight(row))).collect();
-    let curvature = curvature(&rows)?;
-    let mut laws: Vec<LawFit> =
-        Law::all(dimension).filter_map(|law| law_fit(law, &rows, dimension, &curvature)).collect();
-    laws.sort_by(|a, b| a.behind.total_cmp(&b.behind));
-    let best = laws.first().map_or(0.0, |fit| fit.behind);
-    for fit in &mut laws {
-        fit.behind -= best;
-    }
-    let exponent = exponent(&table);
-    let change = change(&rows)?;
-    let growth = Growth { table, laws, curvature, exponent, change, margin };
-    let verdict = Verdict::of_growth(&growth);
-    Some((growth, verdict))
-}
-
-/// Change over the range of sizes as a share of the mean, by the straight line in log2 x.
-fn change(rows: &[(f64, f64, f64)]) -> Option<Interval> {
-    let row = |&(x, y, weight): &(f64, f64, f64)| Observation { columns: vec![x.log2()], y, weight };
-    let line = least_squares(&rows.iter().map(row).collect::<Vec<_>>())?;
-    let mean = rows.iter().map(|r| r.1).sum::<f64>() / rows.len() as f64;
-    let logs = || rows.iter().map(|r| r.0.log2());
-    let range = logs().fold(f64::NEG_INFINITY, f64::max) - logs().fold(f64::INFINITY, f64::min);
-    // Counts are not negative: a mean of 0 is of zeros alone, which do not change.
-    let share = if mean > 0.0 { range / mean } else { 0.0 };
-    let (value, error) = (line.coefficients[1].value * share, line.coefficients[1].error * share);
-    let half = t_quantile(line.freedom, 0.95) * error;
-    Some(Interval { value, error, low: value - half, high: value + half })
-}
-
-fn law_fit(law: Law, rows: &[(f64, f64, f64)], dimension: usize, curvature: &Curvature) -> Option<LawFit> {
-    let row =
-        |&(x, y, weight): &(f64, f64, f64)| Observation { columns: vec![law.at(x, dimension)], y, weight };
-    let observed: Vec<Observation> = rows.iter().map(row).collect();
-    let fit = least_squares(&observed)?;
-    let own: Vec<(f64, f64, f64)> =
-        rows.iter().zip(&observed).map(|(row, o)| (row.0, fit.at(&o.columns), row.2)).collect();
-    let (bend, power) = curvature.power_against(&own);
-    Some(LawFit {
-        law,
-        constant: fit.coefficients[0],
-        slope: fit.coefficients[1],
-        r_squared: fit.r_squared(),
-        lack_of_fit: lack_of_fit(law, &fit, rows, dimension),
-        behind: fit.aicc(rows.len()),
-        bend,
-        power,
-    })
-}
-
-fn exponent(table: &[SizeRow]) -> Option<Interval> {
-    if table.iter().any(|row| row.mean <= 0.0) {
-        return None;
-    }
-    let row =
-        |row: &SizeRow| Observation { columns: vec![row.x.ln()], y: row.mean.ln(), weight: row.runs as f64 };
-    Some(least_squares(&table.iter().map(row).collect::<Vec<_>>())?.coefficients[1])
 }

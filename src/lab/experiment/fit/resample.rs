@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Value;
 use super::equivalence::equivalence;
-use super::report::{How, growth, level_rows};
+use super::growth::{How, growth, level_rows};
 use super::verdict::Verdict;
 
 /// Seed of the draws: an answer is a function of the question.

@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use super::data::Key;
 use super::equivalence::Equivalence;
+use super::growth::Growth;
 use super::lack::rejects;
 use super::ols::Interval;
-use super::report::{FitReport, Growth, Series};
+use super::report::{FitReport, Series};
 use super::speedup::SpeedupRow;
 
 /// Four significant digits.

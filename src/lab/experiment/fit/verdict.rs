@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::design::Law;
 use super::equivalence::Equivalence;
+use super::growth::{Growth, LawFit};
 use super::lack::rejects;
-use super::report::{Growth, LawFit};
 
 /// A law is left in the running while the best one is less than a hundred times as likely: Akaike's criterion
 /// within 2 ln 100.

@@ -19,9 +19,9 @@
 
 use septet_geometry::point::dist2;
 
-use super::refine::{Candidate, Refinement};
+use super::chord::Chord;
+use super::refinement::{Candidate, Refinement};
 use super::restricted::Face;
-use super::ridges::Chord;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
 use crate::octree::Key;

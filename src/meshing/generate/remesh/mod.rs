@@ -32,9 +32,12 @@
 //! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
 
 mod beside;
+mod chord;
 mod deviation;
 mod kept;
+mod options;
 mod refine;
+mod refinement;
 mod restricted;
 mod ridges;
 mod surface;
@@ -49,20 +52,7 @@ use super::work::{Rules, Work};
 use super::{Failure, Generated};
 
 pub use kept::{Kept, Ridge};
-
-/// The largest distance between a face's centre and the surface, over f, where nothing is asked for.
-pub const DEFAULT_DISTANCE: f64 = 0.1;
-
-/// The size where nothing is asked for: the diagonal of the surface's box over this.
-pub const DEFAULT_PARTS: f64 = 30.0;
-
-/// How a surface is followed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// The largest [`Deviation`](crate::conformity::Deviation), in the unit of the file. If not said, [`DEFAULT_DISTANCE`] times f, from the centres of
-    /// faces to the surface, and [`LOOSE`](crate::conformity::LOOSE) times f both ways.
-    pub distance: Option<f64>,
-}
+pub use options::{DEFAULT_DISTANCE, DEFAULT_PARTS, Options};
 
 /// Generates the points of the volume in a closed surface and triangulates them. [`Deviation`](crate::conformity::Deviation) says how far the boundary
 /// then is from the surface.
@@ -82,7 +72,7 @@ pub fn remesh<P: Space, M: Machine<P> + Sync>(
     let kept = Kept::new(domain, feature_angle);
     let mut work = Work::new(domain, rules, machine);
     work.vertices = super::Vertices::default();
-    refine::Refinement::new(work, &kept, options).run()
+    refinement::Refinement::new(work, &kept, options).run()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The refinement of surface and volume.
 
+use crate::generate::remesh::chord::Chord;
 use std::collections::BTreeMap;
 
 use septet_geometry::incremental::facet_without;
@@ -8,12 +9,12 @@ use septet_geometry::range::scale;
 
 use super::deviation::{of_faces, of_vertices};
 use super::kept::Kept;
+use super::options::{DEFAULT_DISTANCE, Options};
+use super::refinement::{Candidate, Refinement, edges_of};
 use super::restricted::{Face, Restricted};
-use super::ridges::Chord;
 use super::surface::Surface;
 use super::thin::{THIN, THINNEST};
 use super::topology::{crowded, lost, unfaced, useful};
-use super::{DEFAULT_DISTANCE, Options};
 use crate::angles::cosine;
 use crate::bvh::Bvh;
 use crate::conformity::LOOSE;
@@ -27,9 +28,6 @@ use crate::manifold::euler;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::{Space, ascending};
-
-/// A point to be inserted.
-pub(super) type Candidate<P> = (Site<P>, Carrier);
 
 /// Rounds of a stage, at most.
 const ROUNDS: u32 = 150;
@@ -47,28 +45,6 @@ const MORE: usize = 2;
 
 /// How often vertices without a face are taken away: those that come back stay.
 const TAKEN: u32 = 3;
-
-/// The generator that follows a surface.
-pub(super) struct Refinement<'a, P: Space, M> {
-    pub(super) work: Work<'a, P, M>,
-    pub(super) kept: &'a Kept,
-    pub(super) surface: Surface<P>,
-    /// The distance asked for, in scaled coordinates.
-    distance: Option<f64>,
-    /// The ridge of each segment, and its position there.
-    pub(super) ridge_of: Vec<Option<(u32, u32)>>,
-    /// Balls are not divided below this part of f for a thin sheet's sake.
-    pub(super) thinnest: f64,
-    /// The Euler characteristic of the surface.
-    euler: i64,
-    /// Vertices of the first faultless boundary with other handles.
-    whole: Option<usize>,
-    pub(super) chords: Vec<Chord<P>>,
-    /// Those that end at each corner.
-    pub(super) at_corners: Vec<Vec<u32>>,
-    /// Their boxes.
-    pub(super) chord_tree: Bvh<P>,
-}
 
 impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
     pub(super) fn new(work: Work<'a, P, M>, kept: &'a Kept, options: Options) -> Self {
@@ -363,11 +339,6 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
 
 fn ball<P: Space>(face: &Face<P>) -> Ball<P> {
     Ball { centre: face.place.at, radius2: face.radius * face.radius }
-}
-
-/// The edges of a face, ends ascending.
-pub(super) fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [a, c], [b, c]]
 }
 
 /// The features that candidates lie on, and how many on each.

@@ -5,8 +5,9 @@
 
 use septet_geometry::point::dist2;
 
+use super::chord::Chord;
 use super::kept::Ridge;
-use super::refine::Refinement;
+use super::refinement::Refinement;
 use crate::bvh::{Bounds, Bvh};
 use crate::generate::Failure;
 use crate::generate::balls::{Ball, Balls};
@@ -17,24 +18,6 @@ use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
-
-/// A piece of a ridge between two vertices.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Chord<P> {
-    pub(super) ends: [u32; 2],
-    /// Where the ridge's piece is divided, and the segment that it lies on.
-    pub(super) middle: P,
-    pub(super) segment: u32,
-    /// The chord's smallest ball.
-    pub(super) ball: Ball<P>,
-}
-
-impl<P: Space> Chord<P> {
-    /// The middle as a candidate; it gives way to whatever is closer than half of it.
-    pub(super) fn candidate(&self) -> (Site<P>, Carrier) {
-        (Site { at: self.middle, size: self.ball.radius2.sqrt() }, Carrier::Segment(self.segment))
-    }
-}
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     /// Places corners and the points of all ridges.

@@ -12,7 +12,7 @@
 
 use septet_geometry::point::dist2;
 
-use super::refine::Refinement;
+use super::refinement::Refinement;
 use super::restricted::Face;
 use crate::distance::closest_on_segment;
 use crate::generate::machine::Machine;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use septet_geometry::point::Point;
 
-use super::refine::{Candidate, Refinement, edges_of};
+use super::refinement::{Candidate, Refinement, edges_of};
 use super::restricted::Restricted;
 use crate::bvh::Bounds;
 use crate::generate::machine::Machine;

@@ -7,7 +7,9 @@
 //! **Work and depth.** With `l` facets and `m` others: the link's vertices are found in O(log l) steps, facets and
 //! neighbours in O(1); then a sweep for each of the `m`. Work O((l + m) log(l + m) + m l).
 
-use super::{Candidate, Side, StarBuilder, enter};
+use super::builder::{StarBuilder, enter};
+use super::candidate::Candidate;
+use super::planes::Side;
 use crate::complex::INFINITE;
 use crate::cost::Cost;
 use crate::point::{Point, Simplex};

@@ -1,6 +1,6 @@
 //! The exact tests of a link's facets.
 
-use super::{Candidate, candidate};
+use super::candidate::{Candidate, candidate};
 use crate::complex::{Complex, INFINITE};
 use crate::point::Point;
 use crate::predicates::{Sign, conflicts_infinite, in_sphere, orientation};

@@ -1,9 +1,15 @@
 //! Stars against brute force.
 
 use super::*;
+use crate::complex::INFINITE;
+use crate::cost::Cost;
 use crate::incremental::Incremental;
 use crate::incremental::tests::nasty::{KINDS, set};
+use crate::point::Point;
+use crate::point::Simplex;
+use crate::predicates::Sign;
 use crate::predicates::in_sphere;
+use crate::predicates::orientation;
 use glam::{DVec2, DVec3};
 
 fn extend<P: Point>(points: &[P], pick: &mut Vec<usize>, out: &mut Vec<Vec<u32>>) {

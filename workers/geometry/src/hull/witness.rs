@@ -7,7 +7,7 @@
 //! **Work and depth.** A vector step over the points for each cell. What rounded arithmetic does not decide goes to
 //! the exact predicates.
 
-use super::Candidate;
+use super::candidate::Candidate;
 use super::planes::{Planes, Side};
 use crate::cost::Sweep;
 use crate::point::Point;

@@ -3,90 +3,16 @@
 //! **Work.** One comparison with a sphere for each cell of the cavity and each facet of its border; one
 //! record written for each facet. The cavity's slots are filled first.
 
-use super::Incremental;
 use super::cells::Cell;
 use super::read::corners;
-use super::ridges::{Ridges, ridge};
-use super::sphere::{Inverse, KEPT, NO_SPHERE, Query, REMOVED};
+use super::ridges::Ridges;
+use super::ridges::ridge;
+use super::scratch::{Face, Scratch};
+use super::sphere::{KEPT, NO_SPHERE, Query, REMOVED};
+use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{conflicts_infinite, in_sphere};
-
-/// What one insertion needs; kept from one to the next.
-#[derive(Clone, Debug)]
-pub(super) struct Scratch<P: Point> {
-    /// The cells in conflict.
-    cavity: List<u32>,
-    /// The facets of the border, by their codes from inside and from outside.
-    border: List<(u32, u32)>,
-    /// The cells that the exact predicates found free of conflict.
-    kept: Vec<u32>,
-    faces: List<Face<P::Cell>>,
-    /// The vertices of the border from 1 on, each with a new cell that it will be in.
-    names: List<(u32, u32)>,
-    /// The same vertices, seen from the new one.
-    around: Vec<Inverse<P>>,
-    ridges: Ridges,
-}
-
-/// A facet of the border, which becomes a cell.
-#[derive(Clone, Copy, Debug)]
-struct Face<S> {
-    /// The code of the cell outside, then the vertices so that a point inside and they make a positive cell.
-    vertices: S,
-    /// The vertices' places in `names`; the third is 0 in the plane.
-    numbers: [u32; 3],
-    /// The new cell.
-    cell: u32,
-}
-
-impl<P: Point> Default for Scratch<P> {
-    fn default() -> Self {
-        Scratch {
-            cavity: List::new(0),
-            border: List::new((0, 0)),
-            kept: Vec::new(),
-            faces: List::new(Face { vertices: P::Cell::splat(0), numbers: [0; 3], cell: 0 }),
-            names: List::new((INFINITE, 0)),
-            around: Vec::new(),
-            ridges: Ridges::default(),
-        }
-    }
-}
-
-/// A list whose items are written in any case, and stay or are written over. Storage is reused.
-#[derive(Clone, Debug)]
-struct List<T> {
-    items: Vec<T>,
-    len: usize,
-}
-
-impl<T: Copy> List<T> {
-    /// An empty list; `item` fills its storage.
-    fn new(item: T) -> Self {
-        List { items: vec![item; 256], len: 0 }
-    }
-
-    /// The storage, with room for `more` items behind the first `len`.
-    #[inline]
-    fn room(&mut self, len: usize, more: usize) -> &mut [T] {
-        if self.items.len() - len < more {
-            self.grow(len + more);
-        }
-        &mut self.items
-    }
-
-    #[cold]
-    fn grow(&mut self, least: usize) {
-        let item = self.items[0];
-        self.items.resize(least.next_power_of_two(), item);
-    }
-
-    #[inline]
-    fn items(&self) -> &[T] {
-        &self.items[..self.len]
-    }
-}
 
 /// More cells than a cavity among points that fill space evenly ever has: a point that undoes so many is let in.
 const MANY: usize = 128;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::Incremental;
 use super::cells::Cells;
 use super::sphere::Frame;
+use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex, dist2};
 

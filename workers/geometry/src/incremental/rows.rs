@@ -1,7 +1,7 @@
 //! A triangulation taken apart into what is kept of it: rows of vertices and neighbours.
 
-use super::Incremental;
 use super::cells::Cell;
+use super::triangulation::Incremental;
 use crate::complex::NONE;
 use crate::point::Point;
 

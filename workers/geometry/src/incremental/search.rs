@@ -13,9 +13,9 @@
 //! descent ends at the first. A point that is a vertex already is inside no sphere, so for it the walk
 //! goes on to the cell that holds it.
 
-use super::Incremental;
 use super::read::corners;
 use super::sphere::Query;
+use super::triangulation::Incremental;
 use crate::point::{Point, Simplex};
 use crate::predicates::{Sign, orientation};
 

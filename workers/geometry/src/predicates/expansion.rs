@@ -4,8 +4,8 @@
 //! It is for calls whose differences spread over more than 126 binary digits, and costs microseconds
 //! there.
 
-use super::Sign;
 use super::integer::Signs;
+use super::sign::Sign;
 use crate::point::Point;
 
 fn planar<P: Point>(p: &P) -> robust::Coord<f64> {

@@ -24,8 +24,8 @@
 //! **Source.** The forms are those of stage 1. Fixed widths in place of expansions: Levy, "Robustness and
 //! efficiency of geometric programs: the Predicate Construction Kit" (2016), argues for them too.
 
-use super::Sign;
 use super::lattice::{integer, largest_unit, quick_integer, quick_unit, width};
+use super::sign::Sign;
 use super::wide::Int;
 use crate::point::Point;
 

@@ -24,9 +24,9 @@
 
 mod count;
 mod expansion;
-pub mod filter;
 mod integer;
 mod lattice;
+mod sign;
 mod tie;
 mod wide;
 
@@ -35,47 +35,13 @@ use std::cmp::Ordering;
 pub use count::Stage;
 #[cfg(feature = "stage-counts")]
 pub use count::take as take_stage_counts;
-use filter::Rounded;
 use glam::DVec2;
 use integer::Signs;
+pub use sign::Sign;
 
+pub use crate::filter;
+use crate::filter::Rounded;
 use crate::point::{Point, lex_cmp};
-
-/// The sign of a determinant; never a float, never a tolerance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Sign {
-    /// Less than zero.
-    Negative,
-    /// Exactly zero.
-    Zero,
-    /// Greater than zero.
-    Positive,
-}
-
-impl Sign {
-    /// The sign of a float whose sign is exact.
-    #[inline]
-    pub fn of(x: f64) -> Self {
-        if x > 0.0 {
-            Sign::Positive
-        } else if x < 0.0 {
-            Sign::Negative
-        } else {
-            Sign::Zero
-        }
-    }
-
-    /// The sign of the negated number.
-    #[must_use]
-    #[inline]
-    pub fn opposite(self) -> Self {
-        match self {
-            Sign::Negative => Sign::Positive,
-            Sign::Zero => Sign::Zero,
-            Sign::Positive => Sign::Negative,
-        }
-    }
-}
 
 /// Orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
 /// `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.

@@ -8,7 +8,7 @@
 //!
 //! **Work.** At most `DIM + 1` comparisons of points.
 
-use super::Sign;
+use super::sign::Sign;
 use crate::point::{Point, lex_cmp};
 
 /// Does the query conflict with the positively oriented `cell`, given its cofactors?

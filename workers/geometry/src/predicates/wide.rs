@@ -10,7 +10,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "loops over limbs unroll by their index; iterators do not")]
 
-use super::Sign;
+use super::sign::Sign;
 
 /// A signed integer of `N` limbs, the lowest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 
-use super::Separator;
+use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::{Point, Vector};
 

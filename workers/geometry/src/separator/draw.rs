@@ -10,8 +10,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::Separator;
 use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
+use super::surface::Separator;
 use crate::blocks::Blocks;
 use crate::columns::Rows;
 use crate::cost::Cost;

@@ -15,8 +15,8 @@
 //!
 //! **Work.** O(samples).
 
-use super::draw::root;
-use super::{SAMPLE_TARGET, Separator};
+use super::draw::{SAMPLE_TARGET, root};
+use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::Point;
 

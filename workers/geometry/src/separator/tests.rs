@@ -1,3 +1,4 @@
+use crate::point::Point;
 use glam::{DVec2, DVec3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

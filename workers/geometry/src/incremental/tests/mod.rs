@@ -1,9 +1,14 @@
 //! The kernel against brute force, against itself in other orders, and against its own invariants.
 
+use crate::point::Simplex;
 pub(crate) mod nasty;
 mod oracle;
 mod spheres;
 
+use crate::complex::INFINITE;
+use crate::point::Point;
+use crate::predicates::Sign;
+use crate::predicates::orientation;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 

@@ -1,6 +1,7 @@
 //! Point sets that are hard for rounding, for ties or for the search, against the [`oracle`].
 
 use super::*;
+use crate::point::Point;
 
 /// Names of the sets made by [`set`].
 pub(crate) const KINDS: [&str; 14] = [

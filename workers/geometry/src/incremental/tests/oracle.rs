@@ -1,6 +1,11 @@
 //! The same triangulation by the plainest means: every cell is asked for every point, by the exact
 //! predicates alone, and borders are found by sorting. It shares no line with the kernel.
 
+use crate::complex::INFINITE;
+use crate::point::Point;
+use crate::predicates::Sign;
+use crate::predicates::orientation;
+use crate::predicates::raises_dimension;
 use std::collections::BTreeMap;
 
 use super::*;

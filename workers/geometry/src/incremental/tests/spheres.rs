@@ -3,6 +3,11 @@
 use super::super::cells::Cell;
 use super::super::sphere::NO_SPHERE;
 use super::*;
+use crate::incremental::sphere::Frame;
+use crate::point::Point;
+use crate::point::Simplex;
+use crate::predicates::Sign;
+use crate::predicates::orientation;
 
 /// What the spheres said of so many points.
 #[derive(Debug, Default)]

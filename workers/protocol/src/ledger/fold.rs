@@ -7,8 +7,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::{Charge, LEADER, LedgerPart};
 use crate::ids::{NodeId, Phase};
-use crate::ledger::{Charge, LEADER, LedgerPart};
 
 /// Totals of one phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,40 @@
+//! The state of remeshing, which its stages share.
+
+use super::chord::Chord;
+use super::kept::Kept;
+use super::surface::Surface;
+use crate::bvh::Bvh;
+use crate::generate::work::Work;
+use crate::mesh::Carrier;
+use crate::points::conflicts::Site;
+use crate::space::Space;
+
+/// The generator that follows a surface.
+pub(super) struct Refinement<'a, P: Space, M> {
+    pub(super) work: Work<'a, P, M>,
+    pub(super) kept: &'a Kept,
+    pub(super) surface: Surface<P>,
+    /// The distance asked for, in scaled coordinates.
+    pub(super) distance: Option<f64>,
+    /// The ridge of each segment, and its position there.
+    pub(super) ridge_of: Vec<Option<(u32, u32)>>,
+    /// Balls are not divided below this part of f for a thin sheet's sake.
+    pub(super) thinnest: f64,
+    /// The Euler characteristic of the surface.
+    pub(super) euler: i64,
+    /// Vertices of the first faultless boundary with other handles.
+    pub(super) whole: Option<usize>,
+    pub(super) chords: Vec<Chord<P>>,
+    /// Those that end at each corner.
+    pub(super) at_corners: Vec<Vec<u32>>,
+    /// Their boxes.
+    pub(super) chord_tree: Bvh<P>,
+}
+
+/// A point to be inserted.
+pub(super) type Candidate<P> = (Site<P>, Carrier);
+
+/// The edges of a face, ends ascending.
+pub(super) fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [a, c], [b, c]]
+}

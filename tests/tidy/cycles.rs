@@ -1,0 +1,102 @@
+//! Import cycles: none across rooms, and none of more than two files within a room.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::source::Crate;
+
+/// Folders of the crates' root files.
+const CRATES: [&str; 7] = [
+    "src/io",
+    "src/verify",
+    "src/meshing",
+    "src/lab",
+    "src/cli",
+    "workers/geometry/src",
+    "workers/protocol/src",
+];
+
+type Graph = BTreeMap<String, BTreeSet<String>>;
+
+/// Sets of nodes that reach each other, of at least two nodes.
+fn cycles(graph: &Graph) -> Vec<Vec<String>> {
+    let reach: BTreeMap<&String, BTreeSet<&String>> = graph.keys().map(|n| (n, reached(graph, n))).collect();
+    let mut seen = BTreeSet::new();
+    let mut found = Vec::new();
+    for node in graph.keys() {
+        let own: Vec<String> = reach[node]
+            .iter()
+            .filter(|other| reach.get(**other).is_some_and(|back| back.contains(node)))
+            .map(|other| (*other).clone())
+            .collect();
+        if own.len() > 1 && seen.insert(own.clone()) {
+            found.push(own);
+        }
+    }
+    found
+}
+
+fn reached<'a>(graph: &'a Graph, from: &'a String) -> BTreeSet<&'a String> {
+    let (mut found, mut open) = (BTreeSet::new(), vec![from]);
+    while let Some(node) = open.pop() {
+        for next in graph.get(node).into_iter().flatten() {
+            if found.insert(next) {
+                open.push(next);
+            }
+        }
+    }
+    found
+}
+
+fn room(module: &str) -> String {
+    module.split("::").next().unwrap_or("").to_string()
+}
+
+/// Cycles of a graph, each as the edges that make it.
+fn described(graph: &Graph, longer_than: usize) -> Vec<Vec<String>> {
+    let edges = |cycle: Vec<String>| {
+        let inside = |to: &&String| cycle.contains(to);
+        let of = |from: &String| {
+            format!("{from} -> {}", graph[from].iter().filter(inside).cloned().collect::<Vec<_>>().join(", "))
+        };
+        cycle.iter().map(of).collect()
+    };
+    cycles(graph).into_iter().filter(|cycle| cycle.len() > longer_than).map(edges).collect()
+}
+
+/// The graph of rooms: a crate's top-level modules, and its root if it defines what they import.
+fn rooms(files: &Graph) -> Graph {
+    let mut rooms = Graph::new();
+    for (module, imports) in files {
+        let own = room(module);
+        let others = imports.iter().map(|other| room(other)).filter(|other| *other != own);
+        rooms.entry(own.clone()).or_default().extend(others);
+    }
+    rooms
+}
+
+#[test]
+fn no_cycle_crosses_rooms() {
+    let all: Vec<_> = CRATES
+        .iter()
+        .map(|folder| (folder, described(&rooms(&Crate::read(folder).imports()), 1)))
+        .filter(|(_, found)| !found.is_empty())
+        .collect();
+    assert!(all.is_empty(), "these rooms import each other: {all:#?}");
+}
+
+#[test]
+fn no_cycle_within_a_room_has_more_than_two_files() {
+    let all: Vec<_> = CRATES
+        .iter()
+        .map(|folder| (folder, described(&Crate::read(folder).imports(), 2)))
+        .filter(|(_, found)| !found.is_empty())
+        .collect();
+    assert!(all.is_empty(), "these files import each other: {all:#?}");
+}
+
+#[test]
+fn a_planted_cycle_is_found() {
+    let edge = |from: &str, to: &[&str]| (from.to_string(), to.iter().map(|t| (*t).to_string()).collect());
+    let graph: Graph = [edge("a", &["b"]), edge("b", &["c"]), edge("c", &["a"]), edge("d", &["a"])].into();
+    assert_eq!(cycles(&graph), [["a", "b", "c"].map(str::to_string).to_vec()]);
+}

@@ -1,0 +1,6 @@
+//! Rules of the source that no compiler checks.
+
+mod cycles;
+mod map;
+mod rules;
+mod source;

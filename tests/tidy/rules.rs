@@ -1,0 +1,76 @@
+//! Rules for single files: their length, what they name, what they are free of.
+
+use crate::source::{code, files, is_test};
+
+/// No file may be longer, but for those named with their reasons.
+const MOST_LINES: usize = 540;
+
+/// The first line that holds one of the words.
+fn named(text: &str, words: &[&str]) -> Option<String> {
+    let holds = |line: &&str| words.iter().any(|word| line.contains(word));
+    text.lines().find(holds).map(|line| line.trim().to_string())
+}
+
+/// Files below a folder, tests left out, whose code holds one of the words.
+fn offenders(folder: &str, words: &[&str]) -> Vec<(String, String)> {
+    let plain = files(folder).into_iter().filter(|(name, _)| !is_test(name));
+    plain.filter_map(|(name, text)| named(&code(&text), words).map(|line| (name, line))).collect()
+}
+
+#[test]
+fn files_are_short() {
+    for folder in ["src", "workers", "tests", "bench"] {
+        for (name, text) in files(folder) {
+            let lines = text.lines().count();
+            assert!(lines < MOST_LINES, "{name} has {lines} lines: split it");
+        }
+    }
+}
+
+/// The transports are the workers' business; the library gets one from `launch` or from its caller.
+#[test]
+fn the_library_names_no_transport_type() {
+    let concrete = ["channel::Channel", "sim::Sim", "pipe::Pipes", "Pipes", "Channel::launch", "Sim::new"];
+    let found: Vec<_> =
+        offenders("src", &concrete).into_iter().filter(|(name, _)| name != "src/main.rs").collect();
+    assert!(found.is_empty(), "these name a transport: {found:#?}");
+}
+
+/// What pure code does not use: clocks, threads, files, sockets, standard output, maps whose order is left to chance.
+const IMPURE: [&str; 7] =
+    ["std::time", "std::thread", "std::fs", "std::net", "HashMap", "HashSet", "println!"];
+
+#[test]
+fn geometry_and_meshing_are_pure() {
+    for folder in ["workers/geometry/src", "src/meshing"] {
+        let found = offenders(folder, &IMPURE);
+        assert!(found.is_empty(), "these are not pure: {found:#?}");
+    }
+}
+
+/// Ranks read no file and no clock; the transports do what the machine needs.
+#[test]
+fn ranks_read_no_file_and_no_clock() {
+    let mut found = offenders("workers/src", &["std::time", "std::fs", "std::net", "println!"]);
+    found.retain(|(name, _)| !name.starts_with("workers/src/machine/transport/"));
+    assert!(found.is_empty(), "these read a file or a clock: {found:#?}");
+}
+
+/// An oracle that shares code shares bugs.
+#[test]
+fn the_verifier_shares_no_predicate() {
+    let found = offenders("src/verify", &["septet_geometry", "robust::"]);
+    assert!(found.is_empty(), "these use the builder's predicates: {found:#?}");
+}
+
+#[test]
+fn a_planted_word_is_found() {
+    let planted = "//! Not std::fs here.\nfn f() {\n    let now = std::time::Instant::now();\n}\n";
+    assert_eq!(named(&code(planted), &IMPURE).as_deref(), Some("let now = std::time::Instant::now();"));
+    let in_tests = "fn f() {}\n#[cfg(test)]\nmod tests {\n    use std::fs;\n}\n";
+    assert_eq!(named(&code(in_tests), &IMPURE), None);
+    assert_eq!(
+        named(&code("#[cfg(test)]\nmod tests;\nuse std::fs;\n"), &IMPURE).as_deref(),
+        Some("use std::fs;")
+    );
+}

@@ -1,0 +1,35 @@
+//! Axis-aligned boxes around points: their corners, their unions, their distances.
+
+use crate::point::Point;
+
+/// Low and high corner of an axis-aligned box.
+pub type Bounds<P> = (P, P);
+
+/// The smallest box, or an empty one (infinite corners reversed), around points.
+#[inline]
+pub fn bounds<P: Point>(points: impl Iterator<Item = P>) -> Bounds<P> {
+    let empty = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
+    points.fold(empty, |b, p| join_bounds(b, (p, p)))
+}
+
+/// The smallest box around two boxes.
+#[inline]
+pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
+    let (mut low, mut high) = a;
+    for i in 0..P::DIM {
+        low.set_coord(i, low.coord(i).min(b.0.coord(i)));
+        high.set_coord(i, high.coord(i).max(b.1.coord(i)));
+    }
+    (low, high)
+}
+
+/// Squared distance of `x` to an axis-aligned box, by the expression of [`dist2`](crate::point::dist2): never larger than
+/// the distance computed to a point of the box, because rounding is monotone.
+pub fn box_dist2<P: Point>(x: P, low: P, high: P) -> f64 {
+    let mut d = P::splat(0.0);
+    for i in 0..P::DIM {
+        let gap = (low.coord(i) - x.coord(i)).max(x.coord(i) - high.coord(i)).max(0.0);
+        d.set_coord(i, gap);
+    }
+    d.norm2()
+}

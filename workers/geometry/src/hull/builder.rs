@@ -1,0 +1,325 @@
+//! Builds the link of a star: one sweep over its facets for each candidate.
+
+use super::candidate::{Candidate, candidate};
+use super::corners::{Cone, Corners};
+use super::planes::{Planes, Side};
+
+use crate::complex::Complex;
+use crate::cost::{Cost, Places};
+use crate::point::{Point, Simplex, dist2, lex_cmp};
+use crate::predicates::{Sign, orientation, raises_dimension};
+use crate::simd::widest;
+
+/// Builds stars, one after the other, in reused storage.
+#[derive(Debug)]
+pub struct StarBuilder<P: Point> {
+    pub(super) link: Complex<P::Facet>,
+    pub(super) planes: Planes,
+    /// Candidates by distance, and how many have been looked at.
+    pub(super) order: Vec<u32>,
+    seen: usize,
+    keys: Vec<u64>,
+    pub(super) centre: P,
+    /// Infinity, then the candidates looked at, in order; the link's vertices are positions in here less 1.
+    pub(super) points: Vec<Candidate<P>>,
+    /// Facets that the candidate at hand may conflict with.
+    uncertain: Vec<u32>,
+    /// The cavity, where some facets were undecided.
+    dug: Vec<u32>,
+    /// Of every facet: what rounded arithmetic says of the candidate at hand.
+    pub(super) sides: Vec<Side>,
+    /// Of every facet of the link that was loaded ([`StarBuilder::extend`]): is it gone? And those that are.
+    pub(super) loaded: Vec<bool>,
+    pub(super) gone: Vec<u32>,
+    /// Where the numbers of points stand in `points`.
+    pub(super) places: Places,
+}
+
+impl<P: Point> Default for StarBuilder<P> {
+    fn default() -> Self {
+        StarBuilder {
+            link: Complex::default(),
+            planes: Planes::default(),
+            order: Vec::new(),
+            seen: 0,
+            keys: Vec::new(),
+            centre: P::default(),
+            points: Vec::new(),
+            uncertain: Vec::new(),
+            dug: Vec::new(),
+            sides: Vec::new(),
+            loaded: Vec::new(),
+            gone: Vec::new(),
+            places: Places::default(),
+        }
+    }
+}
+
+/// Candidates that are looked at together: then it is asked whether the rest is out of reach.
+const AT_ONCE: usize = 32;
+
+/// Candidates between two questions whether the rest is out of reach.
+const ASKED_EVERY: u32 = 4;
+
+impl<P: Point> StarBuilder<P> {
+    /// Builds the star of `table[centre]` among the `candidates` (positions in `table`, in any order,
+    /// repeats and the centre itself ignored). Returns false, with no link, if the candidates and the
+    /// centre span no cell.
+    pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
+        self.centre = table[centre as usize];
+        self.points.clear();
+        self.points.push(Candidate::infinity());
+        self.order.clear();
+        self.seen = 0;
+        self.loaded.clear();
+        self.gone.clear();
+        self.order.extend_from_slice(candidates);
+        if candidates.contains(&centre) {
+            self.order.retain(|&i| i != centre);
+        }
+        self.sort_by_distance(table, cost);
+        let mut more = |this: &mut Self| this.look_at_more(table);
+        let first = self.first_simplex(&mut more, cost);
+        if let Some(first) = first {
+            self.start(first);
+            widest(
+                #[inline(always)]
+                || self.sweep_all(first, &mut more, cost),
+            );
+        } else {
+            self.link.clear();
+        }
+        first.is_some()
+    }
+
+    /// The link's facets as positions in the table, infinite ones included, oriented so that
+    /// `(centre, facet)` is positive. Appends to `out`.
+    pub fn facets(&self, out: &mut Vec<P::Facet>) {
+        out.extend(self.link.live_cells().map(|cell| self.named(cell)));
+    }
+
+    /// A facet by positions in the table.
+    #[inline]
+    pub(super) fn named(&self, cell: u32) -> P::Facet {
+        let mut facet = *self.link.cell(cell);
+        for v in facet.as_mut() {
+            *v = candidate(&self.points, *v).id;
+        }
+        facet
+    }
+
+    /// Number of facets of the link.
+    pub fn link_size(&self) -> usize {
+        self.link.len()
+    }
+
+    /// Sorts the candidates by their distances from the centre, then by rank.
+    pub(super) fn sort_by_distance(&mut self, table: &[P], cost: &mut Cost) {
+        let c = self.centre;
+        // The bits of squared distances are in the order of the distances.
+        let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
+        cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
+            let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
+            distance2(a).cmp(&distance2(b)).then_with(by_rank)
+        });
+    }
+
+    /// Takes the next candidates in order; are there any?
+    fn look_at_more(&mut self, table: &[P]) -> bool {
+        let next = &self.order[self.seen..];
+        let next = if next.len() > 2 * AT_ONCE { &next[..AT_ONCE] } else { next };
+        self.seen += next.len();
+        for &id in next {
+            if self.points.last().is_some_and(|last| last.id != id) {
+                self.points.push(Candidate::of(table, id, self.centre));
+            }
+        }
+        !next.is_empty()
+    }
+
+    /// The first candidates, in order, that span a cell with the centre, positively oriented.
+    fn first_simplex(
+        &mut self,
+        more: &mut impl FnMut(&mut Self) -> bool,
+        cost: &mut Cost,
+    ) -> Option<P::Facet> {
+        let mut basis = [self.centre; 4];
+        let mut facet = P::Facet::splat(0);
+        let (mut found, mut q) = (0, 1);
+        let mut sweep = cost.sweep();
+        while found < P::DIM {
+            if q == self.points.len() && !more(self) {
+                break;
+            }
+            // The next run may have held nothing but repeats.
+            let Some(p) = self.points.get(q) else { continue };
+            sweep.visit();
+            if raises_dimension(&basis[..=found], p.at) {
+                facet.as_mut()[found] = q as u32 - 1;
+                found += 1;
+                basis[found] = p.at;
+            }
+            q += 1;
+        }
+        cost.swept_inside(sweep);
+        if found < P::DIM {
+            return None;
+        }
+        if orientation(&basis[..=P::DIM]) == Sign::Negative {
+            facet.as_mut().swap(0, 1);
+        }
+        Some(facet)
+    }
+
+    fn start(&mut self, first: P::Facet) {
+        self.link.start(first);
+        self.sides.clear();
+        let longest = self.points[1].image.length;
+        self.planes.clear(longest);
+        self.enter_created(longest);
+    }
+
+    /// Adds the candidates beside the `first` one by one, as far as any facet reaches.
+    #[inline(always)]
+    fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
+        let last = first.as_ref().iter().fold(0, |last, &q| q.max(last));
+        for q in 0.. {
+            while q as usize + 1 == self.points.len() {
+                if self.planes.are_out_of_reach(self.reach_of(q - 1)) || !more(self) {
+                    return;
+                }
+            }
+            if q > last || !first.as_ref().contains(&q) {
+                let asks = q % ASKED_EVERY == 0;
+                self.insert(q, asks, cost);
+                if asks && self.planes.are_out_of_reach(self.reach_of(q)) {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The squared length of a candidate's image, which none to come is longer than.
+    fn reach_of(&self, q: u32) -> f64 {
+        let length = candidate(&self.points, q).image.length;
+        length * length
+    }
+
+    /// One sweep over the facets; then the cavity, if any. A facet that is `asked` says how far it reaches, too.
+    #[inline(always)]
+    pub(super) fn insert(&mut self, q: u32, asked: bool, cost: &mut Cost) {
+        let image = candidate(&self.points, q).image;
+        let mut sweep = cost.sweep();
+        sweep.visit_lanes(if asked { 2 * self.link.len() } else { self.link.len() });
+        self.uncertain.clear();
+        let (mut seed, mut undecided) = (None, false);
+        self.planes.each_uncertain(&image.at, |facet, side| {
+            self.uncertain.push(facet);
+            self.sides[facet as usize] = side;
+            match side {
+                Side::Conflict => seed = Some(facet),
+                _ => undecided = true,
+            }
+        });
+        if !self.uncertain.is_empty() {
+            if undecided {
+                self.decide(q, seed);
+            }
+            let (sides, cavity) = (&self.sides, if undecided { &self.dug } else { &self.uncertain });
+            let conflicts = !cavity.is_empty();
+            // What single precision was not certain of, and the ridges of the facets that go.
+            sweep.visit_lanes(self.uncertain.len() + P::DIM * cavity.len());
+            if conflicts {
+                for &facet in cavity {
+                    if let Some(is_gone) = self.loaded.get_mut(facet as usize)
+                        && !*is_gone
+                    {
+                        *is_gone = true;
+                        self.gone.push(facet);
+                    }
+                }
+                self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
+                for &facet in self.link.free() {
+                    self.planes.remove(facet);
+                }
+            }
+            for &facet in &self.uncertain {
+                self.sides[facet as usize] = Side::Clear;
+            }
+            if conflicts {
+                self.enter_created(image.length);
+                // Their planes, and their ridges.
+                sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
+            }
+        }
+        cost.swept_inside(sweep);
+    }
+
+    /// Computes the planes of new facets; no image to come is longer than `longest`.
+    #[inline(always)]
+    fn enter_created(&mut self, longest: f64) {
+        let slots = self.link.slots() as usize;
+        if slots > self.sides.len() {
+            let room = self.planes.make_room(slots);
+            self.sides.resize(room, Side::Clear);
+        }
+        for &facet in self.link.created() {
+            enter(&mut self.planes, &self.points, facet, self.link.cell(facet), longest);
+        }
+    }
+
+    /// Digs the cavity where some facets are undecided, and marks those of them that are in it.
+    #[cold]
+    fn decide(&mut self, q: u32, seed: Option<u32>) {
+        self.dug.clear();
+        let Some(seed) = seed.or_else(|| self.conflict_among_undecided(q)) else { return };
+        let corners = Corners { centre: self.centre, points: &self.points };
+        self.sides[seed as usize] = Side::Dug;
+        self.dug.push(seed);
+        let mut head = 0;
+        while let Some(&facet) = self.dug.get(head) {
+            head += 1;
+            for slot in 0..P::DIM {
+                let (next, _) = self.link.neighbour(facet, slot);
+                let side = &mut self.sides[next as usize];
+                if *side == Side::Undecided {
+                    *side = if corners.conflict(&self.link, next, q) { Side::Conflict } else { Side::Clear };
+                }
+                if *side == Side::Conflict {
+                    *side = Side::Dug;
+                    self.dug.push(next);
+                }
+            }
+        }
+        for &facet in &self.dug {
+            self.sides[facet as usize] = Side::Conflict;
+        }
+    }
+
+    /// A facet that conflicts, if any does, where the decided ones do not.
+    #[cold]
+    fn conflict_among_undecided(&self, q: u32) -> Option<u32> {
+        let corners = Corners { centre: self.centre, points: &self.points };
+        for &cell in &self.uncertain {
+            match corners.cone(&self.link, cell, q) {
+                Cone::Beyond => return Some(cell),
+                Cone::Holds => return corners.conflict(&self.link, cell, q).then_some(cell),
+                Cone::Elsewhere => {}
+            }
+        }
+        None
+    }
+}
+
+/// Computes the plane of a facet.
+#[inline(always)]
+pub(super) fn enter<P: Point>(
+    planes: &mut Planes,
+    points: &[Candidate<P>],
+    facet: u32,
+    vertices: &P::Facet,
+    longest: f64,
+) {
+    let image = |i: usize| &candidate(points, vertices.as_ref()[i % P::DIM]).image;
+    planes.set(facet, [image(0), image(1), image(2)], longest);
+}
