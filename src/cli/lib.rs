@@ -17,6 +17,7 @@ mod report;
 mod reproduce;
 mod rival;
 mod scale;
+mod threads;
 mod triangulate;
 mod verify;
 
@@ -132,11 +133,6 @@ fn run(command: Command, talk: &Talk) -> Result<(), Failure> {
 fn logged(talk: &Talk, run: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
     talk.log(None::<Identity>);
     run()
-}
-
-/// Makes reading, preparing and writing keep to so many threads. Only the first call counts: it comes before any work.
-fn limit_threads(threads: usize) {
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
 }
 
 /// `--color` for the messages of the parser itself, which come before the options are known.

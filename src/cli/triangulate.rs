@@ -25,7 +25,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 /// Runs either subcommand.
 pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
-    super::limit_threads(config.threads);
+    super::threads::limit_threads(config.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;

@@ -5,7 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::source::Crate;
 
 /// Folders of the crates' root files.
-const CRATES: [&str; 7] = [
+const CRATES: [&str; 10] = [
+    "src",
+    "src/core",
+    "workers/src",
     "src/io",
     "src/verify",
     "src/meshing",

@@ -26,8 +26,11 @@ pub mod coordinator;
 
 mod programs;
 
+pub mod hosts;
+
 pub use graph::{choice, sharing, summaries};
-pub use machine::{host, outbox, profile, transport};
+pub use hosts::{host, transport};
+pub use machine::{outbox, profile, tasks};
 pub use partition::leader;
 pub use result::{merge, view};
-pub use state::{frame, table, tasks};
+pub use state::{frame, table};

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, Phase, Rank};
 use septet_protocol::tasks::TaskLog;
-use septet_workers::merge::CELLS_PER_MESSAGE;
+use septet_workers::result::collect::CELLS_PER_MESSAGE;
 
 use super::error::PredictError;
 use super::machine::Replay;

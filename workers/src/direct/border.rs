@@ -16,6 +16,7 @@ use septet_geometry::separator::Side;
 
 use crate::direct::halo::Margin;
 use crate::direct::piece::Piece;
+use crate::state::bits::ones;
 use crate::state::subdomain::{Shared, Split};
 
 /// A cell that reaches out: its vertices by local numbers; a bit for each place on the path, set where the cell may
@@ -149,15 +150,6 @@ impl<'a, P: Point> Border<'a, P> {
         let kept = ones(levels).filter(|&i| keep(&self.path[i]));
         kept.fold(0, |kept, i| kept | 1 << i)
     }
-}
-
-/// The places of the bits that are set.
-pub(crate) fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let next = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
-        bits &= bits - 1;
-        Some(next)
-    })
 }
 
 #[cfg(test)]

@@ -30,9 +30,9 @@ use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::message::{Body, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::direct::border::ones;
 use crate::direct::piece::round_len;
 use crate::machine::context::Context;
+use crate::state::bits::ones;
 use crate::state::subdomain::{Shared, Subdomain};
 use crate::state::table::Table;
 

@@ -36,10 +36,11 @@ use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::{Body, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::direct::border::{Border, Outgoing, ones, reaches};
+use crate::direct::border::{Border, Outgoing, reaches};
 use crate::direct::halo::Margin;
 use crate::direct::piece::{Piece, reach_of};
 use crate::machine::context::Context;
+use crate::state::bits::ones;
 use crate::state::subdomain::{Ghosts, Subdomain};
 use crate::state::table::{IdHasher, Table};
 

@@ -15,8 +15,8 @@ use septet_protocol::message::{Merged, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Stop;
-use crate::direct::border::ones;
 use crate::machine::context::Context;
+use crate::state::bits::ones;
 use crate::state::cells::{Smallest, smallest_of};
 use crate::state::subdomain::{Ghosts, Subdomain};
 use crate::state::table::Table;

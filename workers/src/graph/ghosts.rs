@@ -22,9 +22,9 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
 use crate::machine::context::Context;
+use crate::machine::tasks::Reach;
 use crate::state::subdomain::{Entry, GROUP, Ghosts, Shared, Split, Subdomain, Tree, Way};
 use crate::state::table::Table;
-use crate::state::tasks::Reach;
 
 /// Sends every home point to the leaves that an edge of it can reach, and takes in those of other ranks.
 pub(crate) async fn push_ghosts<P: Point>(

@@ -21,7 +21,7 @@ use tracing::span::EnteredSpan;
 use crate::config::{Pool, WorkerConfig};
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::{Site, received};
-use crate::state::tasks::Recorder;
+use crate::machine::tasks::Recorder;
 
 /// A round that ended: its number, and the messages to this rank; none if no rank sent any.
 type Round<P> = (u32, Option<Vec<Message<P>>>);

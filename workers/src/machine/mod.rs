@@ -1,9 +1,8 @@
-//! The machine as a rank sees it: its context, its host, and the transports between hosts.
+//! The machine as a rank sees it: its context, what it sends, what is counted and traced.
 
 pub mod context;
-pub mod host;
 pub mod outbox;
 pub mod profile;
-pub mod transport;
+pub mod tasks;
 
 pub use context::{Context, Running};

@@ -7,10 +7,10 @@ use septet_geometry::found::FoundList;
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
 
+use crate::machine::tasks::Reach;
 use crate::neighbours::ask::Ask;
 use crate::state::subdomain::{Bounds, Shared, Split, Subdomain, Tree, Way};
 use crate::state::table::Table;
-use crate::state::tasks::Reach;
 
 /// What a walk needs of a rank.
 #[derive(Clone, Copy)]

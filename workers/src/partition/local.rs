@@ -9,10 +9,10 @@ use septet_protocol::tasks::SampleRow;
 
 use crate::config::WorkerConfig;
 use crate::machine::profile::Site;
+use crate::machine::tasks::record_samples;
 use crate::partition::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts, refused};
 use crate::partition::shared::{Sketch, sides_of};
 use crate::state::subdomain::Split;
-use crate::state::tasks::record_samples;
 
 /// What growing a subtree gives.
 pub(crate) struct Grown<P> {

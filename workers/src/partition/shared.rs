@@ -324,7 +324,7 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: Poin
         cx.ledger.facts(node).add(&facts);
     }
     if let Some(recorder) = &mut cx.recorder {
-        recorder.grown(&mut grown, points.len() as u64);
+        recorder.grown(&mut grown.samples, &grown.leaves, points.len() as u64);
     }
     settle(cx, node, &points, &grown.leaves, grown.tree)
 }

@@ -9,7 +9,6 @@ use septet_protocol::message::Body;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::direct::border::ones;
 use crate::direct::piece::SEAM;
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
@@ -17,6 +16,7 @@ use crate::result::certify::{Certified, Instance};
 use crate::result::merge::{Owned, Results, look_at_facet};
 use crate::result::view::send_view;
 use crate::stars::home::{Chart, Stars};
+use crate::state::bits::ones;
 use crate::state::cells::{finite_cell, smallest_of};
 use crate::state::subdomain::{Ghosts, Subdomain};
 use crate::state::table::Table;

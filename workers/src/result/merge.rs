@@ -24,7 +24,6 @@ use crate::config::map_in;
 use crate::direct::piece::Piece;
 pub use crate::direct::piece::{HULL, SEAM};
 use crate::machine::context::Context;
-pub use crate::result::collect::CELLS_PER_MESSAGE;
 use crate::stars::check::Agreement;
 use crate::stars::home::Chart;
 use crate::state::cells::{Smallest, smallest_of};

@@ -15,12 +15,12 @@ use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::machine::context::Context;
+use crate::machine::tasks::Recorder;
 use crate::stars::home::Stars;
 use crate::stars::rows::{Objections, Rows, cell_of};
 use crate::state::cells::in_order;
 use crate::state::subdomain::{Leaf, leaf_number};
 use crate::state::table::Table;
-use crate::state::tasks::Recorder;
 
 /// A cell that a star may lack: the receiver, the cell in order, the sender; both are vertices of it.
 pub(crate) type Proposal<P> = (u32, <P as Point>::Cell, u32);

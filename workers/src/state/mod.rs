@@ -1,7 +1,7 @@
 //! Values that most phases share: the points of a rank, its place in the tree, the frame, the task record.
 
+pub(crate) mod bits;
 pub(crate) mod cells;
 pub mod frame;
 pub mod subdomain;
 pub mod table;
-pub mod tasks;

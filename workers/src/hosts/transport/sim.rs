@@ -12,7 +12,7 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 
 use crate::config::WorkerConfig;
-use crate::machine::host::Host;
+use crate::hosts::host::Host;
 
 /// The coordinator's end of a simulated machine; the workers live inside.
 pub(crate) struct Sim<P: Point> {

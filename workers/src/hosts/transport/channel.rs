@@ -17,7 +17,7 @@ use septet_protocol::transport::{Delivery, Transport, TransportError};
 use tracing::dispatcher::{self, Dispatch};
 
 use crate::config::{Pool, WorkerConfig};
-use crate::machine::host::{Host, serve};
+use crate::hosts::host::{Host, serve};
 
 /// What all hosts of the machine share: a barrier, and no data.
 struct Barrier {

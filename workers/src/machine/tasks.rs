@@ -10,8 +10,6 @@ use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 
-use crate::partition::local::Grown;
-
 /// Blocks in which the places of points in the input are told: machines whose number of workers divides it
 /// are told exactly.
 pub const BLOCKS: u32 = 4096;
@@ -125,14 +123,19 @@ pub(crate) fn record_samples<P: Point>(
 
 impl Recorder {
     /// The tree: where the points of every leaf come from, and the samples of every attempt.
-    pub(crate) fn grown<P>(&mut self, grown: &mut Grown<P>, population: u64) {
+    pub(crate) fn grown(
+        &mut self,
+        samples: &mut Vec<SampleRow>,
+        leaves: &[(NodeId, Vec<u32>)],
+        population: u64,
+    ) {
         self.log.population = population;
         self.log.blocks = BLOCKS;
-        self.log.samples.append(&mut grown.samples);
+        self.log.samples.append(samples);
         self.log.samples.sort_unstable();
-        self.log.leaves = grown.leaves.iter().map(|l| l.0.0).collect();
+        self.log.leaves = leaves.iter().map(|l| l.0.0).collect();
         let blocks = |l: &(NodeId, Vec<u32>)| by_block(l.1.iter().copied(), population);
-        self.log.first_blocks = grown.leaves.iter().map(blocks).collect();
+        self.log.first_blocks = leaves.iter().map(blocks).collect();
     }
 
     pub(crate) fn reached(&mut self, phase: Phase, reached: Reached) {

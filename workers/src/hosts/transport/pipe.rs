@@ -23,7 +23,7 @@ use septet_protocol::message::Message;
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 
 use crate::config::WorkerConfig;
-use crate::machine::host::{Host, serve};
+use crate::hosts::host::{Host, serve};
 
 const IDLE: u8 = 0;
 const BUSY: u8 = 1;
