@@ -7,8 +7,8 @@ use septet_geometry::range::RangeError;
 use septet_protocol::transport::TransportError;
 
 use crate::config::ConfigError;
-use crate::run::Run;
-use crate::run::independent::SiteError;
+pub use crate::result::refutation::Refutation;
+use crate::result::run::Run;
 
 /// The error of [`crate::triangulate`], [`crate::simulate`] and [`crate::independent()`].
 #[derive(Debug, Error)]
@@ -72,16 +72,39 @@ pub enum Error {
     Interrupted,
 }
 
-/// Why stars are no triangulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars")]
-pub struct Refutation {
-    /// Cells missing from stars.
-    pub disagreements: u64,
-    /// Vertices without a smaller neighbour (1 is right).
-    pub minima: u64,
-    /// Stars that hold a cell.
-    pub stars: u64,
-    /// Number of points.
-    pub points: u64,
+/// Sites that have no conflict graph.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum SiteError {
+    /// Not one size a site.
+    #[error("{places} places and {sizes} sizes: every site needs one of each")]
+    Lengths {
+        /// Places given.
+        places: usize,
+        /// Sizes given.
+        sizes: usize,
+    },
+    /// More sites fixed than there are.
+    #[error("{fixed} sites are fixed, but there are only {sites}")]
+    Fixed {
+        /// Asked for.
+        fixed: usize,
+        /// Sites given.
+        sites: usize,
+    },
+    /// A size that is no length.
+    #[error("site {index}: the size {size} is not a positive number")]
+    Size {
+        /// Position of the site.
+        index: usize,
+        /// As given.
+        size: f64,
+    },
+    /// Two sites at one place.
+    #[error("sites {first} and {second} have the same coordinates: leave one of them out")]
+    Coincident {
+        /// Position of the first.
+        first: usize,
+        /// Position of the other.
+        second: usize,
+    },
 }

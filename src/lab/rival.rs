@@ -11,8 +11,8 @@ use septet_core::config::Config;
 use septet_core::error::Error;
 use septet_core::input::prepare::prepare;
 use septet_core::result::canonical::{Cells, canonicalise};
-use septet_core::run::memory::admit;
 use septet_core::run::{Accounting, Run};
+use septet_core::run::memory::admit;
 
 /// Name and version of the schema of [`RivalReport`].
 pub const RIVAL_SCHEMA: &str = "septet-rival/1";
@@ -52,7 +52,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Err
     let mut rival = Rival {
         space: P::DIM,
         dimension: ready.dimension,
-        points: Accounting::of(points.len(), &ready),
+        points: ready.accounting(points.len()),
         cells: Vec::new(),
         hull_facets: 0,
         clock: Clock::default(),

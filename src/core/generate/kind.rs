@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{GenerateError, Request};
+use super::request::{GenerateError, Request};
 
 /// A kind of point set in the unit square or cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -13,9 +13,11 @@
 use septet_geometry::point::Point;
 
 use super::faces::Face;
+use super::kind::Kind;
+use super::request::{GenerateError, Progress, Request};
 use super::sizing::{Centre, Sizing};
+use super::spaced;
 use super::unit::Unit;
-use super::{GenerateError, Kind, Progress, Request, spaced};
 
 /// Accepted relative difference from the number asked for.
 const TOLERANCE: f64 = 0.05;

@@ -5,7 +5,8 @@
 use septet_geometry::point::{Point, dist2};
 
 use super::draw::{Draw, Purpose};
-use super::{Kind, Request};
+use super::kind::Kind;
+use super::request::Request;
 
 /// The points of a kind that is not f-spaced; the request is checked.
 pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {

@@ -34,7 +34,7 @@ use septet_meshing::points::conflicts::Site;
 use septet_meshing::points::independent::Independent;
 use tracing::subscriber::{NoSubscriber, with_default};
 
-use super::GenerateError;
+use super::request::GenerateError;
 use super::sizing::Sizing;
 use super::unit::Unit;
 use crate::config::{Config, Transport, Workers};

@@ -4,6 +4,7 @@ use septet_geometry::incremental::{Incremental, facet_without};
 use septet_geometry::measure::{circumcentre, shortest_edge2};
 use septet_geometry::point::{Point, Simplex, dist2};
 
+use super::sizing::Sizing;
 use super::*;
 
 /// What the theorems speak about, measured.

@@ -15,6 +15,7 @@ use septet_geometry::range::{Digits, RangeError, all_finite, scale};
 
 use crate::error::Error;
 use crate::input::coincide::coincidences;
+use crate::result::run::Accounting;
 
 /// Points that one core looks at in turn.
 const BLOCK: usize = 1 << 14;
@@ -52,6 +53,16 @@ impl<P: Point> Prepared<'_, P> {
             dimension: P::DIM as isize,
             frame: Vec::new(),
             radii2,
+        }
+    }
+
+    /// What became of `input` points that were prepared so.
+    pub fn accounting(&self, input: usize) -> Accounting {
+        Accounting {
+            input: input as u64,
+            used: self.positions.len() as u64,
+            duplicates: self.duplicates.clone(),
+            refused: self.refused.clone(),
         }
     }
 

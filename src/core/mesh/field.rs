@@ -3,7 +3,7 @@
 use septet_geometry::point::Point;
 use septet_meshing::size::cones::Cone;
 
-use super::MeshError;
+use super::request::MeshError;
 
 /// Sizes at points of the plane or of space.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,4 +2,6 @@
 
 pub mod canonical;
 pub mod pieces;
+pub mod refutation;
+pub mod run;
 pub mod view;

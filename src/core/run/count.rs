@@ -14,7 +14,11 @@ use septet_workers::config::WorkerConfig;
 use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
-use crate::run::{Beginning, Run, Settled, Started, settled, simulate, started, started_on};
+use crate::result::run::{Run, Settled};
+use crate::run::finish::settled;
+use crate::run::start::{Beginning, Started, started_on};
+use crate::run::transport::started;
+use crate::run::triangulation::simulate;
 
 /// The counts of a run, whole or stopped after [`Config::until`].
 #[derive(Clone, Debug)]

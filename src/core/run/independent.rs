@@ -18,53 +18,18 @@ use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_protocol::transport::TransportError;
 use septet_workers::config::{Correction, Stop, Task, Wanted, WorkerConfig};
-use thiserror::Error;
 
 use crate::config::{Config, ConfigError, SeparatorSets, Workers};
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::Error as RunError;
+pub use crate::error::SiteError;
 use crate::input::coincide::coincidences;
 use crate::input::prepare::{Prepared, without_negative_zero};
+use crate::result::run::{Settled, Traffic};
+use crate::run::finish::settled;
 use crate::run::memory::forecast_sites;
 use crate::run::sizing::{check_machine, plan_leaves};
-use crate::run::{Settled, Traffic, settled, started};
-
-/// Sites that have no conflict graph.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum SiteError {
-    /// Not one size a site.
-    #[error("{places} places and {sizes} sizes: every site needs one of each")]
-    Lengths {
-        /// Places given.
-        places: usize,
-        /// Sizes given.
-        sizes: usize,
-    },
-    /// More sites fixed than there are.
-    #[error("{fixed} sites are fixed, but there are only {sites}")]
-    Fixed {
-        /// Asked for.
-        fixed: usize,
-        /// Sites given.
-        sites: usize,
-    },
-    /// A size that is no length.
-    #[error("site {index}: the size {size} is not a positive number")]
-    Size {
-        /// Position of the site.
-        index: usize,
-        /// As given.
-        size: f64,
-    },
-    /// Two sites at one place.
-    #[error("sites {first} and {second} have the same coordinates: leave one of them out")]
-    Coincident {
-        /// Position of the first.
-        first: usize,
-        /// Position of the other.
-        second: usize,
-    },
-}
+use crate::run::transport::started;
 
 /// A maximal independent set, and what it took.
 #[derive(Clone, Debug)]

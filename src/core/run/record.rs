@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::coordinator::{Collected, Coordinator, Plan};
 use crate::error::Error;
 use crate::input::prepare::Prepared;
-use crate::run::Start;
+use crate::run::transport::Start;
 
 /// Sets a recording run's name apart from that of the run it is made for.
 const RECORDING: u64 = 1 << 62;

@@ -15,7 +15,8 @@ use crate::config::{
 use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
 use crate::input::prepare::Prepared;
-use crate::run::{Start, Traffic};
+use crate::result::run::Traffic;
+use crate::run::transport::Start;
 
 /// Points that one worker can triangulate at once, with room for uneven pieces.
 const MOST_IN_A_PIECE: u64 = 1 << 25;
