@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::*;
-use septet_geometry::point::Simplex;
+use septet_geometry::point::{Point, Simplex};
 
 use super::{Shuffled, add_box, cube, facet, fans, is_sound, torus, turned};
 use crate::domain::Domain;
@@ -28,6 +28,9 @@ struct Posed<P: Space> {
     triangles: Triangles,
     delaunay: Triangulation<P::Cell>,
 }
+
+/// Faces with their facets and the cells beside them.
+type Faces<P> = Vec<(u32, <P as Point>::Facet, [u32; 2])>;
 
 fn no_size<P>(_: P) -> f64 {
     1.0
@@ -53,7 +56,7 @@ fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) 
 }
 
 /// The labels, and the faces with their facets, vertices ascending.
-fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Vec<(u32, P::Facet, [u32; 2])>) {
+fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<P>) {
     let rules = Rules { size: &no_size, lipschitz: 0.5, seed: 1, most: 1 << 24 };
     let mut machine = Alone { seed: 1 };
     let mut work = Work::new(domain, rules, &mut machine);
@@ -63,7 +66,9 @@ fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Vec<(u
     let barrier = work.barrier(own, &posed.delaunay);
     let labels = work.labels(&posed.delaunay, &barrier);
     let mut faces = work.faces(&posed.delaunay, &labels, &barrier, &planes);
-    faces.iter_mut().for_each(|(_, face, _)| face.as_mut().sort_unstable());
+    for (_, face, _) in &mut faces {
+        face.as_mut().sort_unstable();
+    }
     (labels.of, faces)
 }
 
@@ -91,7 +96,9 @@ impl Orders {
 /// Lists in an order in which entry `i` has become entry `to[i]`.
 fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
     let mut from = vec![0; to.len()];
-    to.iter().enumerate().for_each(|(i, &j)| from[j as usize] = i);
+    for (i, &j) in to.iter().enumerate() {
+        from[j as usize] = i;
+    }
     from.into_iter().map(|i| list[i].clone()).collect()
 }
 
@@ -133,7 +140,7 @@ struct Case<P: Space> {
     domain: Domain<P>,
     posed: Posed<P>,
     labels: Vec<u32>,
-    faces: Vec<(u32, P::Facet, [u32; 2])>,
+    faces: Faces<P>,
 }
 
 impl<P: Triangulate> Case<P> {
@@ -161,7 +168,9 @@ impl<P: Triangulate> Case<P> {
         };
         let mut expected: Vec<_> = self.faces.iter().map(renamed).collect();
         let mut faces = faces;
-        faces.iter_mut().for_each(|(_, _, beside)| beside.sort_unstable());
+        for (_, _, beside) in &mut faces {
+            beside.sort_unstable();
+        }
         expected.sort_unstable();
         faces.sort_unstable();
         prop_assert!(faces == expected, "{}: other faces", self.name);
