@@ -133,7 +133,7 @@ pub struct Config {
     pub partition: Partition,
     /// How nearest-neighbour balls are corrected: by one descent, or by the rival ([`crate::simulate`] only).
     pub correction: Correction,
-    /// Record what leaves have to say to each other ([`septet_lab::predict`]); only where work and depth are
+    /// Record what leaves have to say to each other (`septet_lab::predict`); only where work and depth are
     /// counted. This takes a run of its own, with one worker.
     pub record_tasks: bool,
     /// A fault planted in the machine, for tests of what a machine without faults never shows.

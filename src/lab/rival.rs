@@ -11,8 +11,8 @@ use septet_core::config::Config;
 use septet_core::error::Error;
 use septet_core::input::prepare::prepare;
 use septet_core::result::canonical::{Cells, canonicalise};
-use septet_core::run::{Accounting, Run};
 use septet_core::run::memory::admit;
+use septet_core::run::{Accounting, Run};
 
 /// Name and version of the schema of [`RivalReport`].
 pub const RIVAL_SCHEMA: &str = "septet-rival/1";

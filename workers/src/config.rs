@@ -84,7 +84,7 @@ pub enum Task {
     #[default]
     Delaunay,
     /// A maximal independent set of the density graph (alpha 1) of the radii that the points bring along
-    /// ([`crate::graph::independent`]).
+    /// (`crate::graph::independent`).
     Independent {
         /// Points of smaller ids are in the set from the start.
         fixed: u64,

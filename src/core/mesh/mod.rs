@@ -1,6 +1,6 @@
 //! Meshes of domains: what is asked for, the mesh as files take it, and its report.
 //!
-//! [`generate`] makes a mesh, [`labelled::Labelled`] is what writers take of it, [`report`] what `--json` says, [`tables`] what
+//! `generate` makes a mesh, [`labelled::Labelled`] is what writers take of it, `report` what `--json` says, `tables` what
 //! `--profile` says. [`record`] is what the machine did meanwhile, [`view`] the picture in the report.
 
 pub mod field;
@@ -140,7 +140,7 @@ pub fn generate<P: Triangulate>(
     build(domain, size, request, 0).map(|made| (made.mesh, made.stages))
 }
 
-/// [`generate`] with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
+/// `generate` with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
 ///
 /// # Errors
 /// [`MeshError`].

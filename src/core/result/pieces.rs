@@ -2,7 +2,7 @@
 //! indices each, and adjacency within and across pieces.
 //!
 //! A cell is in the piece of the worker where its lexicographically smallest vertex is at home. Canonical rows
-//! of 64-bit indices are an export ([`Pieces::rows`], four times the size of a piece's own rows with all that is
+//! of 64-bit indices are an export (`Pieces::rows`, four times the size of a piece's own rows with all that is
 //! needed to sort them).
 
 use rayon::prelude::*;

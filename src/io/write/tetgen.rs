@@ -29,7 +29,7 @@ pub(super) fn siblings(path: &Path) -> impl Iterator<Item = PathBuf> {
     EXTENSIONS.iter().map(move |extension| member(path, extension))
 }
 
-/// How many records [`write`] reports; the number of edges is an estimate.
+/// How many records `write` reports; the number of edges is an estimate.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (mesh.point_count() + 5 * mesh.cell_count()) as u64
 }

@@ -43,7 +43,7 @@ pub(super) struct Array<'a> {
     record: Record<'a>,
 }
 
-/// How many records [`write`] reports, with owners or without.
+/// How many records `write` reports, with owners or without.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (2 * mesh.point_count() + 5 * mesh.cell_count()) as u64
 }

@@ -1,6 +1,6 @@
 //! Assertions on counts, for tests: of depth, levels, rounds, results merged, traffic and growth.
 //!
-//! A check is a function of what was counted (a [`Run`], [`Counts`], a [`Line`] of a sweep, or several of them) and
+//! A check is a function of what was counted (a `Run`, `Counts`, a `Line` of a sweep, or several of them) and
 //! of a bound that the test states. It returns [`Broken`] where the counts go beyond it: with a table of all runs,
 //! the fit of the count where there are sizes enough, and the first round that went too far. [`assert_counts!`](crate::assert_counts)
 //! panics with that text at the line of the test.
@@ -45,7 +45,7 @@
 //! ```
 //!
 //! For checks of growth, lines need their sizes and seeds: make them with [`crate::experiment::Runner`], read them
-//! with [`crate::experiment::read_lines`], or set [`Line::seed`] yourself.
+//! with [`crate::experiment::read_lines`], or set `Line::seed` yourself.
 
 mod broken;
 mod counted;

@@ -3,7 +3,7 @@
 //!
 //! **What a claim is.** A sentence of the paper with its place, an experiment, and figures with their bounds. A
 //! figure comes from runs: from their ledger, or measured on their points, cells and separators by code that shares
-//! nothing with the algorithm ([`measure`]: all pairs, Cramer's rule, plain distances). A bound has a reason: a proof,
+//! nothing with the algorithm (`measure`: all pairs, Cramer's rule, plain distances). A bound has a reason: a proof,
 //! or a measurement at other sizes with the slack that is named.
 //!
 //! **Readings.** Where a sentence does not hold as it is printed, the claim says so, reports the figure of the printed

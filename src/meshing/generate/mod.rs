@@ -53,13 +53,13 @@
 //! **Source.** Section 5 of the paper; Ruppert (1995), Shewchuk (1998), Spielman, Teng and Ungor (2007).
 //!
 //! **Departures.** Features come in the order of their dimension, each completed before the next begins, so a
-//! centre that lies in a ball of what is complete does not divide that: it is lifted out of the ball ([`lift`]), or given up if
+//! centre that lies in a ball of what is complete does not divide that: it is lifted out of the ball (`lift`), or given up if
 //! there is no room or features meet at less than 90 degrees, which is where g comes from. To divide the piece below a triangle that is
 //! larger than f, and so to have k = 1, would place points closer than f: its halves are as long as s, which
 //! can be `r / sqrt(2)`. Where four points of a facet inside of the domain are on a circle as nearly as can be rounded, the circle's centre may be
-//! added ([`lacking`]), which is as far from them as the circle's radius, not as f. Where
+//! added (`lacking`), which is as far from them as the circle's radius, not as f. Where
 //! features meet at less than 90 degrees, pieces whose balls hold a point, and triangles without a ball of little more than
-//! their radius that holds none, are divided although that spaces points more closely than f ([`force`]). The balls that are
+//! their radius that holds none, are divided although that spaces points more closely than f (`force`). The balls that are
 //! found so are closed to the points of the volume too, so 1 holds with them in the place of the smallest ones.
 //!
 //! **Rounds and work.** Of every stage: one independent set, then one a round of completion; each triangulation and

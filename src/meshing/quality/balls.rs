@@ -4,7 +4,7 @@
 //! domain is *near* if it lies in the ball of an edge, or above a face with `r <= f(m)`; *above* if it lies only above faces
 //! with `r > f(m)`; and *free* if it lies in no ball. Of the faces of one facet whose balls hold it, it is above the one
 //! that its power is least to: the faces are Delaunay, so that one holds its foot. What lies on a ball but for rounding
-//! ([`ROUNDING`]) counts as inside. Where features meet at less than 90 degrees the generator keeps the volume's points out of larger
+//! (`ROUNDING`) counts as inside. Where features meet at less than 90 degrees the generator keeps the volume's points out of larger
 //! balls, which a mesh does not tell: there what lies within `f / (1 - L)` of a feature is near it, too.
 //!
 //! **Work and depth.** Two queries of a tree a cell, and what [`super::zones`] takes.

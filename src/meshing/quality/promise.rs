@@ -11,10 +11,10 @@
 //!
 //! The proof is in the header of [`crate::generate`]. Nothing is promised where `g L >= 1`.
 //!
-//! *The maximum over d is bounded from above*: its numerator falls and its denominator falls, so on each of [`STEPS`] parts the numerator
+//! *The maximum over d is bounded from above*: its numerator falls and its denominator falls, so on each of `STEPS` parts the numerator
 //! at the lower end over the denominator at the upper end is no less.
 //!
-//! **Work and depth.** [`STEPS`].
+//! **Work and depth.** `STEPS`.
 
 /// Parts of the range of d.
 const STEPS: u32 = 1 << 14;

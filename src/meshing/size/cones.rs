@@ -7,7 +7,7 @@
 //! multiplying and adding positive numbers are all monotone as rounded. So the computed bound of a node is at most
 //! the computed value of each of its cones, and the answer is the least computed value of all cones.
 //!
-//! **Source.** Smoothing and filtering after Miller and Talmor (the paper's [14]). **Work and depth.** `O(m log m)` to build; a query costs the nodes it visits.
+//! **Source.** Smoothing and filtering after Miller and Talmor (the paper's \[14\]). **Work and depth.** `O(m log m)` to build; a query costs the nodes it visits.
 
 use std::cmp::Ordering;
 

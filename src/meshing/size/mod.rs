@@ -28,7 +28,7 @@
 //! Where features meet at an angle, lfs does not fall to zero along them, but points on the two come closer and
 //! closer: [`SizeFunction::collisions`] finds these places before any point is placed.
 //!
-//! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (its [14]).
+//! **Source.** Section 5 of the paper; Mitchell and Vavasis (2000), Ruppert (1995), Miller and Talmor (its \[14\]).
 //! **Departures.** A cell looks at its parent, not at its neighbours: what it is handed suffices for the exact lfs
 //! at its centre. Smoothing is the minimum of cones, which is Lipschitz to the last bit of L, filtering takes away
 //! the cones that lie above others.

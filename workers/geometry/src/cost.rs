@@ -466,7 +466,7 @@ impl Sweep {
         points.each_within(range, centre, limit2, near);
     }
 
-    /// Finds the points within the limit of a centre ([`Blocks::find_within`]). The machine looks at all, in one step, and
+    /// Finds the points within the limit of a centre (`Blocks::find_within`). The machine looks at all, in one step, and
     /// that is what is charged; a processor looks at those whose blocks are within it.
     #[inline]
     pub fn each_in_blocks<P: Point>(

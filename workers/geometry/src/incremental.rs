@@ -2,9 +2,9 @@
 //!
 //! **Statement.** Bowyer (1981) and Watson (1981): the cells whose circumsphere contains a new point
 //! form a ball around it; replacing them by the cone from the point over the ball's boundary gives the
-//! Delaunay triangulation of the larger set. One of them is found by a walk ([`search`]), the others
-//! by going from neighbour to neighbour ([`cavity`]); nearly all questions are answered by rounded
-//! spheres ([`sphere`]), the others by [`crate::predicates`].
+//! Delaunay triangulation of the larger set. One of them is found by a walk (`search`), the others
+//! by going from neighbour to neighbour (`cavity`); nearly all questions are answered by rounded
+//! spheres (`sphere`), the others by [`crate::predicates`].
 //!
 //! **Work.** In the order of [`insertion_order`] (biased random rounds along a curve: Amenta, Choi and
 //! Rote 2003) O(n log n) expected for points whose samples have linear triangulations; in the plane

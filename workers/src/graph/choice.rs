@@ -9,7 +9,7 @@
 //! The phase comes before the nearest-neighbour balls: only graphs that are made of them need those of all points.
 //!
 //! **Work and depth.** At a leaf the pairs of its sample and its points; the descent's
-//! ([`crate::neighbours::descent`]). The stars of the sample are not charged.
+//! (`crate::neighbours::descent`). The stars of the sample are not charged.
 //!
 //! **Rounds.** The descent's, one up and one down.
 //!

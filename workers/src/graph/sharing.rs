@@ -1,6 +1,6 @@
 //! How the set of a node is shared by its children, and who decides it.
 //!
-//! **Statement** (paper, Section 4.3). See [`crate::graph::sets`]. The leader of a shared node sums its members' counts
+//! **Statement** (paper, Section 4.3). See `crate::graph::sets`. The leader of a shared node sums its members' counts
 //! and tells them which crossing points go to both children, or that the set is not divided.
 
 use std::collections::BTreeMap;

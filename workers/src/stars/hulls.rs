@@ -11,7 +11,7 @@
 //! **Rounds.** One, without messages. **Work and depth.** One vector step over the stars of each leaf.
 //!
 //! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::piece`]) and gets
-//! what it needs from others ([`crate::direct::halo`], [`crate::direct::seam`]).
+//! what it needs from others ([`crate::direct::halo`], `crate::direct::interface`).
 
 use std::collections::BTreeMap;
 

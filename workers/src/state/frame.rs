@@ -1,5 +1,5 @@
 //! Points that span the space, and where they are at home. Rank 0 knows the points from the start; the ranks tell it which
-//! of them they own, and it tells all. This runs beside the messages of another phase: [`crate::direct::halo`] or
+//! of them they own, and it tells all. This runs beside the messages of another phase: `crate::direct::halo` or
 //! [`crate::graph::summaries`].
 
 use septet_geometry::point::Point;

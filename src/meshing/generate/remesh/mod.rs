@@ -9,13 +9,13 @@
 //! 1. every surface ball has a radius of at most f(s), its face's corners lie on the surface, and the face's centre is
 //!    no farther from s than the distance asked for;
 //! 2. every edge of the boundary has two faces, every vertex on the surface one fan of them: a 2-manifold (with the surface's Euler
-//!    characteristic, or else balls were divided as far as [`thin`] says);
+//!    characteristic, or else balls were divided as far as `thin` says);
 //! 3. every chord of a ridge is an edge of the boundary, its middle no farther from the ridge's than that distance;
 //! 4. every cell inside has a circumradius of at most f at its centre.
 //!
 //! What violates one of these names a point to be inserted: s, the middle of a chord, or the cell's centre; for a
 //! centre in a surface ball its s, for either in the smallest ball of a chord the chord's middle (Shewchuk's
-//! order). What a chord that is no edge of the boundary calls for is in [`beside`]. The candidates of a round are one independent set.
+//! order). What a chord that is no edge of the boundary calls for is in `beside`. The candidates of a round are one independent set.
 //!
 //! **Source.** Boissonnat and Oudot (2005), Oudot, Rineau and Yvinec (2005), as in CGAL's `Mesh_3`; ridges as in
 //! Shewchuk (1998).

@@ -16,7 +16,7 @@
 //! **Departures.** (1) Candidates come in order of distance, so that most conflict with nothing, and the
 //! sweeps end where no facet reaches: a facet conflicts with no candidate farther than its sphere's
 //! diameter. (2) The tests are done in
-//! rounded arithmetic on inverse images ([`planes`]), with one error bound per facet; what the bound does not
+//! rounded arithmetic on inverse images (`planes`), with one error bound per facet; what the bound does not
 //! decide goes to the exact predicates. (3) Of those undecided, few need be asked: see below.
 //!
 //! **One exact test a candidate.** Over the cone that the link spans, the lifted facets are the graph of a

@@ -226,7 +226,7 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
 }
 
 /// [`draw`] where only halves are asked for: from more great circles, each also moved to the middle of the samples that it is
-/// drawn from, those of [`Sampler::of`], and the best one to that of all samples: whatever scores less ([`super::halve`]).
+/// drawn from, those of [`Sampler::of`], and the best one to that of all samples: whatever scores less (`super::halve`).
 ///
 /// Work O(samples), in any order; it is not charged step by step, for it claims no depth.
 pub fn draw_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
