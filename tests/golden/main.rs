@@ -54,7 +54,9 @@ fn main() -> ExitCode {
     let cases = cases::all();
     let selected: Vec<&Case> = cases.iter().filter(|case| options.selects(case)).collect();
     if options.list {
-        selected.iter().for_each(|case| println!("{}: test", case.name));
+        for case in &selected {
+            println!("{}: test", case.name);
+        }
         return ExitCode::SUCCESS;
     }
     match Store::open(options.write) {
@@ -82,7 +84,9 @@ fn run(selected: &[&Case], mut store: Store, options: &Options, of: usize) -> Ex
         };
         let verdict = if differences.is_empty() { "ok" } else { "FAILED" };
         println!("test {} ... {verdict} ({:.1} s)", case.name, begun.elapsed().as_secs_f64());
-        differences.iter().for_each(|difference| println!("    {difference}"));
+        for difference in &differences {
+            println!("    {difference}");
+        }
         failed += usize::from(!differences.is_empty());
     }
     let passed = selected.len() - failed;

@@ -22,7 +22,9 @@ pub fn cases() -> Vec<Case> {
     });
     let improved = Case::new("mesh-improved", |record| {
         let problems = [complexes_named("l-shape"), complexes_named("map")];
-        problems.iter().for_each(|problem| made(record, problem, false, true));
+        for problem in &problems {
+            made(record, problem, false, true);
+        }
     });
     complexes.chain([improved]).chain(surfaces).collect()
 }
