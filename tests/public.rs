@@ -28,7 +28,7 @@ fn items(html: &str) -> BTreeSet<String> {
         let (link, rest) = rest.split_once("\">")?;
         let (path, _) = rest.split_once("</a>")?;
         let (kind, _) = link.rsplit('/').next()?.split_once('.')?;
-        link.ends_with(".html").then(|| format!("{kind} {path}"))
+        Some(format!("{kind} {path}"))
     });
     entries.collect()
 }

@@ -104,7 +104,7 @@ fn report<P: Point>(points: &[P], config: &Config, setting: &Setting) -> Result<
         let options = VerifyOptions { perturbed: true, ..VerifyOptions::default() };
         let start = Instant::now();
         let verdict = verify(
-            &Triangulation { dimension: run.space, coordinates: coordinates, cells: run.cells() },
+            &Triangulation { dimension: run.space, coordinates, cells: run.cells() },
             &options,
             &mut |_, _, _| {},
         );

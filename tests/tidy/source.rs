@@ -56,7 +56,7 @@ pub fn code(text: &str) -> String {
 
 /// A line up to its comment; a slash pair within a string begins none.
 fn without_comment(line: &str) -> &str {
-    let comment = line.match_indices("//").find(|(at, _)| line[..*at].matches('"').count() % 2 == 0);
+    let comment = line.match_indices("//").find(|(at, _)| line[..*at].matches('"').count().is_multiple_of(2));
     comment.map_or(line, |(at, _)| line[..at].trim_end())
 }
 
@@ -118,9 +118,8 @@ impl Crate {
         let mut found = Vec::new();
         for (start, word) in heads(text) {
             let tails = tree(&text[start + word.len() + 2..]);
-            match self.base(module, word).or_else(|| names.get(word).cloned()) {
-                Some(base) => found.extend(tails.into_iter().map(|tail| extend(&base, &tail.path))),
-                None => continue,
+            if let Some(base) = self.base(module, word).or_else(|| names.get(word).cloned()) {
+                found.extend(tails.into_iter().map(|tail| extend(&base, &tail.path)));
             }
         }
         found

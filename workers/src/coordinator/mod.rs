@@ -11,7 +11,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Phase;
-use septet_protocol::message::Body;
+use septet_protocol::message::{Body, PointBatch};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
@@ -94,7 +94,7 @@ async fn triangulate<P: Point>(
         share.choice.supergraph = Some(rule);
     }
     cx.enter(Phase::Halo)?;
-    let mut known = Default::default();
+    let mut known = PointBatch::default();
     while cx.exchange().await? {
         frame::collect(cx, &mut known);
     }

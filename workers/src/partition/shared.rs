@@ -91,7 +91,7 @@ pub(crate) async fn partition<P: Point>(
         if !moves.is_empty() {
             let points = united(PointBatch::default(), moves);
             home = Some(if cx.config.counted {
-                grow(cx, group.node, relay.is_some(), points)
+                grow(cx, group.node, relay.is_some(), &points)
             } else {
                 keep_whole(cx, group.node, points)
             });
@@ -161,7 +161,10 @@ async fn agree<P: Point>(
         // To the members: what becomes of it.
         cx.next_round().await?;
         let (Some(points), Some(counted)) = (&share, counted) else {
-            if verdict == Some(Verdict::Retry) { continue } else { return Ok(None) }
+            if verdict == Some(Verdict::Retry) {
+                continue;
+            }
+            return Ok(None);
         };
         plan.extend(take_plan(cx));
         let (verdict, boxes) = cx.take_one(|m| match &mut m.body {
@@ -299,7 +302,7 @@ impl<P> Default for Home<P> {
 }
 
 /// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
-fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: PointBatch<P>) -> Home<P> {
+fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Home<P> {
     let builder = Builder { config: &cx.config, site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
@@ -326,7 +329,7 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: Poin
     if let Some(recorder) = &mut cx.recorder {
         recorder.grown(&mut grown.samples, &grown.leaves, points.len() as u64);
     }
-    settle(cx, node, &points, &grown.leaves, grown.tree)
+    settle(cx, node, points, &grown.leaves, grown.tree)
 }
 
 /// Numbers the home points of a rank that triangulates them at once, in the order of insertion: neighbours lie

@@ -65,7 +65,9 @@ fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message
     let (mut journal, mut sent) = (Journal::new(), Vec::new());
     for round in 1.. {
         let mut wire = root.step().unwrap();
-        ranks.iter_mut().for_each(|rank| wire.extend(rank.step().unwrap()));
+        for rank in &mut ranks {
+            wire.extend(rank.step().unwrap());
+        }
         if root.is_done() {
             let certified = root.into_result().unwrap().certified.merged;
             assert_eq!((certified.stars, certified.disagreements), (points.0.len() as u64, 0));
@@ -79,7 +81,9 @@ fn run(config: &Arc<WorkerConfig>, points: &Points) -> (Journal, Vec<Vec<Message
             inbox
         };
         root.deliver(round, inbox_of(0));
-        ranks.iter_mut().for_each(|rank| rank.deliver(round, inbox_of(rank.rank())));
+        for rank in &mut ranks {
+            rank.deliver(round, inbox_of(rank.rank()));
+        }
         sent.push(wire);
     }
     (journal, sent)
