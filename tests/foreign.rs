@@ -2,8 +2,8 @@
 //!
 //! `SEPTET_PYTHON` names a Python interpreter with the packages that
 //! `tests/foreign/read_with_others.py` lists; meshes of domains are judged by `tests/foreign/judge_mesh.py`, those whose
-//! boundary was made anew by `tests/foreign/judge_remesh.py`. Without it only the writers run, unless
-//! `SEPTET_REQUIRE_FOREIGN=1` asks for the comparison.
+//! boundary was made anew by `tests/foreign/judge_remesh.py`. `tests/run` makes
+//! the interpreter and runs these tests, which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
 use std::fs;
@@ -128,21 +128,15 @@ fn write_all(directory: &Path, mesh: &Mesh) {
     fs::write(directory.join("cells.i64"), cells).unwrap();
 }
 
-/// The interpreter, if there is one.
-fn python() -> Option<OsString> {
-    let found = std::env::var_os("SEPTET_PYTHON");
-    if found.is_none() {
-        let required = std::env::var_os("SEPTET_REQUIRE_FOREIGN").is_some_and(|v| v == "1");
-        assert!(
-            !required,
-            "SEPTET_REQUIRE_FOREIGN=1, but SEPTET_PYTHON names no Python interpreter; make one \
-             with the packages vtk, meshio, gmsh and numpy"
-        );
-    }
-    found
+/// The interpreter.
+fn python() -> OsString {
+    std::env::var_os("SEPTET_PYTHON").expect(
+        "SEPTET_PYTHON must name a Python interpreter with vtk, meshio, gmsh and numpy: tests/run makes one",
+    )
 }
 
 #[test]
+#[ignore = "needs Python with vtk, meshio, gmsh and numpy"]
 fn other_programs_read_what_we_write() {
     let directory = tempfile::tempdir().unwrap();
     let at = |name: &str| directory.path().join(name);
@@ -150,7 +144,7 @@ fn other_programs_read_what_we_write() {
     write_all(&at("squares"), &squares());
     write_all(&at("empty-space"), &no_cells(3));
     write_all(&at("empty-plane"), &no_cells(2));
-    let Some(python) = python() else { return };
+    let python = python();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/read_with_others.py");
     let output = Command::new(&python).arg(script).arg(directory.path()).output();
     let output = output.unwrap_or_else(|e| panic!("cannot run {}: {e}", python.display()));
@@ -168,8 +162,9 @@ const WHOLE: [[f64; 3]; 4] = [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 100.0
 
 /// Arrays go to numpy and come back from it, in each version of the format, type and order that is read.
 #[test]
+#[ignore = "needs Python with vtk, meshio, gmsh and numpy"]
 fn numpy_reads_and_writes_the_same_arrays() {
-    let Some(python) = python() else { return };
+    let python = python();
     let directory = tempfile::tempdir().unwrap();
     let points = Points::Space(AWKWARD.map(DVec3::from).to_vec());
     let ours = directory.path().join("ours.npy");
@@ -229,17 +224,12 @@ fn judged_by(script: &str, python: &OsString, domain: &Path, mesh: &Path, measur
     (output.status.success() && said.starts_with("ok "), said)
 }
 
-/// Makes a mesh; nothing if the domain's file has to be fetched first.
-fn mesh(directory: &Path, name: &str, options: &str) -> Option<(PathBuf, PathBuf)> {
+/// Makes a mesh. Returns the domain's file and the stem of the mesh's files.
+fn mesh(directory: &Path, name: &str, options: &str) -> (PathBuf, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good");
     let named = root.join(name);
     let domain = if named.extension().is_some() { named } else { named.with_extension("poly") };
-    if !domain.is_file() {
-        let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
-        assert!(!required, "{} is missing: run tests/run --setup", domain.display());
-        eprintln!("not run: {} is missing (tests/run --setup fetches it)", domain.display());
-        return None;
-    }
+    assert!(domain.is_file(), "{} is missing: run tests/run --setup", domain.display());
     let stem = directory.join(Path::new(name).file_stem().unwrap());
     let made = Command::new(env!("CARGO_BIN_EXE_septet"))
         .arg("mesh")
@@ -250,46 +240,43 @@ fn mesh(directory: &Path, name: &str, options: &str) -> Option<(PathBuf, PathBuf
         .output()
         .unwrap();
     assert!(made.status.success(), "{name}: {}", String::from_utf8_lossy(&made.stderr));
-    Some((domain, stem))
+    (domain, stem)
 }
 
 #[test]
+#[ignore = "needs Python and the test data"]
 fn meshes_of_domains_are_judged_by_another_program() {
     let directory = tempfile::tempdir().unwrap();
     let python = python();
     for (name, options, measure) in DOMAINS {
-        let Some((domain, stem)) = mesh(directory.path(), name, options) else { continue };
-        if let Some(python) = &python {
-            let (good, said) = judged(python, &domain, &stem, measure);
-            assert!(good, "{name}: {said}");
-            println!("{name}: {}", said.trim());
-        }
+        let (domain, stem) = mesh(directory.path(), name, options);
+        let (good, said) = judged(&python, &domain, &stem, measure);
+        assert!(good, "{name}: {said}");
+        println!("{name}: {}", said.trim());
     }
 }
 
 /// Scans with every triangle kept: the judge finds their planes and volumes himself.
 #[test]
+#[ignore = "needs Python and the test data"]
 fn meshes_of_scans_are_judged_by_another_program() {
     let directory = tempfile::tempdir().unwrap();
     let python = python();
-    for name in ["../../data/hand.off"] {
-        let Some((domain, stem)) = mesh(directory.path(), name, "--boundary exact") else { continue };
-        if let Some(python) = &python {
-            let (good, said) = judged(python, &domain, &stem, "");
-            assert!(good, "{name}: {said}");
-            println!("{name}: {}", said.trim());
-        }
-    }
+    let (domain, stem) = mesh(directory.path(), "../../data/hand.off", "--boundary exact");
+    let (good, said) = judged(&python, &domain, &stem, "");
+    assert!(good, "hand.off: {said}");
+    println!("hand.off: {}", said.trim());
 }
 
 /// A scan with a boundary made anew: as near to the scan as was asked for, with its handles. It has sheets closer than an eighth
 /// of the size, which once were joined by a handle.
 #[test]
+#[ignore = "needs Python and the test data"]
 fn remeshed_scans_are_judged_by_another_program() {
-    let Some(python) = python() else { return };
+    let python = python();
     let directory = tempfile::tempdir().unwrap();
     let options = "--boundary remesh --max-distance 0.012";
-    let Some((domain, stem)) = mesh(directory.path(), "../../data/rotor.off", options) else { return };
+    let (domain, stem) = mesh(directory.path(), "../../data/rotor.off", options);
     let judged = |distance: &str| judged_by("judge_remesh.py", &python, &domain, &stem, distance);
     let (good, said) = judged("0.012");
     assert!(good, "{said}");
@@ -307,10 +294,11 @@ type Spoiling = dyn Fn(&str) -> String;
 
 /// The judge would not let these pass.
 #[test]
+#[ignore = "needs Python with vtk, meshio, gmsh and numpy"]
 fn spoilt_meshes_are_refused_by_the_other_program() {
-    let Some(python) = python() else { return };
+    let python = python();
     let directory = tempfile::tempdir().unwrap();
-    let (domain, stem) = mesh(directory.path(), "two-regions", "--size 0.8").unwrap();
+    let (domain, stem) = mesh(directory.path(), "two-regions", "--size 0.8");
     assert!(judged(&python, &domain, &stem, "64").0);
     // A cell, a face or an edge on a segment less; another region; a point moved by a millionth; cells turned over.
     let spoilt: [(&str, &str, &Spoiling); 6] = [

@@ -1,8 +1,7 @@
 //! The page of `septet report`: what it holds, and how it behaves in a browser.
 //!
-//! `SEPTET_REQUIRE_PAGE=1` asks for the browser: Node.js, the packages of `tests/page/package-lock.json`
-//! (`npm ci` there) and Chromium (`SEPTET_CHROMIUM`, else /usr/bin/chromium). Without it the browser is used
-//! where all of that is found.
+//! Most of these need Node.js, the packages of `tests/page/package-lock.json` (`npm ci` there) and Chromium
+//! (`SEPTET_CHROMIUM`, else /usr/bin/chromium): `tests/run` installs them and runs the tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -51,6 +50,7 @@ fn meshes(directory: &Path) {
 }
 
 #[test]
+#[ignore = "needs Node.js and Chromium"]
 fn pages_of_meshes_show_what_their_reports_say() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
@@ -82,6 +82,7 @@ fn pages_of_meshes_show_what_their_reports_say() {
 }
 
 #[test]
+#[ignore = "needs Node.js and Chromium"]
 fn reports_of_meshes_without_a_picture_say_so() {
     let place = tempfile::tempdir().unwrap();
     let cube = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/good/cube.poly");
@@ -145,6 +146,7 @@ fn reports_of_meshes_are_refused_by_field() {
 }
 
 #[test]
+#[ignore = "needs Node.js and Chromium"]
 fn pages_stand_alone_and_figures_are_files() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
@@ -180,19 +182,12 @@ fn alone(name: &str, html: &str) {
     }
 }
 
-/// Every page through `tests/page/check.mjs`, with the report of the mesh it shows, if there is a browser.
+/// Every page through `tests/page/check.mjs`, with the report of the mesh it shows.
 fn browse(directory: &Path, pages: &[(&str, Option<&str>)]) {
-    let required = std::env::var_os("SEPTET_REQUIRE_PAGE").is_some_and(|v| v == "1");
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page");
     let chromium = std::env::var_os("SEPTET_CHROMIUM").unwrap_or_else(|| "/usr/bin/chromium".into());
     let ready = tests.join("node_modules/playwright-core").is_dir() && Path::new(&chromium).exists();
-    if !ready {
-        assert!(
-            !required,
-            "SEPTET_REQUIRE_PAGE=1, but there is no Chromium, or `npm ci` was not run in tests/page"
-        );
-        return;
-    }
+    assert!(ready, "there is no Chromium, or `npm ci` was not run in tests/page: tests/run does both");
     let shots = directory.join("shots");
     fs::create_dir(&shots).unwrap();
     for (page, report) in pages {
@@ -208,13 +203,9 @@ fn browse(directory: &Path, pages: &[(&str, Option<&str>)]) {
 }
 
 #[test]
+#[ignore = "needs Node.js"]
 fn scripts_are_modules_that_parse() {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cli/page/assets");
-    let required = std::env::var_os("SEPTET_REQUIRE_PAGE").is_some_and(|v| v == "1");
-    if Command::new("node").arg("--version").output().is_err() {
-        assert!(!required, "SEPTET_REQUIRE_PAGE=1, but there is no Node.js");
-        return;
-    }
     let place = tempfile::tempdir().unwrap();
     let copy = place.path().join("module.mjs");
     let mut seen = 0;

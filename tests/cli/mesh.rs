@@ -148,8 +148,8 @@ fn options_that_cannot_be_are_refused() {
 
 /// Surfaces of CGAL's demos and TetGen's example.
 #[test]
+#[ignore = "needs the test data"]
 fn real_domains() {
-    let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
     for (name, expected, words) in [
         ("example.poly", 0, "28 corners, 44 segments, 22 facets, 2 components, 2 regions, volume 17.9375"),
         ("fandisk.off", 0, "6475 points"),
@@ -159,26 +159,18 @@ fn real_domains() {
         ("camel.off", 3, "facet 2416 and facet 3411 intersect"),
     ] {
         let path = root("data").join(name);
-        if path.is_file() {
-            let (code, talk) = check(&path);
-            assert!(code == expected && talk.contains(words), "{name}: {code}: {talk}");
-        } else {
-            assert!(!required, "{} is missing: run tests/run --setup", path.display());
-            eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
-        }
+        assert!(path.is_file(), "{} is missing: run tests/run --setup", path.display());
+        let (code, talk) = check(&path);
+        assert!(code == expected && talk.contains(words), "{name}: {code}: {talk}");
     }
 }
 
 /// Facets that are coplanar but for rounding, in many planes: flat cells lie across them, on the hull and in notches.
 #[test]
+#[ignore = "needs the test data"]
 fn a_rotor_is_the_same_for_one_and_three_workers() {
     let path = root("data").join("rotor_small.off");
-    if !path.is_file() {
-        let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
-        assert!(!required, "{} is missing: run tests/run --setup", path.display());
-        eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
-        return;
-    }
+    assert!(path.is_file(), "{} is missing: run tests/run --setup", path.display());
     let place = Place::new();
     let made = [1, 3].map(|workers| {
         let name = format!("m{workers}.vtu");

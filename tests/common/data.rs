@@ -18,20 +18,16 @@ const FILES: [&str; 10] = [
     "example.node",
 ];
 
-/// The vertices of all files that are there; all have to be if `SEPTET_REQUIRE_DATA=1`.
+/// The vertices of all files.
+///
+/// # Panics
+/// If one is missing.
 pub fn all() -> Vec<(String, Points)> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data");
-    let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
-    let mut sets = Vec::new();
-    for name in FILES {
+    let vertices = |name: &str| {
         let path = directory.join(name);
-        if path.is_file() {
-            let file = read(&path, &ReadOptions::default(), &mut |_, _| {}).unwrap_or_else(|e| panic!("{e}"));
-            sets.push((name.to_string(), file.points));
-        } else {
-            assert!(!required, "{} is missing: run tests/run --setup", path.display());
-            eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
-        }
-    }
-    sets
+        assert!(path.is_file(), "{} is missing: run tests/run --setup", path.display());
+        read(&path, &ReadOptions::default(), &mut |_, _| {}).unwrap_or_else(|e| panic!("{e}")).points
+    };
+    FILES.map(|name| (name.to_string(), vertices(name))).into()
 }

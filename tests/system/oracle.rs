@@ -1,7 +1,7 @@
 //! Outside checkers that share no code with septet: Qhull (scipy), exact integers in Python, CGAL.
 //!
 //! `SEPTET_PYTHON` names an interpreter with numpy and scipy; CGAL's driver is compiled by `c++` against
-//! CGAL's headers. Without them these tests say what is missing and pass, unless `SEPTET_REQUIRE_ORACLES=1`.
+//! CGAL's headers. `tests/run` installs both, and runs these tests, which a plain `cargo test` ignores.
 
 use std::ffi::OsString;
 use std::fs;
@@ -18,29 +18,19 @@ use septet_core::model::Points;
 use septet_core::{Config, Run};
 use septet_geometry::point::Point;
 
-/// A checker is missing.
-fn missing(what: &str) {
-    let required = std::env::var_os("SEPTET_REQUIRE_ORACLES").is_some_and(|v| v == "1");
-    assert!(!required, "SEPTET_REQUIRE_ORACLES=1, but {what}");
-    eprintln!("not run: {what}");
-}
-
 /// A checker's file.
 pub fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle").join(name)
 }
 
-/// The interpreter, if there is one.
-pub fn python() -> Option<OsString> {
-    let found = std::env::var_os("SEPTET_PYTHON");
-    if found.is_none() {
-        missing("SEPTET_PYTHON names no Python interpreter with numpy and scipy");
-    }
-    found
+/// The interpreter.
+pub fn python() -> OsString {
+    std::env::var_os("SEPTET_PYTHON")
+        .expect("SEPTET_PYTHON must name a Python interpreter with numpy and scipy: tests/run makes one")
 }
 
 /// CGAL's driver, compiled once.
-fn cgal() -> Option<&'static Path> {
+fn cgal() -> &'static Path {
     static DRIVER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let driver = DRIVER.get_or_init(|| {
         let text = fs::read(source("cgal_check.cpp")).unwrap();
@@ -63,11 +53,8 @@ fn cgal() -> Option<&'static Path> {
         }
     });
     match driver {
-        Ok(program) => Some(program),
-        Err(reason) => {
-            missing(&format!("CGAL's driver does not compile (libcgal-dev): {reason}"));
-            None
-        }
+        Ok(program) => program,
+        Err(reason) => panic!("CGAL's driver does not compile (libcgal-dev): {reason}"),
     }
 }
 
@@ -95,18 +82,17 @@ fn five_workers() -> Config {
 }
 
 fn by_script<P: Point>(script: &str, points: &[P], what: &str) {
-    let Some(python) = python() else { return };
-    let mut command = Command::new(python);
+    let mut command = Command::new(python());
     command.arg(source(script));
     run_checker(command, points, &check(points, &five_workers()), false, what);
 }
 
 fn by_cgal<P: Point>(points: &[P], general: bool, what: &str) {
-    let Some(driver) = cgal() else { return };
-    run_checker(Command::new(driver), points, &check(points, &five_workers()), general, what);
+    run_checker(Command::new(cgal()), points, &check(points, &five_workers()), general, what);
 }
 
 #[test]
+#[ignore = "needs Python with numpy and scipy"]
 fn qhull_agrees() {
     // Not the clusters: Qhull's rounding is coarser than the smallest of them.
     for kind in [Kind::Uniform, Kind::Poisson, Kind::Ball, Kind::Jittered] {
@@ -116,6 +102,7 @@ fn qhull_agrees() {
 }
 
 #[test]
+#[ignore = "needs Python with numpy and scipy"]
 fn exact_integers_agree() {
     for kind in [Kind::Uniform, Kind::Grid, Kind::Fcc, Kind::Sphere, Kind::Slab, Kind::GradedPoint] {
         by_script("exact_check.py", &space(kind, 700, 22), kind.name());
@@ -129,6 +116,7 @@ fn exact_integers_agree() {
 }
 
 #[test]
+#[ignore = "needs a C++ compiler and CGAL's headers"]
 fn cgal_agrees_in_general_position() {
     use Kind::{Ball, Clusters, GradedPoint, Line, Poisson, Slab, Uniform};
     for kind in [Uniform, Poisson, Ball, Clusters, Slab, Line] {
@@ -143,6 +131,7 @@ fn cgal_agrees_in_general_position() {
 }
 
 #[test]
+#[ignore = "needs a C++ compiler and CGAL's headers"]
 fn cgal_agrees_where_points_tie() {
     by_cgal(&space(Kind::Grid, 8000, 0), false, "grid");
     by_cgal(&space(Kind::Fcc, 8000, 0), false, "fcc");
@@ -155,6 +144,7 @@ fn cgal_agrees_where_points_tie() {
 }
 
 #[test]
+#[ignore = "needs a C++ compiler, CGAL's headers and the test data"]
 fn cgal_agrees_on_real_data() {
     for (name, points) in crate::common::data::all() {
         match points {

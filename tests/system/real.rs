@@ -17,6 +17,7 @@ fn one_and_five<P: Point>(name: &str, points: &[P]) {
 }
 
 #[test]
+#[ignore = "needs the test data"]
 fn meshes_and_scans() {
     for (name, points) in data::all() {
         match points {

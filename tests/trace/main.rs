@@ -66,7 +66,7 @@ fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
     (run.unwrap(), exchanges.load(Ordering::Relaxed))
 }
 
-/// One slice between any two exchanges for each worker, one arrow for each message, by two readers.
+/// One slice between any two exchanges for each worker, one arrow for each message.
 fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     let workers = u64::from(run.settled.workers);
     let billed: u64 = run.ledger.phases.iter().map(|p| p.messages).sum();
@@ -81,7 +81,14 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     assert_eq!(seen.arrows, messages);
     assert_eq!(seen.last["bytes in flight"], 0);
     assert_eq!(seen.last["active subproblems"], 0);
-    let Some(perfetto) = perfetto::read(path) else { return };
+}
+
+/// The same by Perfetto, and its steps are those that the rules find.
+fn assert_read_by_perfetto(path: &Path, run: &Run, exchanges: u64) {
+    assert_complete(path, run, exchanges);
+    let seen = rules::read(path);
+    let (workers, messages) = (u64::from(run.settled.workers), seen.arrows);
+    let perfetto = perfetto::read(path);
     assert_eq!(perfetto.faults(), Vec::<String>::new());
     assert_eq!(perfetto.overlaps(), 0);
     assert_eq!(perfetto.processes().len() as u64, workers + 1);
@@ -99,8 +106,21 @@ fn assert_complete(path: &Path, run: &Run, exchanges: u64) {
     assert!(perfetto.shortest() >= 0);
 }
 
+/// Judges a trace of a run, which made so many exchanges.
+type Judge = fn(&Path, &Run, u64);
+
 #[test]
 fn a_trace_of_a_large_run_is_complete_and_small() {
+    large_run(assert_complete);
+}
+
+#[test]
+#[ignore = "needs Node.js and Perfetto's trace processor"]
+fn perfetto_reads_a_trace_of_a_large_run() {
+    large_run(assert_read_by_perfetto);
+}
+
+fn large_run(judge: Judge) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
@@ -112,11 +132,21 @@ fn a_trace_of_a_large_run_is_complete_and_small() {
     };
     let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
     assert!(fs::metadata(&path).unwrap().len() < 100_000_000);
-    assert_complete(&path, &run, exchanges);
+    judge(&path, &run, exchanges);
 }
 
 #[test]
 fn every_transport_and_any_threads_are_heard() {
+    several_runs(assert_complete);
+}
+
+#[test]
+#[ignore = "needs Node.js and Perfetto's trace processor"]
+fn perfetto_reads_traces_of_every_transport() {
+    several_runs(assert_read_by_perfetto);
+}
+
+fn several_runs(judge: Judge) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let points = space(Points::Clusters, 3000, 8);
@@ -132,7 +162,7 @@ fn every_transport_and_any_threads_are_heard() {
     for (i, config) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
         let (run, exchanges) = counted_run(&path, &points, config);
-        assert_complete(&path, &run, exchanges);
+        judge(&path, &run, exchanges);
     }
 }
 
@@ -238,6 +268,7 @@ fn a_trace_finished_early_is_whole() {
 
 /// The foreign reader finds what is wrong, so that its silence means something.
 #[test]
+#[ignore = "needs Node.js and Perfetto's trace processor"]
 fn perfetto_refuses_torn_traces() {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
@@ -251,8 +282,8 @@ fn perfetto_refuses_torn_traces() {
     let torn = directory.path().join("torn.json");
     fs::write(&torn, without.join("\n")).unwrap();
     assert!(std::panic::catch_unwind(|| rules::read(&torn)).is_err());
-    let Some(found) = perfetto::read(&torn) else { return };
+    let found = perfetto::read(&torn);
     assert!(!found.faults().is_empty());
     fs::write(&torn, &text[..text.len() / 2]).unwrap();
-    assert!(perfetto::try_read(&torn).unwrap().is_err());
+    assert!(perfetto::try_read(&torn).is_err());
 }

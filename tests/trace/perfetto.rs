@@ -1,7 +1,7 @@
 //! Perfetto's trace processor, run over a file by `tests/foreign/read_trace.mjs`.
 //!
-//! `SEPTET_NODE` names Node.js, `SEPTET_TRACE_PROCESSOR` the folder of the processor (see `tests/run`). Without
-//! them there is no comparison, unless `SEPTET_REQUIRE_FOREIGN=1` asks for it.
+//! `SEPTET_NODE` names Node.js, `SEPTET_TRACE_PROCESSOR` the folder of the processor (see `tests/run`). `tests/run`
+//! installs both and runs these tests, which a plain `cargo test` ignores.
 
 use std::env;
 use std::path::Path;
@@ -12,26 +12,23 @@ use serde_json::Value;
 /// What the processor found.
 pub struct Found(Value);
 
-/// What it found in a good file, or nothing if it is not there.
-pub fn read(path: &Path) -> Option<Found> {
-    try_read(path).map(|found| found.unwrap_or_else(|said| panic!("{}: {said}", path.display())))
+/// What it found in a good file.
+pub fn read(path: &Path) -> Found {
+    try_read(path).unwrap_or_else(|said| panic!("{}: {said}", path.display()))
 }
 
 /// The same for a file that it may refuse.
-pub fn try_read(path: &Path) -> Option<Result<Found, String>> {
-    let (node, processor) = (env::var_os("SEPTET_NODE"), env::var_os("SEPTET_TRACE_PROCESSOR"));
-    let (Some(node), Some(processor)) = (node, processor) else {
-        let required = env::var_os("SEPTET_REQUIRE_FOREIGN").is_some_and(|v| v == "1");
-        assert!(!required, "SEPTET_REQUIRE_FOREIGN=1, but no SEPTET_NODE and SEPTET_TRACE_PROCESSOR");
-        return None;
-    };
+pub fn try_read(path: &Path) -> Result<Found, String> {
+    let named =
+        |name: &str| env::var_os(name).unwrap_or_else(|| panic!("{name} is not set: tests/run sets it"));
+    let (node, processor) = (named("SEPTET_NODE"), named("SEPTET_TRACE_PROCESSOR"));
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/foreign/read_trace.mjs");
     let output = Command::new(node).arg(script).arg(processor).arg(path).output().unwrap();
-    Some(if output.status.success() {
+    if output.status.success() {
         Ok(Found(serde_json::from_slice(&output.stdout).unwrap()))
     } else {
         Err(String::from_utf8_lossy(&output.stderr).into_owned())
-    })
+    }
 }
 
 impl Found {

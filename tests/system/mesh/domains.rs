@@ -132,17 +132,12 @@ pub fn map() -> Problem {
     good("map", Known { regions: 4, right_angles: false, ..known(80.0, 36.0) }, 0.4)
 }
 
-/// `TetGen`'s example, if its file is there.
-pub fn example() -> Option<Problem> {
+/// `TetGen`'s example.
+pub fn example() -> Problem {
     let path = tests().join("data/example.poly");
-    if !path.is_file() {
-        let required = std::env::var_os("SEPTET_REQUIRE_DATA").is_some_and(|v| v == "1");
-        assert!(!required, "{} is missing: run tests/run --setup", path.display());
-        eprintln!("not run: {} is missing (tests/run --setup fetches it)", path.display());
-        return None;
-    }
+    assert!(path.is_file(), "{} is missing: run tests/run --setup", path.display());
     let known = Known { measure: 17.9375, boundary: None, regions: 2, right_angles: false };
-    Some(Problem { name: "example", domain: read(&path), known, size: 0.5 })
+    Problem { name: "example", domain: read(&path), known, size: 0.5 }
 }
 
 /// A rectangle of the plane with two square holes and a dangling segment.
