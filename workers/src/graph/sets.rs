@@ -40,7 +40,7 @@ pub(crate) async fn set_recursion<P: Point>(
 ) -> Result<Lists<u32>, TransportError> {
     let mut recursion = Recursion::of_home(cx, subdomain, table, supergraph);
     while cx.exchange_if(recursion.is_pending()).await? {
-        recursion.step += 1;
+        recursion.agenda.step += 1;
         lead(cx, &subdomain.led, recursion.rule);
         recursion.take_items(cx);
         recursion.obey(cx);
@@ -89,21 +89,11 @@ struct Arrival<P> {
     slots: Vec<u32>,
 }
 
-/// The recursion as one rank takes part in it. It may lead, count, solve and answer for several nodes in a round.
-struct Recursion<'a, P> {
-    subdomain: &'a Subdomain<P>,
-    table: &'a mut Table<P>,
-    supergraph: Supergraph,
-    rule: SetRule,
+/// The nodes that a rank handles, and when.
+#[derive(Default)]
+struct Agenda {
     /// Rounds since the phase began.
     step: u32,
-    items: Vec<Item>,
-    /// A position in it is the name under which the list returns.
-    sent: Vec<Sent>,
-    /// What uniting lists costs, by the node whose children's they are.
-    unions: BTreeMap<NodeId, Cost>,
-    /// Members of each node's set on this rank.
-    members: BTreeMap<NodeId, Vec<u32>>,
     /// Nodes to count or to solve in this step.
     due: Vec<NodeId>,
     /// Nodes whose members other ranks send in this step: they are handled in the next one.
@@ -112,6 +102,22 @@ struct Recursion<'a, P> {
     delayed: BTreeMap<NodeId, u32>,
     /// Shared nodes that stopped: their set is solved whole here.
     stopped: Vec<NodeId>,
+}
+
+/// The recursion as one rank takes part in it. It may lead, count, solve and answer for several nodes in a round.
+struct Recursion<'a, P> {
+    subdomain: &'a Subdomain<P>,
+    table: &'a mut Table<P>,
+    supergraph: Supergraph,
+    rule: SetRule,
+    agenda: Agenda,
+    items: Vec<Item>,
+    /// A position in it is the name under which the list returns.
+    sent: Vec<Sent>,
+    /// What uniting lists costs, by the node whose children's they are.
+    unions: BTreeMap<NodeId, Cost>,
+    /// Members of each node's set on this rank.
+    members: BTreeMap<NodeId, Vec<u32>>,
     /// Points that went to both sides of a node.
     replicated: BTreeMap<NodeId, Sweep>,
 }
@@ -132,22 +138,18 @@ impl<'a, P: Point> Recursion<'a, P> {
             table,
             supergraph,
             rule: set_rule(cx.config.sets, supergraph),
-            step: 0,
+            agenda: Agenda { due: root.into_iter().collect(), ..Agenda::default() },
             items,
             sent: Vec::new(),
             unions: BTreeMap::new(),
             members: members.into_iter().collect(),
-            due: root.into_iter().collect(),
-            waiting: Vec::new(),
-            delayed: BTreeMap::new(),
-            stopped: Vec::new(),
             replicated: BTreeMap::new(),
         }
     }
 
     /// Whether there is a node to handle in the next step.
     fn is_pending(&self) -> bool {
-        !self.due.is_empty() || !self.waiting.is_empty()
+        !self.agenda.due.is_empty() || !self.agenda.waiting.is_empty()
     }
 
     /// Does what the leaders decided.
@@ -170,12 +172,12 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// Counts or solves the nodes whose members are here.
     fn handle_due(&mut self, cx: &mut Context<P>) {
-        let mut due = std::mem::take(&mut self.due);
+        let mut due = std::mem::take(&mut self.agenda.due);
         due.sort_unstable();
         due.dedup();
         let subdomain = self.subdomain;
         for node in due {
-            match subdomain.shared(node).filter(|_| !self.stopped.contains(&node)) {
+            match subdomain.shared(node).filter(|_| !self.agenda.stopped.contains(&node)) {
                 Some(shared) => self.count_set(cx, shared),
                 None => self.solve_set(cx, node),
             }
@@ -213,9 +215,9 @@ impl<'a, P: Point> Recursion<'a, P> {
     fn stop(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: Vec<u32>) {
         let (node, holder) = (shared.id, shared.first);
         if cx.rank == holder {
-            self.stopped.push(node);
+            self.agenda.stopped.push(node);
             self.members.insert(node, members);
-            self.waiting.push(node);
+            self.agenda.waiting.push(node);
         } else {
             self.hand_over(cx, node, holder, members);
         }
@@ -264,7 +266,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             || path.last().is_some_and(|last| last.id != node)
             || tree.as_ref().is_some_and(|(root, _)| *root == id)
         {
-            self.waiting.push(id);
+            self.agenda.waiting.push(id);
         }
         send_items(cx, leaving);
     }
@@ -290,7 +292,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         });
         let nothing =
             |node| Arrival { from: cx.rank, node, points: PointBatch::default(), slots: Vec::new() };
-        arrivals.extend(std::mem::take(&mut self.waiting).into_iter().map(nothing));
+        arrivals.extend(std::mem::take(&mut self.agenda.waiting).into_iter().map(nothing));
         arrivals.sort_by_key(|arrival| arrival.from);
         for Arrival { from, node, points, slots } in arrivals {
             let numbers = self.table.intern_all(&points);
@@ -305,12 +307,12 @@ impl<'a, P: Point> Recursion<'a, P> {
                     self.hand_over(cx, node, holder, members);
                 }
                 // The group's other ranks hand on in this step what they were sent as well: wait for it.
-                Some((at, _)) if at == node && !self.delayed.contains_key(&node) => {
-                    self.delayed.insert(node, self.step);
-                    self.waiting.push(node);
+                Some((at, _)) if at == node && !self.agenda.delayed.contains_key(&node) => {
+                    self.agenda.delayed.insert(node, self.agenda.step);
+                    self.agenda.waiting.push(node);
                 }
-                _ if self.delayed.get(&node) == Some(&self.step) => {}
-                _ => self.due.push(node),
+                _ if self.agenda.delayed.get(&node) == Some(&self.agenda.step) => {}
+                _ => self.agenda.due.push(node),
             }
         }
     }
