@@ -74,3 +74,41 @@ fn a_planted_word_is_found() {
         Some("use std::fs;")
     );
 }
+
+/// The structs of a text with more fields than `most`.
+fn large_structs(text: &str, most: usize) -> Vec<String> {
+    let mut found = Vec::new();
+    for (start, _) in text.match_indices("struct ") {
+        let rest = &text[start + "struct ".len()..];
+        let Some((head, body)) = rest.split_once('{') else { continue };
+        if head.contains([';', '(']) {
+            continue;
+        }
+        let body = body.split_once("\n}").map_or(body, |(body, _)| body);
+        let fields = body.lines().filter(|line| {
+            let line = line.strip_prefix("    ").unwrap_or("");
+            let name = line.split_once(':').map_or("", |(name, _)| name);
+            let name = name.rsplit(' ').next().unwrap_or("");
+            !line.starts_with(' ') && !name.is_empty() && !name.contains(['/', '#', ')'])
+        });
+        if fields.count() > most {
+            found.push(head.trim().to_string());
+        }
+    }
+    found
+}
+
+/// No struct of the machine has more fields than a reader keeps in mind.
+#[test]
+fn structs_of_the_machine_are_small() {
+    for (name, text) in files("workers/src").into_iter().filter(|(name, _)| !is_test(name)) {
+        let large = large_structs(&code(&text), 12);
+        assert!(large.is_empty(), "{name}: more than 12 fields in {large:?}");
+    }
+}
+
+#[test]
+fn a_planted_large_struct_is_found() {
+    let text = "struct Small {\n    a: u8,\n}\n\npub struct Large<P> {\n    pub a: P,\n    pub(crate) b: u8,\n    c: u8,\n}\n";
+    assert_eq!(large_structs(text, 2), ["Large<P>"]);
+}

@@ -91,6 +91,41 @@ pub enum Task {
     },
 }
 
+/// The rules of the partition tree.
+#[derive(Clone, Copy, Debug)]
+pub struct TreeRules {
+    /// A subproblem of at most this many points is not split.
+    pub leaf: u64,
+    /// What cuts subproblems.
+    pub partition: Partition,
+    /// Separators halve: where only the answer is wanted, and all wait for the largest piece.
+    pub halving: bool,
+}
+
+/// The rules of the supergraph and its separator sets.
+#[derive(Clone, Copy, Debug)]
+pub struct GraphRules {
+    /// The supergraph.
+    pub wanted: Wanted,
+    /// Separator sets.
+    pub sets: SetRule,
+    /// How nearest-neighbour balls are corrected.
+    pub correction: Correction,
+}
+
+/// What is collected beside the result.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shown {
+    /// Send the graph's edges to the coordinator.
+    pub collect_graph: bool,
+    /// Send the home leaf of every cell with it.
+    pub with_leaves: bool,
+    /// Sampled points that the workers show of themselves, expected over all of them; 0 for no picture.
+    pub view: u32,
+    /// Record what leaves have to say to each other. One worker only.
+    pub record_tasks: bool,
+}
+
 /// Parameters of a run that every rank shares. They hold no point.
 #[derive(Clone, Debug)]
 pub struct WorkerConfig {
@@ -102,32 +137,18 @@ pub struct WorkerConfig {
     pub task: Task,
     /// Number of workers.
     pub workers: u32,
-    /// A subproblem of at most this many points is not split.
-    pub leaf: u64,
     /// Split to the floor and count work and depth; else a worker triangulates its piece at once.
     pub counted: bool,
-    /// Separators halve: where only the answer is wanted, and all wait for the largest piece.
-    pub halving: bool,
-    /// The supergraph.
-    pub wanted: Wanted,
-    /// Separator sets.
-    pub sets: SetRule,
-    /// Send the graph's edges to the coordinator.
-    pub collect_graph: bool,
+    /// The rules of the tree.
+    pub tree: TreeRules,
+    /// The rules of the supergraph.
+    pub graph: GraphRules,
+    /// What is collected beside the result.
+    pub shown: Shown,
     /// Stop after this phase and collect the counts alone.
     pub until: Option<septet_protocol::ids::Phase>,
-    /// Send the home leaf of every cell with it.
-    pub with_leaves: bool,
-    /// Sampled points that the workers show of themselves, expected over all of them; 0 for no picture.
-    pub view: u32,
     /// Rounds of exchange before unresolved regions are gathered; `6 log2 n` if none.
     pub exchange_cap: Option<u32>,
-    /// What cuts subproblems.
-    pub partition: Partition,
-    /// How nearest-neighbour balls are corrected.
-    pub correction: Correction,
-    /// Record what leaves have to say to each other. One worker only.
-    pub record_tasks: bool,
     /// A fault planted by a test.
     pub fault: Option<Fault>,
     /// Asks workers in the caller's process to give up; those of other processes are ended with it.
@@ -137,7 +158,7 @@ pub struct WorkerConfig {
 impl WorkerConfig {
     /// Who is a sample of a subproblem's attempt.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
-        if self.halving {
+        if self.tree.halving {
             Sampler::aiming(key, population, halving_target(population))
         } else {
             Sampler::of(key, population)
@@ -154,19 +175,16 @@ impl WorkerConfig {
             seed: 5,
             task: Task::Delaunay,
             workers: 1,
-            leaf: 60,
             counted: true,
-            halving: false,
-            wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
-            sets: SetRule::Ghost,
-            collect_graph: false,
+            tree: TreeRules { leaf: 60, halving: false, partition: Partition::Sphere },
+            graph: GraphRules {
+                wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
+                sets: SetRule::Ghost,
+                correction: Correction::Descent,
+            },
+            shown: Shown::default(),
             until: None,
-            with_leaves: false,
-            view: 0,
             exchange_cap: None,
-            partition: Partition::Sphere,
-            correction: Correction::Descent,
-            record_tasks: false,
             fault: None,
             stop: Stop::default(),
         }

@@ -19,7 +19,7 @@ use crate::result::run::{Run, Settled, Store};
 
 /// The parameters of a machine, and its supergraph.
 pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
-    Settled { workers: machine.workers, leaf: machine.leaf, supergraph, why, counted: machine.counted }
+    Settled { workers: machine.workers, leaf: machine.tree.leaf, supergraph, why, counted: machine.counted }
 }
 
 /// The result for points that span less than the space: no cells, nothing run.
@@ -97,7 +97,7 @@ pub(crate) fn finish<P: Point>(
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
     let merged = collected.merged;
-    let (with_owner, exponent) = (machine.with_leaves, ready.exponent);
+    let (with_owner, exponent) = (machine.shown.with_leaves, ready.exponent);
     let (store, triangulate_seconds) = if machine.counted {
         // Cells of a counted run come as rows; what is measured ends before they do.
         let collecting: f64 = collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
@@ -125,7 +125,7 @@ pub(crate) fn finish<P: Point>(
         points: ready.accounting(input),
         store,
         canonical: OnceLock::new(),
-        graph: machine.collect_graph.then(|| sorted_edges(&collected.edges)),
+        graph: machine.shown.collect_graph.then(|| sorted_edges(&collected.edges)),
         hull_facets: merged.hull_facets,
         stars_local: merged.local,
         stars_repaired: merged.repaired,
@@ -134,7 +134,8 @@ pub(crate) fn finish<P: Point>(
         ledger: Ledger::finish(collected.ledger, population),
         plan: None,
         refutation: None,
-        picture: (machine.view > 0).then(|| collected.album.view::<P>(population, machine.view, exponent)),
+        picture: (machine.shown.view > 0)
+            .then(|| collected.album.view::<P>(population, machine.shown.view, exponent)),
         settled: settled(machine, collected.supergraph.filter(|_| machine.counted), why),
         tasks: None,
         phase_seconds: collected.seconds,

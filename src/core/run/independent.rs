@@ -17,7 +17,7 @@ use septet_geometry::range::{scale, scale_exponent};
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::ledger::Ledger;
 use septet_protocol::transport::TransportError;
-use septet_workers::config::{Correction, Stop, Task, Wanted, WorkerConfig};
+use septet_workers::config::{Correction, GraphRules, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig};
 
 use crate::config::{Config, ConfigError, SeparatorSets, Workers};
 use crate::coordinator::{Collected, Coordinator, Plan};
@@ -178,19 +178,20 @@ fn machine_of<P: Point>(fixed: u64, config: &Config) -> WorkerConfig {
         seed: config.seed,
         task: Task::Independent { fixed },
         workers: 1,
-        leaf: config.leaf.unwrap_or(if P::DIM == 3 { LEAF[1] } else { LEAF[0] }),
         counted: true,
-        halving: false,
-        wanted: Wanted::Fixed(Supergraph::Density { alpha: 1.0 }),
-        sets: SeparatorSets::Ghost,
-        collect_graph: false,
+        tree: TreeRules {
+            leaf: config.leaf.unwrap_or(if P::DIM == 3 { LEAF[1] } else { LEAF[0] }),
+            halving: false,
+            partition: config.partition,
+        },
+        graph: GraphRules {
+            wanted: Wanted::Fixed(Supergraph::Density { alpha: 1.0 }),
+            sets: SeparatorSets::Ghost,
+            correction: Correction::Descent,
+        },
+        shown: Shown::default(),
         until: None,
-        with_leaves: false,
-        view: 0,
         exchange_cap: None,
-        partition: config.partition,
-        correction: Correction::Descent,
-        record_tasks: false,
         fault: config.fault,
         stop: Stop::new(config.cancel.clone()),
     }

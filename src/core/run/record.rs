@@ -26,11 +26,11 @@ pub(crate) fn take_record<P: Point>(
     ready: &Prepared<'_, P>,
     start_machine: &mut Start<'_, P>,
 ) -> Result<Option<TaskLog>, Error> {
-    if !machine.record_tasks {
+    if !machine.shown.record_tasks {
         return Ok(None);
     }
     let recording = Arc::new(WorkerConfig { run: machine.run ^ RECORDING, workers: 1, ..machine.clone() });
-    machine.record_tasks = false;
+    machine.shown.record_tasks = false;
     let mut transport = start_machine(&recording)?;
     let collected =
         Coordinator::new(config, recording.clone()).run(transport.as_mut(), ready, &Plan::new())?;
@@ -43,9 +43,9 @@ fn tasks_of(collected: Collected, machine: &WorkerConfig, dimension: usize) -> O
         return None;
     }
     let mut log = *collected.tasks?;
-    log.leaf_size = machine.leaf;
+    log.leaf_size = machine.tree.leaf;
     log.dimension = dimension as u32;
-    log.chosen = !matches!(machine.wanted, Wanted::Fixed(_));
+    log.chosen = !matches!(machine.graph.wanted, Wanted::Fixed(_));
     let ledger = &collected.ledger;
     log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind)).collect();
     let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));

@@ -5,7 +5,7 @@ use std::time::Instant;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
-use septet_workers::config::{Correction, Stop, Task, Wanted, WorkerConfig};
+use septet_workers::config::{Correction, GraphRules, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig};
 
 use crate::config::{Config, ConfigError, Workers};
 use crate::coordinator::Plan;
@@ -59,19 +59,21 @@ pub(crate) fn started_on<'a, P: Point>(
         seed: config.seed,
         task: Task::Delaunay,
         workers: 1,
-        leaf: config.leaf_size(P::DIM, alpha),
         counted,
-        halving: !counted,
-        wanted,
-        sets: config.sets,
-        collect_graph: config.keep_graph && counted,
+        tree: TreeRules {
+            leaf: config.leaf_size(P::DIM, alpha),
+            halving: !counted,
+            partition: config.partition,
+        },
+        graph: GraphRules { wanted, sets: config.sets, correction: config.correction },
+        shown: Shown {
+            collect_graph: config.keep_graph && counted,
+            with_leaves: config.with_owner,
+            view: config.view.min(MOST_POINTS),
+            record_tasks: config.record_tasks && counted,
+        },
         until: None,
-        with_leaves: config.with_owner,
-        view: config.view.min(MOST_POINTS),
         exchange_cap: config.exchange_cap,
-        partition: config.partition,
-        correction: config.correction,
-        record_tasks: config.record_tasks && counted,
         fault: config.fault,
         stop: Stop::new(config.cancel.clone()),
     };

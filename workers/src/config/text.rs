@@ -7,7 +7,7 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
 use thiserror::Error;
 
-use super::{Correction, Partition, SetRule, Stop, Task, Wanted, WorkerConfig};
+use super::{Correction, GraphRules, Partition, SetRule, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig};
 
 /// Why a line is no configuration: the field, counted from zero.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -22,27 +22,11 @@ pub struct ConfigTextError {
 /// Fields separated by spaces, but for what is the process's own; floating-point numbers by their bits.
 impl fmt::Display for WorkerConfig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let WorkerConfig {
-            run,
-            seed,
-            task,
-            workers,
-            leaf,
-            counted,
-            halving,
-            wanted,
-            sets,
-            collect_graph,
-            until,
-            with_leaves,
-            view,
-            exchange_cap,
-            fault,
-            partition,
-            correction,
-            record_tasks,
-            stop: _,
-        } = self;
+        let WorkerConfig { run, seed, task, workers, counted, tree, graph, shown, .. } = self;
+        let WorkerConfig { until, exchange_cap, fault, .. } = self;
+        let TreeRules { leaf, halving, partition } = tree;
+        let GraphRules { wanted, sets, correction } = graph;
+        let Shown { collect_graph, with_leaves, view, record_tasks } = shown;
         write!(f, "{run} {seed} {workers} {leaf} {counted} ")?;
         match wanted {
             Wanted::Fixed(Supergraph::Density { alpha }) => write!(f, "density {}", alpha.to_bits())?,
@@ -120,33 +104,37 @@ impl FromStr for WorkerConfig {
             "-" => Task::Delaunay,
             _ => Task::Independent { fixed: parse(&fields, 17).ok_or_else(|| fail(17))? },
         };
+        let partition = match fields[14] {
+            "sphere" => Partition::Sphere,
+            "kd" => Partition::Kd,
+            _ => return Err(fail(14)),
+        };
+        let correction = match fields[15] {
+            "descent" => Correction::Descent,
+            "naive" => Correction::Naive,
+            _ => return Err(fail(15)),
+        };
         Ok(WorkerConfig {
             run: parse(&fields, 0).ok_or_else(|| fail(0))?,
             seed: parse(&fields, 1).ok_or_else(|| fail(1))?,
             task,
             workers: parse(&fields, 2).ok_or_else(|| fail(2))?,
-            leaf: parse(&fields, 3).ok_or_else(|| fail(3))?,
             counted: parse(&fields, 4).ok_or_else(|| fail(4))?,
-            halving: parse(&fields, 18).ok_or_else(|| fail(18))?,
-            wanted,
-            sets,
-            collect_graph: parse(&fields, 8).ok_or_else(|| fail(8))?,
+            tree: TreeRules {
+                leaf: parse(&fields, 3).ok_or_else(|| fail(3))?,
+                halving: parse(&fields, 18).ok_or_else(|| fail(18))?,
+                partition,
+            },
+            graph: GraphRules { wanted, sets, correction },
+            shown: Shown {
+                collect_graph: parse(&fields, 8).ok_or_else(|| fail(8))?,
+                with_leaves: parse(&fields, 10).ok_or_else(|| fail(10))?,
+                view: parse(&fields, 11).ok_or_else(|| fail(11))?,
+                record_tasks: parse(&fields, 16).ok_or_else(|| fail(16))?,
+            },
             until,
-            with_leaves: parse(&fields, 10).ok_or_else(|| fail(10))?,
-            view: parse(&fields, 11).ok_or_else(|| fail(11))?,
             exchange_cap,
             fault,
-            partition: match fields[14] {
-                "sphere" => Partition::Sphere,
-                "kd" => Partition::Kd,
-                _ => return Err(fail(14)),
-            },
-            correction: match fields[15] {
-                "descent" => Correction::Descent,
-                "naive" => Correction::Naive,
-                _ => return Err(fail(15)),
-            },
-            record_tasks: parse(&fields, 16).ok_or_else(|| fail(16))?,
             stop: Stop::default(),
         })
     }
@@ -177,21 +165,22 @@ mod tests {
                 seed: u64::MAX,
                 task: if odd { Task::Delaunay } else { Task::Independent { fixed: 7 } },
                 workers: 8,
-                leaf: 1000,
                 counted: odd,
-                halving: i % 3 == 1,
-                wanted,
-                sets: [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3],
-                collect_graph: !odd,
+                tree: TreeRules {
+                    leaf: 1000,
+                    halving: i % 3 == 1,
+                    partition: [Partition::Sphere, Partition::Kd][i % 2],
+                },
+                graph: GraphRules {
+                    wanted,
+                    sets: [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3],
+                    correction: [Correction::Naive, Correction::Descent][i % 2],
+                },
+                shown: Shown { collect_graph: !odd, with_leaves: odd, view: 20_000, record_tasks: odd },
                 until: odd.then_some(Phase::Partition),
-                with_leaves: odd,
-                view: 20_000,
                 exchange_cap: (!odd).then_some(9),
                 fault: odd.then_some(Fault::SpoilStar { rank: 2 }),
                 stop: Stop::default(),
-                partition: [Partition::Sphere, Partition::Kd][i % 2],
-                correction: [Correction::Naive, Correction::Descent][i % 2],
-                record_tasks: odd,
             };
             let line = config.to_string();
             let back: WorkerConfig = line.parse().unwrap();

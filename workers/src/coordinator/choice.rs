@@ -29,7 +29,7 @@ pub(super) async fn decide<P: Point>(
         }
         if reports == cx.config.workers {
             reports = 0;
-            let (supergraph, why) = choose(cx.config.wanted, sums[0], &sums[1..], population);
+            let (supergraph, why) = choose(cx.config.graph.wanted, sums[0], &sums[1..], population);
             let (kind, parameter) = encode_choice(supergraph);
             for rank in 1..=cx.config.workers {
                 cx.send(rank, NodeId::ROOT, 0, Body::Choice { kind, parameter });

@@ -62,13 +62,13 @@ async fn simulate<P: Point>(
     if cx.config.until == Some(Phase::Neighbours) {
         return neighbour_balls(cx).await;
     }
-    let (rule, why) = match cx.config.wanted {
+    let (rule, why) = match cx.config.graph.wanted {
         Wanted::Fixed(rule) => (rule, None),
         _ => choice::decide(cx, population).await?,
     };
     share.choice = Choice { supergraph: Some(rule), why };
     let knn = matches!(rule, Supergraph::Knn { .. });
-    if !knn || cx.config.correction == Correction::Naive {
+    if !knn || cx.config.graph.correction == Correction::Naive {
         neighbour_balls(cx).await?;
     }
     summaries::lead_root(cx, led).await?;
@@ -90,7 +90,7 @@ async fn triangulate<P: Point>(
     population: u64,
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
-    if let Wanted::Fixed(rule) = cx.config.wanted {
+    if let Wanted::Fixed(rule) = cx.config.graph.wanted {
         share.choice.supergraph = Some(rule);
     }
     cx.enter(Phase::Halo)?;
@@ -110,7 +110,7 @@ async fn independent_set<P: Point>(
     led: &[Group],
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
-    let Wanted::Fixed(rule) = cx.config.wanted else {
+    let Wanted::Fixed(rule) = cx.config.graph.wanted else {
         let reason = "a conflict graph has a fixed rule".to_string();
         return Err(TransportError::WorkerFailed { rank: cx.rank, reason });
     };
@@ -124,7 +124,7 @@ async fn independent_set<P: Point>(
 /// The balls to the nearest neighbours, by the descent or level by level.
 async fn neighbour_balls<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
     quiet(cx, Phase::Radii).await?;
-    if cx.config.correction == Correction::Naive {
+    if cx.config.graph.correction == Correction::Naive {
         for _ in 0..=first_level(&cx.config) {
             quiet(cx, Phase::Neighbours).await?;
         }

@@ -129,7 +129,7 @@ pub(super) async fn collect<P: Point>(
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Collect)?;
-    let with_leaves = cx.config.with_leaves;
+    let with_leaves = cx.config.shown.with_leaves;
     while cx.exchange().await? {
         for message in
             cx.take(|m| is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(0)))))

@@ -137,7 +137,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             subdomain,
             table,
             supergraph,
-            rule: set_rule(cx.config.sets, supergraph),
+            rule: set_rule(cx.config.graph.sets, supergraph),
             agenda: Agenda { due: root.into_iter().collect(), ..Agenda::default() },
             items,
             sent: Vec::new(),

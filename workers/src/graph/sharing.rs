@@ -133,7 +133,7 @@ pub async fn lead_root<P: Point>(
     supergraph: Supergraph,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Sets)?;
-    let rule = set_rule(cx.config.sets, supergraph);
+    let rule = set_rule(cx.config.graph.sets, supergraph);
     while cx.exchange().await? {
         lead(cx, led, rule);
     }

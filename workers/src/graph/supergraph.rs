@@ -49,7 +49,7 @@ pub(crate) async fn supergraph<P: Point>(
 ) -> Result<Graph, TransportError> {
     cx.enter(Phase::Sets)?;
     count_crossings(cx, subdomain, table, rule);
-    let (neighbours, ghosts) = match (cx.config.sets, nearest) {
+    let (neighbours, ghosts) = match (cx.config.graph.sets, nearest) {
         (SetRule::Ghost, None) => {
             let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
             cx.enter(Phase::Graph)?;
@@ -167,7 +167,7 @@ fn report_edges<P: Point>(
         for home in leaf.home() {
             let list = &neighbours[home as usize];
             edges.take(table, home, list);
-            if cx.config.collect_graph {
+            if cx.config.shown.collect_graph {
                 let counted = edges_of(table, home, list).filter(|edge| edge.1);
                 sent.extend(counted.flat_map(|edge| edge.0));
             }

@@ -191,7 +191,7 @@ impl<'a, P: Point, T> Running<'a, P, T> {
     {
         let mailbox = Mailbox { sent: Vec::new(), busy: false, phase: Phase::Load, round: None };
         let mailbox = Rc::new(RefCell::new(mailbox));
-        let recorder = (config.record_tasks && config.workers == 1 && rank == 1).then(Box::default);
+        let recorder = (config.shown.record_tasks && config.workers == 1 && rank == 1).then(Box::default);
         let context = Context {
             rank,
             out: Outbox::new(config.run, rank),

@@ -32,7 +32,7 @@ pub(crate) async fn nearest_balls<P: Point>(
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     leaf_radii(cx, subdomain, table).await?;
-    if cx.config.correction == Correction::Naive {
+    if cx.config.graph.correction == Correction::Naive {
         return correct_bottom_up(cx, subdomain, table).await;
     }
     let nearest = |phase, probe| Ask { phase, wanted: 1, probe, own_leaf: false };

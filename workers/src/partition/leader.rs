@@ -55,11 +55,11 @@ pub fn draw_from<P: Point>(
 ) -> (Option<Separator<P>>, u64) {
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
-    if !config.halving || config.fault.is_some() {
+    if !config.tree.halving || config.fault.is_some() {
         // A draw, and what is planted in its place, must not see the order of arrival; those of halves sort what they need.
         samples.sort_unstable_by(lex_cmp);
     }
-    let mut drawn = match (config.partition, config.halving) {
+    let mut drawn = match (config.tree.partition, config.tree.halving) {
         (Partition::Sphere, false) => draw_separator(key, population, samples, &mut own),
         (Partition::Sphere, true) => draw_halves(key, population, samples, &mut own),
         (Partition::Kd, false) => cut(key, samples, &mut own),
@@ -90,7 +90,7 @@ pub fn refused(config: &WorkerConfig, node: NodeId, attempt: u32) -> bool {
 
 /// Will a child of this population be split further?
 pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
-    population <= config.leaf || node.level() >= NodeId::DEEPEST
+    population <= config.tree.leaf || node.level() >= NodeId::DEEPEST
 }
 
 /// The samples of a node's attempt are here: draws a separator, and sends it to the members.

@@ -22,8 +22,11 @@ pub(super) async fn independent_set<P: Point>(
     fixed: u64,
 ) -> Result<(), TransportError> {
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;
-    let rule =
-        if let Wanted::Fixed(rule) = cx.config.wanted { rule } else { Supergraph::Density { alpha: 1.0 } };
+    let rule = if let Wanted::Fixed(rule) = cx.config.graph.wanted {
+        rule
+    } else {
+        Supergraph::Density { alpha: 1.0 }
+    };
     let graphs = conflict_graphs(cx, &subdomain, &mut table, rule).await?;
     let selection = independent(cx, &subdomain.leaves, &table, graphs, fixed).await?;
     collect_selected(cx, &table, selection, fixed).await

@@ -31,13 +31,13 @@ pub(super) async fn simulate<P: Point>(
         nearest_balls(cx, &subdomain, &mut table).await?;
         return collect_counts(cx).await;
     }
-    let rule = match cx.config.wanted {
+    let rule = match cx.config.graph.wanted {
         Wanted::Fixed(rule) => rule,
         _ => choice(cx, &subdomain, &mut table, population).await?,
     };
     // Graphs of k nearest neighbours are not made of the balls to the nearest one.
     let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
-    if k.is_none() || cx.config.correction == Correction::Naive {
+    if k.is_none() || cx.config.graph.correction == Correction::Naive {
         nearest_balls(cx, &subdomain, &mut table).await?;
     }
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;

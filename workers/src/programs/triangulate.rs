@@ -33,7 +33,7 @@ pub(super) async fn triangulate<P: Point>(
     let piece = insert(cx, &subdomain, &table, piece, &mut ghosts, arrived).await?;
     let mut stars = Stars::default();
     stars.set_piece(piece);
-    let supergraph = if let Wanted::Fixed(rule) = cx.config.wanted { rule } else { SHOWN };
+    let supergraph = if let Wanted::Fixed(rule) = cx.config.graph.wanted { rule } else { SHOWN };
     let instance = Instance { population, supergraph };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
     collect_cells(cx, &subdomain, (table, stars), &ghosts, instance, certified).await

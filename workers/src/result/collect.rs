@@ -54,7 +54,7 @@ pub(crate) async fn collect_cells<P: Point>(
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Collect)?;
     if certified.outcome == Outcome::Passed {
-        if cx.config.view > 0 {
+        if cx.config.shown.view > 0 {
             show_piece(&mut table, &mut stars);
             let chart = Chart { table: &table, stars: &stars };
             send_view(
@@ -112,7 +112,7 @@ fn send_cells<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, chart: Ch
         for home in leaf.home() {
             owned_cells(chart, owned, home, |cell| {
                 cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
-                if cx.config.with_leaves {
+                if cx.config.shown.with_leaves {
                     homes.push(leaf.id.0);
                 }
             });

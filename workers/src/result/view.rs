@@ -46,7 +46,7 @@ pub(crate) fn send_view<P: Point>(
     ghosts: &Ghosts,
     population: u64,
 ) {
-    let sample = Sample { population, wanted: cx.config.view };
+    let sample = Sample { population, wanted: cx.config.shown.view };
     let mut part = ViewPart::default();
     results.show_points(sample, &mut part);
     results.show_ghosts(ghosts, sample, &mut part);

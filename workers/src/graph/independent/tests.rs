@@ -18,7 +18,9 @@ use septet_protocol::transport::Delivery;
 fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     let task = Task::Independent { fixed };
     let wanted = Wanted::Fixed(Supergraph::Density { alpha: 1.0 });
-    Arc::new(WorkerConfig { task, workers, leaf, wanted, ..WorkerConfig::plain() })
+    let mut config = WorkerConfig { task, workers, ..WorkerConfig::plain() };
+    (config.tree.leaf, config.graph.wanted) = (leaf, wanted);
+    Arc::new(config)
 }
 
 /// What the workers send of the set, the phases they went through, and their steps in that of the set.

@@ -26,7 +26,9 @@ fn random(n: usize) -> Vec<DVec3> {
 
 fn config(workers: u32, counted: bool) -> Arc<WorkerConfig> {
     let wanted = Wanted::Fixed(Supergraph::Density { alpha: 2.5 });
-    Arc::new(WorkerConfig { workers, leaf: 12, counted, wanted, ..WorkerConfig::plain() })
+    let mut config = WorkerConfig { workers, counted, ..WorkerConfig::plain() };
+    (config.tree.leaf, config.graph.wanted) = (12, wanted);
+    Arc::new(config)
 }
 
 /// The points of a run, in blocks.
