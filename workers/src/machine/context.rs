@@ -55,6 +55,7 @@ impl<P: Point> Context<P> {
     ///
     /// # Errors
     /// By a planted fault.
+    #[inline(never)] // `bench/work-instructions` counts from entry to entry.
     pub fn enter(&mut self, phase: Phase) -> Result<(), TransportError> {
         self.phase = phase;
         self.span = None;
