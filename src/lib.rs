@@ -170,8 +170,8 @@ pub mod mesh {
     ///
     /// let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     /// let mut triangle = Input::new(Kind::Complex, corners.map(glam::DVec2::from).to_vec());
-    /// for vertices in [[0, 1], [1, 2], [2, 0]] {
-    ///     triangle.segments.push(InputSegment { vertices, marker: 0 });
+    /// for ends in [[0, 1], [1, 2], [2, 0]] {
+    ///     triangle.segments.push(InputSegment { ends, marker: 0 });
     /// }
     /// let mut options = MeshOptions::default();
     /// options.sizes.most = Some(0.25);
