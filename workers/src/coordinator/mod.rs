@@ -43,7 +43,7 @@ pub async fn coordinate<P: Point>(
         match cx.config.task {
             Task::Independent { .. } => independent_set(cx, &led, &mut share).await?,
             Task::Delaunay if cx.config.counted => simulate(cx, &led, population, &mut share).await?,
-            Task::Delaunay => triangulate(cx, &led, population, &mut share).await?,
+            Task::Delaunay => triangulate(cx, &led, &mut share).await?,
         }
     }
     share::collect(cx, &mut share).await?;
@@ -80,14 +80,13 @@ async fn simulate<P: Point>(
     sharing::lead_root(cx, led, rule).await?;
     share.edges = edges(cx).await?;
     quiet(cx, Phase::Hulls).await?;
-    certify(cx, led, population, share).await
+    certify(cx, led, share).await
 }
 
 /// The direct path.
 async fn triangulate<P: Point>(
     cx: &mut Context<P>,
     led: &[Group],
-    population: u64,
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
     if let Wanted::Fixed(rule) = cx.config.graph.wanted {
@@ -101,7 +100,7 @@ async fn triangulate<P: Point>(
     for phase in [Phase::Pieces, Phase::Seam, Phase::Hulls] {
         quiet(cx, phase).await?;
     }
-    certify(cx, led, population, share).await
+    certify(cx, led, share).await
 }
 
 /// A maximal independent set.
@@ -152,16 +151,13 @@ async fn edges<P: Point>(cx: &mut Context<P>) -> Result<Vec<u64>, TransportError
 async fn certify<P: Point>(
     cx: &mut Context<P>,
     led: &[Group],
-    population: u64,
     share: &mut Share<P>,
 ) -> Result<(), TransportError> {
     quiet(cx, Phase::Check).await?;
     for pass in 0.. {
         quiet(cx, Phase::Repair).await?;
         quiet(cx, Phase::Certificate).await?;
-        let merged = verdict::merge(cx, led, pass).await?;
-        let Some(merged) = merged else { continue };
-        let outcome = verdict::judge(merged, population, pass);
+        let (outcome, merged) = verdict::merge(cx, led, pass).await?;
         share.certified.add(merged);
         match outcome {
             Outcome::Passed | Outcome::Failed => break,
