@@ -13,10 +13,10 @@ use gungraun::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use septet_geometry::blocks::Blocks;
 use septet_geometry::cost::Cost;
 use septet_geometry::hull::StarBuilder;
 use septet_geometry::incremental::Incremental;
+use septet_geometry::kd_blocks::KdBlocks;
 use septet_geometry::neighbourhood::nearest_in_blocks;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::simd::use_baseline_registers;
@@ -106,7 +106,7 @@ fn stars((points, lists): (Vec<DVec3>, Vec<Vec<u32>>)) -> usize {
 #[library_benchmark(config = at_most(8_096_726))]
 #[bench::uniform(uniform(700))]
 fn nearest(points: Vec<DVec3>) -> usize {
-    let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 48, &mut Cost::default());
+    let nearest = nearest_in_blocks(&KdBlocks::of(&points), 0, 48, &mut Cost::default());
     let found = nearest.items();
     assert_eq!(found, 48 * points.len());
     found

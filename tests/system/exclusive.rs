@@ -17,7 +17,7 @@ use septet_core::config::{Correction, Partition, Workers};
 use septet_core::generate::Kind;
 use septet_core::run_on;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::message::{AnswerBatch, Body, ListBatch, Message, PointBatch};
+use septet_protocol::message::{Body, ListBatch, Message, PointBatch, ReplyBatch};
 use septet_protocol::transport::{Delivery, Transport, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::host::Host;
@@ -89,7 +89,7 @@ fn records(body: &Body<DVec3>) -> Vec<&PointBatch<DVec3>> {
         | Body::Propose { points, .. }
         | Body::Object { points, .. }
         | Body::Region { points, .. } => vec![points],
-        Body::Answer(answer) => vec![&answer.points],
+        Body::Reply(answer) => vec![&answer.points],
         Body::Lists(list) => vec![&list.points],
         Body::Summary(summary) => vec![&summary.smallest],
         Body::Children(both) => both.iter().map(|s| &s.smallest).collect(),
@@ -150,7 +150,7 @@ impl Memory {
             Body::Items { slots, .. } => {
                 self.awaited.extend(slots.iter().map(|&slot| (m.from, slot, m.to)));
             }
-            Body::Answer(AnswerBatch { slots, .. }) | Body::Lists(ListBatch { slots, .. }) => {
+            Body::Reply(ReplyBatch { slots, .. }) | Body::Lists(ListBatch { slots, .. }) => {
                 for &slot in slots.iter() {
                     if !self.awaited.remove(&(m.to, slot, m.from)) {
                         return Some(format!("{} answers {} of {} again, or unasked", m.from, slot, m.to));
@@ -246,7 +246,7 @@ fn the_log_finds_what_is_not_exclusive() {
     let found = [
         doubled(&|b| matches!(b, Body::Move(p) if full(p)), &elsewhere),
         doubled(&|b| matches!(b, Body::Items { points, .. } if full(points)), &elsewhere),
-        doubled(&|b| matches!(b, Body::Answer(list) if !list.slots.is_empty()), &|_| {}),
+        doubled(&|b| matches!(b, Body::Reply(list) if !list.slots.is_empty()), &|_| {}),
         doubled(&|b| matches!(b, Body::Lists(list) if full(&list.points)), &|_| {}),
     ];
     let again = "again, or unasked";

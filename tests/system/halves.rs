@@ -8,7 +8,7 @@ use septet_core::config::{Config, Partition, Workers};
 use septet_core::generate::Kind;
 use septet_core::{simulate, triangulate};
 use septet_geometry::point::Point;
-use septet_geometry::separator::halving_target;
+use septet_geometry::separator::bisection_samples;
 use septet_protocol::ids::NodeId;
 
 /// What is known of every subproblem that was split: its points, those inside, attempts, and the separator's hash.
@@ -49,7 +49,7 @@ fn the_tree_sees_neither_workers_nor_order() {
 fn sides_are_halves<P: Point>(points: &[P]) {
     let excess = |population: u64, inside: u64| {
         let larger = inside.max(population - inside) as f64 / population as f64;
-        (larger - 0.5) * 2.0 * (halving_target(population) as f64).sqrt()
+        (larger - 0.5) * 2.0 * (bisection_samples(population) as f64).sqrt()
     };
     for partition in [Partition::Sphere, Partition::Kd] {
         let config = Config { partition, ..threaded(Workers::Count(8), 2, 40) };

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 pub use fault::{Fault, FaultTextError};
 use septet_geometry::graph::Supergraph;
-use septet_geometry::separator::{DrawKey, Sampler, halving_target};
+use septet_geometry::separator::{DrawKey, Sampler, bisection_samples};
 pub use stop::Stop;
 pub use text::ConfigTextError;
 
@@ -99,7 +99,7 @@ pub struct TreeRules {
     /// What cuts subproblems.
     pub partition: Partition,
     /// Separators halve: where only the answer is wanted, and all wait for the largest piece.
-    pub halving: bool,
+    pub balanced: bool,
 }
 
 /// The rules of the supergraph and its separator sets.
@@ -158,8 +158,8 @@ pub struct WorkerConfig {
 impl WorkerConfig {
     /// Who is a sample of a subproblem's attempt.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
-        if self.tree.halving {
-            Sampler::aiming(key, population, halving_target(population))
+        if self.tree.balanced {
+            Sampler::aiming(key, population, bisection_samples(population))
         } else {
             Sampler::of(key, population)
         }
@@ -176,7 +176,7 @@ impl WorkerConfig {
             task: Task::Delaunay,
             workers: 1,
             counted: true,
-            tree: TreeRules { leaf: 60, halving: false, partition: Partition::Sphere },
+            tree: TreeRules { leaf: 60, balanced: false, partition: Partition::Sphere },
             graph: GraphRules {
                 wanted: Wanted::Fixed(Supergraph::Knn { k: 8 }),
                 sets: SetRule::Ghost,

@@ -28,7 +28,7 @@ mod programs;
 
 pub mod hosts;
 
-pub use graph::{choice, sharing, summaries};
+pub use graph::{selection, sharing, summaries};
 pub use hosts::{host, transport};
 pub use machine::{outbox, profile, tasks};
 pub use partition::leader;

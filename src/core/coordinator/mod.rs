@@ -106,7 +106,7 @@ impl<P: Point> Source<P> for Prepared<'_, P> {
         ids.extend(self.ids(range.clone()));
         positions.extend_from_slice(&self.positions[range.clone()]);
         let radii2 = self.radii2.get(range).unwrap_or_default().to_vec();
-        PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) }
+        PointBatch { radii2: Bulk(radii2), ..PointBatch::in_transit(ids, positions) }
     }
 }
 

@@ -181,7 +181,7 @@ fn machine_of<P: Point>(fixed: u64, config: &Config) -> WorkerConfig {
         counted: true,
         tree: TreeRules {
             leaf: config.leaf.unwrap_or(if P::DIM == 3 { LEAF[1] } else { LEAF[0] }),
-            halving: false,
+            balanced: false,
             partition: config.partition,
         },
         graph: GraphRules {
@@ -197,7 +197,7 @@ fn machine_of<P: Point>(fixed: u64, config: &Config) -> WorkerConfig {
     }
 }
 
-/// Largest leaf in the plane and in space. A leaf's search is linear ([`septet_geometry::near`]), so it may be larger
+/// Largest leaf in the plane and in space. A leaf's search is linear ([`septet_geometry::grid`]), so it may be larger
 /// than where all pairs are taken, and the tree lower; beyond this its members leave the fast memory.
 const LEAF: [u64; 2] = [2000, 4000];
 

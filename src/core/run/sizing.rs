@@ -6,8 +6,8 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
-use septet_workers::choice::FALLBACK_K;
 use septet_workers::config::{Wanted, WorkerConfig};
+use septet_workers::selection::FALLBACK_K;
 
 use crate::config::{
     Alpha, Config, ConfigError, Fault, GraphKind, MOST_WORKERS, Neighbours, alpha_of_spacing,

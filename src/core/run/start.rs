@@ -62,7 +62,7 @@ pub(crate) fn started_on<'a, P: Point>(
         counted,
         tree: TreeRules {
             leaf: config.leaf_size(P::DIM, alpha),
-            halving: !counted,
+            balanced: !counted,
             partition: config.partition,
         },
         graph: GraphRules { wanted, sets: config.sets, correction: config.correction },

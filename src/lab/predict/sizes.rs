@@ -5,9 +5,9 @@ use septet_geometry::separator::SEPARATOR_WORDS;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::{
-    AnswerBatch, Body, Child, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch, Summary, Verdict,
+    Body, Child, Decision, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch, ReplyBatch, Summary,
 };
-use septet_workers::choice::ALPHAS;
+use septet_workers::selection::ALPHAS;
 
 /// Bytes of each kind of message without its items, and of one item. Everything is of fixed width.
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +86,7 @@ impl Sizes {
             probe: false,
             wanted: 0,
         };
-        let answers = |n: usize, groups: usize, entries: usize| AnswerBatch {
+        let answers = |n: usize, groups: usize, entries: usize| ReplyBatch {
             slots: Bulk(vec![0; n]),
             counts: Bulk(vec![0; n]),
             groups: Bulk(vec![0; groups]),
@@ -95,28 +95,28 @@ impl Sizes {
             points: none(),
         };
         let (block, ghosts) = (length(Body::Block(none())), length(Body::Ghosts(none())));
-        let homeless = PointBatch::homeless(vec![0], vec![P::splat(0.0)]);
+        let in_transit = PointBatch::in_transit(vec![0], vec![P::splat(0.0)]);
         let query = length(Body::Query(queries(0, 0)));
-        let answer = length(Body::Answer(answers(0, 0, 0)));
+        let answer = length(Body::Reply(answers(0, 0, 0)));
         Sizes {
             start: length(Body::Start { population: 0, frame: points::<P>(P::DIM + 1) }),
             block,
-            home: length(Body::Block(homeless)) - block,
+            home: length(Body::Block(in_transit)) - block,
             point: length(Body::Ghosts(points::<P>(1))) - ghosts,
             samples: length::<P>(Body::Samples(Bulk(Vec::new()))),
             position: size_of::<P>() as u64,
             sphere: length::<P>(Body::Sphere(Bulk(vec![0.0; SEPARATOR_WORDS]))),
             counts: length(Body::Counts { inside: 0, outside: 0, boxes: corners() }),
-            split: length(Body::Decision { verdict: Verdict::Split([child; 2]), boxes: corners() }),
-            retry: length::<P>(Body::Decision { verdict: Verdict::Retry, boxes: Bulk(Vec::new()) }),
+            split: length(Body::Decision { verdict: Decision::Split([child; 2]), boxes: corners() }),
+            retry: length::<P>(Body::Decision { verdict: Decision::Retry, boxes: Bulk(Vec::new()) }),
             moved: length(Body::Move(none())),
             query,
             one_query: length(Body::Query(queries(1, 0))) - query,
             query_group: length(Body::Query(queries(0, 1))) - query,
             answer,
-            one_answer: length(Body::Answer(answers(1, 0, 0))) - answer,
-            answer_group: length(Body::Answer(answers(0, 1, 0))) - answer,
-            entry: length(Body::Answer(answers(0, 0, 1))) - answer,
+            one_answer: length(Body::Reply(answers(1, 0, 0))) - answer,
+            answer_group: length(Body::Reply(answers(0, 1, 0))) - answer,
+            entry: length(Body::Reply(answers(0, 0, 1))) - answer,
             summary: length(Body::Summary(summary())),
             children: length(Body::Children(Box::new([summary(), summary()]))),
             frame: length(Body::Frame(none())),

@@ -20,10 +20,10 @@ use std::cmp::Ordering;
 
 pub use marks::{Marks, Places};
 
-use crate::blocks::Blocks;
-use crate::columns::{Columns, Rows};
-use crate::found::FoundList;
+use crate::coordinate_arrays::{CoordinateArrays, Rows};
+use crate::kd_blocks::KdBlocks;
 use crate::point::Point;
+use crate::selection::NeighbourList;
 use crate::simd::Masks;
 
 /// Work and depth so far. See the module's text for the rules.
@@ -193,7 +193,7 @@ impl Cost {
     /// A split of records that stand in columns, the last of which may be empty, by flags that the vector step before
     /// left: those with the flag `stay` stay, in order, and the others are returned. Flag, two scans, one permute, as
     /// in [`Cost::split`].
-    pub fn split_columns<A: Copy, B: Copy, C: Copy>(
+    pub fn split_arrays<A: Copy, B: Copy, C: Copy>(
         &mut self,
         flags: &[u8],
         stay: u8,
@@ -225,7 +225,7 @@ impl Cost {
     /// All pairs of a row's point with every column's: one vector step over `rows * cols` pairs, the column values
     /// replicated by a copy-scan, and one segmented reduction that leaves one result a row. `keep` sees those columns
     /// that matter to a row.
-    pub fn near_pairs<P: Point>(&mut self, rows: &[P], cols: &Columns<P>, keep: &mut impl Rows) {
+    pub fn close_pairs<P: Point>(&mut self, rows: &[P], cols: &CoordinateArrays<P>, keep: &mut impl Rows) {
         let pairs = rows.len() * cols.len();
         self.scan_step(pairs);
         self.step(pairs);
@@ -234,7 +234,7 @@ impl Cost {
     }
 
     /// The same of all pairs of some points, where a processor looks at those whose blocks are within the limit.
-    pub fn pairs_in_blocks<P: Point>(&mut self, points: &Blocks<P>, keep: &mut impl Rows) {
+    pub fn pairs_in_blocks<P: Point>(&mut self, points: &KdBlocks<P>, keep: &mut impl Rows) {
         let pairs = points.len() * points.len();
         self.scan_step(pairs);
         self.step(pairs);
@@ -452,11 +452,11 @@ impl Sweep {
         items.iter().for_each(f);
     }
 
-    /// Processes the distances of a point to all others of a range: see [`Columns::each_within`].
+    /// Processes the distances of a point to all others of a range: see [`CoordinateArrays::each_within`].
     #[inline]
     pub fn each_distance<P: Point>(
         &mut self,
-        points: &Columns<P>,
+        points: &CoordinateArrays<P>,
         range: std::ops::Range<usize>,
         centre: P,
         limit2: f64,
@@ -466,16 +466,16 @@ impl Sweep {
         points.each_within(range, centre, limit2, near);
     }
 
-    /// Finds the points within the limit of a centre (`Blocks::find_within`). The machine looks at all, in one step, and
+    /// Finds the points within the limit of a centre (`KdBlocks::find_within`). The machine looks at all, in one step, and
     /// that is what is charged; a processor looks at those whose blocks are within it.
     #[inline]
     pub fn each_in_blocks<P: Point>(
         &mut self,
-        blocks: &Blocks<P>,
+        blocks: &KdBlocks<P>,
         centre: P,
         limit2: f64,
         start: u32,
-        found: &mut FoundList,
+        found: &mut NeighbourList,
     ) {
         self.items += blocks.len() as u64;
         blocks.find_within(centre, limit2, start, found);

@@ -14,7 +14,7 @@
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) steps.
 
-use crate::columns::{Columns, Rows};
+use crate::coordinate_arrays::{CoordinateArrays, Rows};
 use crate::cost::Cost;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
@@ -105,7 +105,7 @@ pub fn graph_direct<P: Point>(
     let at = |&i: &u32| table[i as usize];
     let ends = |numbers: &[u32]| numbers.iter().map(|&i| (radii2[i as usize], i)).collect::<Vec<_>>();
     let points: Vec<P> = rows.iter().map(at).collect();
-    let columns = Columns::of(cols.iter().map(at));
+    let columns = CoordinateArrays::of(cols.iter().map(at));
     let (rows, cols) = (ends(rows), ends(cols));
     let largest2 = cols.iter().map(|c| c.0).fold(0.0, f64::max);
     let mut edges = Edges {
@@ -118,7 +118,7 @@ pub fn graph_direct<P: Point>(
         list: Vec::new(),
         lists: Lists::default(),
     };
-    cost.near_pairs(&points, &columns, &mut edges);
+    cost.close_pairs(&points, &columns, &mut edges);
     edges.lists
 }
 

@@ -8,9 +8,9 @@ pub mod cost;
 
 pub mod bounds;
 
-pub mod columns;
+pub mod coordinate_arrays;
 
-pub mod blocks;
+pub mod kd_blocks;
 
 pub mod simd;
 
@@ -28,13 +28,13 @@ pub mod complex;
 
 pub mod separator;
 
-pub mod found;
+pub mod selection;
 
 pub mod neighbourhood;
 
 pub mod graph;
 
-pub mod near;
+pub mod grid;
 
 pub mod hash;
 
@@ -44,7 +44,7 @@ pub mod hull;
 
 pub mod measure;
 
-pub mod ball;
+pub mod conflict_region;
 
 pub mod incremental;
 

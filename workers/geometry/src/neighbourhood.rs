@@ -7,19 +7,19 @@
 //!
 //! Balls are kept by their squared radius, computed by [`dist2`] and nothing else, so that a point at
 //! the very distance of the radius is inside on every worker. Lists of nearest neighbours keep *all*
-//! points no farther than the `k`-th ([`crate::found`]), so that lists of parts can be merged in any order.
+//! points no farther than the `k`-th ([`crate::selection`]), so that lists of parts can be merged in any order.
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
-use crate::blocks::Blocks;
 pub use crate::bounds::{Bounds, bounds, box_dist2, join_bounds};
-use crate::columns::{Columns, LANES, Rows, one_by_one};
+use crate::coordinate_arrays::{CoordinateArrays, LANES, Rows, one_by_one};
 use crate::cost::Cost;
-use crate::found::FoundList;
+use crate::kd_blocks::KdBlocks;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
+use crate::selection::NeighbourList;
 
 /// The nearest points of many, ties included: for each the squared distance of the last that was wanted, infinite if
 /// there are fewer, and their positions in the caller's table. Distances are not kept: there is one expression for them.
@@ -87,17 +87,17 @@ pub fn nearest_direct<P: Point>(
 ) -> NearestLists {
     let at = |&i: &u32| table[i as usize];
     let points: Vec<P> = rows.iter().map(at).collect();
-    let columns = Columns::of(cols.iter().map(at));
+    let columns = CoordinateArrays::of(cols.iter().map(at));
     let bounds = (0..rows.len()).map(limit2).collect();
     let mut nearest = Nearest::new(rows, cols, k, bounds);
-    cost.near_pairs(&points, &columns, &mut nearest);
+    cost.close_pairs(&points, &columns, &mut nearest);
     nearest.lists
 }
 
 /// For every point of a set the `k` nearest others, ties included, as [`nearest_direct`] of the set with itself; in
 /// the order of the slice that the blocks were made of, whose first point has this number.
 pub fn nearest_in_blocks<P: Point>(
-    blocks: &Blocks<P>,
+    blocks: &KdBlocks<P>,
     start: u32,
     k: usize,
     cost: &mut Cost,
@@ -138,7 +138,7 @@ struct Nearest<'a> {
     /// The column that the row at hand is itself.
     own: u32,
     /// Columns found for the row at hand, by their positions.
-    found: FoundList,
+    found: NeighbourList,
     /// Its length when it is pruned next.
     full: usize,
     lists: NearestLists,
@@ -159,7 +159,7 @@ impl<'a> Nearest<'a> {
             guesses: false,
             wider2: None,
             own: 0,
-            found: FoundList::default(),
+            found: NeighbourList::default(),
             full: 0,
             lists: NearestLists::default(),
         }
@@ -286,7 +286,7 @@ mod tests {
                 let mut cost = Cost::ZERO;
                 let all = |_| f64::INFINITY;
                 let direct = nearest_direct(&points, &members, &members, k, all, &mut cost);
-                let blocks = nearest_in_blocks(&Blocks::of(&points), 0, k, &mut cost);
+                let blocks = nearest_in_blocks(&KdBlocks::of(&points), 0, k, &mut cost);
                 for lists in [direct, blocks] {
                     assert_eq!(lists.len(), points.len());
                     for (row, (kth2, list)) in lists.iter().enumerate() {
@@ -345,7 +345,7 @@ mod tests {
         assert_eq!(points.len(), 1 + 168);
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let mut cost = Cost::ZERO;
-        let nearest = nearest_in_blocks(&Blocks::of(&points), 0, 3, &mut cost);
+        let nearest = nearest_in_blocks(&KdBlocks::of(&points), 0, 3, &mut cost);
         let (kth2, first) = nearest.of(0);
         let mut first = first.to_vec();
         first.sort_unstable();

@@ -9,7 +9,7 @@ use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
 use crate::tasks::TaskLog;
 
-pub use queries::{AnswerBatch, QueryBatch};
+pub use queries::{QueryBatch, ReplyBatch};
 
 /// Raised whenever the meaning or layout of a message changes; peers with another are refused.
 pub const PROTOCOL_VERSION: u16 = 8;
@@ -61,7 +61,7 @@ impl<P: Pod> Message<P> {
     }
 }
 
-/// Points in bulk: structure of arrays, one entry a point. Points on their way home ([`PointBatch::homeless`]) have
+/// Points in bulk: structure of arrays, one entry a point. Points on their way home ([`PointBatch::in_transit`]) have
 /// no owner yet, and a ball only if it is given: those two columns may be empty.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
@@ -89,7 +89,7 @@ impl<P> Default for PointBatch<P> {
 
 impl<P: Copy> PointBatch<P> {
     /// Points on their way home.
-    pub fn homeless(ids: Vec<u64>, positions: Vec<P>) -> Self {
+    pub fn in_transit(ids: Vec<u64>, positions: Vec<P>) -> Self {
         PointBatch { ids: Bulk(ids), positions: Bulk(positions), ..PointBatch::default() }
     }
 
@@ -153,7 +153,7 @@ pub struct Child {
 
 /// What a leader decided about an attempt.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
-pub enum Verdict {
+pub enum Decision {
     /// Draw again.
     Retry,
     /// Give up splitting: the subproblem is a leaf, held by its group's lowest rank.
@@ -307,7 +307,7 @@ pub enum Body<P> {
     /// Leader to member: what becomes of the attempt, with the boxes of both children.
     Decision {
         /// The verdict.
-        verdict: Verdict,
+        verdict: Decision,
         /// Four corners, as in `Counts`; empty unless split.
         boxes: Bulk<P>,
     },
@@ -316,7 +316,7 @@ pub enum Body<P> {
     /// Balls that look for points below this node.
     Query(QueryBatch<P>),
     /// The points they found.
-    Answer(AnswerBatch<P>),
+    Reply(ReplyBatch<P>),
     /// Leader to the parent's leader: what the subproblem holds.
     Summary(Summary<P>),
     /// Leader to members: what both children hold.
@@ -459,7 +459,7 @@ impl<P> Body<P> {
             Body::Decision { .. } => "decision",
             Body::Move(_) => "move",
             Body::Query(_) => "query",
-            Body::Answer(_) => "answer",
+            Body::Reply(_) => "answer",
             Body::Summary(_) => "summary",
             Body::Children(_) => "children",
             Body::Frame(_) => "frame",
@@ -511,7 +511,7 @@ impl<P: Copy> Body<P> {
     pub fn is_consistent(&self) -> bool {
         match self {
             Body::Query(batch) => batch.is_consistent(),
-            Body::Answer(batch) => batch.is_consistent(),
+            Body::Reply(batch) => batch.is_consistent(),
             _ => true,
         }
     }

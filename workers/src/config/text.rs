@@ -24,7 +24,7 @@ impl fmt::Display for WorkerConfig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let WorkerConfig { run, seed, task, workers, counted, tree, graph, shown, .. } = self;
         let WorkerConfig { until, exchange_cap, fault, .. } = self;
-        let TreeRules { leaf, halving, partition } = tree;
+        let TreeRules { leaf, balanced, partition } = tree;
         let GraphRules { wanted, sets, correction } = graph;
         let Shown { collect_graph, with_leaves, view, record_tasks } = shown;
         write!(f, "{run} {seed} {workers} {leaf} {counted} ")?;
@@ -59,7 +59,7 @@ impl fmt::Display for WorkerConfig {
             Task::Delaunay => f.write_str(" -")?,
             Task::Independent { fixed } => write!(f, " {fixed}")?,
         }
-        write!(f, " {halving}")
+        write!(f, " {balanced}")
     }
 }
 
@@ -122,7 +122,7 @@ impl FromStr for WorkerConfig {
             counted: parse(&fields, 4).ok_or_else(|| fail(4))?,
             tree: TreeRules {
                 leaf: parse(&fields, 3).ok_or_else(|| fail(3))?,
-                halving: parse(&fields, 18).ok_or_else(|| fail(18))?,
+                balanced: parse(&fields, 18).ok_or_else(|| fail(18))?,
                 partition,
             },
             graph: GraphRules { wanted, sets, correction },
@@ -168,7 +168,7 @@ mod tests {
                 counted: odd,
                 tree: TreeRules {
                     leaf: 1000,
-                    halving: i % 3 == 1,
+                    balanced: i % 3 == 1,
                     partition: [Partition::Sphere, Partition::Kd][i % 2],
                 },
                 graph: GraphRules {

@@ -1,8 +1,8 @@
 //! Rank 0, the coordinator: it hands out the input, leads the root of the tree, judges certificates and takes the
 //! result. It is one async function like every rank, and takes part in the same phases.
 
-mod choice;
 mod region;
+mod selection;
 mod share;
 mod source;
 mod verdict;
@@ -64,7 +64,7 @@ async fn simulate<P: Point>(
     }
     let (rule, why) = match cx.config.graph.wanted {
         Wanted::Fixed(rule) => (rule, None),
-        _ => choice::decide(cx, population).await?,
+        _ => selection::decide(cx, population).await?,
     };
     share.choice = Choice { supergraph: Some(rule), why };
     let knn = matches!(rule, Supergraph::Knn { .. });

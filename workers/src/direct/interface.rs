@@ -2,7 +2,7 @@
 //!
 //! **Statement.** Let `B` be the home points of a worker and `G` any other points, and let every home point `b`
 //! be sent to each worker whose region is met by what holds the conflicts of a cell of `b` in the triangulation
-//! of `B + G` ([`septet_geometry::ball::Reach`]: the closed ball, beyond the hull a closed half-space). Then
+//! of `B + G` ([`septet_geometry::conflict_region::ConflictRegion`]: the closed ball, beyond the hull a closed half-space). Then
 //! every worker holds all neighbours of its home points, and the triangulation of what it holds has their true
 //! stars.
 //!
@@ -14,9 +14,9 @@
 //! it, which lies in its worker's region, so `b` is sent there. A star is decided by its vertex and its true
 //! neighbours; more points change nothing. QED.
 //!
-//! So one sending suffices, whatever `G` is. `G` is the halo ([`crate::direct::halo`]), so that the cells of a piece are nearly
+//! So one sending suffices, whatever `G` is. `G` is the halo ([`crate::direct::ghost_layer`]), so that the cells of a piece are nearly
 //! those of the whole: few reach farther than the halos of their vertices, and a vertex has been sent to all that its
-//! halo meets. Points that come now are left out where they are nobody's neighbours ([`crate::direct::piece`]).
+//! halo meets. Points that come now are left out where they are nobody's neighbours ([`crate::direct::subdomain_triangulation`]).
 //!
 //! **Rounds.** At most one a shared level. **Work.** One clearance a level for each vertex at the border
 //! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), one test a level for each cell whose
@@ -28,17 +28,17 @@
 use std::collections::{BTreeMap, HashSet};
 use std::hash::BuildHasherDefault;
 
-use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
+use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::{Body, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::direct::border::{Border, Outgoing, reaches};
-use crate::direct::halo::Margin;
-use crate::direct::piece::{Piece, reach_of};
+use crate::direct::ghost_layer::Margin;
+use crate::direct::interface_cells::{InterfaceCells, Outgoing, reaches};
+use crate::direct::subdomain_triangulation::{SubdomainTriangulation, reach_of};
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::subdomain::{Ghosts, Subdomain};
@@ -105,13 +105,13 @@ pub(crate) async fn interface<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
-    piece: Option<&Piece<P>>,
+    piece: Option<&SubdomainTriangulation<P>>,
     margins: Vec<Margin>,
 ) -> Result<Vec<u32>, TransportError> {
     cx.enter(Phase::Seam)?;
     let mut router = Router { subdomain, sent: HashSet::default() };
     let open = piece.filter(|_| !subdomain.path.is_empty()).map_or_else(Vec::new, |piece| {
-        Border::of(&subdomain.path, piece, &table.positions, &margins).survey()
+        InterfaceCells::of(&subdomain.path, piece, &table.positions, &margins).scan()
     });
     drop(margins);
     router.send_cells_out(cx, table, &open);
@@ -137,10 +137,10 @@ pub(crate) async fn insert<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
-    mut piece: Option<Piece<P>>,
+    mut piece: Option<SubdomainTriangulation<P>>,
     ghosts: &mut Ghosts,
     arrived: Vec<u32>,
-) -> Result<Option<Piece<P>>, TransportError> {
+) -> Result<Option<SubdomainTriangulation<P>>, TransportError> {
     cx.enter(Phase::Hulls)?;
     if let Some(piece) = &mut piece {
         let at = subdomain.root();
@@ -245,7 +245,7 @@ impl<P: Point> Router<'_, P> {
         &mut self,
         transit: &Transit<P>,
         cell: &P::Cell,
-        reach: &Reach<P>,
+        reach: &ConflictRegion<P>,
         start: usize,
         parcels: &mut Parcels<P>,
     ) -> bool {

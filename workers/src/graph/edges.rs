@@ -22,9 +22,9 @@ pub(crate) struct Edges {
 impl Edges {
     /// Takes in a home point with its neighbours.
     #[inline]
-    pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, home: u32, neighbours: &[u32]) {
+    pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, owned: u32, neighbours: &[u32]) {
         self.max_degree = self.max_degree.max(neighbours.len() as u64);
-        for (pair, is_counted) in edges_of(table, home, neighbours) {
+        for (pair, is_counted) in edges_of(table, owned, neighbours) {
             // At most as many as there are items in the lists.
             self.count = self.count.wrapping_add(u64::from(is_counted));
             let all_or_none = u64::from(is_counted).wrapping_neg();
@@ -45,12 +45,12 @@ impl Edges {
 #[inline]
 pub(crate) fn edges_of<P: Point>(
     table: &Table<P>,
-    home: u32,
+    owned: u32,
     neighbours: &[u32],
 ) -> impl Iterator<Item = ([u64; 2], bool)> {
     let positions = table.positions.as_slice();
     let ids = &table.ids[..positions.len()];
-    let (x, own) = (positions[home as usize], ids[home as usize]);
+    let (x, own) = (positions[owned as usize], ids[owned as usize]);
     neighbours.iter().map(move |&j| {
         let (y, other) = (positions[j as usize], ids[j as usize]);
         ([own, other], is_lex_smaller(&x, &y))
@@ -78,12 +78,12 @@ mod tests {
         // The second and third are told by their last coordinates.
         let positions =
             vec![DVec2::new(2.0, 0.0), DVec2::new(1.0, 5.0), DVec2::new(1.0, 4.0), DVec2::new(3.0, 0.0)];
-        let table = Table::of_home(vec![10, 11, 12, 13], positions, 0);
+        let table = Table::of_owned(vec![10, 11, 12, 13], positions, 0);
         let lists: [&[u32]; 4] = [&[1, 2, 3], &[0, 2], &[0, 1], &[0]];
         let (mut all, mut pairs) = (Edges::default(), Vec::new());
-        for (home, list) in (0..).zip(lists) {
-            all.take(&table, home, list);
-            pairs.extend(edges_of(&table, home, list).filter(|edge| edge.1).map(|edge| edge.0));
+        for (owned, list) in (0..).zip(lists) {
+            all.take(&table, owned, list);
+            pairs.extend(edges_of(&table, owned, list).filter(|edge| edge.1).map(|edge| edge.0));
         }
         assert_eq!(pairs, [[10, 13], [11, 10], [12, 10], [12, 11]]);
         let hash = pairs.iter().fold(0u64, |sum, &[a, b]| sum.wrapping_add(hash_of([b, a])));

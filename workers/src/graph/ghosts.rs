@@ -34,7 +34,7 @@ pub(crate) async fn push_ghosts<P: Point>(
     rule: Supergraph,
 ) -> Result<Ghosts, TransportError> {
     let mut pushing = Pushing::new(subdomain, rule);
-    pushing.push_home(cx, table);
+    pushing.push_owned(cx, table);
     while cx.exchange().await? {
         pushing.pass_on(cx, table);
     }
@@ -52,13 +52,13 @@ pub(crate) async fn push_ghosts<P: Point>(
 struct Pushed<P> {
     position: P,
     radius2: f64,
-    home: Option<NodeId>,
+    owned: Option<NodeId>,
 }
 
 impl<P: Point> Pushed<P> {
-    fn of(table: &Table<P>, number: u32, home: Option<NodeId>) -> Self {
+    fn of(table: &Table<P>, number: u32, owned: Option<NodeId>) -> Self {
         let at = number as usize;
-        Pushed { position: table.positions[at], radius2: table.radii2[at], home }
+        Pushed { position: table.positions[at], radius2: table.radii2[at], owned }
     }
 }
 
@@ -107,7 +107,7 @@ impl<'a, P: Point> Walk<'a, P> {
             shared_sweeps[level].visit();
             let max2 = |side: usize| shared.summaries.as_ref().map_or(f64::INFINITY, |s| s[side].max_radius2);
             [0, 1].map(|side| {
-                (x.home.is_some() && side == shared.mine) || goes(rule, &shared.split, side, max2(side), x)
+                (x.owned.is_some() && side == shared.mine) || goes(rule, &shared.split, side, max2(side), x)
             })
         };
         let below = subdomain.follow(start, reach, |way| routes.ways.push(way));
@@ -120,21 +120,21 @@ impl<'a, P: Point> Walk<'a, P> {
     fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, leaves: &mut Vec<usize>) {
         match tree {
             Tree::Leaf(at) => {
-                if x.home != Some(self.subdomain.leaves[*at].id) {
+                if x.owned != Some(self.subdomain.leaves[*at].id) {
                     leaves.push(*at);
                 }
             }
             Tree::Node(inner) => {
-                let home = x.home.map(|leaf| inner.id.side_of(leaf));
+                let owned = x.owned.map(|leaf| inner.id.side_of(leaf));
                 self.counts.local[inner.number].visit();
                 for (side, child) in inner.children.iter().enumerate() {
-                    let on_way = home == Some(side);
+                    let on_way = owned == Some(side);
                     if on_way || goes(self.rule, &inner.split, side, inner.max_radius2[side], x) {
-                        let home = x.home.filter(|_| on_way);
+                        let owned = x.owned.filter(|_| on_way);
                         if !on_way {
                             self.counts.reach.visit(inner.id.child(side));
                         }
-                        self.down(child, &Pushed { home, ..*x }, leaves);
+                        self.down(child, &Pushed { owned, ..*x }, leaves);
                     }
                 }
             }
@@ -167,22 +167,22 @@ impl<'a, P: Point> Pushing<'a, P> {
     }
 
     /// Pushes home points to other leaves.
-    fn push_home(&mut self, cx: &mut Context<P>, table: &Table<P>) {
+    fn push_owned(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         let (subdomain, rule, recorded) = (self.subdomain, self.rule, cx.recorder.is_some());
         let mut groups = Vec::new();
         for (at, leaf) in subdomain.leaves.iter().enumerate() {
-            let homes: Vec<u32> = leaf.home().collect();
-            groups.extend(homes.chunks(GROUP).map(|c| (at, c.to_vec())));
+            let owned_points: Vec<u32> = leaf.owned().collect();
+            groups.extend(owned_points.chunks(GROUP).map(|c| (at, c.to_vec())));
         }
-        let walked = map_in(&cx.pool, &groups, |(at, homes)| {
+        let walked = map_in(&cx.pool, &groups, |(at, owned_points)| {
             let mut walk = Walk::new(subdomain, rule, recorded);
             let mut found = Vec::new();
             walk.counts.reach.start(*at);
-            for &home in homes {
-                let x = Pushed::of(table, home, Some(subdomain.leaves[*at].id));
+            for &owned in owned_points {
+                let x = Pushed::of(table, owned, Some(subdomain.leaves[*at].id));
                 let routes = walk.from(0, &x);
                 if !routes.is_empty() {
-                    found.push((home, routes));
+                    found.push((owned, routes));
                 }
             }
             (found, walk.counts)
@@ -193,8 +193,8 @@ impl<'a, P: Point> Pushing<'a, P> {
             if let (Some(recorder), Some(reached)) = (&mut cx.recorder, counts.reach.reached) {
                 recorder.reached(Phase::Sets, reached);
             }
-            for (home, routes) in found {
-                self.take(cx.rank, table, (home, routes), &mut batches);
+            for (owned, routes) in found {
+                self.take(cx.rank, table, (owned, routes), &mut batches);
             }
         }
         send(cx, batches);

@@ -31,8 +31,8 @@ use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
 use septet_geometry::graph::Supergraph;
+use septet_geometry::grid::graph_by_grid;
 use septet_geometry::lists::Lists;
-use septet_geometry::near::graph_near;
 use septet_geometry::point::Point;
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
@@ -125,14 +125,14 @@ fn conflicts_of_leaves<P: Point>(
     let places: Vec<usize> = (0..leaves.len()).collect();
     let results = map_in(&cx.pool, &places, |&at| {
         let leaf = &leaves[at];
-        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.home_len());
+        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.owned_len());
         let members = ghosts.members(at, leaf);
         let mut cost = Cost::ZERO;
-        let rows = leaf.home_len() as usize;
-        let lists = graph_near(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
+        let rows = leaf.owned_len() as usize;
+        let lists = graph_by_grid(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
         let mut edges = Edges::default();
-        for (home, list) in leaf.home().zip(lists.iter()) {
-            edges.take(table, home, list);
+        for (owned, list) in leaf.owned().zip(lists.iter()) {
+            edges.take(table, owned, list);
         }
         (lists, cost, members.len() as u64, edges)
     });
@@ -161,12 +161,12 @@ pub(crate) async fn independent<P: Point>(
         selection.leave(cx, leaves, table);
     }
     while cx.exchange_if(selection.is_pending()).await? {
-        selection.hear(cx, table);
+        selection.receive(cx, table);
         selection.join(cx, leaves, table);
         if !cx.exchange_if(selection.is_pending()).await? {
             break;
         }
-        selection.hear(cx, table);
+        selection.receive(cx, table);
         selection.leave(cx, leaves, table);
     }
     Ok(selection)
@@ -188,20 +188,20 @@ impl Selection {
             selection.decide(at, State::In);
         }
         let undecided = |&v: &u32| selection.states[v as usize] == State::Undecided;
-        let open = leaves.iter().map(|leaf| leaf.home().filter(undecided).collect()).collect();
+        let open = leaves.iter().map(|leaf| leaf.owned().filter(undecided).collect()).collect();
         selection.open = open;
         selection
     }
 
     /// Takes what was told of other ranks' points.
-    fn hear<P: Point>(&mut self, cx: &mut Context<P>, table: &Table<P>) {
+    fn receive<P: Point>(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         for (ids, state) in cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Joined(ids) => Some((std::mem::take(&mut ids.0), State::In)),
             Body::Left(ids) => Some((std::mem::take(&mut ids.0), State::Out)),
             _ => None,
         }) {
             for id in ids {
-                if let Some(ghost) = table.find(id).filter(|&at| !table.is_home(at)) {
+                if let Some(ghost) = table.find(id).filter(|&at| !table.is_owned(at)) {
                     self.decide(ghost, state);
                 }
             }
@@ -269,7 +269,7 @@ impl Selection {
             cost.map_nested(&flagged, |&(v, decided), own| {
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start) as usize], |&u| {
-                    if decided && u >= table.home && self.states[u as usize] == State::Undecided {
+                    if decided && u >= table.owned && self.states[u as usize] == State::Undecided {
                         told.push((table.owners[u as usize], v));
                     }
                 });
@@ -295,7 +295,7 @@ impl Selection {
         let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
         for (at, half) in halves {
             let leaf = &leaves[at];
-            cx.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.home_len());
+            cx.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.owned_len());
             for point in half.decided {
                 self.decide(point, state);
             }
@@ -320,8 +320,8 @@ impl Selection {
 impl Selection {
     /// The members that joined, and how many points were undecided in each round, for rank 0.
     pub(crate) fn into_message<P: Point>(self, table: &Table<P>, fixed: u64) -> Body<P> {
-        let home = table.ids[..table.home as usize].iter().zip(&self.states);
-        let members = home.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);
+        let owned = table.ids[..table.owned as usize].iter().zip(&self.states);
+        let members = owned.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);
         Body::Selected { members: Bulk(members.collect()), undecided: Bulk(self.undecided) }
     }
 }

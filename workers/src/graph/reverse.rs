@@ -20,26 +20,26 @@ use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
-use crate::neighbours::done::Done;
+use crate::neighbours::results::CompletedLists;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
 /// Both ends of the edges of the home points.
 pub(crate) struct Reverse {
     /// The lists of the home points.
-    nearest: Done,
-    heard: Heard,
+    nearest: CompletedLists,
+    heard: Received,
 }
 
 /// An edge of a home point.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    home: u32,
+    owned: u32,
     other: u32,
 }
 
 /// The edges that were announced to the home points.
-struct Heard {
+struct Received {
     /// The position of each home point's leaf.
     leaf_of: Vec<u32>,
     /// Those that are not in the home point's list.
@@ -48,16 +48,16 @@ struct Heard {
     came: Vec<Sweep>,
 }
 
-impl Heard {
+impl Received {
     fn nothing<P>(subdomain: &Subdomain<P>) -> Self {
         let came = vec![Sweep::default(); subdomain.leaves.len()];
-        Heard { leaf_of: subdomain.leaf_numbers(), unknown: Vec::new(), came }
+        Received { leaf_of: subdomain.leaf_numbers(), unknown: Vec::new(), came }
     }
 
     /// An edge of this squared length comes to a home point whose list reaches so far.
     #[inline]
-    fn hear(&mut self, edge: Edge, distance2: f64, radius2: f64) {
-        self.came[self.leaf_of[edge.home as usize] as usize].visit();
+    fn receive(&mut self, edge: Edge, distance2: f64, radius2: f64) {
+        self.came[self.leaf_of[edge.owned as usize] as usize].visit();
         if distance2 > radius2 {
             self.unknown.push(edge);
         }
@@ -69,9 +69,9 @@ pub(crate) async fn reverse_edges<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
-    nearest: Done,
+    nearest: CompletedLists,
 ) -> Result<Reverse, TransportError> {
-    let mut heard = Heard::nothing(subdomain);
+    let mut heard = Received::nothing(subdomain);
     let announcements = announce(cx, subdomain, table, &nearest, &mut heard);
     for (to, Announcement { points, counts, targets, .. }) in announcements {
         let body = Body::Reverse { points, counts: Bulk(counts), targets: Bulk(targets) };
@@ -83,9 +83,9 @@ pub(crate) async fn reverse_edges<P: Point>(
             let others = table.receive_all(&points).into_iter().zip(counts);
             let others = others.flat_map(|(other, count)| std::iter::repeat_n(other, count as usize));
             for (other, target) in others.zip(targets) {
-                if let Some(home) = table.find_home(target) {
-                    let [x, y] = [home, other].map(|i| table.positions[i as usize]);
-                    heard.hear(Edge { home, other }, dist2(x, y), table.radii2[home as usize]);
+                if let Some(owned) = table.find_owned(target) {
+                    let [x, y] = [owned, other].map(|i| table.positions[i as usize]);
+                    heard.receive(Edge { owned, other }, dist2(x, y), table.radii2[owned as usize]);
                 }
             }
         }
@@ -98,28 +98,28 @@ fn announce<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
-    nearest: &Done,
-    heard: &mut Heard,
+    nearest: &CompletedLists,
+    heard: &mut Received,
 ) -> BTreeMap<Rank, Announcement<P>> {
     let mut announcements: BTreeMap<Rank, Announcement<P>> = BTreeMap::new();
     let mut other_leaves = Vec::new();
-    let (nearest, homes) = (nearest.by_home(table.home), table.home as usize);
+    let (nearest, owned_points) = (nearest.by_owned(table.owned), table.owned as usize);
     // Of home points, both of the same length.
-    let (positions, radii2) = (&table.positions[..homes], &table.radii2[..homes]);
+    let (positions, radii2) = (&table.positions[..owned_points], &table.radii2[..owned_points]);
     for (leaf, number) in subdomain.leaves.iter().zip(0u32..) {
         let mut edges = Sweep::default();
-        for home in leaf.home() {
-            let own = positions[home as usize];
-            edges.each(nearest[home as usize], |&j| {
+        for owned in leaf.owned() {
+            let own = positions[owned as usize];
+            edges.each(nearest[owned as usize], |&j| {
                 if let Some(&x) = positions.get(j as usize) {
-                    let edge = Edge { home: j, other: home };
-                    heard.hear(edge, dist2(x, own), radii2[j as usize]);
+                    let edge = Edge { owned: j, other: owned };
+                    heard.receive(edge, dist2(x, own), radii2[j as usize]);
                     if cx.recorder.is_some() {
                         other_leaves.push(heard.leaf_of[j as usize]);
                     }
                 } else {
                     let announcement = announcements.entry(table.owners[j as usize]).or_default();
-                    announcement.add(table, home, table.ids[j as usize]);
+                    announcement.add(table, owned, table.ids[j as usize]);
                 }
             });
             if let Some(recorder) = &mut cx.recorder {
@@ -155,32 +155,32 @@ impl Reverse {
         table: &Table<P>,
     ) -> Lists<u32> {
         let Reverse { nearest: done, heard } = self;
-        let nearest = done.by_home(table.home);
+        let nearest = done.by_owned(table.owned);
         let items = nearest.iter().map(|list| list.len()).sum::<usize>() + heard.unknown.len();
         // Delivery to the leaves; within each the order is charged.
         let mut unknown = vec![Vec::new(); subdomain.leaves.len()];
         for edge in heard.unknown {
-            unknown[heard.leaf_of[edge.home as usize] as usize].push(edge);
+            unknown[heard.leaf_of[edge.owned as usize] as usize].push(edge);
         }
-        let mut united = Lists::with_capacity(table.home as usize, items);
+        let mut united = Lists::with_capacity(table.owned as usize, items);
         for ((leaf, unknown), came) in subdomain.leaves.iter().zip(unknown).zip(heard.came) {
             let mut cost = Cost::ZERO;
             cost.delivered(came);
-            let place = |edge: &Edge| (edge.home - leaf.start) as usize;
-            let own = cost.sorted_by_place(&unknown, place, leaf.home_len() as usize);
-            let homes: Vec<u32> = leaf.home().collect();
+            let place = |edge: &Edge| (edge.owned - leaf.start) as usize;
+            let own = cost.sorted_by_place(&unknown, place, leaf.owned_len() as usize);
+            let owned_points: Vec<u32> = leaf.owned().collect();
             let mut rest = own.as_slice();
-            cost.map_nested(&homes, |&home, inner| {
+            cost.map_nested(&owned_points, |&owned, inner| {
                 let (segment, others) =
-                    rest.split_at(rest.iter().take_while(|edge| edge.home == home).count());
+                    rest.split_at(rest.iter().take_while(|edge| edge.owned == owned).count());
                 rest = others;
                 let mut added = Sweep::default();
                 added.visit_lanes(segment.len());
                 inner.swept_inside(added);
-                united.push_two(nearest[home as usize], segment.iter().map(|edge| edge.other));
+                united.push_two(nearest[owned as usize], segment.iter().map(|edge| edge.other));
             });
             cx.ledger.charge(Phase::Graph, leaf.id, cost, 0);
-            cx.ledger.facts(leaf.id).members += leaf.home_len();
+            cx.ledger.facts(leaf.id).members += leaf.owned_len();
         }
         united
     }
@@ -197,10 +197,10 @@ struct Announcement<P: Point> {
 
 impl<P: Point> Announcement<P> {
     /// Announces a home point to a point there. Those of one home point come together.
-    fn add(&mut self, table: &Table<P>, home: u32, target: u64) {
-        if self.last != Some(home) {
-            self.last = Some(home);
-            table.export(home, &mut self.points);
+    fn add(&mut self, table: &Table<P>, owned: u32, target: u64) {
+        if self.last != Some(owned) {
+            self.last = Some(owned);
+            table.export(owned, &mut self.points);
             self.counts.push(0);
         }
         if let Some(count) = self.counts.last_mut() {

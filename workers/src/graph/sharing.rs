@@ -1,6 +1,6 @@
 //! How the set of a node is shared by its children, and who decides it.
 //!
-//! **Statement** (paper, Section 4.3). See `crate::graph::sets`. The leader of a shared node sums its members' counts
+//! **Statement** (paper, Section 4.3). See `crate::graph::separator_sets`. The leader of a shared node sums its members' counts
 //! and tells them which crossing points go to both children, or that the set is not divided.
 
 use std::collections::BTreeMap;
@@ -181,9 +181,9 @@ mod tests {
             [0, 1].map(|child| crossing.sends(Place { side, crosses }, child))
         };
         for side in 0..2 {
-            let home = [side == 0, side == 1];
+            let owned = [side == 0, side == 1];
             for crossing in [Crossing::Both, Crossing::Interior, Crossing::Exterior] {
-                assert_eq!(sides(crossing, side, false), home);
+                assert_eq!(sides(crossing, side, false), owned);
             }
             assert_eq!(sides(Crossing::Both, side, true), [true; 2]);
         }

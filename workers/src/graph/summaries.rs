@@ -148,7 +148,7 @@ fn summarise<P: Point>(
             let leaf = &leaves[*at];
             let rank =
                 |&a: &u32, &b: &u32| lex_cmp(&table.positions[a as usize], &table.positions[b as usize]);
-            (leaf.max_radius2, leaf.home().min_by(rank).unwrap_or(u32::MAX))
+            (leaf.max_radius2, leaf.owned().min_by(rank).unwrap_or(u32::MAX))
         }
         Tree::Node(inner) => {
             for side in 0..2 {

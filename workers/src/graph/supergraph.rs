@@ -4,7 +4,7 @@
 //! Delaunay triangulation. Each rank finds the edges of its home points by one of three rules. *Ghosts*
 //! ([`crate::graph::ghosts`]): points go to the leaves that their edges can reach. *Reverse edges*
 //! ([`crate::graph::reverse`]), for graphs of nearest neighbours: points tell their nearest. *Sets*
-//! ([`crate::graph::sets`]): the paper's recursion.
+//! ([`crate::graph::separator_sets`]): the paper's recursion.
 //!
 //! **Rounds.** Those of the rule, and one to collect the edges. **Work and depth.** By the first rule, all pairs of a
 //! leaf's home points with its members.
@@ -24,9 +24,9 @@ use crate::config::{SetRule, map_in};
 use crate::graph::edges::{Edges, edges_of};
 use crate::graph::ghosts::push_ghosts;
 use crate::graph::reverse::reverse_edges;
-use crate::graph::sets::set_recursion;
+use crate::graph::separator_sets::set_recursion;
 use crate::machine::context::Context;
-use crate::neighbours::done::Done;
+use crate::neighbours::results::CompletedLists;
 use crate::state::subdomain::{GROUP, Ghosts, Leaf, Split, Subdomain, Tree};
 use crate::state::table::Table;
 
@@ -45,7 +45,7 @@ pub(crate) async fn supergraph<P: Point>(
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     rule: Supergraph,
-    nearest: Option<Done>,
+    nearest: Option<CompletedLists>,
 ) -> Result<Graph, TransportError> {
     cx.enter(Phase::Sets)?;
     count_crossings(cx, subdomain, table, rule);
@@ -80,23 +80,24 @@ pub(crate) fn count_crossings<P: Point>(
     table: &Table<P>,
     rule: Supergraph,
 ) {
-    let homes = 0..table.home as usize;
-    let radii: Vec<f64> = table.radii2[homes.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
+    let owned_points = 0..table.owned as usize;
+    let radii: Vec<f64> =
+        table.radii2[owned_points.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
     let mut splits: Vec<(NodeId, &Split<P>, Range<usize>)> =
-        subdomain.path.iter().map(|shared| (shared.id, &shared.split, homes.clone())).collect();
+        subdomain.path.iter().map(|shared| (shared.id, &shared.split, owned_points.clone())).collect();
     if let Some((_, tree)) = &subdomain.tree {
         splits_below(tree, &subdomain.leaves, &mut splits);
     }
     let groups: Vec<(NodeId, &Split<P>, Range<usize>)> = splits
         .into_iter()
-        .flat_map(|(id, split, homes)| {
-            let end = homes.end;
-            homes.step_by(GROUP).map(move |start| (id, split, start..end.min(start + GROUP)))
+        .flat_map(|(id, split, owned_points)| {
+            let end = owned_points.end;
+            owned_points.step_by(GROUP).map(move |start| (id, split, start..end.min(start + GROUP)))
         })
         .collect();
-    let counted = map_in(&cx.pool, &groups, |(id, split, homes)| {
-        let centres = table.positions[homes.clone()].iter().copied();
-        let balls = centres.zip(radii[homes.clone()].iter().copied());
+    let counted = map_in(&cx.pool, &groups, |(id, split, owned_points)| {
+        let centres = table.positions[owned_points.clone()].iter().copied();
+        let balls = centres.zip(radii[owned_points.clone()].iter().copied());
         (*id, split.separator.count_crossing(balls))
     });
     for (id, [inside, outside]) in counted {
@@ -138,16 +139,16 @@ fn graph_of_leaves<P: Point>(
     let places: Vec<usize> = (0..leaves.len()).collect();
     let results = map_in(&cx.pool, &places, |&at| {
         let leaf = &leaves[at];
-        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf graph", leaf.home_len());
-        let home: Vec<u32> = leaf.home().collect();
+        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf graph", leaf.owned_len());
+        let owned: Vec<u32> = leaf.owned().collect();
         let members = ghosts.members(at, leaf);
         let mut cost = Cost::ZERO;
-        let lists = graph_direct(rule, &table.positions, &table.radii2, &home, &members, &mut cost);
+        let lists = graph_direct(rule, &table.positions, &table.radii2, &owned, &members, &mut cost);
         (lists, cost, members.len() as u64)
     });
     let mut neighbours = Lists::default();
     for (leaf, (lists, cost, members)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id, cost, members * leaf.home_len());
+        cx.ledger.charge(Phase::Graph, leaf.id, cost, members * leaf.owned_len());
         cx.ledger.facts(leaf.id).members += members;
         neighbours.append(lists);
     }
@@ -164,11 +165,11 @@ fn report_edges<P: Point>(
     let mut sent = Vec::new();
     for leaf in &subdomain.leaves {
         let mut edges = Edges::default();
-        for home in leaf.home() {
-            let list = &neighbours[home as usize];
-            edges.take(table, home, list);
+        for owned in leaf.owned() {
+            let list = &neighbours[owned as usize];
+            edges.take(table, owned, list);
             if cx.config.shown.collect_graph {
-                let counted = edges_of(table, home, list).filter(|edge| edge.1);
+                let counted = edges_of(table, owned, list).filter(|edge| edge.1);
                 sent.extend(counted.flat_map(|edge| edge.0));
             }
         }

@@ -102,7 +102,7 @@ fn points_in<P: Point>(body: &Body<P>) -> usize {
         | Body::Propose { points, .. }
         | Body::Object { points, .. }
         | Body::Region { points, .. } => points.len(),
-        Body::Answer(answer) => answer.points.len(),
+        Body::Reply(answer) => answer.points.len(),
         Body::Lists(list) => list.points.len(),
         Body::Query(q) => q.slots.len(),
         _ => 0,

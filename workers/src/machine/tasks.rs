@@ -4,8 +4,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use septet_geometry::found::{Found, FoundList};
 use septet_geometry::point::Point;
+use septet_geometry::selection::{Neighbour, NeighbourList};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::tasks::{Said, SampleRow, TaskLog};
@@ -35,7 +35,7 @@ impl Reaching {
 pub(crate) type Reached = BTreeMap<(u32, NodeId), Reaching>;
 
 /// Step, objection or proposal, speaker's and listener's leaf.
-type Speech = (u32, bool, u32, u32);
+type Announcements = (u32, bool, u32, u32);
 
 /// What one walk of balls reached; nothing is kept unless asked for.
 #[derive(Clone, Debug, Default)]
@@ -65,12 +65,12 @@ impl Reach {
     pub(crate) fn found(
         &mut self,
         node: NodeId,
-        below: impl Iterator<Item = Found>,
+        below: impl Iterator<Item = Neighbour>,
         wanted: usize,
         radius2: f64,
     ) {
         if let Some(reached) = &mut self.reached {
-            let mut nearest = FoundList::default();
+            let mut nearest = NeighbourList::default();
             below.for_each(|found| nearest.push(found));
             nearest.keep_nearest(wanted, radius2);
             let entry = reached.entry((self.origin, node)).or_default();
@@ -89,7 +89,7 @@ pub(crate) struct Recorder {
     tellers: BTreeMap<(u32, u32, u32), u64>,
     reach: BTreeMap<(u8, u32, NodeId), Reaching>,
     /// Cells, conflicts, ids of the points named.
-    said: BTreeMap<Speech, (u64, u64, BTreeSet<u64>)>,
+    said: BTreeMap<Announcements, (u64, u64, BTreeSet<u64>)>,
     checks: u32,
 }
 

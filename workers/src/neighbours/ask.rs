@@ -18,7 +18,7 @@ pub(crate) struct Ask {
 /// A ball of a home point.
 #[derive(Clone, Debug)]
 pub(crate) struct Ball {
-    pub(crate) home: u32,
+    pub(crate) owned: u32,
     pub(crate) leaf: usize,
     pub(crate) radius2: f64,
 }

@@ -57,17 +57,17 @@ async fn leaf_radii<P: Point>(
     cx.enter(Phase::Radii)?;
     let (positions, site, fault) = (&table.positions, cx.site(), cx.config.fault);
     let results = map_in(&cx.pool, &subdomain.leaves, |leaf| {
-        let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.home_len());
-        let members: Vec<u32> = leaf.home().collect();
+        let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.owned_len());
+        let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &members, &members, 1, all, &mut cost);
         let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
         (nearest.kth2, cost)
     });
-    let mut radii2 = Vec::with_capacity(table.home as usize);
+    let mut radii2 = Vec::with_capacity(table.owned as usize);
     for (leaf, (nearest2, cost)) in subdomain.leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Radii, leaf.id, cost, leaf.home_len() * leaf.home_len());
+        cx.ledger.charge(Phase::Radii, leaf.id, cost, leaf.owned_len() * leaf.owned_len());
         radii2.extend(nearest2);
     }
     table.radii2[..radii2.len()].copy_from_slice(&radii2);
@@ -92,9 +92,9 @@ fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) ->
     for (at, leaf) in leaves.iter().enumerate() {
         let radii2 = &radii2[leaf.start as usize..leaf.end as usize];
         let limit2 = limit2(radii2);
-        for (home, &radius2) in leaf.home().zip(radii2) {
+        for (owned, &radius2) in leaf.owned().zip(radii2) {
             if radius2 > limit2 || radius2 == f64::INFINITY {
-                balls.push(Ball { home, leaf: at, radius2 });
+                balls.push(Ball { owned, leaf: at, radius2 });
             }
         }
     }

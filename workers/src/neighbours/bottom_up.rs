@@ -13,8 +13,8 @@
 
 use std::ops::Range;
 
-use septet_geometry::found::FoundList;
 use septet_geometry::point::Point;
+use septet_geometry::selection::NeighbourList;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
 
@@ -22,7 +22,7 @@ use crate::config::WorkerConfig;
 use crate::machine::context::Context;
 use crate::neighbours::ask::Ask;
 use crate::neighbours::descent::{Descent, Pending};
-use crate::neighbours::forwards::Forwards;
+use crate::neighbours::router::QueryRouter;
 use crate::neighbours::tallies::Tallies;
 use crate::neighbours::walk::{Ground, Probe};
 use crate::state::subdomain::{Inner, Subdomain, Tree, Way, leaf_number};
@@ -54,7 +54,7 @@ pub(crate) async fn correct_bottom_up<P: Point>(
             cross(cx, subdomain, table, level, &mut descent);
         }
         while cx.exchange().await? {
-            descent.hear(cx, table)?;
+            descent.receive(cx, table)?;
         }
         descent.land_pass(cx, level).shrink(&mut table.radii2);
     }
@@ -72,14 +72,14 @@ fn cross<P: Point>(
     let Some(at) = subdomain.path.iter().position(|shared| shared.id.level() == level) else { return };
     let shared = &subdomain.path[at];
     let out = Way { level: at, side: 1 - shared.mine };
-    let mut forwards = Forwards::new(cx.rank, ASK);
-    for home in 0..table.home {
-        let (centre, radius2) = (table.positions[home as usize], table.radii2[home as usize]);
+    let mut forwards = QueryRouter::new(cx.rank, ASK);
+    for owned in 0..table.owned {
+        let (centre, radius2) = (table.positions[owned as usize], table.radii2[owned as usize]);
         let goes = shared.split.reaches(centre, radius2, out.side);
         descent.visit(shared.id, goes);
         if goes {
-            let leaf = u64::from(leaf_number(&subdomain.leaves, home));
-            descent.forward(&mut forwards, &[out], leaf, Pending::of_home(home, centre, radius2));
+            let leaf = u64::from(leaf_number(&subdomain.leaves, owned));
+            descent.forward(&mut forwards, &[out], leaf, Pending::of_owned(owned, centre, radius2));
         }
     }
     forwards.send(cx);
@@ -93,12 +93,12 @@ fn correct<P: Point>(
     tree: &Tree<P>,
 ) -> Range<u32> {
     let inner = match tree {
-        Tree::Leaf(at) => return subdomain.leaves[*at].home(),
+        Tree::Leaf(at) => return subdomain.leaves[*at].owned(),
         Tree::Node(inner) => inner,
     };
-    let homes = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children[side]));
-    correct_node(cx, subdomain, table, inner, &homes);
-    homes[0].start..homes[1].end
+    let owned_points = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children[side]));
+    correct_node(cx, subdomain, table, inner, &owned_points);
+    owned_points[0].start..owned_points[1].end
 }
 
 /// Corrects the balls of both children of a node.
@@ -107,28 +107,28 @@ fn correct_node<P: Point>(
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     inner: &Inner<P>,
-    homes: &[Range<u32>; 2],
+    owned_points: &[Range<u32>; 2],
 ) {
     let mut walk = Ground { subdomain, table, blocks: &[], recorded: false }.walk(ASK);
     let mut nearer = Vec::new();
-    let mut found = FoundList::default();
-    for (side, range) in homes.iter().enumerate() {
-        for home in range.clone() {
-            let (centre, radius2) = (table.positions[home as usize], table.radii2[home as usize]);
+    let mut found = NeighbourList::default();
+    for (side, range) in owned_points.iter().enumerate() {
+        for owned in range.clone() {
+            let (centre, radius2) = (table.positions[owned as usize], table.radii2[owned as usize]);
             let goes = inner.split.reaches(centre, radius2, 1 - side);
             walk.visit_local(inner.number, goes);
             if goes {
                 found.clear();
-                walk.down(&inner.children[1 - side], &Probe { centre, radius2, home: None }, &mut found);
-                nearer.extend(found.distances2().iter().map(|&d2| (home, d2)));
+                walk.down(&inner.children[1 - side], &Probe { centre, radius2, owned: None }, &mut found);
+                nearer.extend(found.distances2().iter().map(|&d2| (owned, d2)));
             }
         }
     }
     let mut tallies = Tallies::default();
     tallies.add(subdomain, &walk.into_counts(), &mut cx.ledger);
     tallies.charge_pass(&mut cx.ledger, inner.id.level());
-    for (home, d2) in nearer {
-        let radius2 = &mut table.radii2[home as usize];
+    for (owned, d2) in nearer {
+        let radius2 = &mut table.radii2[owned as usize];
         *radius2 = radius2.min(d2);
     }
 }

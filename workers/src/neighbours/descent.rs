@@ -23,24 +23,24 @@
 #[cfg(test)]
 mod tests;
 
-use septet_geometry::blocks::Blocks;
 use septet_geometry::complex::NONE;
-use septet_geometry::found::FoundList;
+use septet_geometry::kd_blocks::KdBlocks;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::{Point, dist2};
+use septet_geometry::selection::NeighbourList;
 use septet_protocol::ids::{NodeId, Rank};
-use septet_protocol::message::{AnswerBatch, Body, Message, QueryBatch};
+use septet_protocol::message::{Body, Message, QueryBatch, ReplyBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
 use crate::machine::context::Context;
-use crate::neighbours::answers::Asked;
 use crate::neighbours::ask::{Ask, Ball};
-use crate::neighbours::chains::{Chain, Chains};
-use crate::neighbours::done::{Done, Part};
-use crate::neighbours::forwards::{Forwards, Replica};
+use crate::neighbours::chunked_lists::{ChunkedLists, ListChain};
 use crate::neighbours::launch::{Looked, Start, Walked, largest_balls, walk_balls};
+use crate::neighbours::replies::Asked;
+use crate::neighbours::results::{CompletedLists, Part};
+use crate::neighbours::router::{QueryRouter, Replica};
 use crate::neighbours::tallies::{Charge, Tallies};
 use crate::neighbours::walk::{Ground, Probe};
 use crate::state::subdomain::{Subdomain, Way};
@@ -56,7 +56,7 @@ pub(crate) async fn descend<P: Point>(
     table: &mut Table<P>,
     ask: Ask,
     balls: Vec<Ball>,
-) -> Result<Done, TransportError> {
+) -> Result<CompletedLists, TransportError> {
     let mut descent = Descent::new(subdomain, ask, &[]);
     descent.launch(cx, table, &balls, None);
     drop(balls);
@@ -67,7 +67,7 @@ pub(crate) async fn descend<P: Point>(
 #[derive(Clone, Copy, Debug)]
 enum Asker {
     /// A home point.
-    Home(u32),
+    Owned(u32),
     /// Another rank: the number of its batch, and the position there.
     Batch { batch: u32, query: u32 },
 }
@@ -80,13 +80,13 @@ pub(crate) struct Pending<P> {
     centre: P,
     radius2: f64,
     /// Points found so far, none of them farther than the radius.
-    list: Chain,
+    list: ListChain,
 }
 
 impl<P> Pending<P> {
     /// A home point's.
-    pub(crate) fn of_home(home: u32, centre: P, radius2: f64) -> Self {
-        Pending { asker: Asker::Home(home), outstanding: 0, centre, radius2, list: Chain::EMPTY }
+    pub(crate) fn of_owned(owned: u32, centre: P, radius2: f64) -> Self {
+        Pending { asker: Asker::Owned(owned), outstanding: 0, centre, radius2, list: ListChain::EMPTY }
     }
 }
 
@@ -102,39 +102,39 @@ struct Question<P> {
 pub(crate) struct Descent<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
     /// The home points of each leaf in blocks, if lists are looked for.
-    blocks: &'a [Blocks<P>],
+    blocks: &'a [KdBlocks<P>],
     ask: Ask,
     pending: Vec<Pending<P>>,
     /// Points that pending balls found so far.
-    chains: Chains,
+    chains: ChunkedLists,
     asked: Vec<Asked>,
     /// For each point of the table [`NONE`], between answers.
     marks: Vec<u32>,
     /// Home points whose lists are complete.
-    done: Done,
+    done: CompletedLists,
     tallies: Tallies,
-    scratch: FoundList,
+    scratch: NeighbourList,
 }
 
 impl<'a, P: Point> Descent<'a, P> {
     /// No balls yet.
-    pub(crate) fn new(subdomain: &'a Subdomain<P>, ask: Ask, blocks: &'a [Blocks<P>]) -> Self {
+    pub(crate) fn new(subdomain: &'a Subdomain<P>, ask: Ask, blocks: &'a [KdBlocks<P>]) -> Self {
         Descent {
             subdomain,
             blocks,
             ask,
             pending: Vec::new(),
-            chains: Chains::default(),
+            chains: ChunkedLists::default(),
             asked: Vec::new(),
             marks: Vec::new(),
-            done: Done::default(),
+            done: CompletedLists::default(),
             tallies: Tallies::default(),
-            scratch: FoundList::default(),
+            scratch: NeighbourList::default(),
         }
     }
 
     /// The lists that are complete.
-    pub(crate) fn done(&self) -> &Done {
+    pub(crate) fn done(&self) -> &CompletedLists {
         &self.done
     }
 
@@ -162,7 +162,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let leaving: usize = walked.iter().map(|walked| walked.leaving.len()).sum();
         self.pending.reserve(2 * leaving);
         self.chains.reserve(4 * leaving);
-        let mut forwards = Forwards::new(cx.rank, ask);
+        let mut forwards = QueryRouter::new(cx.rank, ask);
         for (Walked { done, leaving, counts }, group) in walked.into_iter().zip(groups) {
             self.done.parts.push(done);
             self.tallies.add(subdomain, &counts, &mut cx.ledger);
@@ -184,11 +184,18 @@ impl<'a, P: Point> Descent<'a, P> {
     }
 
     /// Forwards those of a group of home points' balls that leave.
-    fn send_away(&mut self, forwards: &mut Forwards<P>, table: &Table<P>, leaving: Looked, group: &[Ball]) {
+    fn send_away(
+        &mut self,
+        forwards: &mut QueryRouter<P>,
+        table: &Table<P>,
+        leaving: Looked,
+        group: &[Ball],
+    ) {
         let (block, mut begin) = (self.chains.next_block(), 0);
         for (at, found, ways) in leaving.iter() {
             let ball = &group[at];
-            let mut pending = Pending::of_home(ball.home, table.positions[ball.home as usize], ball.radius2);
+            let mut pending =
+                Pending::of_owned(ball.owned, table.positions[ball.owned as usize], ball.radius2);
             self.chains.add(&mut pending.list, block, begin..begin + found.len());
             begin += found.len();
             self.forward(forwards, ways, ball.leaf as u64, pending);
@@ -200,7 +207,7 @@ impl<'a, P: Point> Descent<'a, P> {
     /// other.
     pub(crate) fn forward(
         &mut self,
-        forwards: &mut Forwards<P>,
+        forwards: &mut QueryRouter<P>,
         ways: &[Way],
         group: u64,
         mut pending: Pending<P>,
@@ -217,15 +224,15 @@ impl<'a, P: Point> Descent<'a, P> {
         mut self,
         cx: &mut Context<P>,
         table: &mut Table<P>,
-    ) -> Result<Done, TransportError> {
+    ) -> Result<CompletedLists, TransportError> {
         while cx.exchange().await? {
-            self.hear(cx, table)?;
+            self.receive(cx, table)?;
         }
         Ok(self.land(cx))
     }
 
     /// Charges the phase, which is over; returns the lists.
-    pub(crate) fn land(self, cx: &mut Context<P>) -> Done {
+    pub(crate) fn land(self, cx: &mut Context<P>) -> CompletedLists {
         for Charge { node, cost, items } in self.tallies.into_charges() {
             cx.ledger.charge(self.ask.phase, node, cost, items);
         }
@@ -233,7 +240,7 @@ impl<'a, P: Point> Descent<'a, P> {
     }
 
     /// The same for one pass of the bottom-up correction, by its level.
-    pub(crate) fn land_pass(self, cx: &mut Context<P>, level: u32) -> Done {
+    pub(crate) fn land_pass(self, cx: &mut Context<P>, level: u32) -> CompletedLists {
         self.tallies.charge_pass(&mut cx.ledger, level);
         self.done
     }
@@ -243,7 +250,11 @@ impl<'a, P: Point> Descent<'a, P> {
     ///
     /// # Errors
     /// If an answer names a query that waits for none.
-    pub(crate) fn hear(&mut self, cx: &mut Context<P>, table: &mut Table<P>) -> Result<(), TransportError> {
+    pub(crate) fn receive(
+        &mut self,
+        cx: &mut Context<P>,
+        table: &mut Table<P>,
+    ) -> Result<(), TransportError> {
         let Ask { wanted, probe, .. } = self.ask;
         let questions = cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Query(batch) if batch.is_consistent() && (batch.wanted, batch.probe) == (wanted, probe) => {
@@ -252,10 +263,10 @@ impl<'a, P: Point> Descent<'a, P> {
             _ => None,
         });
         let answers = cx.take(|m: &mut Message<P>| match &mut m.body {
-            Body::Answer(batch) if batch.is_consistent() => Some((m.from, std::mem::take(batch))),
+            Body::Reply(batch) if batch.is_consistent() => Some((m.from, std::mem::take(batch))),
             _ => None,
         });
-        let mut forwards = Forwards::new(cx.rank, self.ask);
+        let mut forwards = QueryRouter::new(cx.rank, self.ask);
         for question in questions {
             self.on_question(cx, table, question, &mut forwards);
         }
@@ -275,7 +286,7 @@ impl<'a, P: Point> Descent<'a, P> {
         marks.resize(table.ids.len().max(marks.len()), NONE);
         for asked in asked.iter_mut().filter(|asked| asked.is_complete()) {
             let answer = asked.take(table, marks);
-            cx.send(asked.from(), NodeId::ROOT, 0, Body::Answer(answer));
+            cx.send(asked.from(), NodeId::ROOT, 0, Body::Reply(answer));
         }
     }
 
@@ -285,7 +296,7 @@ impl<'a, P: Point> Descent<'a, P> {
         cx: &mut Context<P>,
         table: &Table<P>,
         question: Question<P>,
-        forwards: &mut Forwards<P>,
+        forwards: &mut QueryRouter<P>,
     ) {
         if let Some(holder) = self.subdomain.relayed(question.node, cx.rank) {
             self.relay(cx, question, holder);
@@ -304,7 +315,7 @@ impl<'a, P: Point> Descent<'a, P> {
             if ways.is_empty() {
                 continue;
             }
-            let mut list = Chain::EMPTY;
+            let mut list = ListChain::EMPTY;
             self.chains.add(&mut list, block, numbers.len()..numbers.len() + found.len());
             numbers.extend_from_slice(found);
             outstanding += 1;
@@ -323,11 +334,11 @@ impl<'a, P: Point> Descent<'a, P> {
         let start = self.subdomain.position(node);
         let mut walk = self.ground(table).walk(self.ask);
         let mut looked = Looked::default();
-        let (mut found, mut ways) = (FoundList::default(), Vec::new());
+        let (mut found, mut ways) = (NeighbourList::default(), Vec::new());
         for (i, (&centre, &radius2)) in batch.centres.iter().zip(&batch.radii2.0).enumerate() {
             found.clear();
             ways.clear();
-            walk.follow(start, &Probe { centre, radius2, home: None }, &mut ways, &mut found);
+            walk.follow(start, &Probe { centre, radius2, owned: None }, &mut ways, &mut found);
             found.keep_nearest(batch.wanted as usize, radius2);
             looked.push(i, found.numbers().iter().copied(), &ways);
         }
@@ -350,7 +361,7 @@ impl<'a, P: Point> Descent<'a, P> {
                 outstanding: 1,
                 centre: on.centres[i],
                 radius2: on.radii2[i],
-                list: Chain::EMPTY,
+                list: ListChain::EMPTY,
             });
         }
         cx.send(holder, node, 0, Body::Query(on));
@@ -358,8 +369,8 @@ impl<'a, P: Point> Descent<'a, P> {
 
     /// Enters the lists of an answer, which become numbers of the table in their own storage; nothing if some were
     /// not asked.
-    fn on_answer(&mut self, table: &mut Table<P>, batch: AnswerBatch<P>) -> Option<()> {
-        let AnswerBatch { slots, counts, groups, sizes, places, points } = batch;
+    fn on_answer(&mut self, table: &mut Table<P>, batch: ReplyBatch<P>) -> Option<()> {
+        let ReplyBatch { slots, counts, groups, sizes, places, points } = batch;
         // Their own leaves were not asked: no home point is among them.
         let each = points.ids.iter().zip(&points.positions.0).zip(&points.owners.0);
         let numbers: Vec<u32> = each.map(|((&id, &x), &owner)| table.receive(id, x, owner).0).collect();
@@ -400,7 +411,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let kth2 = scratch.keep_nearest(ask.wanted as usize, pending.radius2);
         let list = scratch.numbers().iter().copied();
         match pending.asker {
-            Asker::Home(home) => done.push(home, kth2, list),
+            Asker::Owned(owned) => done.push(owned, kth2, list),
             Asker::Batch { batch, query } => asked[batch as usize].answer(query, list),
         }
     }

@@ -1,12 +1,12 @@
 //! Balls of home points on their way through what their own rank knows of the tree.
 
-use septet_geometry::found::FoundList;
 use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::{Point, dist2};
+use septet_geometry::selection::NeighbourList;
 
 use crate::neighbours::ask::{Ask, Ball};
-use crate::neighbours::done::Part;
+use crate::neighbours::results::Part;
 use crate::neighbours::walk::{Counts, Ground, Probe};
 use crate::state::subdomain::{Leaf, Way};
 
@@ -77,7 +77,7 @@ pub(crate) fn walk_balls<P: Point>(ground: Ground<P>, ask: Ask, group: &[Ball], 
     let mut walk = ground.walk(ask);
     let mut done = Part::with_capacity(group.len(), group.len() * ask.wanted as usize);
     let mut leaving = Looked::default();
-    let (mut found, mut ways) = (FoundList::default(), Vec::new());
+    let (mut found, mut ways) = (NeighbourList::default(), Vec::new());
     let mut before = None;
     for (at, ball) in group.iter().enumerate() {
         let leaf = &leaves[ball.leaf];
@@ -85,26 +85,26 @@ pub(crate) fn walk_balls<P: Point>(ground: Ground<P>, ask: Ask, group: &[Ball], 
             before = Some(ball.leaf);
             walk.start(ball.leaf, start.largest2[ball.leaf]);
         }
-        let centre = positions[ball.home as usize];
+        let centre = positions[ball.owned as usize];
         found.clear();
         ways.clear();
-        let probe = Probe { centre, radius2: ball.radius2, home: Some(leaf.id) };
+        let probe = Probe { centre, radius2: ball.radius2, owned: Some(leaf.id) };
         walk.follow(0, &probe, &mut ways, &mut found);
-        let own = start.known.map(|leaves| leaves[ball.leaf].of(ball.home - leaf.start));
+        let own = start.known.map(|leaves| leaves[ball.leaf].of(ball.owned - leaf.start));
         if let Some((kth2, list)) = own
             && found.is_empty()
             && ways.is_empty()
             && kth2 <= ball.radius2
         {
             // Its own leaf's list is complete.
-            done.push(ball.home, kth2, list.iter().copied());
+            done.push(ball.owned, kth2, list.iter().copied());
             continue;
         }
         found.extend(own.map_or(&[], |own| own.1), |j| dist2(positions[j as usize], centre));
         let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
         let list = found.numbers().iter().copied();
         if ways.is_empty() {
-            done.push(ball.home, kth2, list);
+            done.push(ball.owned, kth2, list);
         } else {
             leaving.push(at, list, &ways);
         }

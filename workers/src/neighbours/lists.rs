@@ -6,8 +6,8 @@
 //!
 //! **Work and depth.** All pairs of a leaf, and the descent's. **Rounds.** Those of two descents.
 
-use septet_geometry::blocks::Blocks;
 use septet_geometry::cost::Cost;
+use septet_geometry::kd_blocks::KdBlocks;
 use septet_geometry::neighbourhood::{NearestLists, nearest_in_blocks};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
@@ -18,7 +18,7 @@ use crate::machine::context::Context;
 use crate::neighbours::ask::Ask;
 use crate::neighbours::balls::{all_balls, large_balls};
 use crate::neighbours::descent::Descent;
-use crate::neighbours::done::Done;
+use crate::neighbours::results::CompletedLists;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
@@ -28,7 +28,7 @@ pub(crate) async fn nearest_lists<P: Point>(
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     k: u32,
-) -> Result<Done, TransportError> {
+) -> Result<CompletedLists, TransportError> {
     cx.enter(Phase::KnnRadii)?;
     let LeafLists { blocks, nearest } = leaf_lists(cx, subdomain, table, k);
     while cx.exchange().await? {}
@@ -46,8 +46,8 @@ pub(crate) async fn nearest_lists<P: Point>(
     descent.launch(cx, table, &all_balls(&subdomain.leaves, &radii2), Some(&nearest));
     drop((radii2, nearest));
     let done = descent.finish(cx, table).await?;
-    for (home, kth2, _) in done.iter() {
-        table.radii2[home as usize] = kth2;
+    for (owned, kth2, _) in done.iter() {
+        table.radii2[owned as usize] = kth2;
     }
     Ok(done)
 }
@@ -55,7 +55,7 @@ pub(crate) async fn nearest_lists<P: Point>(
 /// The home points of each leaf.
 struct LeafLists<P> {
     /// In blocks.
-    blocks: Vec<Blocks<P>>,
+    blocks: Vec<KdBlocks<P>>,
     /// The `k` nearest of each among them.
     nearest: Vec<NearestLists>,
 }
@@ -69,15 +69,15 @@ fn leaf_lists<P: Point>(
 ) -> LeafLists<P> {
     let site = cx.site();
     let results = map_in(&cx.pool, &subdomain.leaves, |leaf| {
-        let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.home_len());
-        let blocks = Blocks::of(&table.positions[leaf.start as usize..leaf.end as usize]);
+        let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.owned_len());
+        let blocks = KdBlocks::of(&table.positions[leaf.start as usize..leaf.end as usize]);
         let mut cost = Cost::ZERO;
         let nearest = nearest_in_blocks(&blocks, leaf.start, k as usize, &mut cost);
         (blocks, nearest, cost)
     });
     let (mut all_blocks, mut all_nearest) = (Vec::new(), Vec::new());
     for (leaf, (blocks, nearest, cost)) in subdomain.leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.home_len() * leaf.home_len());
+        cx.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.owned_len() * leaf.owned_len());
         all_blocks.push(blocks);
         all_nearest.push(nearest);
     }

@@ -1,14 +1,14 @@
 //! Nearest neighbours across subdomains: balls at leaves, their descent of the tree, and the answers.
 
-pub(crate) mod answers;
 pub(crate) mod ask;
 pub(crate) mod balls;
 pub(crate) mod bottom_up;
-pub(crate) mod chains;
+pub(crate) mod chunked_lists;
 pub(crate) mod descent;
-pub(crate) mod done;
-pub(crate) mod forwards;
 pub(crate) mod launch;
 pub(crate) mod lists;
+pub(crate) mod replies;
+pub(crate) mod results;
+pub(crate) mod router;
 pub(crate) mod tallies;
 pub(crate) mod walk;

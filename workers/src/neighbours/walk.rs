@@ -1,10 +1,10 @@
 //! Balls on their way through what one rank knows of the tree: its path of shared nodes, and its own subtree.
 
-use septet_geometry::blocks::Blocks;
-use septet_geometry::columns::Columns;
+use septet_geometry::coordinate_arrays::CoordinateArrays;
 use septet_geometry::cost::Sweep;
-use septet_geometry::found::FoundList;
+use septet_geometry::kd_blocks::KdBlocks;
 use septet_geometry::point::Point;
+use septet_geometry::selection::NeighbourList;
 use septet_protocol::ids::NodeId;
 
 use crate::machine::tasks::Reach;
@@ -18,7 +18,7 @@ pub(crate) struct Ground<'a, P: Point> {
     pub(crate) subdomain: &'a Subdomain<P>,
     pub(crate) table: &'a Table<P>,
     /// The home points of each leaf in blocks, if lists are looked for.
-    pub(crate) blocks: &'a [Blocks<P>],
+    pub(crate) blocks: &'a [KdBlocks<P>],
     /// Whether to record which nodes the balls reach.
     pub(crate) recorded: bool,
 }
@@ -30,7 +30,7 @@ impl<'a, P: Point> Ground<'a, P> {
         let (shared, local) = (subdomain.path.len(), subdomain.inner_ids.len());
         Walk {
             subdomain,
-            homes: table.columns(),
+            owned_points: table.coordinates(),
             blocks,
             ask,
             around: Around {
@@ -51,8 +51,8 @@ impl<'a, P: Point> Ground<'a, P> {
 /// One walk of balls through what a rank knows of the tree, with its own counters.
 pub(crate) struct Walk<'a, P: Point> {
     subdomain: &'a Subdomain<P>,
-    homes: &'a Columns<P>,
-    blocks: &'a [Blocks<P>],
+    owned_points: &'a CoordinateArrays<P>,
+    blocks: &'a [KdBlocks<P>],
     ask: Ask,
     around: Around<P>,
     counts: Counts,
@@ -92,7 +92,7 @@ pub(crate) struct Probe<P> {
     pub(crate) centre: P,
     pub(crate) radius2: f64,
     /// The leaf where it is at home, if that lies below.
-    pub(crate) home: Option<NodeId>,
+    pub(crate) owned: Option<NodeId>,
 }
 
 /// Which children of a node a ball goes to. A ball of the walk's leaf goes to the far side only if the ball around all
@@ -103,12 +103,12 @@ fn sides<P: Point>(
     probe: bool,
     (around, known): ((P, f64), &mut Option<bool>),
 ) -> [bool; 2] {
-    match ball.home {
+    match ball.owned {
         Some(leaf) => {
-            let home = id.side_of(leaf);
+            let owned = id.side_of(leaf);
             let meets = *known.get_or_insert_with(|| split.separator.crosses(around.0, around.1));
             let mut sides = [true; 2];
-            sides[1 - home] = meets && split.reaches(ball.centre, ball.radius2, 1 - home);
+            sides[1 - owned] = meets && split.reaches(ball.centre, ball.radius2, 1 - owned);
             sides
         }
         None if probe => {
@@ -185,7 +185,7 @@ impl<P: Point> Walk<'_, P> {
         start: usize,
         ball: &Probe<P>,
         ways: &mut Vec<Way>,
-        found: &mut FoundList,
+        found: &mut NeighbourList,
     ) {
         let Walk { subdomain, ask, around, counts, .. } = self;
         let reach = |level: usize, shared: &Shared<P>| {
@@ -201,20 +201,20 @@ impl<P: Point> Walk<'_, P> {
     }
 
     /// Follows a ball through a subtree; collects the points found.
-    pub(crate) fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut FoundList) {
+    pub(crate) fn down(&mut self, tree: &Tree<P>, ball: &Probe<P>, found: &mut NeighbourList) {
         match tree {
             Tree::Leaf(at) => self.at_leaf(*at, ball, found),
             Tree::Node(inner) => {
-                let here = Probe { home: ball.home.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
+                let here = Probe { owned: ball.owned.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
                 let known = &mut self.around.local[inner.number];
                 let node = (inner.id, &inner.split);
                 let sides = sides(node, &here, self.ask.probe, (self.around.ball, known));
                 self.counts.local[inner.number].visit(sides[0] && sides[1]);
                 for (side, child) in inner.children.iter().enumerate() {
                     if sides[side] {
-                        let on_way = here.home.filter(|&leaf| inner.id.side_of(leaf) == side);
+                        let on_way = here.owned.filter(|&leaf| inner.id.side_of(leaf) == side);
                         let before = found.len();
-                        self.down(child, &Probe { home: on_way, ..here }, found);
+                        self.down(child, &Probe { owned: on_way, ..here }, found);
                         if on_way.is_none() {
                             let wanted = self.ask.wanted as usize;
                             self.counts.reach.found(
@@ -230,9 +230,9 @@ impl<P: Point> Walk<'_, P> {
         }
     }
 
-    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut FoundList) {
+    fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut NeighbourList) {
         let leaf = &self.subdomain.leaves[at];
-        if ball.home == Some(leaf.id) && !self.ask.own_leaf {
+        if ball.owned == Some(leaf.id) && !self.ask.own_leaf {
             return;
         }
         let AtLeaf { pairs, visits } = &mut self.counts.at_leaf[at];
@@ -241,10 +241,10 @@ impl<P: Point> Walk<'_, P> {
             pairs.each_in_blocks(blocks, ball.centre, ball.radius2, leaf.start, found);
             return;
         }
-        let homes = leaf.start as usize..leaf.end as usize;
+        let owned_points = leaf.start as usize..leaf.end as usize;
         let mut limit2 = ball.radius2;
         let nearest_only = self.ask.wanted == 1;
-        pairs.each_distance(self.homes, homes, ball.centre, limit2, |at, d2| {
+        pairs.each_distance(self.owned_points, owned_points, ball.centre, limit2, |at, d2| {
             // No two points coincide: distance zero is the centre itself.
             if d2 > 0.0 {
                 found.push((d2, leaf.start + at as u32));
@@ -304,7 +304,7 @@ mod tests {
                 for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
                     let centre = low + DVec2::new(f64::from(x), f64::from(y));
                     let id = NodeId::ROOT;
-                    let ball = Probe { centre, radius2: largest * largest, home: Some(id.child(0)) };
+                    let ball = Probe { centre, radius2: largest * largest, owned: Some(id.child(0)) };
                     let sides = sides((id, &split), &ball, false, (around, &mut known[at]));
                     assert_eq!(sides, [true, split.reaches(centre, ball.radius2, 1)], "{cut} {x} {y}");
                     went += u32::from(sides[1]);

@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{
-    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_halves, draw as draw_separator,
-    draw_halves, split_bound,
+    DrawKey, DrawKind, Drawn, SEPARATOR_WORDS, Separator, cut, cut_at_median, draw as draw_separator,
+    draw_bisecting, split_bound,
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::NodeFacts;
-use septet_protocol::message::{Body, Child, Verdict};
+use septet_protocol::message::{Body, Child, Decision};
 
 use crate::config::{Partition, WorkerConfig};
 use crate::machine::context::Context;
@@ -55,15 +55,15 @@ pub fn draw_from<P: Point>(
 ) -> (Option<Separator<P>>, u64) {
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
-    if !config.tree.halving || config.fault.is_some() {
+    if !config.tree.balanced || config.fault.is_some() {
         // A draw, and what is planted in its place, must not see the order of arrival; those of halves sort what they need.
         samples.sort_unstable_by(lex_cmp);
     }
-    let mut drawn = match (config.tree.partition, config.tree.halving) {
+    let mut drawn = match (config.tree.partition, config.tree.balanced) {
         (Partition::Sphere, false) => draw_separator(key, population, samples, &mut own),
-        (Partition::Sphere, true) => draw_halves(key, population, samples, &mut own),
+        (Partition::Sphere, true) => draw_bisecting(key, population, samples, &mut own),
         (Partition::Kd, false) => cut(key, samples, &mut own),
-        (Partition::Kd, true) => cut_halves(key, population, samples, &mut own),
+        (Partition::Kd, true) => cut_at_median(key, population, samples, &mut own),
     };
     own.close(samples.len() as u64);
     cost.then(own);
@@ -127,7 +127,7 @@ pub(crate) fn judge<P: Point>(
     attempt: u32,
     (separator, kind): (Option<Separator<P>>, u64),
     plan: &Plan,
-) -> Verdict {
+) -> Decision {
     let node = group.node;
     let counts = cx.take(|m| match &mut m.body {
         Body::Counts { inside, outside, boxes } => {
@@ -142,7 +142,7 @@ pub(crate) fn judge<P: Point>(
     let mut boxes: Vec<P> = Vec::new();
     let good = !refused(&cx.config, node, attempt) && acceptable::<P>(&cx.config, inside, outside);
     let verdict = if cx.config.fault.is_some_and(|fault| fault.refuses(node)) {
-        Verdict::Leaf
+        Decision::Leaf
     } else if separator.is_some() && good {
         let all = counts.iter().map(|c| &c.2);
         for side in 0..2 {
@@ -150,16 +150,16 @@ pub(crate) fn judge<P: Point>(
             let joined = all.clone().map(of).reduce(join_bounds);
             boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
         }
-        Verdict::Split(place(group, [inside, outside], plan, &cx.config))
+        Decision::Split(place(group, [inside, outside], plan, &cx.config))
     } else if separator.is_some() && attempt + 1 < MAX_ATTEMPTS {
-        Verdict::Retry
+        Decision::Retry
     } else {
-        Verdict::Leaf
+        Decision::Leaf
     };
     let facts = cx.ledger.facts(node);
     facts.population = group.child.population;
     facts.attempts = u64::from(attempt) + 1;
-    if let Verdict::Split(children) = &verdict {
+    if let Decision::Split(children) = &verdict {
         facts.inside = inside;
         facts.kind = kind;
         facts.separator = separator.as_ref().map_or(0, separator_hash);

@@ -4,7 +4,7 @@
 //! sphere splits the points; both sides are split in the same way, down to the floor. The tree is a
 //! function of (points, seed, parameters): which samples are taken, which spheres are drawn and which are
 //! accepted does not depend on the number of workers. Where only the answer is wanted separators halve
-//! ([`septet_geometry::separator::draw_halves`]).
+//! ([`septet_geometry::separator::draw_bisecting`]).
 //!
 //! **Rounds.** Four a level: samples to the leader; the sphere to the members; counts to the leader; the
 //! verdict to the members, who move the points and send the children's samples in the same step.
@@ -17,7 +17,7 @@ use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
-use septet_protocol::message::{Body, Child, Message, PointBatch, Verdict};
+use septet_protocol::message::{Body, Child, Decision, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Task, WorkerConfig, map_in};
@@ -85,19 +85,19 @@ pub(crate) async fn partition<P: Point>(
     if path.is_empty() || relay.is_some() {
         hand_over(cx, &group, points);
     }
-    let mut home = None;
+    let mut owned = None;
     while cx.exchange().await? {
         let moves = take_moves(cx);
         if !moves.is_empty() {
             let points = united(PointBatch::default(), moves);
-            home = Some(if cx.config.counted {
+            owned = Some(if cx.config.counted {
                 grow(cx, group.node, relay.is_some(), &points)
             } else {
                 keep_whole(cx, group.node, points)
             });
         }
     }
-    let Home { tree, inner_ids, leaves, table } = home.unwrap_or_default();
+    let LocalTree { tree, inner_ids, leaves, table } = owned.unwrap_or_default();
     Ok((Subdomain { path, relay, tree, inner_ids, leaves, led }, table))
 }
 
@@ -161,7 +161,7 @@ async fn agree<P: Point>(
         // To the members: what becomes of it.
         cx.next_round().await?;
         let (Some(points), Some(counted)) = (&share, counted) else {
-            if verdict == Some(Verdict::Retry) {
+            if verdict == Some(Decision::Retry) {
                 continue;
             }
             return Ok(None);
@@ -172,8 +172,8 @@ async fn agree<P: Point>(
             _ => None,
         })?;
         match (verdict, counted, boxes.as_slice()) {
-            (Verdict::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
-            (Verdict::Split(children), Some((separator, sides)), &[a, b, c, d]) => {
+            (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
+            (Decision::Split(children), Some((separator, sides)), &[a, b, c, d]) => {
                 let split = Split { separator, boxes: [(a, b), (c, d)] };
                 return Ok(Some(Agreed { split, children, sides }));
             }
@@ -288,21 +288,21 @@ fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
 }
 
 /// What one rank has of the tree.
-struct Home<P> {
+struct LocalTree<P> {
     tree: Option<(NodeId, Tree<P>)>,
     inner_ids: Vec<NodeId>,
     leaves: Vec<Leaf<P>>,
     table: Table<P>,
 }
 
-impl<P> Default for Home<P> {
+impl<P> Default for LocalTree<P> {
     fn default() -> Self {
-        Home { tree: None, inner_ids: Vec::new(), leaves: Vec::new(), table: Table::default() }
+        LocalTree { tree: None, inner_ids: Vec::new(), leaves: Vec::new(), table: Table::default() }
     }
 }
 
 /// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
-fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Home<P> {
+fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> LocalTree<P> {
     let builder = Builder { config: &cx.config, site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
@@ -334,7 +334,7 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
 
 /// Numbers the home points of a rank that triangulates them at once, in the order of insertion: neighbours lie
 /// near each other in memory.
-fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> Home<P> {
+fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> LocalTree<P> {
     let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
     let order = insertion_order(&positions);
     // The copy is given back, so that the piece's own points find room where it was.
@@ -344,7 +344,7 @@ fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>
     let bounds = bounds(positions.iter().copied());
     let end = positions.len() as u32;
     cx.ledger.facts(node).population = u64::from(end);
-    Home {
+    LocalTree {
         tree: Some((node, Tree::Leaf(0))),
         inner_ids: Vec::new(),
         leaves: vec![Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0 }],
@@ -359,7 +359,7 @@ fn settle<P: Point>(
     points: &PointBatch<P>,
     members: &[(NodeId, Vec<u32>)],
     sketch: Vec<Sketch<P>>,
-) -> Home<P> {
+) -> LocalTree<P> {
     let mut ids = Vec::with_capacity(points.len());
     let mut positions = Vec::with_capacity(points.len());
     let ordered = map_in(&cx.pool, members, |(_, members)| {
@@ -378,13 +378,13 @@ fn settle<P: Point>(
         leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0 });
         cx.ledger.facts(*id).population = u64::from(end - start);
     }
-    let mut table = Table::of_home(ids, positions, cx.rank);
+    let mut table = Table::of_owned(ids, positions, cx.rank);
     if cx.config.task != Task::Delaunay {
         table.radii2 = ordered.iter().flatten().map(|&i| points.radii2[i as usize]).collect();
     }
     let (mut inner_ids, mut leaf) = (Vec::new(), 0);
     let tree = raise(node, &mut sketch.into_iter(), &mut inner_ids, &mut leaf);
-    Home { tree: Some((node, tree)), inner_ids, leaves, table }
+    LocalTree { tree: Some((node, tree)), inner_ids, leaves, table }
 }
 
 /// Puts `items[order[i]]` to place `i`.
@@ -464,8 +464,8 @@ fn split_batch<P: Point>(
     cost: &mut Cost,
 ) -> [PointBatch<P>; 2] {
     let columns = (&mut points.ids.0, &mut points.positions.0, &mut points.radii2.0);
-    let (ids, positions, radii2) = cost.split_columns(sides, stay as u8, columns);
-    let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::homeless(ids, positions) };
+    let (ids, positions, radii2) = cost.split_arrays(sides, stay as u8, columns);
+    let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::in_transit(ids, positions) };
     if stay == 0 { [points, gone] } else { [gone, points] }
 }
 

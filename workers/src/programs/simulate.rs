@@ -7,7 +7,7 @@ use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Correction, Wanted};
-use crate::graph::choice::choice;
+use crate::graph::selection::choice;
 use crate::graph::summaries::summaries;
 use crate::graph::supergraph::{Graph, supergraph};
 use crate::machine::context::Context;

@@ -6,13 +6,13 @@ use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
-use crate::direct::halo::{Halo, halo};
+use crate::direct::ghost_layer::{GhostLayer, halo};
 use crate::direct::interface::{insert, interface};
-use crate::direct::piece::triangulate_piece;
+use crate::direct::subdomain_triangulation::triangulate_subdomain;
 use crate::machine::context::Context;
 use crate::result::certify::{Instance, certify};
 use crate::result::collect::collect_cells;
-use crate::stars::home::Stars;
+use crate::stars::owned::Stars;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
@@ -27,12 +27,12 @@ pub(super) async fn triangulate<P: Point>(
     mut frame: PointBatch<P>,
     population: u64,
 ) -> Result<(), TransportError> {
-    let Halo { margins, arrived } = halo(cx, &subdomain, &mut table, &mut frame).await?;
-    let (piece, mut ghosts) = triangulate_piece(cx, &subdomain, &mut table, arrived, &frame).await?;
+    let GhostLayer { margins, arrived } = halo(cx, &subdomain, &mut table, &mut frame).await?;
+    let (piece, mut ghosts) = triangulate_subdomain(cx, &subdomain, &mut table, arrived, &frame).await?;
     let arrived = interface(cx, &subdomain, &mut table, piece.as_ref(), margins).await?;
     let piece = insert(cx, &subdomain, &table, piece, &mut ghosts, arrived).await?;
     let mut stars = Stars::default();
-    stars.set_piece(piece);
+    stars.set_subdomain(piece);
     let supergraph = if let Wanted::Fixed(rule) = cx.config.graph.wanted { rule } else { SHOWN };
     let instance = Instance { population, supergraph };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;

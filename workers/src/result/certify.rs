@@ -6,11 +6,11 @@ use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
-use crate::result::merge::{Owned, Pass, Results, merge};
+use crate::result::merge::{OwnedCells, Pass, Results, merge};
 use crate::splaying::fallback::gather;
-use crate::splaying::repair::splay;
+use crate::splaying::splay::splay;
 use crate::stars::check::{certificate, check};
-use crate::stars::home::{Chart, Stars};
+use crate::stars::owned::{Chart, Stars};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
@@ -29,7 +29,7 @@ pub(crate) struct Certified {
     /// The verdict: passed or failed.
     pub(crate) outcome: Outcome,
     /// The cells that belong to this rank.
-    pub(crate) owned: Owned,
+    pub(crate) cells_here: OwnedCells,
 }
 
 /// Checks the stars and lets them exchange what they miss, with what is gathered if that does not suffice, until rank 0
@@ -48,9 +48,9 @@ pub(crate) async fn certify<P: Point>(
         let rounds = splay(cx, subdomain, table, stars, &agreement, gathered, population).await?;
         agreement = certificate(cx, subdomain, table, stars).await?;
         let results = Results { subdomain, chart: Chart { table, stars }, supergraph };
-        let (outcome, owned) = merge(cx, results, &agreement, Pass { number, rounds }).await?;
+        let (outcome, cells_here) = merge(cx, results, &agreement, Pass { number, rounds }).await?;
         if matches!(outcome, Outcome::Passed | Outcome::Failed) {
-            return Ok(Certified { outcome, owned });
+            return Ok(Certified { outcome, cells_here });
         }
         gathered = gather(cx, table, stars, &agreement, outcome).await?;
         number += 1;

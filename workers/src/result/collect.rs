@@ -9,13 +9,13 @@ use septet_protocol::message::Body;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::direct::piece::SEAM;
+use crate::direct::subdomain_triangulation::SEAM;
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
 use crate::result::certify::{Certified, Instance};
-use crate::result::merge::{Owned, Results, look_at_facet};
+use crate::result::merge::{OwnedCells, Results, look_at_facet};
 use crate::result::view::send_view;
-use crate::stars::home::{Chart, Stars};
+use crate::stars::owned::{Chart, Stars};
 use crate::state::bits::ones;
 use crate::state::cells::{finite_cell, smallest_of};
 use crate::state::subdomain::{Ghosts, Subdomain};
@@ -55,7 +55,7 @@ pub(crate) async fn collect_cells<P: Point>(
     cx.enter(Phase::Collect)?;
     if certified.outcome == Outcome::Passed {
         if cx.config.shown.view > 0 {
-            show_piece(&mut table, &mut stars);
+            show_subdomain(&mut table, &mut stars);
             let chart = Chart { table: &table, stars: &stars };
             send_view(
                 cx,
@@ -65,9 +65,9 @@ pub(crate) async fn collect_cells<P: Point>(
             );
         }
         if cx.config.counted {
-            send_cells(cx, subdomain, Chart { table: &table, stars: &stars }, &certified.owned);
-        } else if table.home > 0 {
-            send_piece(cx, subdomain, table, stars);
+            send_cells(cx, subdomain, Chart { table: &table, stars: &stars }, &certified.cells_here);
+        } else if table.owned > 0 {
+            send_subdomain(cx, subdomain, table, stars);
         }
     }
     send_ledger(cx).await
@@ -89,7 +89,7 @@ async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError
 }
 
 /// Pictures show radii and stars of a piece, too.
-fn show_piece<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
+fn show_subdomain<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     if let Some(piece) = stars.piece() {
         let radii2 = piece.nearest_edges();
         table.with_radii();
@@ -99,21 +99,26 @@ fn show_piece<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
 }
 
 /// Sends the cells that belong to the home points, as rows of ids.
-fn send_cells<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, chart: Chart<'_, P>, owned: &Owned) {
+fn send_cells<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    chart: Chart<'_, P>,
+    cells_here: &OwnedCells,
+) {
     let ids = &chart.table.ids;
-    let (mut cells, mut homes) = (Vec::new(), Vec::new());
-    let (mut sent, all) = (0, owned.cells as usize * (P::DIM + 1));
+    let (mut cells, mut owned_points) = (Vec::new(), Vec::new());
+    let (mut sent, all) = (0, cells_here.cells as usize * (P::DIM + 1));
     for leaf in &subdomain.leaves {
         if cells.is_empty() {
             // Leaves are far smaller than what is left of a message that is full.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
         }
         let before = cells.len();
-        for home in leaf.home() {
-            owned_cells(chart, owned, home, |cell| {
+        for owned in leaf.owned() {
+            owned_cells(chart, cells_here, owned, |cell| {
                 cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
                 if cx.config.shown.with_leaves {
-                    homes.push(leaf.id.0);
+                    owned_points.push(leaf.id.0);
                 }
             });
         }
@@ -124,22 +129,27 @@ fn send_cells<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, chart: Ch
         }
         if cells.len() >= CELLS_PER_MESSAGE {
             sent += cells.len();
-            post_cells(cx, std::mem::take(&mut cells), std::mem::take(&mut homes));
+            post_cells(cx, std::mem::take(&mut cells), std::mem::take(&mut owned_points));
         }
     }
     if !cells.is_empty() {
-        post_cells(cx, cells, homes);
+        post_cells(cx, cells, owned_points);
     }
 }
 
 /// Calls `f` with the cells that belong to a home point.
-fn owned_cells<P: Point>(chart: Chart<'_, P>, owned: &Owned, home: u32, mut f: impl FnMut(&P::Cell)) {
-    let (positions, link) = (chart.table.positions.as_slice(), chart.stars.link(home));
+fn owned_cells<P: Point>(
+    chart: Chart<'_, P>,
+    cells_here: &OwnedCells,
+    owned: u32,
+    mut f: impl FnMut(&P::Cell),
+) {
+    let (positions, link) = (chart.table.positions.as_slice(), chart.stars.link(owned));
     // Most cells belong to another vertex. Merging has found which, of as many as there are bits.
     let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
-    let known = ones(owned.facets[home as usize]).map(|at| &first[at]);
-    let looked = rest.iter().filter(|facet| look_at_facet(positions, home, facet).is_owned());
-    known.chain(looked).filter_map(|facet| finite_cell::<P>(home, facet)).for_each(|cell| f(&cell));
+    let known = ones(cells_here.facets[owned as usize]).map(|at| &first[at]);
+    let looked = rest.iter().filter(|facet| look_at_facet(positions, owned, facet).is_owned());
+    known.chain(looked).filter_map(|facet| finite_cell::<P>(owned, facet)).for_each(|cell| f(&cell));
 }
 
 fn post_cells<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
@@ -148,8 +158,13 @@ fn post_cells<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) 
 }
 
 /// Sends the cells that belong to this rank, with their adjacency.
-fn send_piece<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, table: Table<P>, mut stars: Stars<P>) {
-    let (rows, open) = match stars.take_piece() {
+fn send_subdomain<P: Point>(
+    cx: &mut Context<P>,
+    subdomain: &Subdomain<P>,
+    table: Table<P>,
+    mut stars: Stars<P>,
+) {
+    let (rows, open) = match stars.take_subdomain() {
         Some(piece) => piece.into_rows(),
         None => glued(Chart { table: &table, stars: &stars }),
     };
@@ -167,9 +182,9 @@ fn send_piece<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, table: Ta
 fn glued<P: Point>(chart: Chart<'_, P>) -> (Vec<u32>, Vec<u32>) {
     let Chart { table, stars } = chart;
     let mut cells = Vec::new();
-    for home in 0..table.home {
-        let own = stars.link(home).iter().filter_map(|facet| finite_cell::<P>(home, facet));
-        own.filter(|cell| smallest_of(&table.positions, cell.as_ref().iter().copied()) == home)
+    for owned in 0..table.owned {
+        let own = stars.link(owned).iter().filter_map(|facet| finite_cell::<P>(owned, facet));
+        own.filter(|cell| smallest_of(&table.positions, cell.as_ref().iter().copied()) == owned)
             .for_each(|c| cells.extend_from_slice(c.as_ref()));
     }
     let corners = P::DIM + 1;

@@ -21,13 +21,13 @@ use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
-use crate::direct::piece::Piece;
-pub use crate::direct::piece::{HULL, SEAM};
+use crate::direct::subdomain_triangulation::SubdomainTriangulation;
+pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
-use crate::stars::home::Chart;
+use crate::stars::owned::Chart;
 use crate::state::cells::{Smallest, smallest_of};
-use crate::state::subdomain::{Group, Subdomain, Tree, home_groups};
+use crate::state::subdomain::{Group, Subdomain, Tree, owned_groups};
 
 /// What a rank has in the end, to be read by several cores.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ impl Pass {
 
 /// The cells that belong to this rank.
 #[derive(Debug, Default)]
-pub(crate) struct Owned {
+pub(crate) struct OwnedCells {
     /// Their number.
     pub(crate) cells: u64,
     /// For each home point a bit for each of its first 64 facets, set where the cell belongs to it; empty for a piece.
@@ -68,16 +68,16 @@ pub(crate) async fn merge<P: Point>(
     results: Results<'_, P>,
     agreement: &Agreement,
     pass: Pass,
-) -> Result<(Outcome, Owned), TransportError> {
+) -> Result<(Outcome, OwnedCells), TransportError> {
     cx.enter(Phase::Merge)?;
     let subdomain = results.subdomain;
-    let mut owned = Owned::default();
-    let leaves = match results.chart.stars.piece().map(Piece::merged) {
+    let mut cells_here = OwnedCells::default();
+    let leaves = match results.chart.stars.piece().map(SubdomainTriangulation::merged) {
         Some(own) => vec![own],
-        None => merge_leaves(cx, results, pass, &mut owned.facets),
+        None => merge_leaves(cx, results, pass, &mut cells_here.facets),
     };
     if let Some((root, mut own)) = merge_subtree(cx, subdomain, &leaves, pass) {
-        owned.cells = own.cells;
+        cells_here.cells = own.cells;
         own.disagreements += agreement.count();
         own.exchange_rounds = u64::from(pass.rounds);
         send_up(cx, subdomain, root, own);
@@ -91,7 +91,7 @@ pub(crate) async fn merge<P: Point>(
     }
     let silence =
         || TransportError::WorkerFailed { rank: cx.rank, reason: "it heard no verdict".to_string() };
-    Ok((outcome.ok_or_else(silence)?, owned))
+    Ok((outcome.ok_or_else(silence)?, cells_here))
 }
 
 /// Merges the stars of each leaf; appends the facets that belong to each home point.
@@ -102,20 +102,20 @@ fn merge_leaves<P: Point>(
     facets: &mut Vec<u64>,
 ) -> Vec<Merged> {
     let leaves = &results.subdomain.leaves;
-    let groups = home_groups(leaves);
-    let sums = map_in(&cx.pool, &groups, |(_, homes)| {
+    let groups = owned_groups(leaves);
+    let sums = map_in(&cx.pool, &groups, |(_, owned_points)| {
         let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
-        let (mut diameters, mut owned) = (Diameters::default(), Vec::with_capacity(homes.len()));
-        for home in homes.clone() {
-            let (star, cells) = results.merge_star(home, &mut diameters, &mut sweep);
+        let (mut diameters, mut cells_here) = (Diameters::default(), Vec::with_capacity(owned_points.len()));
+        for owned in owned_points.clone() {
+            let (star, cells) = results.merge_star(owned, &mut diameters, &mut sweep);
             sum.join(&star);
-            owned.push(cells);
+            cells_here.push(cells);
         }
-        (sum, sweep, owned)
+        (sum, sweep, cells_here)
     });
     let mut merged = vec![(Merged::default(), Sweep::default()); leaves.len()];
-    for ((at, _), (sum, sweep, owned)) in groups.into_iter().zip(sums) {
-        facets.extend(owned);
+    for ((at, _), (sum, sweep, cells_here)) in groups.into_iter().zip(sums) {
+        facets.extend(cells_here);
         merged[at].0.join(&sum);
         merged[at].1.join(&sweep);
     }
@@ -228,31 +228,31 @@ impl<P: Point> Results<'_, P> {
     /// What a star contributes; and a bit for each of its first 64 facets, set where the cell belongs to its vertex.
     pub(crate) fn merge_star(
         &self,
-        home: u32,
+        owned: u32,
         diameters: &mut Diameters,
         sweep: &mut Sweep,
     ) -> (Merged, u64) {
         let Chart { table, stars } = self.chart;
-        let (positions, link) = (table.positions.as_slice(), stars.link(home));
+        let (positions, link) = (table.positions.as_slice(), stars.link(owned));
         let (mut finite, mut cells, mut hull_facets) = (0u64, 0u64, 0u64);
-        let (mut has_smaller, mut owned, mut bit) = (false, 0, 1u64);
+        let (mut has_smaller, mut cells_here, mut bit) = (false, 0, 1u64);
         // Of every facet each vertex is looked at.
         sweep.visit_lanes(P::DIM * link.len());
         sweep.each(link, |facet| {
-            let Look { is_smallest, is_finite } = look_at_facet(positions, home, facet);
+            let Look { is_smallest, is_finite } = look_at_facet(positions, owned, facet);
             has_smaller |= !is_smallest;
             finite += u64::from(is_finite);
             let is_owned = u64::from(is_smallest && is_finite);
             cells += is_owned;
-            owned |= bit * is_owned;
+            cells_here |= bit * is_owned;
             // Behind the last there is none.
             bit <<= 1;
             hull_facets += u64::from(is_smallest && !is_finite);
         });
-        let repaired = stars.has_changed(home);
-        let known = self.supergraph.separator_radius(table.radii2[home as usize]);
+        let repaired = stars.has_changed(owned);
+        let known = self.supergraph.separator_radius(table.radii2[owned as usize]);
         let provable =
-            !repaired && finite == link.len() as u64 && diameters.are_at_most(positions, home, link, known);
+            !repaired && finite == link.len() as u64 && diameters.are_at_most(positions, owned, link, known);
         let merged = Merged {
             repaired: u64::from(repaired),
             stars: u64::from(finite > 0),
@@ -262,7 +262,7 @@ impl<P: Point> Results<'_, P> {
             local: u64::from(provable),
             ..Merged::default()
         };
-        (merged, owned)
+        (merged, cells_here)
     }
 }
 
@@ -284,15 +284,15 @@ impl Look {
 
 /// Looks at every vertex of a facet once.
 #[inline]
-pub(crate) fn look_at_facet<P: Point>(positions: &[P], home: u32, facet: &P::Facet) -> Look {
-    let mut smallest = Smallest::of(home, positions[home as usize].coord(0));
+pub(crate) fn look_at_facet<P: Point>(positions: &[P], owned: u32, facet: &P::Facet) -> Look {
+    let mut smallest = Smallest::of(owned, positions[owned as usize].coord(0));
     let mut is_finite = true;
     for &v in facet.as_ref() {
         smallest.look(v, positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0)));
         is_finite &= v != INFINITE;
     }
-    let vertices = || std::iter::once(home).chain(facet.as_ref().iter().copied());
-    let is_smallest = smallest.vertex(|| smallest_of(positions, vertices())) == home;
+    let vertices = || std::iter::once(owned).chain(facet.as_ref().iter().copied());
+    let is_smallest = smallest.vertex(|| smallest_of(positions, vertices())) == owned;
     Look { is_smallest, is_finite }
 }
 
@@ -305,12 +305,12 @@ mod tests {
 
     /// Asks of every facet, infinite ones too, of some points, against what the order of the points says.
     fn facets_say_what_the_order_says<P: Point>(points: &[P], facets: &[P::Facet]) {
-        for (home, at) in (0u32..).zip(points) {
+        for (owned, at) in (0u32..).zip(points) {
             for facet in facets {
                 let finite: Vec<&P> = facet.as_ref().iter().filter_map(|&v| points.get(v as usize)).collect();
                 let is_smallest = finite.iter().all(|x| !lex_cmp(*x, at).is_lt());
                 let expected = Look { is_smallest, is_finite: finite.len() == P::DIM };
-                assert_eq!(look_at_facet(points, home, facet), expected, "{at:?} {facet:?}");
+                assert_eq!(look_at_facet(points, owned, facet), expected, "{at:?} {facet:?}");
             }
         }
     }

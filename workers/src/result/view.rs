@@ -75,11 +75,11 @@ impl<P: Point> Results<'_, P> {
     fn show_points(&self, sample: Sample, part: &mut ViewPart<P>) {
         let mut diameters = Diameters::default();
         for leaf in &self.subdomain.leaves {
-            for home in leaf.home().filter(|&home| sample.holds(self.position(home))) {
-                let (star, _) = self.merge_star(home, &mut diameters, &mut Sweep::default());
-                self.chart.table.export(home, &mut part.points);
+            for owned in leaf.owned().filter(|&owned| sample.holds(self.position(owned))) {
+                let (star, _) = self.merge_star(owned, &mut diameters, &mut Sweep::default());
+                self.chart.table.export(owned, &mut part.points);
                 part.leaves.push(leaf.id.0);
-                part.crossing.push(self.crossed_levels(home, leaf.id));
+                part.crossing.push(self.crossed_levels(owned, leaf.id));
                 let repaired = if star.repaired > 0 { SHOWN_REPAIRED } else { 0 };
                 let local = if star.local > 0 { SHOWN_LOCAL } else { 0 };
                 part.flags.push(repaired | local);
@@ -88,9 +88,9 @@ impl<P: Point> Results<'_, P> {
     }
 
     /// Bit `l`: the separator ball of a home point meets the separator of its ancestor of level `l`.
-    fn crossed_levels(&self, home: u32, leaf: NodeId) -> u64 {
-        let x = self.position(home);
-        let radius = self.supergraph.separator_radius(self.chart.table.radii2[home as usize]);
+    fn crossed_levels(&self, owned: u32, leaf: NodeId) -> u64 {
+        let x = self.position(owned);
+        let radius = self.supergraph.separator_radius(self.chart.table.radii2[owned as usize]);
         let bit = |id: NodeId, split: &Split<P>| {
             u64::from(split.separator.crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
         };

@@ -2,7 +2,7 @@
 //!
 //! **Statement.** The region is the vertices that hold a cell which another star lacks, with their links; or all points, if
 //! that was not enough. Rank 0 triangulates it, and each of these vertices gets its neighbours there. Then the exchange
-//! goes on ([`crate::splaying::repair`]), in which it proposes what the others lack.
+//! goes on ([`crate::splaying::splay`]), in which it proposes what the others lack.
 //!
 //! **Rounds.** Two: the region to rank 0, the neighbours back.
 
@@ -16,9 +16,9 @@ use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
-use crate::splaying::exchange::Gathered;
+use crate::splaying::pending::Gathered;
 use crate::stars::check::Agreement;
-use crate::stars::home::Stars;
+use crate::stars::owned::Stars;
 use crate::state::table::Table;
 
 /// Gathers what the last check found unresolved, or everything. Returns the neighbours that home stars get.
@@ -32,10 +32,10 @@ pub(crate) async fn gather<P: Point>(
     cx.enter(Phase::Fallback)?;
     stars.write_out(table);
     let wanted: BTreeSet<u32> = if outcome == Outcome::GatherAll {
-        (0..table.home).collect()
+        (0..table.owned).collect()
     } else {
         // Stars that lack a cell hear of it later: the set must not depend on where points are at home.
-        agreement.disagreements.iter().map(|d| d.home).collect()
+        agreement.disagreements.iter().map(|d| d.owned).collect()
     };
     cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &wanted)));
     let mut gathered = Vec::new();
@@ -53,9 +53,9 @@ fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, wanted: &BTreeSet<u32>) 
         batch.push(table.ids[i], table.positions[i], table.owners[i], role);
     };
     let mut links = BTreeSet::new();
-    for &home in wanted {
-        push(home, WANTED);
-        links.extend(stars.link(home).iter().flat_map(AsRef::as_ref).copied());
+    for &owned in wanted {
+        push(owned, WANTED);
+        links.extend(stars.link(owned).iter().flat_map(AsRef::as_ref).copied());
     }
     links.remove(&INFINITE);
     links.difference(wanted).for_each(|&v| push(v, OF_A_LINK));
@@ -75,8 +75,8 @@ fn take_neighbours<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, gathered
         let mut at = 0;
         for (id, count) in vertices.into_iter().zip(counts) {
             let end = (at + count as usize).min(numbers.len());
-            if let Some(home) = table.find(id).filter(|&h| table.is_home(h)) {
-                gathered.extend(numbers[at..end].iter().map(|&v| (home, v)));
+            if let Some(owned) = table.find(id).filter(|&h| table.is_owned(h)) {
+                gathered.extend(numbers[at..end].iter().map(|&v| (owned, v)));
             }
             at = end;
         }

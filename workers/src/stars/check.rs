@@ -35,17 +35,17 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, map_in};
 use crate::machine::context::Context;
-use crate::stars::home::{Chart, Stars};
-use crate::stars::sums::{KeySet, ShortSums, Sums, unite};
+use crate::stars::fingerprint_sums::{KeySet, ShortSums, Sums, unite};
+use crate::stars::owned::{Chart, Stars};
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Leaf, Subdomain, home_groups, leaf_number};
+use crate::state::subdomain::{Leaf, Subdomain, leaf_number, owned_groups};
 use crate::state::table::Table;
 
 /// A cell of a home star that another star lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Disagreement {
     /// The home vertex.
-    pub(crate) home: u32,
+    pub(crate) owned: u32,
     /// The position of the cell's facet in the arena, which holds until the star is replaced.
     pub(crate) facet: u32,
     /// The local number of the vertex whose star lacks the cell.
@@ -73,7 +73,7 @@ pub(crate) async fn check<P: Point>(
 ) -> Result<Agreement, TransportError> {
     cx.enter(Phase::Check)?;
     let short =
-        if stars.sum_piece(table) { None } else { Some(sum_all(cx, &subdomain.leaves, table, stars)) };
+        if stars.sum_subdomain(table) { None } else { Some(sum_all(cx, &subdomain.leaves, table, stars)) };
     compare(cx, &subdomain.leaves, table, stars, short).await
 }
 
@@ -99,15 +99,15 @@ fn sum_all<P: Point>(
     stars: &mut Stars<P>,
 ) -> ShortSums {
     stars.extend_hashes(table);
-    let groups = home_groups(leaves);
-    let short = ShortSums::new(table.home, cx.pool.is_none());
+    let groups = owned_groups(leaves);
+    let short = ShortSums::new(table.owned, cx.pool.is_none());
     let chart = Chart { table, stars };
-    let scans = map_in(&cx.pool, &groups, |(_, homes)| {
+    let scans = map_in(&cx.pool, &groups, |(_, owned_points)| {
         let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
-        for home in homes.clone() {
-            let link = chart.stars.link(home);
+        for owned in owned_points.clone() {
+            let link = chart.stars.link(owned);
             pairs.visit_lanes(link.len());
-            chart.sum_star(home, link, true, &mut sums, Some(&short));
+            chart.sum_star(owned, link, true, &mut sums, Some(&short));
         }
         (sums, pairs)
     });
@@ -134,16 +134,16 @@ fn sum_all<P: Point>(
 /// The planted fault: the first home star with a cell loses one.
 fn spoil_star<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     stars.write_out(table);
-    let cell_of = |home: u32| {
-        let link = stars.link(home);
-        let at = link.iter().position(|facet| finite_cell::<P>(home, facet).is_some())?;
-        Some((home, at, link.to_vec()))
+    let cell_of = |owned: u32| {
+        let link = stars.link(owned);
+        let at = link.iter().position(|facet| finite_cell::<P>(owned, facet).is_some())?;
+        Some((owned, at, link.to_vec()))
     };
-    let Some((home, at, link)) = (0..table.home).find_map(cell_of) else { return };
+    let Some((owned, at, link)) = (0..table.owned).find_map(cell_of) else { return };
     let mut spoilt = link.clone();
     spoilt.remove(at);
-    stars.recount(table, home, &link, &spoilt);
-    stars.replace(home, &spoilt);
+    stars.recount(table, owned, &link, &spoilt);
+    stars.replace(owned, &spoilt);
 }
 
 /// Compares the sums as they are; `short` are those of each home vertex, if they are known.
@@ -190,7 +190,7 @@ fn within<P: Point>(
     if chart.stars.sums.from_smallest == chart.stars.sums.from_other {
         return Agreement::default();
     }
-    Agreement { disagreements: chart.look_up(&cx.pool, leaves, short), differing: 1 }
+    Agreement { disagreements: chart.locate(&cx.pool, leaves, short), differing: 1 }
 }
 
 /// Records what the stars of every two leaves must agree on, if that is asked for.
@@ -198,8 +198,8 @@ fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], chart: Chart<'_, P>
     let Some(recorder) = &mut cx.recorder else { return };
     let mut sums: BTreeMap<(u32, u32), (u128, u64)> = BTreeMap::new();
     for (at, leaf) in (0u32..).zip(leaves) {
-        for home in leaf.home() {
-            chart.each_pair(home, |key, other| {
+        for owned in leaf.owned() {
+            chart.each_pair(owned, |key, other| {
                 let to = leaf_number(leaves, other);
                 if to != at {
                     Sums::count(sums.entry((at, to)).or_default(), key);
@@ -270,33 +270,33 @@ impl<P: Point> Chart<'_, P> {
     /// Calls `f` with every pair shared with another rank: rank, key, and the disagreement it would be.
     fn each_shared(&self, mut f: impl FnMut(Rank, u64, Disagreement)) {
         let Chart { table, stars } = self;
-        for home in 0..table.home {
+        for owned in 0..table.owned {
             // Most stars have home points alone.
-            let (link, mut leaves) = (stars.link(home), false);
+            let (link, mut leaves) = (stars.link(owned), false);
             for &v in bytemuck::cast_slice::<_, u32>(link) {
-                leaves |= v >= table.home;
+                leaves |= v >= table.owned;
             }
             if !leaves {
                 continue;
             }
-            for (facet, link) in (stars.start(home)..).zip(link) {
-                if link.as_ref().iter().all(|&v| v != INFINITE && table.is_home(v)) {
+            for (facet, link) in (stars.start(owned)..).zip(link) {
+                if link.as_ref().iter().all(|&v| v != INFINITE && table.is_owned(v)) {
                     continue;
                 }
-                let Some(cell) = finite_cell::<P>(home, link) else { continue };
+                let Some(cell) = finite_cell::<P>(owned, link) else { continue };
                 let smallest = self.smallest(&cell);
                 let hash = stars.cell_hash(&cell);
                 // The key of a pair on the wire: both hashes are mixed already, so their difference is spread as they are.
                 let mut shared = |with: u32, other: u32| {
                     let key = (hash ^ stars.hashes[other as usize]) as u64;
-                    f(table.owners[with as usize], key, Disagreement { home, facet, other: with });
+                    f(table.owners[with as usize], key, Disagreement { owned, facet, other: with });
                 };
-                if smallest == home {
-                    for &other in link.as_ref().iter().filter(|&&v| !table.is_home(v)) {
+                if smallest == owned {
+                    for &other in link.as_ref().iter().filter(|&&v| !table.is_owned(v)) {
                         shared(other, other);
                     }
-                } else if !table.is_home(smallest) {
-                    shared(smallest, home);
+                } else if !table.is_owned(smallest) {
+                    shared(smallest, owned);
                 }
             }
         }

@@ -3,9 +3,11 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
 
-use crate::direct::piece::Piece;
-use crate::stars::home::{Chart, Stars};
-use crate::stars::sums::{Away, RecentHashes, SHARES, ShortSums, Sums, join, mix, point_hash, share_of};
+use crate::direct::subdomain_triangulation::SubdomainTriangulation;
+use crate::stars::fingerprint_sums::{
+    RecentHashes, RemoteSums, SHARES, ShortSums, Sums, join, mix, point_hash, share_of,
+};
+use crate::stars::owned::{Chart, Stars};
 use crate::state::cells::{Smallest, finite_cell, smallest_of};
 use crate::state::table::Table;
 
@@ -19,19 +21,19 @@ impl<P: Point> Stars<P> {
     }
 
     /// Sums the cells of the piece, if the links are in one.
-    pub(crate) fn sum_piece(&mut self, table: &Table<P>) -> bool {
-        let Some(mut piece) = self.take_piece() else { return false };
-        self.sums = sums_of_piece(&mut piece, table);
-        self.set_piece(Some(piece));
+    pub(crate) fn sum_subdomain(&mut self, table: &Table<P>) -> bool {
+        let Some(mut piece) = self.take_subdomain() else { return false };
+        self.sums = sums_of_subdomain(&mut piece, table);
+        self.set_subdomain(Some(piece));
         true
     }
 
     /// Follows the change of a home star: facets that are gone, and new ones.
-    pub(crate) fn recount(&mut self, table: &Table<P>, home: u32, gone: &[P::Facet], fresh: &[P::Facet]) {
+    pub(crate) fn recount(&mut self, table: &Table<P>, owned: u32, gone: &[P::Facet], fresh: &[P::Facet]) {
         let mut sums = std::mem::take(&mut self.sums);
         let chart = Chart { table, stars: self };
-        chart.sum_star(home, gone, false, &mut sums, None);
-        chart.sum_star(home, fresh, true, &mut sums, None);
+        chart.sum_star(owned, gone, false, &mut sums, None);
+        chart.sum_star(owned, fresh, true, &mut sums, None);
         self.sums = sums;
     }
 
@@ -47,12 +49,12 @@ impl<P: Point> Stars<P> {
 }
 
 /// The sums of a piece, which is surveyed: pairs both at home are in one triangulation and agree.
-fn sums_of_piece<P: Point>(piece: &mut Piece<P>, table: &Table<P>) -> Sums {
+fn sums_of_subdomain<P: Point>(piece: &mut SubdomainTriangulation<P>, table: &Table<P>) -> Sums {
     let mut sums = Sums::default();
-    let mut away = Away::new(true);
+    let mut away = RemoteSums::new(true);
     // Such cells have few points, each in many cells that follow each other closely.
     let mut hashes = RecentHashes::of_points(table.positions.len());
-    piece.survey(&table.positions, |cell, smallest| {
+    piece.scan(&table.positions, |cell, smallest| {
         let vertices = cell.as_ref();
         let mut sum = 0u128;
         for &v in vertices {
@@ -61,7 +63,7 @@ fn sums_of_piece<P: Point>(piece: &mut Piece<P>, table: &Table<P>) -> Sums {
         }
         let whole = mix(sum);
         for &other in vertices {
-            let far = match (table.is_home(smallest), table.is_home(other)) {
+            let far = match (table.is_owned(smallest), table.is_owned(other)) {
                 (true, false) => other,
                 (false, true) => smallest,
                 _ => continue,
@@ -84,15 +86,15 @@ impl<P: Point> Chart<'_, P> {
     }
 
     /// Calls `f` with the pairs of a star: key, and the other vertex.
-    pub(crate) fn each_pair(&self, home: u32, mut f: impl FnMut(u128, u32)) {
-        for facet in self.stars.link(home) {
-            let Some(cell) = finite_cell::<P>(home, facet) else { continue };
+    pub(crate) fn each_pair(&self, owned: u32, mut f: impl FnMut(u128, u32)) {
+        for facet in self.stars.link(owned) {
+            let Some(cell) = finite_cell::<P>(owned, facet) else { continue };
             let smallest = self.smallest(&cell);
             let hash = self.stars.cell_hash(&cell);
-            if smallest == home {
+            if smallest == owned {
                 facet.as_ref().iter().for_each(|&other| f(self.stars.key(hash, other), other));
             } else {
-                f(self.stars.key(hash, home), smallest);
+                f(self.stars.key(hash, owned), smallest);
             }
         }
     }
@@ -100,7 +102,7 @@ impl<P: Point> Chart<'_, P> {
     /// Adds the pairs of one star to the sums, or takes them away; adds them to those of each home vertex.
     pub(crate) fn sum_star(
         &self,
-        home: u32,
+        owned: u32,
         link: &[P::Facet],
         add: bool,
         sums: &mut Sums,
@@ -109,12 +111,12 @@ impl<P: Point> Chart<'_, P> {
         let table = self.table;
         let (mut from_smallest, mut from_other) = ((0u128, 0u64), (0u128, 0u64));
         let mut shares = [0u64; SHARES];
-        let mut away = Away::new(add);
+        let mut away = RemoteSums::new(add);
         let mut elsewhere = |other: u32, hash: u128| away.count(sums, table.owners[other as usize], hash);
-        self.each_cell(home, link, |facet, smallest, hash| {
-            if smallest == home {
+        self.each_cell(owned, link, |facet, smallest, hash| {
+            if smallest == owned {
                 for &other in facet.as_ref() {
-                    if table.is_home(other) {
+                    if table.is_owned(other) {
                         Sums::count(&mut from_smallest, hash);
                         let share = &mut shares[share_of(hash)];
                         *share = share.wrapping_add(hash as u64);
@@ -122,7 +124,7 @@ impl<P: Point> Chart<'_, P> {
                         elsewhere(other, hash);
                     }
                 }
-            } else if table.is_home(smallest) {
+            } else if table.is_owned(smallest) {
                 if let Some(short) = short {
                     short.subtract(smallest, hash);
                 }
@@ -135,19 +137,19 @@ impl<P: Point> Chart<'_, P> {
         join(&mut sums.from_smallest, from_smallest, add);
         join(&mut sums.from_other, from_other, add);
         if let Some(short) = short {
-            short.add(home, shares);
+            short.add(owned, shares);
         }
     }
 
     /// Calls `f` with the cells of a star: facet, smallest vertex, hash ([`Self::smallest`] and [`Stars::cell_hash`] in one
     /// look at each vertex).
     #[inline]
-    fn each_cell(&self, home: u32, link: &[P::Facet], mut f: impl FnMut(&P::Facet, u32, u128)) {
+    fn each_cell(&self, owned: u32, link: &[P::Facet], mut f: impl FnMut(&P::Facet, u32, u128)) {
         let hashes = self.stars.hashes.as_slice();
         let firsts = &self.stars.firsts[..hashes.len()];
-        let (own, first) = (hashes[home as usize], firsts[home as usize]);
+        let (own, first) = (hashes[owned as usize], firsts[owned as usize]);
         'facets: for facet in link {
-            let (mut sum, mut smallest) = (own, Smallest::of(home, first));
+            let (mut sum, mut smallest) = (own, Smallest::of(owned, first));
             for &v in facet.as_ref() {
                 let Some(&hash) = hashes.get(v as usize) else {
                     assert_eq!(v, INFINITE, "a vertex stands in the table");
@@ -156,7 +158,7 @@ impl<P: Point> Chart<'_, P> {
                 sum = sum.wrapping_add(hash);
                 smallest.look(v, firsts[v as usize]);
             }
-            let vertices = || std::iter::once(home).chain(facet.as_ref().iter().copied());
+            let vertices = || std::iter::once(owned).chain(facet.as_ref().iter().copied());
             f(facet, smallest.vertex(|| smallest_of(&self.table.positions, vertices())), mix(sum));
         }
     }

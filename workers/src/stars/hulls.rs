@@ -2,7 +2,7 @@
 //!
 //! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the local hulls
 //! of all points from their graph neighbours are its stars. Whether it does is not assumed: stars may
-//! disagree, and then they exchange what they miss ([`crate::stars::check`], [`crate::splaying::repair`]).
+//! disagree, and then they exchange what they miss ([`crate::stars::check`], [`crate::splaying::splay`]).
 //!
 //! Every star but that of the globally smallest point starts with a lexicographically smaller candidate:
 //! its predecessor in its leaf, or for a leaf's first point the smallest point of the nearest node above
@@ -10,8 +10,8 @@
 //!
 //! **Rounds.** One, without messages. **Work and depth.** One vector step over the stars of each leaf.
 //!
-//! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::piece`]) and gets
-//! what it needs from others ([`crate::direct::halo`], `crate::direct::interface`).
+//! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::subdomain_triangulation`]) and gets
+//! what it needs from others ([`crate::direct::ghost_layer`], `crate::direct::interface`).
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ use septet_protocol::transport::TransportError;
 use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
-use crate::stars::home::{Stars, usual_facets};
+use crate::stars::owned::{Stars, usual_facets};
 use crate::state::subdomain::{Ghosts, Leaf, Subdomain, Tree};
 use crate::state::table::Table;
 
@@ -71,12 +71,12 @@ fn hulls_of_leaves<P: Point>(
 ) -> Stars<P> {
     let places: Vec<usize> = (0..leaves.len()).collect();
     let mut stars = Stars::default();
-    stars.reserve(view.table.home as usize);
+    stars.reserve(view.table.owned as usize);
     // Few at a time: their storage is soon used again.
     for group in places.chunks(if cx.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
         let hulled = map_in(&cx.pool, group, |&at| view.hulls_of(at, &leaves[at], seeds[at]));
         for (&at, hulls) in group.iter().zip(hulled) {
-            cx.ledger.charge(Phase::Hulls, leaves[at].id, hulls.cost, leaves[at].home_len());
+            cx.ledger.charge(Phase::Hulls, leaves[at].id, hulls.cost, leaves[at].owned_len());
             stars.append(&hulls.links, &hulls.lengths);
         }
     }
@@ -116,24 +116,24 @@ struct View<'a, P: Point> {
 impl<P: Point> View<'_, P> {
     /// One vector step over the stars of a leaf.
     fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> Hulled<P> {
-        let _span = self.site.subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.home_len());
+        let _span = self.site.subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.owned_len());
         let mut cost = Cost::ZERO;
         let nearest = self.supplement(at, leaf, &mut cost);
         let mut builder = StarBuilder::default();
-        let mut links = Vec::with_capacity(leaf.home_len() as usize * usual_facets(P::DIM));
-        let mut lengths = Vec::with_capacity(leaf.home_len() as usize);
-        let homes: Vec<u32> = leaf.home().collect();
+        let mut links = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));
+        let mut lengths = Vec::with_capacity(leaf.owned_len() as usize);
+        let owned_points: Vec<u32> = leaf.owned().collect();
         let mut candidates = Vec::new();
-        cost.map_nested(&homes, |&home, own| {
+        cost.map_nested(&owned_points, |&owned, own| {
             candidates.clear();
-            candidates.extend_from_slice(&self.neighbours[home as usize]);
-            if let Some(list) = nearest.get(&home) {
+            candidates.extend_from_slice(&self.neighbours[owned as usize]);
+            if let Some(list) = nearest.get(&owned) {
                 candidates.extend(list);
             }
-            candidates.extend(if home > leaf.start { Some(home - 1) } else { seed });
-            if !builder.build(&self.table.positions, home, &candidates, own) {
+            candidates.extend(if owned > leaf.start { Some(owned - 1) } else { seed });
+            if !builder.build(&self.table.positions, owned, &candidates, own) {
                 candidates.extend_from_slice(self.frame);
-                builder.build(&self.table.positions, home, &candidates, own);
+                builder.build(&self.table.positions, owned, &candidates, own);
             }
             let before = links.len();
             builder.facets(&mut links);
@@ -145,7 +145,7 @@ impl<P: Point> View<'_, P> {
     /// Nearest members for points with few graph neighbours.
     fn supplement(&self, at: usize, leaf: &Leaf<P>, cost: &mut Cost) -> BTreeMap<u32, Vec<u32>> {
         let few = |h: &u32| self.neighbours[*h as usize].len() < FEWEST_CANDIDATES;
-        let rows: Vec<u32> = leaf.home().filter(few).collect();
+        let rows: Vec<u32> = leaf.owned().filter(few).collect();
         if rows.is_empty() {
             return BTreeMap::new();
         }

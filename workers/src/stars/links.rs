@@ -42,30 +42,30 @@ fn sum_of(vertices: &[u32]) -> u32 {
 
 /// Is a facet of the link of a vertex that of a cell? No two facets of a link have the same vertices; that their sums are
 /// equal is asked first.
-pub(crate) fn is_facet_of<P: Point>(cell: &P::Cell, home: u32) -> impl Fn(&P::Facet) -> bool {
-    let others = sum_of(cell.as_ref()).wrapping_sub(home);
+pub(crate) fn is_facet_of<P: Point>(cell: &P::Cell, owned: u32) -> impl Fn(&P::Facet) -> bool {
+    let others = sum_of(cell.as_ref()).wrapping_sub(owned);
     move |facet| sum_of(facet.as_ref()) == others && facet.as_ref().iter().all(|v| cell.as_ref().contains(v))
 }
 
 /// A link in which cells are looked for.
 pub(crate) struct Sought<'a, P: Point> {
     link: &'a [P::Facet],
-    home: u32,
+    owned: u32,
     /// The sum of each facet's vertices.
     sums: Vec<u32>,
 }
 
 impl<'a, P: Point> Sought<'a, P> {
     /// The link of a home vertex.
-    pub(crate) fn of(link: &'a [P::Facet], home: u32) -> Self {
-        Sought { link, home, sums: link.iter().map(|facet| sum_of(facet.as_ref())).collect() }
+    pub(crate) fn of(link: &'a [P::Facet], owned: u32) -> Self {
+        Sought { link, owned, sums: link.iter().map(|facet| sum_of(facet.as_ref())).collect() }
     }
 
     /// Has its star a cell? Looks at every facet: at its sum, and at its vertices only where some sum is that of
     /// the cell.
     pub(crate) fn has(&self, cell: &P::Cell, looks: &mut Sweep) -> bool {
         looks.visit_lanes(self.sums.len());
-        let others = sum_of(cell.as_ref()).wrapping_sub(self.home);
+        let others = sum_of(cell.as_ref()).wrapping_sub(self.owned);
         let mut likely = false;
         for &sum in &self.sums {
             likely |= sum == others;

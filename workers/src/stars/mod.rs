@@ -1,10 +1,10 @@
 //! The stars of a rank's points: local hulls, their fingerprints, and the check that they agree.
 
 pub(crate) mod check;
+pub(crate) mod disagreements;
+pub(crate) mod fingerprint_sums;
 pub(crate) mod fingerprints;
-pub(crate) mod home;
 pub(crate) mod hulls;
 pub(crate) mod links;
-pub(crate) mod lookup;
+pub(crate) mod owned;
 pub(crate) mod rows;
-pub(crate) mod sums;

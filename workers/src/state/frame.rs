@@ -1,5 +1,5 @@
 //! Points that span the space, and where they are at home. Rank 0 knows the points from the start; the ranks tell it which
-//! of them they own, and it tells all. This runs beside the messages of another phase: `crate::direct::halo` or
+//! of them they own, and it tells all. This runs beside the messages of another phase: `crate::direct::ghost_layer` or
 //! [`crate::graph::summaries`].
 
 use septet_geometry::point::Point;
@@ -17,15 +17,15 @@ pub(crate) fn report<P: Point>(
     leaves: &[Leaf<P>],
     frame: &PointBatch<P>,
 ) {
-    let mut homes = PointBatch::default();
-    for at in table.homes_among(&frame.ids.0) {
-        table.export(at, &mut homes);
+    let mut owned_points = PointBatch::default();
+    for at in table.owned_among(&frame.ids.0) {
+        table.export(at, &mut owned_points);
         if let Some(recorder) = &mut cx.recorder {
             recorder.log.frame.push(leaf_number(leaves, at));
         }
     }
-    if !homes.is_empty() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Frame(homes));
+    if !owned_points.is_empty() {
+        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Frame(owned_points));
     }
 }
 
@@ -42,8 +42,8 @@ pub(crate) fn learn<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, frame: 
 /// What rank 0 does: collects the points, and tells all when it knows every one.
 pub fn collect<P: Point>(cx: &mut Context<P>, known: &mut PointBatch<P>) {
     let before = known.len();
-    for mut homes in take(cx) {
-        known.append(&mut homes);
+    for mut owned_points in take(cx) {
+        known.append(&mut owned_points);
     }
     if before <= P::DIM && known.len() == P::DIM + 1 {
         for rank in 1..=cx.config.workers {

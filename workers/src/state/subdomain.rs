@@ -136,12 +136,12 @@ pub struct Leaf<P> {
 
 impl<P> Leaf<P> {
     /// Its home points.
-    pub fn home(&self) -> std::ops::Range<u32> {
+    pub fn owned(&self) -> std::ops::Range<u32> {
         self.start..self.end
     }
 
     /// Number of its home points.
-    pub(crate) fn home_len(&self) -> u64 {
+    pub(crate) fn owned_len(&self) -> u64 {
         u64::from(self.end - self.start)
     }
 }
@@ -184,7 +184,7 @@ impl Ghosts {
 
     /// The home points of a leaf, then its ghosts.
     pub(crate) fn members<P>(&self, at: usize, leaf: &Leaf<P>) -> Vec<u32> {
-        leaf.home().chain(self.of(at).iter().copied()).collect()
+        leaf.owned().chain(self.of(at).iter().copied()).collect()
     }
 }
 
@@ -192,10 +192,10 @@ impl Ghosts {
 pub(crate) const GROUP: usize = 4096;
 
 /// Position of a leaf, and some of its home points.
-pub(crate) fn home_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
+pub(crate) fn owned_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
     let mut groups = Vec::new();
     for (at, leaf) in leaves.iter().enumerate() {
-        for start in leaf.home().step_by(GROUP) {
+        for start in leaf.owned().step_by(GROUP) {
             groups.push((at, start..leaf.end.min(start + GROUP as u32)));
         }
     }
@@ -203,8 +203,8 @@ pub(crate) fn home_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
 }
 
 /// The position of a home point's leaf.
-pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], home: u32) -> u32 {
-    leaves.partition_point(|leaf| leaf.end <= home) as u32
+pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], owned: u32) -> u32 {
+    leaves.partition_point(|leaf| leaf.end <= owned) as u32
 }
 
 /// Where a rank is in the tree, and what is at home there.
@@ -289,7 +289,7 @@ impl<P> Subdomain<P> {
     pub(crate) fn leaf_numbers(&self) -> Vec<u32> {
         let mut leaf_of = Vec::with_capacity(self.leaves.last().map_or(0, |leaf| leaf.end as usize));
         for (at, leaf) in (0u32..).zip(&self.leaves) {
-            leaf_of.extend(leaf.home().map(|_| at));
+            leaf_of.extend(leaf.owned().map(|_| at));
         }
         leaf_of
     }

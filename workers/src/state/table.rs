@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::OnceLock;
 
-use septet_geometry::columns::Columns;
+use septet_geometry::coordinate_arrays::CoordinateArrays;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
@@ -31,7 +31,7 @@ impl Hasher for IdHasher {
 /// From an id to a position.
 pub type IdMap = HashMap<u64, u32, BuildHasherDefault<IdHasher>>;
 
-/// Points by local number: structure of arrays. Numbers below `home` are at home here.
+/// Points by local number: structure of arrays. Numbers below `owned` are at home here.
 #[derive(Clone, Debug)]
 pub struct Table<P> {
     /// Coordinates.
@@ -43,13 +43,13 @@ pub struct Table<P> {
     /// Squared radius of each ball; infinite while unknown. Empty while nobody needs it ([`Table::with_radii`]).
     pub radii2: Vec<f64>,
     /// Number of home points.
-    pub home: u32,
+    pub owned: u32,
     /// Foreign points.
-    foreign: IdMap,
+    ghosts: IdMap,
     /// Home points: made when first asked for.
-    homes: OnceLock<IdMap>,
-    /// Their positions in columns: made when first asked for.
-    columns: OnceLock<Columns<P>>,
+    owned_points: OnceLock<IdMap>,
+    /// Their positions in coordinates: made when first asked for.
+    coordinates: OnceLock<CoordinateArrays<P>>,
 }
 
 impl<P> Default for Table<P> {
@@ -59,28 +59,28 @@ impl<P> Default for Table<P> {
             ids: Vec::new(),
             owners: Vec::new(),
             radii2: Vec::new(),
-            home: 0,
-            foreign: IdMap::default(),
-            homes: OnceLock::new(),
-            columns: OnceLock::new(),
+            owned: 0,
+            ghosts: IdMap::default(),
+            owned_points: OnceLock::new(),
+            coordinates: OnceLock::new(),
         }
     }
 }
 
 impl<P: Point> Table<P> {
     /// A table of home points.
-    pub fn of_home(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
+    pub fn of_owned(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
         let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
-        let (foreign, homes, columns) = (IdMap::default(), OnceLock::new(), OnceLock::new());
-        Table { positions, ids, owners, radii2, home: n as u32, foreign, homes, columns }
+        let (ghosts, owned_points, coordinates) = (IdMap::default(), OnceLock::new(), OnceLock::new());
+        Table { positions, ids, owners, radii2, owned: n as u32, ghosts, owned_points, coordinates }
     }
 
     /// A table of home points without radii, with as much room for others as their positions leave.
     pub fn of_whole(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let mut owners = Vec::with_capacity(positions.capacity());
         owners.resize(ids.len(), rank);
-        Table { home: ids.len() as u32, positions, ids, owners, ..Table::default() }
+        Table { owned: ids.len() as u32, positions, ids, owners, ..Table::default() }
     }
 
     /// Makes room for the radii of all points.
@@ -90,7 +90,7 @@ impl<P: Point> Table<P> {
 
     /// The local number of a point, which is added as a foreign one if it is not here yet.
     pub fn intern(&mut self, id: u64, position: P, owner: Rank, radius2: f64) -> u32 {
-        if let Some(at) = self.find_home(id) {
+        if let Some(at) = self.find_owned(id) {
             return at;
         }
         let (at, _) = self.receive(id, position, owner);
@@ -103,7 +103,7 @@ impl<P: Point> Table<P> {
     /// The same for a point that is known not to be at home here. Was it new?
     pub fn receive(&mut self, id: u64, position: P, owner: Rank) -> (u32, bool) {
         let next = self.ids.len() as u32;
-        let at = *self.foreign.entry(id).or_insert(next);
+        let at = *self.ghosts.entry(id).or_insert(next);
         if at == next {
             if self.radii2.len() == self.ids.len() {
                 self.radii2.push(f64::INFINITY);
@@ -128,27 +128,28 @@ impl<P: Point> Table<P> {
     }
 
     /// Makes room among the numbers of foreign points for so many more.
-    pub fn reserve_foreign(&mut self, more: usize) {
-        self.foreign.reserve(more);
+    pub fn reserve_ghosts(&mut self, more: usize) {
+        self.ghosts.reserve(more);
     }
 
-    /// The home points in columns.
-    pub fn columns(&self) -> &Columns<P> {
-        self.columns.get_or_init(|| Columns::of(self.positions[..self.home as usize].iter().copied()))
+    /// The home points in coordinates.
+    pub fn coordinates(&self) -> &CoordinateArrays<P> {
+        self.coordinates
+            .get_or_init(|| CoordinateArrays::of(self.positions[..self.owned as usize].iter().copied()))
     }
 
     /// The local number of a home point.
-    pub fn find_home(&self, id: u64) -> Option<u32> {
-        let homes = self.homes.get_or_init(|| {
-            let own = &self.ids[..self.home as usize];
+    pub fn find_owned(&self, id: u64) -> Option<u32> {
+        let owned_points = self.owned_points.get_or_init(|| {
+            let own = &self.ids[..self.owned as usize];
             own.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect()
         });
-        homes.get(&id).copied()
+        owned_points.get(&id).copied()
     }
 
     /// Corrects where a foreign point is at home.
     pub fn set_owner(&mut self, id: u64, owner: Rank) {
-        if let Some(&at) = self.foreign.get(&id) {
+        if let Some(&at) = self.ghosts.get(&id) {
             self.owners[at as usize] = owner;
         }
     }
@@ -173,18 +174,18 @@ impl<P: Point> Table<P> {
 
     /// The local number of a point that is here.
     pub fn find(&self, id: u64) -> Option<u32> {
-        self.foreign.get(&id).copied().or_else(|| self.find_home(id))
+        self.ghosts.get(&id).copied().or_else(|| self.find_owned(id))
     }
 
     /// Is this point at home here?
     #[inline]
-    pub fn is_home(&self, at: u32) -> bool {
-        at < self.home
+    pub fn is_owned(&self, at: u32) -> bool {
+        at < self.owned
     }
 
     /// The local numbers of the few home points among `ids`, by one look at all.
-    pub fn homes_among(&self, ids: &[u64]) -> Vec<u32> {
-        let own = &self.ids[..self.home as usize];
+    pub fn owned_among(&self, ids: &[u64]) -> Vec<u32> {
+        let own = &self.ids[..self.owned as usize];
         own.iter().zip(0u32..).filter(|(id, _)| ids.contains(id)).map(|(_, i)| i).collect()
     }
 

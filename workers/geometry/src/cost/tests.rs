@@ -123,7 +123,7 @@ fn columns_are_split_together_and_in_order() {
             let (mut numbers, mut pairs, mut none) = (all.clone(), Vec::new(), Vec::<f64>::new());
             pairs.extend(all.iter().map(|&i| (i, 3 * i)));
             let mut cost = Cost::ZERO;
-            let gone = cost.split_columns(&flags, stay, (&mut numbers, &mut pairs, &mut none));
+            let gone = cost.split_arrays(&flags, stay, (&mut numbers, &mut pairs, &mut none));
             let (there, away): (Vec<u64>, Vec<u64>) = all.iter().partition(|&&i| flags[i as usize] == stay);
             assert_eq!((&numbers, &gone.0), (&there, &away));
             assert!(

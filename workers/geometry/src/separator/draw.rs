@@ -12,17 +12,17 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
 use super::surface::Separator;
-use crate::blocks::Blocks;
-use crate::columns::Rows;
+use crate::coordinate_arrays::Rows;
 use crate::cost::Cost;
 use crate::hash::mix;
+use crate::kd_blocks::KdBlocks;
 use crate::point::{Point, dist2, lex_cmp};
 
 /// Expected number of samples that separators of a subproblem with more points than this are drawn from.
 pub const SAMPLE_TARGET: u64 = 400;
 /// Great circles tried in one draw.
 pub const TRIES: u64 = 10;
-/// Great circles tried in [`draw_halves`].
+/// Great circles tried in [`draw_bisecting`].
 const MORE_TRIES: u64 = 30;
 /// Larger sides of less than this, half and two standard deviations of [`SAMPLE_TARGET`] samples, may all be halves.
 const ABOUT_HALF: f64 = 0.55;
@@ -124,7 +124,7 @@ pub enum NoneReason {
 /// What was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawKind {
-    /// A great circle, pulled back, or a sphere concentric with one ([`draw_halves`]).
+    /// A great circle, pulled back, or a sphere concentric with one ([`draw_bisecting`]).
     Sphere,
     /// An axis-aligned plane.
     Plane {
@@ -151,7 +151,7 @@ pub struct Drawn<P> {
     pub estimated_ratio: f64,
     /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross.
     pub estimated_crossing: f64,
-    /// Number of admissible great circles among those tried, [`TRIES`] but for [`draw_halves`], where a circle that is
+    /// Number of admissible great circles among those tried, [`TRIES`] but for [`draw_bisecting`], where a circle that is
     /// admissible when it is moved counts.
     pub admissible: u32,
     /// Groups of samples whose mean stood in for a Radon point.
@@ -229,12 +229,12 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
 /// drawn from, those of [`Sampler::of`], and the best one to that of all samples: whatever scores less (`super::halve`).
 ///
 /// Work O(samples), in any order; it is not charged step by step, for it claims no depth.
-pub fn draw_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+pub fn draw_bisecting<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     draw_from(key, population, &fewer(key, population, samples), Some(samples), cost)
 }
 
 /// [`cut`], moved to the middle of all samples.
-pub fn cut_halves<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
+pub fn cut_at_median<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut few = fewer(key, population, samples);
     few.sort_unstable_by(lex_cmp);
     let drawn = cut_from(key, &few, cost);
@@ -249,7 +249,7 @@ fn fewer<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
     samples.iter().copied().filter(|&x| sampler.takes(x)).collect()
 }
 
-/// [`draw`], or with `all` samples [`draw_halves`].
+/// [`draw`], or with `all` samples [`draw_bisecting`].
 fn draw_from<P: Point>(
     key: DrawKey,
     population: u64,
@@ -388,7 +388,7 @@ struct Judge<P> {
 impl<P: Point> Judge<P> {
     fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
         let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
-        let blocks = Blocks::of(&local);
+        let blocks = KdBlocks::of(&local);
         let squares = vec![f64::INFINITY; local.len()];
         let mut nearest = NearestOthers { samples: &local, order: blocks.order(), squares, least: 0.0 };
         cost.pairs_in_blocks(&blocks, &mut nearest);

@@ -22,22 +22,22 @@
 //!   axis and the dilation by `sqrt((1-r)/(1+r))`, multiplied out.
 //! - Several great circles are tried and scored on the samples ([`TRIES`]), since balance and size
 //!   of one circle vary; a circle that misses [`split_bound`] on the samples is dropped.
-//! - Where only halves are asked for, circles are moved off the centrepoint ([`draw_halves`]).
+//! - Where only halves are asked for, circles are moved off the centrepoint ([`draw_bisecting`]).
 //! - Where no circle is admissible (the centrepoint lies on the sphere, as for samples that coincide
 //!   at the scale of the others), an axis-aligned plane cuts the samples by exact comparison.
 
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
+mod bisect;
 mod centrepoint;
 mod draw;
-mod halve;
 mod surface;
 
+pub use bisect::bisection_samples;
 pub use draw::{
     DrawKey, DrawKind, Drawn, NoneReason, PlaneReason, SAMPLE_TARGET, SCORE_ALPHA, Sampler, TRIES, cut,
-    cut_halves, draw, draw_halves, is_sample, split_bound,
+    cut_at_median, draw, draw_bisecting, is_sample, split_bound,
 };
-pub use halve::halving_target;
 pub use surface::{SEPARATOR_WORDS, Separator, Side, Surface};
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ fn adds_up(counts: &[u32], sum: usize) -> bool {
 /// Answers to queries: a list a slot, of points that the lists of a group share.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
-pub struct AnswerBatch<P> {
+pub struct ReplyBatch<P> {
     /// The receiver's name of each list.
     pub slots: Bulk<u32>,
     /// Length of each list.
@@ -55,7 +55,7 @@ pub struct AnswerBatch<P> {
     pub points: PointBatch<P>,
 }
 
-impl<P: Copy> AnswerBatch<P> {
+impl<P: Copy> ReplyBatch<P> {
     /// Do the arrays fit together, and does every list name points of its group?
     pub fn is_consistent(&self) -> bool {
         let fits = self.counts.len() == self.slots.len()

@@ -16,7 +16,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
             open: Bulk(vec![0]),
         },
         Body::Decision {
-            verdict: Verdict::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
+            verdict: Decision::Split([Child { population: 1, first: 2, ranks: 3, leaf: true }; 2]),
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
         },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),
@@ -67,7 +67,7 @@ fn batches_of_queries_and_answers_fit_together_or_not() {
     }
     let mut points = PointBatch::default();
     (0..3).for_each(|id| points.push(id, [0.0; 3], 1, 1.0));
-    let answer = AnswerBatch {
+    let answer = ReplyBatch {
         slots: Bulk(vec![4, 5, 6]),
         counts: Bulk(vec![2, 1, 0]),
         groups: Bulk(vec![1, 2]),
@@ -75,17 +75,17 @@ fn batches_of_queries_and_answers_fit_together_or_not() {
         places: Bulk(vec![1, 0, 0]),
         points,
     };
-    assert!(answer.is_consistent() && AnswerBatch::<[f64; 3]>::default().is_consistent());
+    assert!(answer.is_consistent() && ReplyBatch::<[f64; 3]>::default().is_consistent());
     // A group that found nothing.
-    let nothing = AnswerBatch::<[f64; 3]> {
+    let nothing = ReplyBatch::<[f64; 3]> {
         slots: Bulk(vec![4, 5]),
         counts: Bulk(vec![0; 2]),
         groups: Bulk(vec![2]),
         sizes: Bulk(vec![0]),
-        ..AnswerBatch::default()
+        ..ReplyBatch::default()
     };
     assert!(nothing.is_consistent());
-    let spoil: [fn(&mut AnswerBatch<[f64; 3]>); 10] = [
+    let spoil: [fn(&mut ReplyBatch<[f64; 3]>); 10] = [
         |a| a.slots.push(7),
         |a| a.counts.push(0),
         |a| a.counts[2] = 1,

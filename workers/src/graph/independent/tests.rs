@@ -51,7 +51,7 @@ impl<P: Point> Source<P> for Sites<'_, P> {
         let at = |b: u32| self.0.len() * b as usize / blocks as usize;
         let range = at(block)..at(block + 1);
         let batch =
-            PointBatch::homeless(range.clone().map(|i| i as u64).collect(), self.0[range.clone()].to_vec());
+            PointBatch::in_transit(range.clone().map(|i| i as u64).collect(), self.0[range.clone()].to_vec());
         PointBatch { radii2: Bulk(self.1[range].to_vec()), ..batch }
     }
 }

@@ -46,7 +46,7 @@ impl Source<DVec3> for Points {
     fn block(&self, block: u32, blocks: u32) -> PointBatch<DVec3> {
         let at = |b: u32| self.0.len() * b as usize / blocks as usize;
         let range = at(block)..at(block + 1);
-        PointBatch::homeless(range.clone().map(|i| i as u64).collect(), self.0[range].to_vec())
+        PointBatch::in_transit(range.clone().map(|i| i as u64).collect(), self.0[range].to_vec())
     }
 }
 

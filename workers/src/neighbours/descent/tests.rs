@@ -27,7 +27,7 @@ type Found = (u32, f64, Vec<u64>);
 
 /// A rank with a point at the origin whose ball waits for two answers hears these messages in one round, and none
 /// after it. Returns its lists.
-fn hear(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
+fn receive(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
     let config = Arc::new(WorkerConfig::plain());
     let run = config.run;
     let lists = Rc::new(RefCell::new(Vec::new()));
@@ -55,19 +55,19 @@ fn hear(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
 async fn waiting(mut cx: Context<DVec2>, lists: Rc<RefCell<Vec<Found>>>) -> Result<(), TransportError> {
     cx.enter(Phase::Knn)?;
     let subdomain = Subdomain::default();
-    let mut table = Table::of_home(vec![0], vec![DVec2::ZERO], 1);
+    let mut table = Table::of_owned(vec![0], vec![DVec2::ZERO], 1);
     let ask = Ask { phase: Phase::Knn, wanted: 3, probe: false, own_leaf: false };
     let mut descent = Descent::new(&subdomain, ask, &[]);
-    descent.pending.push(Pending { outstanding: 2, ..Pending::of_home(0, DVec2::ZERO, 25.0) });
+    descent.pending.push(Pending { outstanding: 2, ..Pending::of_owned(0, DVec2::ZERO, 25.0) });
     let done = descent.finish(&mut cx, &mut table).await?;
     let ids = |list: &[u32]| list.iter().map(|&j| table.ids[j as usize]).collect();
-    lists.borrow_mut().extend(done.iter().map(|(home, kth2, list)| (home, kth2, ids(list))));
+    lists.borrow_mut().extend(done.iter().map(|(owned, kth2, list)| (owned, kth2, ids(list))));
     Ok(())
 }
 
 /// The list of the first is in its second group, the second one's alone; the ball keeps its three nearest of both.
-fn answers() -> [AnswerBatch<DVec2>; 2] {
-    let first = AnswerBatch {
+fn answers() -> [ReplyBatch<DVec2>; 2] {
+    let first = ReplyBatch {
         slots: Bulk(vec![0]),
         counts: Bulk(vec![3]),
         groups: Bulk(vec![0, 1]),
@@ -75,7 +75,7 @@ fn answers() -> [AnswerBatch<DVec2>; 2] {
         places: Bulk(vec![2, 0, 1]),
         points: points(&[9, 4, 1, 3]),
     };
-    let second = AnswerBatch {
+    let second = ReplyBatch {
         slots: Bulk(vec![0]),
         counts: Bulk(vec![1]),
         groups: Bulk(vec![1]),
@@ -88,30 +88,30 @@ fn answers() -> [AnswerBatch<DVec2>; 2] {
 
 #[test]
 fn the_parts_of_a_list_come_together() {
-    let lists = hear(answers().map(Body::Answer).into()).unwrap();
+    let lists = receive(answers().map(Body::Reply).into()).unwrap();
     assert_eq!(lists, [(0, 9.0, vec![3, 1, 2])]);
 }
 
 #[test]
 fn an_answer_that_does_not_fit_together_is_refused() {
-    let spoil: [fn(&mut AnswerBatch<DVec2>); 3] =
+    let spoil: [fn(&mut ReplyBatch<DVec2>); 3] =
         [|a| a.places[0] = 3, |a| a.counts[0] = 4, |a| a.points.owners.0.truncate(3)];
     for spoil in spoil {
         let [mut first, _] = answers();
         spoil(&mut first);
-        refused(hear(vec![Body::Answer(first)]), "fit together");
+        refused(receive(vec![Body::Reply(first)]), "fit together");
     }
     let query = QueryBatch { slots: Bulk(vec![1]), wanted: 3, ..QueryBatch::default() };
-    refused(hear(vec![Body::Query(query)]), "fit together");
+    refused(receive(vec![Body::Query(query)]), "fit together");
 }
 
 /// All ranks look for the same in one phase.
 #[test]
 fn a_query_for_something_else_is_refused() {
     let same = QueryBatch { wanted: 3, ..QueryBatch::default() };
-    assert!(hear(vec![Body::Query(same.clone())]).is_ok());
+    assert!(receive(vec![Body::Query(same.clone())]).is_ok());
     for other in [QueryBatch { wanted: 2, ..same.clone() }, QueryBatch { probe: true, ..same }] {
-        refused(hear(vec![Body::Query(other)]), "it has no place in phase knn");
+        refused(receive(vec![Body::Query(other)]), "it has no place in phase knn");
     }
 }
 
@@ -122,7 +122,7 @@ fn an_answer_to_no_query_is_refused() {
         let [first, second] = answers();
         let mut third = second.clone();
         third.slots[0] = slot;
-        refused(hear([first, second, third].map(Body::Answer).into()), "not asked");
+        refused(receive([first, second, third].map(Body::Reply).into()), "not asked");
     }
 }
 

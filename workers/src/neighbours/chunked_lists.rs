@@ -6,19 +6,19 @@ use septet_geometry::complex::NONE;
 
 /// Where a list begins and where its last part is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Chain {
+pub(crate) struct ListChain {
     first: u32,
     last: u32,
 }
 
-impl Chain {
+impl ListChain {
     /// An empty list.
-    pub(crate) const EMPTY: Chain = Chain { first: NONE, last: NONE };
+    pub(crate) const EMPTY: ListChain = ListChain { first: NONE, last: NONE };
 }
 
 /// The parts of all lists: runs of numbers in blocks, which stay as they came.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Chains {
+pub(crate) struct ChunkedLists {
     blocks: Vec<Vec<u32>>,
     runs: Vec<Run>,
 }
@@ -32,7 +32,7 @@ struct Run {
     next: u32,
 }
 
-impl Chains {
+impl ChunkedLists {
     /// Makes room for more runs.
     pub(crate) fn reserve(&mut self, runs: usize) {
         self.runs.reserve(runs);
@@ -49,7 +49,7 @@ impl Chains {
     }
 
     /// Adds a run of a block, which may be the one that comes next, to a list.
-    pub(crate) fn add(&mut self, chain: &mut Chain, block: u32, run: Range<usize>) {
+    pub(crate) fn add(&mut self, chain: &mut ListChain, block: u32, run: Range<usize>) {
         if run.is_empty() {
             return;
         }
@@ -63,7 +63,7 @@ impl Chains {
     }
 
     /// The parts of a list in the order in which they came.
-    pub(crate) fn parts(&self, chain: Chain) -> impl Iterator<Item = &[u32]> {
+    pub(crate) fn parts(&self, chain: ListChain) -> impl Iterator<Item = &[u32]> {
         let mut at = chain.first;
         std::iter::from_fn(move || {
             let &Run { begin, block, len, next } = self.runs.get(at as usize)?;
@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn lists_keep_their_parts_in_order() {
-        let mut chains = Chains::default();
-        let [mut a, mut b, c] = [Chain::EMPTY; 3];
+        let mut chains = ChunkedLists::default();
+        let [mut a, mut b, c] = [ListChain::EMPTY; 3];
         assert_eq!(chains.next_block(), 0);
         chains.add(&mut a, 0, 0..2);
         chains.add(&mut b, 0, 2..3);

@@ -34,16 +34,16 @@ impl Sums {
 }
 
 /// The sum of pairs with one other worker after another: those with the same one follow each other.
-pub(crate) struct Away {
+pub(crate) struct RemoteSums {
     rank: Rank,
     sum: (u128, u64),
     add: bool,
 }
 
-impl Away {
+impl RemoteSums {
     /// Nothing yet; pairs are added to sums, or taken away.
     pub(crate) fn new(add: bool) -> Self {
-        Away { rank: 0, sum: (0, 0), add }
+        RemoteSums { rank: 0, sum: (0, 0), add }
     }
 
     /// Counts a pair with a vertex at home on a rank.
@@ -82,8 +82,8 @@ pub(crate) fn share_of(cell_hash: u128) -> usize {
 
 impl ShortSums {
     /// Zeros, for so many home vertices; `alone` if one core adds to them.
-    pub(crate) fn new(homes: u32, alone: bool) -> Self {
-        let sums = (0..SHARES * homes as usize).map(|_| AtomicU64::new(0)).collect();
+    pub(crate) fn new(owned_points: u32, alone: bool) -> Self {
+        let sums = (0..SHARES * owned_points as usize).map(|_| AtomicU64::new(0)).collect();
         ShortSums { sums, alone }
     }
 

@@ -30,7 +30,7 @@ use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::message::{Body, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::direct::piece::round_len;
+use crate::direct::subdomain_triangulation::round_len;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::subdomain::{Shared, Subdomain};
@@ -167,7 +167,7 @@ fn look_around<P: Point>(
 
 /// What the halo leaves to the phases after it.
 #[derive(Debug, Default)]
-pub(crate) struct Halo {
+pub(crate) struct GhostLayer {
     /// For each home point how far around it nothing more has to be told.
     pub(crate) margins: Vec<Margin>,
     /// Foreign points that came, by their local numbers.
@@ -181,7 +181,7 @@ pub(crate) async fn halo<P: Point>(
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     frame: &mut PointBatch<P>,
-) -> Result<Halo, TransportError> {
+) -> Result<GhostLayer, TransportError> {
     cx.enter(Phase::Halo)?;
     crate::state::frame::report(cx, table, &subdomain.leaves, frame);
     let (margins, batches) = own_points(subdomain, table, cx.rank);
@@ -201,7 +201,7 @@ pub(crate) async fn halo<P: Point>(
             let start = subdomain.position(node);
             if start == subdomain.path.len() {
                 // Most of them stay.
-                table.reserve_foreign(points.len());
+                table.reserve_ghosts(points.len());
             }
             for at in 0..points.len() {
                 if goes_on(&subdomain.path[start..], &points, at, &mut batches[start..]) {
@@ -211,7 +211,7 @@ pub(crate) async fn halo<P: Point>(
         }
         send_halos(cx, subdomain, batches);
     }
-    Ok(Halo { margins, arrived })
+    Ok(GhostLayer { margins, arrived })
 }
 
 /// The margins of the home points, and those of them that are sent.
@@ -221,16 +221,16 @@ fn own_points<P: Point>(subdomain: &Subdomain<P>, table: &Table<P>, rank: Rank) 
         return (Vec::new(), Vec::new());
     }
     let mut batches = empty_batches(path);
-    let mut margins: Vec<Margin> = Vec::with_capacity(table.home as usize);
+    let mut margins: Vec<Margin> = Vec::with_capacity(table.owned as usize);
     let mut gaps2 = Gaps2::default();
-    for (run, scale2) in runs(&table.positions[..table.home as usize]) {
+    for (run, scale2) in runs(&table.positions[..table.owned as usize]) {
         let (ids, points) = (&table.ids[run.clone()], &table.positions[run]);
         look_around(path, (points, scale2), &mut gaps2, &mut margins, |level, at, radius2| {
             batches[level][1 - path[level].mine].push(ids[at], points[at], rank, radius2);
         });
     }
     let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
-    let layer = f64::from(table.home).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    let layer = f64::from(table.owned).powf((P::DIM - 1) as f64 / P::DIM as f64);
     if sent as f64 > MOST * layer * path.len() as f64 {
         for margin in &mut margins {
             margin.sent = 0.0;
@@ -284,7 +284,7 @@ mod tests {
     use septet_geometry::separator::Separator;
 
     use super::*;
-    use crate::direct::border::tests::{sets, shared, sphere};
+    use crate::direct::interface_cells::tests::{sets, shared, sphere};
 
     fn unit(state: &mut u64) -> f64 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -359,12 +359,12 @@ mod tests {
                 (vec![(ball, 0), (plane, 0), (small, 1)], 0.3),
             ] {
                 let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, &points)).collect();
-                let is_home = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
-                let home: Vec<P> = points.iter().filter(is_home).copied().collect();
-                let home: Vec<P> = insertion_order(&home).into_iter().map(|i| home[i as usize]).collect();
+                let is_owned = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+                let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
+                let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
                 let (mut margins, mut gaps2) = (Vec::new(), Gaps2::default());
-                for (range, scale2) in runs(&home) {
-                    let (start, run, scale2) = (range.start, &home[range], scale2 * factor);
+                for (range, scale2) in runs(&owned) {
+                    let (start, run, scale2) = (range.start, &owned[range], scale2 * factor);
                     gaps2.measure(run);
                     let radius2 = gaps2.radius2(scale2);
                     let mut sent = Vec::new();

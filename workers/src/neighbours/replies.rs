@@ -10,7 +10,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
-use septet_protocol::message::{AnswerBatch, QueryBatch};
+use septet_protocol::message::{QueryBatch, ReplyBatch};
 
 use crate::state::table::Table;
 
@@ -53,7 +53,7 @@ impl Asked {
     }
 
     /// The answer, once; `marks` has a [`NONE`] for every point of the table, before and after.
-    pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, marks: &mut [u32]) -> AnswerBatch<P> {
+    pub(crate) fn take<P: Point>(&mut self, table: &Table<P>, marks: &mut [u32]) -> ReplyBatch<P> {
         let lists = std::mem::take(&mut self.lists);
         let (groups, slots) = (std::mem::take(&mut self.groups), std::mem::take(&mut self.slots));
         let mut counts = Vec::with_capacity(slots.len());
@@ -80,7 +80,7 @@ impl Asked {
                 marks[number as usize] = NONE;
             }
         }
-        AnswerBatch {
+        ReplyBatch {
             slots: Bulk(slots),
             counts: Bulk(counts),
             groups: Bulk(groups),
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_point_goes_once_for_each_group() {
         let positions: Vec<DVec2> = (0..4).map(|i| DVec2::new(f64::from(i), 0.0)).collect();
-        let table = Table::of_home(vec![100, 101, 102, 103], positions.clone(), 5);
+        let table = Table::of_owned(vec![100, 101, 102, 103], positions.clone(), 5);
         let batch = QueryBatch::<DVec2> {
             slots: Bulk(vec![7, 8, 9]),
             groups: Bulk(vec![2, 0, 1]),

@@ -6,7 +6,7 @@ use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use crate::graph::choice::{choose, encode_choice};
+use crate::graph::selection::{choose, encode_choice};
 use crate::machine::context::Context;
 
 /// Sums the workers' counts of sampled stars; decides when all workers have reported, and broadcasts the choice.

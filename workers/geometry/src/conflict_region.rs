@@ -3,7 +3,7 @@
 //!
 //! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumscribed ball
 //! (on the sphere the perturbation decides), and with an infinite cell only if it lies in the closed
-//! half-space beyond the hull facet (Bowyer 1981, Watson 1981). A [`Reach`] contains that set whatever the
+//! half-space beyond the hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set whatever the
 //! rounding, so "does not meet" is a proof; "meets" may be wrong by rounding, which costs and never harms.
 //!
 //! **Derivation.** With `u = 2^-53` and differences `e_i = p_i - p_0`, each within `u` relative, the centre
@@ -28,7 +28,7 @@ const U: f64 = f64::EPSILON / 2.0;
 
 /// What holds every point that conflicts with a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reach<P> {
+pub enum ConflictRegion<P> {
     /// A closed ball.
     Ball {
         /// Its centre.
@@ -49,7 +49,7 @@ pub enum Reach<P> {
     Everywhere,
 }
 
-impl<P: Point> Reach<P> {
+impl<P: Point> ConflictRegion<P> {
     /// Of a finite, positively oriented cell of `DIM + 1` points.
     pub fn of_cell(cell: &[P]) -> Self {
         let (rel, most) = differences(cell);
@@ -58,7 +58,7 @@ impl<P: Point> Reach<P> {
         let terms = factorial * (0..P::DIM).map(|k| most.coord(k)).product::<f64>();
         let sure = det.abs() - 64.0 * U * terms;
         if sure.is_nan() || sure <= 0.0 {
-            return Reach::Everywhere;
+            return ConflictRegion::Everywhere;
         }
         let square = rel.iter().fold(0.0, |most: f64, e| most.max(e.norm2()));
         let offset = numerator * (0.5 / det);
@@ -73,7 +73,7 @@ impl<P: Point> Reach<P> {
         // Every vertex is on the sphere: the farthest from the rounded centre, and the centre's own error.
         let farthest2 = cell[..=P::DIM].iter().fold(0.0, |most: f64, &p| most.max(dist2(p, centre)));
         let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);
-        if radius.is_finite() { Reach::Ball { centre, radius } } else { Reach::Everywhere }
+        if radius.is_finite() { ConflictRegion::Ball { centre, radius } } else { ConflictRegion::Everywhere }
     }
 
     /// Of an infinite cell: `facet` are the `DIM` points of its hull facet, ordered so that a point `q` beyond
@@ -86,19 +86,19 @@ impl<P: Point> Reach<P> {
         for k in 0..P::DIM {
             slack.set_coord(k, 32.0 * U * others(most, k));
         }
-        Reach::HalfSpace { anchor: facet[0], normal: P::hull_normal(&rel[..P::DIM - 1]), slack }
+        ConflictRegion::HalfSpace { anchor: facet[0], normal: P::hull_normal(&rel[..P::DIM - 1]), slack }
     }
 
     /// May it hold a point of the box (`low` and `high` corner)?
     pub fn meets_box(&self, low: P, high: P) -> bool {
         match *self {
-            Reach::Everywhere => true,
-            Reach::Ball { centre, radius } => {
+            ConflictRegion::Everywhere => true,
+            ConflictRegion::Ball { centre, radius } => {
                 // Not less: whatever is not a number meets.
                 let clear = box_dist2(centre, low, high) > radius * radius * (1.0 + 16.0 * U);
                 !clear
             }
-            Reach::HalfSpace { anchor, normal, slack } => {
+            ConflictRegion::HalfSpace { anchor, normal, slack } => {
                 let (mut most, mut size) = (0.0, 0.0);
                 for i in 0..P::DIM {
                     let (n, a) = (normal.coord(i), anchor.coord(i));
@@ -119,8 +119,8 @@ impl<P: Point> Reach<P> {
             return false;
         }
         match *self {
-            Reach::Ball { centre, radius } => separator.reaches(centre, radius, side),
-            Reach::HalfSpace { .. } | Reach::Everywhere => true,
+            ConflictRegion::Ball { centre, radius } => separator.reaches(centre, radius, side),
+            ConflictRegion::HalfSpace { .. } | ConflictRegion::Everywhere => true,
         }
     }
 }
@@ -173,13 +173,13 @@ mod tests {
             }
             let q: P = draw(&mut rng, flat);
             if in_sphere(&cell, q) {
-                assert!(Reach::of_cell(&cell).meets_box(q, q), "{cell:?} {q:?}");
+                assert!(ConflictRegion::of_cell(&cell).meets_box(q, q), "{cell:?} {q:?}");
                 met += 1;
             }
             let mut beyond = cell.clone();
             beyond[P::DIM] = q;
             if orientation(&beyond) != Sign::Negative {
-                assert!(Reach::of_facet(&cell[..P::DIM]).meets_box(q, q), "{cell:?} {q:?}");
+                assert!(ConflictRegion::of_facet(&cell[..P::DIM]).meets_box(q, q), "{cell:?} {q:?}");
                 met += 1;
             }
         }
@@ -195,15 +195,15 @@ mod tests {
     #[test]
     fn far_boxes_are_not_met() {
         let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-        let reach = Reach::of_cell(&cell);
+        let reach = ConflictRegion::of_cell(&cell);
         assert!(!reach.meets_box(DVec3::splat(1.1), DVec3::splat(2.0)));
         assert!(reach.meets_box(DVec3::splat(1.0), DVec3::splat(2.0)), "the corner lies on the sphere");
-        let below = Reach::of_facet(&[DVec3::ZERO, DVec3::Y, DVec3::X]);
+        let below = ConflictRegion::of_facet(&[DVec3::ZERO, DVec3::Y, DVec3::X]);
         assert!(below.meets_box(DVec3::new(0., 0., -1.), DVec3::new(0., 0., -0.5)));
         assert!(!below.meets_box(DVec3::new(0., 0., 0.5), DVec3::ONE));
         assert!(below.meets_box(DVec3::new(4., 4., 0.0), DVec3::new(4., 4., 1.0)), "coplanar counts");
         let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE - DVec3::Z];
-        assert_eq!(Reach::of_cell(&flat), Reach::Everywhere);
+        assert_eq!(ConflictRegion::of_cell(&flat), ConflictRegion::Everywhere);
     }
 
     #[test]
@@ -211,7 +211,7 @@ mod tests {
         let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let cut = Separator::plane(0, 3.0);
         let (low, high) = (DVec3::splat(-9.0), DVec3::splat(9.0));
-        let reach = Reach::of_cell(&cell);
+        let reach = ConflictRegion::of_cell(&cell);
         assert!(
             reach.meets(&cut, Side::Interior, low, high) && !reach.meets(&cut, Side::Exterior, low, high)
         );

@@ -13,15 +13,15 @@
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
 #![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
 
-use crate::columns::LANES;
+use crate::coordinate_arrays::LANES;
 use crate::simd::{Masks, larger, widest};
 
 /// A point found: squared distance, and position in the caller's table.
-pub type Found = (f64, u32);
+pub type Neighbour = (f64, u32);
 
 /// Points found, in reused storage.
 #[derive(Clone, Debug, Default)]
-pub struct FoundList {
+pub struct NeighbourList {
     masks: Masks,
     /// Squared distances and positions of those found, and room behind them.
     distances2: Vec<f64>,
@@ -35,7 +35,7 @@ pub struct FoundList {
 const ROUNDS: u32 = 6;
 const FEW: usize = 2;
 
-impl FoundList {
+impl NeighbourList {
     /// Forgets them.
     pub fn clear(&mut self) {
         self.len = 0;
@@ -62,7 +62,7 @@ impl FoundList {
     }
 
     /// All of them, in that order.
-    pub fn iter(&self) -> impl Iterator<Item = Found> {
+    pub fn iter(&self) -> impl Iterator<Item = Neighbour> {
         self.distances2().iter().copied().zip(self.numbers().iter().copied())
     }
 
@@ -83,7 +83,7 @@ impl FoundList {
 
     /// Adds a point.
     #[inline]
-    pub fn push(&mut self, (distance2, number): Found) {
+    pub fn push(&mut self, (distance2, number): Neighbour) {
         self.make_room(1);
         (self.distances2[self.len], self.numbers[self.len]) = (distance2, number);
         self.len += 1;
@@ -246,11 +246,11 @@ mod tests {
         f64::from(i * 7 % 13)
     }
 
-    fn some(count: u32) -> Vec<Found> {
+    fn some(count: u32) -> Vec<Neighbour> {
         (0..count).map(|i| (distance2(i), i)).collect()
     }
 
-    fn fill(list: &mut FoundList, count: u32) {
+    fn fill(list: &mut NeighbourList, count: u32) {
         list.extend(&(0..count).collect::<Vec<_>>(), distance2);
     }
 
@@ -263,7 +263,7 @@ mod tests {
 
     fn the_nearest_are_those_of_a_sorted_list_with(masks: Masks) {
         // One list for all, in storage that was longer.
-        let mut list = FoundList { masks, ..FoundList::default() };
+        let mut list = NeighbourList { masks, ..NeighbourList::default() };
         fill(&mut list, 200);
         for count in 0..40 {
             for k in 0..45 {
@@ -271,7 +271,8 @@ mod tests {
                     list.clear();
                     fill(&mut list, count);
                     let kth = list.keep_nearest(k, limit2);
-                    let mut within: Vec<Found> = some(count).into_iter().filter(|f| f.0 <= limit2).collect();
+                    let mut within: Vec<Neighbour> =
+                        some(count).into_iter().filter(|f| f.0 <= limit2).collect();
                     let mut sorted: Vec<f64> = within.iter().map(|f| f.0).collect();
                     sorted.sort_by(f64::total_cmp);
                     let expected = k.checked_sub(1).and_then(|last| sorted.get(last)).copied();
@@ -303,7 +304,7 @@ mod tests {
             |x| 10f64.powf(x * 300.0 - 300.0),
             |x| if x < 0.3 { 0.0 } else { 1.0 / (x - 0.3 + 1e-3) },
         ];
-        let mut list = FoundList::default();
+        let mut list = NeighbourList::default();
         for len in [1usize, 2, 7, 8, 9, 48, 63, 64, 65, 100, 208, 300] {
             for (scale, spread) in scales.into_iter().flat_map(|scale| spreads.map(|spread| (scale, spread)))
             {
@@ -345,11 +346,11 @@ mod tests {
     #[test]
     fn lanes_are_taken_in_their_order() {
         for masks in Masks::both() {
-            lanes_are_taken_in_their_order_with(FoundList { masks, ..FoundList::default() });
+            lanes_are_taken_in_their_order_with(NeighbourList { masks, ..NeighbourList::default() });
         }
     }
 
-    fn lanes_are_taken_in_their_order_with(mut list: FoundList) {
+    fn lanes_are_taken_in_their_order_with(mut list: NeighbourList) {
         list.push((9.0, 9));
         let distances2 = [3.0, f64::NAN, 0.0, 1.0, 4.0, 1.0, f64::INFINITY, 2.0];
         for start in [10, 20] {

@@ -1,8 +1,8 @@
 //! The cells that reach out of a piece.
 //!
 //! **Statement.** A cell may conflict with a point on the other side of a separator only if its closed ball (beyond the
-//! hull its half-space) crosses it ([`septet_geometry::ball`]). A cell whose ball lies in the halos of all its vertices at
-//! home tells nothing new ([`crate::direct::halo`]); nor does one whose ball, which is within twice its radius of each vertex,
+//! hull its half-space) crosses it ([`septet_geometry::conflict_region`]). A cell whose ball lies in the halos of all its vertices at
+//! home tells nothing new ([`crate::direct::ghost_layer`]); nor does one whose ball, which is within twice its radius of each vertex,
 //! is clear of the separator by that ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). What is
 //! left is looked at exactly, rounded outwards.
 //!
@@ -10,12 +10,12 @@
 //! vertex for those near the border; all in the order of memory. A walk along the border is O(n^(1-1/d)) but goes from cell to
 //! cell in no order.
 
-use septet_geometry::ball::Reach;
+use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::point::Point;
 use septet_geometry::separator::Side;
 
-use crate::direct::halo::Margin;
-use crate::direct::piece::Piece;
+use crate::direct::ghost_layer::Margin;
+use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::state::bits::ones;
 use crate::state::subdomain::{Shared, Split};
 
@@ -29,9 +29,9 @@ pub(crate) struct Outgoing<S> {
 }
 
 /// What the cells of a piece look out to.
-pub(crate) struct Border<'a, P: Point> {
+pub(crate) struct InterfaceCells<'a, P: Point> {
     path: &'a [Shared<P>],
-    piece: &'a Piece<P>,
+    piece: &'a SubdomainTriangulation<P>,
     positions: &'a [P],
     /// For each home point how far around it nothing more has to be told.
     margins: &'a [Margin],
@@ -46,30 +46,30 @@ fn side_of(side: usize) -> Side {
 }
 
 /// May it hold a point of that child?
-pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &Reach<P>, side: usize) -> bool {
+pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &ConflictRegion<P>, side: usize) -> bool {
     let (low, high) = split.boxes[side];
     reach.meets(&split.separator, side_of(side), low, high)
 }
 
-impl<'a, P: Point> Border<'a, P> {
+impl<'a, P: Point> InterfaceCells<'a, P> {
     /// Of a piece whose home points come first, with a margin each.
     pub(crate) fn of(
         path: &'a [Shared<P>],
-        piece: &'a Piece<P>,
+        piece: &'a SubdomainTriangulation<P>,
         positions: &'a [P],
         margins: &'a [Margin],
     ) -> Self {
         let limits = margins.iter().map(|margin| piece.radius_within(margin.free)).collect();
         // Pages of zeros that nobody asks for cost nothing.
         let clear = vec![0.0; path.len() * margins.len()];
-        Border { path, piece, positions, margins, limits, clear }
+        InterfaceCells { path, piece, positions, margins, limits, clear }
     }
 
     /// The cells that reach out beyond the halo of a vertex at home.
-    pub(crate) fn survey(&mut self) -> Vec<Outgoing<P::Cell>> {
+    pub(crate) fn scan(&mut self) -> Vec<Outgoing<P::Cell>> {
         let mut found = Vec::new();
         for slot in 0..self.piece.slots() {
-            let Some(v) = self.piece.vertex_at_home(slot) else { continue };
+            let Some(v) = self.piece.owned_vertex(slot) else { continue };
             if self.is_clear(slot, v) || self.beyond(self.across(slot), self.piece.vertices(slot)) == 0 {
                 continue;
             }
@@ -96,7 +96,7 @@ impl<'a, P: Point> Border<'a, P> {
         let reach = self.piece.reach(slot, &cell, self.positions);
         // The bound of the radius says little of cells far smaller than the piece.
         let across = match reach {
-            Reach::Ball { radius, .. } => 2.0 * radius,
+            ConflictRegion::Ball { radius, .. } => 2.0 * radius,
             _ => f64::INFINITY,
         };
         if across <= self.margins[v as usize].free {

@@ -16,14 +16,14 @@
 use std::marker::PhantomData;
 
 use crate::bounds::{Bounds, bounds, join_bounds};
-use crate::columns::{LANES, Rows};
-use crate::found::FoundList;
+use crate::coordinate_arrays::{LANES, Rows};
 use crate::point::Point;
+use crate::selection::NeighbourList;
 use crate::simd::{Masks, each_bit, larger, widest};
 
 /// Points in blocks, by their positions in a slice.
 #[derive(Clone, Debug)]
-pub struct Blocks<P> {
+pub struct KdBlocks<P> {
     /// Number of points.
     len: usize,
     /// Position of each point in the slice, block by block, and zeros that fill the last one.
@@ -40,7 +40,7 @@ pub struct Blocks<P> {
 /// Least and greatest coordinates of eight boxes; infinite for those that are none.
 type Boxes = [[f64; LANES]; 6];
 
-impl<P: Point> Blocks<P> {
+impl<P: Point> KdBlocks<P> {
     /// Puts points into blocks.
     pub fn of(points: &[P]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
@@ -60,7 +60,7 @@ impl<P: Point> Blocks<P> {
         let (boxes, groups) =
             (boxes_of(&sides), boxes_of(&sides.chunks(LANES).map(joined).collect::<Vec<_>>()));
         order.resize(points.len().next_multiple_of(LANES), 0);
-        Blocks { len: points.len(), order, axes, boxes, groups, marker: PhantomData }
+        KdBlocks { len: points.len(), order, axes, boxes, groups, marker: PhantomData }
     }
 
     /// Number of points.
@@ -78,7 +78,7 @@ impl<P: Point> Blocks<P> {
         &self.order[..self.len]
     }
 
-    /// The points within the limit of each point in turn, to `keep`: rows and columns are places in [`Blocks::order`].
+    /// The points within the limit of each point in turn, to `keep`: rows and columns are places in [`KdBlocks::order`].
     pub(crate) fn each_row(&self, keep: &mut impl Rows) {
         let masks = Masks::default();
         widest(
@@ -105,7 +105,7 @@ impl<P: Point> Blocks<P> {
 
     /// Appends the points no farther than the limit, but for those at `centre` itself: squared distance, and position in
     /// the slice, counted from `start`.
-    pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut FoundList) {
+    pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut NeighbourList) {
         let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
         let masks = Masks::default();
         widest(
@@ -238,13 +238,13 @@ mod tests {
         for kind in KINDS {
             for size in [1, 2, 7, 8, 9, 63, 64, 65, 200, 600] {
                 let points = set::<P>(kind, size, 3);
-                let blocks = Blocks::of(&points);
+                let blocks = KdBlocks::of(&points);
                 let mut places = blocks.order().to_vec();
                 places.sort_unstable();
                 assert!(places.into_iter().eq(0..points.len() as u32), "{kind}");
                 for (i, &centre) in points.iter().enumerate() {
                     for limit2 in [0.0, dist2(centre, points[i * 7 % points.len()]), f64::INFINITY] {
-                        let mut list = FoundList::default();
+                        let mut list = NeighbourList::default();
                         list.push((9.0, 9));
                         blocks.find_within(centre, limit2, 100, &mut list);
                         let mut found: Vec<_> = list.iter().collect();
@@ -271,8 +271,8 @@ mod tests {
 
     #[test]
     fn of_nothing() {
-        let blocks = Blocks::<DVec3>::of(&[]);
-        let mut found = FoundList::default();
+        let blocks = KdBlocks::<DVec3>::of(&[]);
+        let mut found = NeighbourList::default();
         blocks.find_within(DVec3::ZERO, f64::INFINITY, 0, &mut found);
         assert!(blocks.is_empty() && found.is_empty());
     }

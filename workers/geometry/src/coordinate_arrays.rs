@@ -3,7 +3,7 @@
 //! **Statement.** Every distance is that of [`dist2`](crate::point::dist2), bit for bit: the same differences,
 //! squares and sums in the same order, in the lanes of vector registers.
 //!
-//! **Work and depth.** A vector step over the pairs; charged by [`Cost::near_pairs`](crate::cost::Cost::near_pairs)
+//! **Work and depth.** A vector step over the pairs; charged by [`Cost::close_pairs`](crate::cost::Cost::near_pairs)
 //! and by the sweeps of balls.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
@@ -20,12 +20,12 @@ pub(crate) const LANES: usize = 8;
 
 /// Points as one column of numbers for each axis.
 #[derive(Clone, Debug)]
-pub struct Columns<P> {
+pub struct CoordinateArrays<P> {
     axes: [Vec<f64>; 3],
     marker: PhantomData<P>,
 }
 
-/// What the rows of [`Cost::near_pairs`](crate::cost::Cost::near_pairs) keep.
+/// What the rows of [`Cost::close_pairs`](crate::cost::Cost::near_pairs) keep.
 pub trait Rows {
     /// A row begins: the squared distance beyond which no column matters to it.
     fn begin(&mut self, row: usize) -> f64;
@@ -62,14 +62,14 @@ pub(crate) fn one_by_one(
     limit2
 }
 
-impl<P: Point> Columns<P> {
+impl<P: Point> CoordinateArrays<P> {
     /// Columns of these points, in their order.
     #[expect(clippy::needless_pass_by_value, reason = "iterators are small, and cloned")]
     pub fn of(points: impl Iterator<Item = P> + Clone) -> Self {
         let axes = std::array::from_fn(|axis| {
             if axis < P::DIM { points.clone().map(|x| x.coord(axis)).collect() } else { Vec::new() }
         });
-        Columns { axes, marker: PhantomData }
+        CoordinateArrays { axes, marker: PhantomData }
     }
 
     /// Number of points.
@@ -168,7 +168,7 @@ mod tests {
     fn distances_are_those_of_pairs<P: Point>() {
         for kind in KINDS {
             let points = set::<P>(kind, 90, 3);
-            let columns = Columns::of(points.iter().copied());
+            let columns = CoordinateArrays::of(points.iter().copied());
             for (range, &centre) in (0..points.len()).map(|i| i / 2..points.len() - i / 3).zip(&points) {
                 let all: Vec<f64> = points[range.clone()].iter().map(|&x| dist2(x, centre)).collect();
                 let limit2 = all[all.len() / 2];
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn a_limit_may_fall_on_the_way() {
         let points: Vec<DVec2> = (0..40).map(|i| DVec2::new(f64::from(i * 17 % 40), 0.0)).collect();
-        let columns = Columns::of(points.iter().copied());
+        let columns = CoordinateArrays::of(points.iter().copied());
         let mut least = Vec::new();
         columns.each_within(0..40, DVec2::new(7.2, 0.0), f64::INFINITY, |i, d2| {
             least.push(i);

@@ -4,8 +4,8 @@
 //! by construction; what two workers must agree on are the cells between them. Links are written out only if
 //! stars have to be compared or changed one by one.
 
-use septet_geometry::ball::Reach;
 use septet_geometry::complex::INFINITE;
+use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::incremental::{
     ASKED_EVERY, Incremental, Kept, MARKS, facet_without, insertion_order, insertion_round,
 };
@@ -29,11 +29,11 @@ pub const SEAM: u32 = MARKS;
 /// The triangulation of a worker's piece and of the foreign points it was sent. Home points are its first
 /// vertices, by their local numbers.
 #[derive(Debug)]
-pub(crate) struct Piece<P: Point> {
+pub(crate) struct SubdomainTriangulation<P: Point> {
     delaunay: Incremental<P>,
     /// Local number of each foreign vertex.
     numbers: Vec<u32>,
-    home: u32,
+    owned: u32,
     /// Cells that belong here, and what they contribute: once surveyed.
     kept: Kept,
     merged: Merged,
@@ -55,41 +55,47 @@ fn note_star<S: Simplex>(cell: &S, smallest: u32, finite: u8, seen: &mut [u8]) {
 /// Links as arrays: the facets of all, and where each begins and how many it has.
 pub(crate) type Links<P> = (Vec<<P as Point>::Facet>, Vec<(u32, u32)>);
 
-impl<P: Point> Piece<P> {
+impl<P: Point> SubdomainTriangulation<P> {
     /// Triangulates the home points, which are numbered in the order of insertion, and those of `others` (local
     /// numbers, each once) that are not among them, with room for `more`. Nothing if all lie in a plane, if
     /// they are too many for one triangulation, or if told to stop.
-    pub(crate) fn new(positions: &[P], home: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
-        let foreign: Vec<u32> = others.iter().copied().filter(|&v| v >= home).collect();
-        let at: Vec<P> = foreign.iter().map(|&v| positions[v as usize]).collect();
-        let numbers: Vec<u32> = insertion_order(&at).into_iter().map(|i| foreign[i as usize]).collect();
-        let mut points = Vec::with_capacity(home as usize + numbers.len() + more);
-        points.extend_from_slice(&positions[..home as usize]);
+    pub(crate) fn new(positions: &[P], owned: u32, others: &[u32], more: usize, stop: &Stop) -> Option<Self> {
+        let ghosts: Vec<u32> = others.iter().copied().filter(|&v| v >= owned).collect();
+        let at: Vec<P> = ghosts.iter().map(|&v| positions[v as usize]).collect();
+        let numbers: Vec<u32> = insertion_order(&at).into_iter().map(|i| ghosts[i as usize]).collect();
+        let mut points = Vec::with_capacity(owned as usize + numbers.len() + more);
+        points.extend_from_slice(&positions[..owned as usize]);
         points.extend(numbers.iter().map(|&v| positions[v as usize]));
-        let order = in_rounds(&points, home as usize);
+        let order = in_rounds(&points, owned as usize);
         let delaunay = Incremental::build_in_place(points, order, &mut || !stop.is_raised()).ok()?;
-        Some(Piece { delaunay, numbers, home, kept: Kept::default(), merged: Merged::default() })
+        Some(SubdomainTriangulation {
+            delaunay,
+            numbers,
+            owned,
+            kept: Kept::default(),
+            merged: Merged::default(),
+        })
     }
 
     /// Adds foreign points, by their local numbers, as far as they are neighbours of home points then (others never are) or
     /// undo very many cells ([`Incremental::insert_beside`]).
     /// Those that are vertices already change nothing. It ends where it is told to stop.
-    pub(crate) fn add(&mut self, foreign: &[u32], positions: &[P], stop: &Stop) {
-        let points: Vec<P> = foreign.iter().map(|&g| positions[g as usize]).collect();
+    pub(crate) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) {
+        let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
             if count.is_multiple_of(ASKED_EVERY) && stop.is_raised() {
                 return;
             }
-            if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.home) {
-                self.numbers.push(foreign[i as usize]);
+            if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.owned) {
+                self.numbers.push(ghosts[i as usize]);
             }
         }
     }
 
     /// The kernel's rounded sphere of a cell, which is somewhat larger than [`reach_of`] and costs nothing.
-    pub(crate) fn ball(&self, slot: u32) -> Option<Reach<P>> {
+    pub(crate) fn ball(&self, slot: u32) -> Option<ConflictRegion<P>> {
         let (centre, radius2) = self.delaunay.ball(slot)?;
-        Some(Reach::Ball { centre, radius: radius2.sqrt() * (1.0 + f64::EPSILON) })
+        Some(ConflictRegion::Ball { centre, radius: radius2.sqrt() * (1.0 + f64::EPSILON) })
     }
 
     /// A number that the radius of a finite cell's ball does not exceed, or not a number.
@@ -98,7 +104,7 @@ impl<P: Point> Piece<P> {
         self.delaunay.radius_bound(slot)
     }
 
-    /// The radius of a finite cell's sphere as the kernel keeps it, to be compared with [`Piece::radius_within`].
+    /// The radius of a finite cell's sphere as the kernel keeps it, to be compared with [`SubdomainTriangulation::radius_within`].
     #[inline]
     pub(crate) fn rounded_radius(&self, slot: u32) -> f32 {
         self.delaunay.rounded_radius(slot)
@@ -119,10 +125,10 @@ impl<P: Point> Piece<P> {
     /// [`INFINITE`] among them in infinite ones.
     pub(crate) fn each_cell(&self, mut f: impl FnMut(u32, &P::Cell)) {
         for (slot, cell, _) in self.delaunay.complex().entries() {
-            let foreign = cell.as_ref().iter().filter(|&&v| v >= self.home).count();
-            if foreign == 0 {
+            let ghosts = cell.as_ref().iter().filter(|&&v| v >= self.owned).count();
+            if ghosts == 0 {
                 f(slot, cell);
-            } else if foreign <= P::DIM {
+            } else if ghosts <= P::DIM {
                 f(slot, &self.local(cell));
             }
         }
@@ -130,14 +136,14 @@ impl<P: Point> Piece<P> {
 
     /// The first vertex at home of the cell in a slot, if there is a cell that has one.
     #[inline]
-    pub(crate) fn vertex_at_home(&self, slot: u32) -> Option<u32> {
+    pub(crate) fn owned_vertex(&self, slot: u32) -> Option<u32> {
         let cells = self.delaunay.complex();
-        let first = cells.cell(slot).as_ref().iter().copied().find(|&v| v < self.home);
+        let first = cells.cell(slot).as_ref().iter().copied().find(|&v| v < self.owned);
         first.filter(|_| cells.is_live(slot))
     }
 
     /// The vertices of the cell in a slot as the piece numbers them: those at home by their local numbers,
-    /// [`Piece::local`] for all.
+    /// [`SubdomainTriangulation::local`] for all.
     #[inline]
     pub(crate) fn vertices(&self, slot: u32) -> &P::Cell {
         self.delaunay.complex().cell(slot)
@@ -145,7 +151,7 @@ impl<P: Point> Piece<P> {
 
     /// What holds every point that conflicts with a cell of local numbers: the kernel's sphere where that is hardly larger
     /// than the cell's own.
-    pub(crate) fn reach(&self, slot: u32, cell: &P::Cell, positions: &[P]) -> Reach<P> {
+    pub(crate) fn reach(&self, slot: u32, cell: &P::Cell, positions: &[P]) -> ConflictRegion<P> {
         if self.radius_bound(slot) > self.delaunay.extent() / FINEST
             && let Some(ball) = self.ball(slot)
         {
@@ -157,8 +163,8 @@ impl<P: Point> Piece<P> {
     /// A cell of the piece by local numbers.
     pub(crate) fn local(&self, cell: &P::Cell) -> P::Cell {
         let mut own = *cell;
-        for v in own.as_mut().iter_mut().filter(|v| **v >= self.home && **v != INFINITE) {
-            *v = self.numbers[(*v - self.home) as usize];
+        for v in own.as_mut().iter_mut().filter(|v| **v >= self.owned && **v != INFINITE) {
+            *v = self.numbers[(*v - self.owned) as usize];
         }
         own
     }
@@ -166,14 +172,14 @@ impl<P: Point> Piece<P> {
     /// Looks at all cells once: what the stars of all home points contribute to the merged result, and which cells
     /// belong here, those whose smallest vertex is at home. Calls `mixed` with every finite cell that has
     /// vertices at home and foreign ones, and with its smallest vertex, by local numbers.
-    pub(crate) fn survey(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
+    pub(crate) fn scan(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
         let firsts = Firsts::of(positions);
         let mut kept = Kept::of(self.slots());
         // Nothing is ever known in the last place, which is that of all vertices not at home.
-        let mut seen = vec![0u8; self.home as usize + 1];
-        let border = self.survey_home(&firsts, &mut seen, &mut kept);
-        seen.truncate(self.home as usize);
-        let hull_facets = self.survey_border(&border, &firsts, &mut seen, &mut kept, mixed);
+        let mut seen = vec![0u8; self.owned as usize + 1];
+        let border = self.scan_owned(&firsts, &mut seen, &mut kept);
+        seen.truncate(self.owned as usize);
+        let hull_facets = self.scan_interface(&border, &firsts, &mut seen, &mut kept, mixed);
         self.merged = Merged {
             cells: u64::from(kept.len()),
             stars: seen.iter().filter(|&&s| s & CELL != 0).count() as u64,
@@ -184,21 +190,21 @@ impl<P: Point> Piece<P> {
         self.kept = kept;
     }
 
-    /// The part of [`Piece::survey`] that most cells need, those whose vertices are all at home. Returns the slots of others.
-    fn survey_home(&self, firsts: &Firsts<'_, P>, seen: &mut [u8], kept: &mut Kept) -> Vec<u32> {
+    /// The part of [`SubdomainTriangulation::scan`] that most cells need, those whose vertices are all at home. Returns the slots of others.
+    fn scan_owned(&self, firsts: &Firsts<'_, P>, seen: &mut [u8], kept: &mut Kept) -> Vec<u32> {
         let cells = self.delaunay.complex();
         let mut border = Vec::new();
         for word in 0..self.slots().div_ceil(u64::BITS) {
             // Nearly every cell is at home and tells nothing new.
             let (live, old) = self.delaunay.masks(word as usize, |cell| {
-                let known = |v: u32| seen[v.min(self.home) as usize];
+                let known = |v: u32| seen[v.min(self.owned) as usize];
                 cell.as_ref().iter().fold(CELL | SMALLER, |all, &v| all & known(v)) == CELL | SMALLER
             });
             let mut at_home = live & old;
             for i in ones(live & !old) {
                 let slot = word * u64::BITS + i as u32;
                 let cell = cells.cell(slot);
-                if cell.as_ref().iter().all(|&v| v < self.home) {
+                if cell.as_ref().iter().all(|&v| v < self.owned) {
                     note_star(cell, firsts.smallest(cell), CELL, seen);
                     at_home |= 1 << i;
                 } else {
@@ -210,9 +216,9 @@ impl<P: Point> Piece<P> {
         border
     }
 
-    /// The part of [`Piece::survey`] for cells that have other vertices, too. Returns the number of facets of the hull that
+    /// The part of [`SubdomainTriangulation::scan`] for cells that have other vertices, too. Returns the number of facets of the hull that
     /// belong here.
-    fn survey_border(
+    fn scan_interface(
         &self,
         border: &[u32],
         firsts: &Firsts<'_, P>,
@@ -223,7 +229,7 @@ impl<P: Point> Piece<P> {
         let mut hull_facets = 0;
         for &slot in border {
             let cell = self.vertices(slot);
-            if cell.as_ref().iter().all(|&v| v >= self.home) {
+            if cell.as_ref().iter().all(|&v| v >= self.owned) {
                 // Of no star at home: whether it is there is not known here.
                 continue;
             }
@@ -233,18 +239,18 @@ impl<P: Point> Piece<P> {
             note_star(cell, smallest, if infinite { 0 } else { CELL }, seen);
             if infinite {
                 kept.mark_outer(slot);
-                hull_facets += u64::from(smallest < self.home);
+                hull_facets += u64::from(smallest < self.owned);
                 continue;
             }
             mixed(cell, smallest);
-            if smallest < self.home {
+            if smallest < self.owned {
                 kept.keep(slot);
             }
         }
         hull_facets
     }
 
-    /// What [`Piece::survey`] found for the merged result.
+    /// What [`SubdomainTriangulation::scan`] found for the merged result.
     pub(crate) fn merged(&self) -> Merged {
         self.merged
     }
@@ -253,13 +259,13 @@ impl<P: Point> Piece<P> {
     /// are cells by their new numbers, [`HULL`], or [`SEAM`] for a cell of another piece; and the numbers of those with one
     /// of the two.
     pub(crate) fn into_rows(self) -> (Vec<u32>, Vec<u32>) {
-        let Piece { delaunay, numbers, home, kept, .. } = self;
-        delaunay.into_rows(&kept, [SEAM, HULL], |v| if v < home { v } else { numbers[(v - home) as usize] })
+        let SubdomainTriangulation { delaunay, numbers, owned, kept, .. } = self;
+        delaunay.into_rows(&kept, [SEAM, HULL], |v| if v < owned { v } else { numbers[(v - owned) as usize] })
     }
 
     /// The squared distance of every home point to its nearest vertex, which is a neighbour.
     pub(crate) fn nearest_edges(&self) -> Vec<f64> {
-        let mut radii2 = vec![f64::INFINITY; self.home as usize];
+        let mut radii2 = vec![f64::INFINITY; self.owned as usize];
         let points = self.delaunay.vertices();
         for cell in self.delaunay.cells() {
             let vertices = cell.as_ref();
@@ -279,7 +285,7 @@ impl<P: Point> Piece<P> {
 
     /// All links of home points in local numbers, by two passes over the cells.
     pub(crate) fn links(&self) -> Links<P> {
-        let mut ranges = vec![(0u32, 0u32); self.home as usize];
+        let mut ranges = vec![(0u32, 0u32); self.owned as usize];
         self.each_cell(|_, cell| {
             for &v in cell.as_ref() {
                 if let Some(range) = ranges.get_mut(v as usize) {
@@ -311,28 +317,28 @@ const LAYERS: f64 = 4.0;
 
 /// Triangulates the owned points and the ghosts that arrived. Returns no piece if there are no owned points, or if they
 /// and the frame lie in a plane.
-pub(crate) async fn triangulate_piece<P: Point>(
+pub(crate) async fn triangulate_subdomain<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     mut ghosts: Vec<u32>,
     frame: &PointBatch<P>,
-) -> Result<(Option<Piece<P>>, Ghosts), TransportError> {
+) -> Result<(Option<SubdomainTriangulation<P>>, Ghosts), TransportError> {
     cx.enter(Phase::Pieces)?;
-    let home = table.home;
+    let owned = table.owned;
     let (mut piece, mut held) = (None, Ghosts::default());
-    if home > 0 {
+    if owned > 0 {
         let _span =
-            cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(home));
-        let more = if subdomain.path.is_empty() { 0 } else { expected_ghosts::<P>(home) };
-        piece = Piece::new(&table.positions, home, &ghosts, more, &cx.config.stop);
+            cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(owned));
+        let more = if subdomain.path.is_empty() { 0 } else { expected_ghosts::<P>(owned) };
+        piece = SubdomainTriangulation::new(&table.positions, owned, &ghosts, more, &cx.config.stop);
         if piece.is_none() {
             // A flat piece: points of the frame are real points, so they may stand in any star.
             let frame = table.intern_all(frame);
-            ghosts.extend(frame.into_iter().filter(|&v| v >= home));
+            ghosts.extend(frame.into_iter().filter(|&v| v >= owned));
             ghosts.sort_unstable();
             ghosts.dedup();
-            piece = Piece::new(&table.positions, home, &ghosts, more, &cx.config.stop);
+            piece = SubdomainTriangulation::new(&table.positions, owned, &ghosts, more, &cx.config.stop);
         }
         held.add_to_first(ghosts);
     }
@@ -342,8 +348,8 @@ pub(crate) async fn triangulate_piece<P: Point>(
 
 /// Ghosts beyond its ghost layer that a piece of so many points makes room for: somewhat more than random points need.
 /// Memory that is not written to is not used.
-fn expected_ghosts<P: Point>(home: u32) -> usize {
-    let layer = f64::from(home).powf((P::DIM - 1) as f64 / P::DIM as f64);
+fn expected_ghosts<P: Point>(owned: u32) -> usize {
+    let layer = f64::from(owned).powf((P::DIM - 1) as f64 / P::DIM as f64);
     (LAYERS * layer) as usize
 }
 
@@ -402,7 +408,7 @@ impl<'a, P: Point> Firsts<'a, P> {
 }
 
 /// What holds every point that conflicts with a cell; `corner` gives the position of a finite vertex.
-pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> Reach<P> {
+pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> ConflictRegion<P> {
     let mut corners = [P::default(); 4];
     let mut infinite = None;
     for (slot, &v) in cell.as_ref().iter().enumerate() {
@@ -413,14 +419,14 @@ pub(crate) fn reach_of<P: Point>(cell: &P::Cell, corner: impl Fn(u32) -> P) -> R
         }
     }
     let Some(slot) = infinite else {
-        return Reach::of_cell(&corners[..=P::DIM]);
+        return ConflictRegion::of_cell(&corners[..=P::DIM]);
     };
     // A point beyond, in the place of infinity, makes the cell positive: bring that place to the end.
     corners.swap(slot, P::DIM);
     if slot != P::DIM {
         corners.swap(0, 1);
     }
-    Reach::of_facet(&corners[..P::DIM])
+    ConflictRegion::of_facet(&corners[..P::DIM])
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 
 use septet_geometry::point::Point;
 
-use crate::direct::piece::Piece;
+use crate::direct::subdomain_triangulation::SubdomainTriangulation;
+use crate::stars::fingerprint_sums::Sums;
 use crate::stars::links::is_facet_of;
-use crate::stars::sums::Sums;
 use crate::state::table::Table;
 
 /// Room for so many facets of each link, at first: uniform points have 27 in space, 6 in the plane.
@@ -21,7 +21,7 @@ pub(crate) struct Stars<P: Point> {
     facets: Vec<P::Facet>,
     ranges: Vec<(u32, u32)>,
     /// Instead of both, the piece that they are in.
-    piece: Option<Piece<P>>,
+    piece: Option<SubdomainTriangulation<P>>,
     /// Sums of the cells.
     pub(super) sums: Sums,
     /// Hashes of the table's points, as far as they were needed, and their first coordinates.
@@ -47,20 +47,20 @@ impl<P: Point> Default for Stars<P> {
 
 impl<P: Point> Stars<P> {
     /// The link of a home point: local numbers, infinite facets included.
-    pub(crate) fn link(&self, home: u32) -> &[P::Facet] {
-        let (start, len) = self.ranges[home as usize];
+    pub(crate) fn link(&self, owned: u32) -> &[P::Facet] {
+        let (start, len) = self.ranges[owned as usize];
         &self.facets[start as usize..(start + len) as usize]
     }
 
     /// Position of the link's first facet in the arena.
-    pub(crate) fn start(&self, home: u32) -> u32 {
-        self.ranges[home as usize].0
+    pub(crate) fn start(&self, owned: u32) -> u32 {
+        self.ranges[owned as usize].0
     }
 
     /// The position of a cell in the star of a home vertex of it.
-    pub(crate) fn position_in(&self, home: u32, cell: &P::Cell) -> Option<u32> {
-        let at = self.link(home).iter().position(is_facet_of::<P>(cell, home))?;
-        Some(self.start(home) + at as u32)
+    pub(crate) fn position_in(&self, owned: u32, cell: &P::Cell) -> Option<u32> {
+        let at = self.link(owned).iter().position(is_facet_of::<P>(cell, owned))?;
+        Some(self.start(owned) + at as u32)
     }
 
     /// Length of the arena.
@@ -69,8 +69,8 @@ impl<P: Point> Stars<P> {
     }
 
     /// Whether the exchange changed the star of a home point.
-    pub(crate) fn has_changed(&self, home: u32) -> bool {
-        self.changed.contains(&home)
+    pub(crate) fn has_changed(&self, owned: u32) -> bool {
+        self.changed.contains(&owned)
     }
 
     /// Makes room for so many links, and for what the exchange appends.
@@ -91,30 +91,30 @@ impl<P: Point> Stars<P> {
     }
 
     /// Replaces the link of a home point; the sums stay as they are.
-    pub(crate) fn replace(&mut self, home: u32, link: &[P::Facet]) {
-        self.ranges[home as usize] = (self.facets.len() as u32, link.len() as u32);
+    pub(crate) fn replace(&mut self, owned: u32, link: &[P::Facet]) {
+        self.ranges[owned as usize] = (self.facets.len() as u32, link.len() as u32);
         self.facets.extend_from_slice(link);
     }
 
     /// Replaces the link of a home point in the exchange.
-    pub(crate) fn change(&mut self, table: &Table<P>, home: u32, change: &Change<'_, P>) {
-        self.recount(table, home, change.gone, change.fresh);
-        self.replace(home, change.link);
-        self.changed.insert(home);
+    pub(crate) fn change(&mut self, table: &Table<P>, owned: u32, change: &Change<'_, P>) {
+        self.recount(table, owned, change.gone, change.fresh);
+        self.replace(owned, change.link);
+        self.changed.insert(owned);
     }
 
     /// The piece's own triangulation, while no star has been taken out of it.
-    pub(crate) fn piece(&self) -> Option<&Piece<P>> {
+    pub(crate) fn piece(&self) -> Option<&SubdomainTriangulation<P>> {
         self.piece.as_ref()
     }
 
     /// The same, to change it.
-    pub(crate) fn take_piece(&mut self) -> Option<Piece<P>> {
+    pub(crate) fn take_subdomain(&mut self) -> Option<SubdomainTriangulation<P>> {
         self.piece.take()
     }
 
     /// Keeps the piece's own triangulation, which holds the links of all home points.
-    pub(crate) fn set_piece(&mut self, piece: Option<Piece<P>>) {
+    pub(crate) fn set_subdomain(&mut self, piece: Option<SubdomainTriangulation<P>>) {
         self.piece = piece;
     }
 

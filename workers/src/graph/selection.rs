@@ -34,7 +34,7 @@ use crate::config::Wanted;
 use crate::machine::context::Context;
 use crate::neighbours::ask::{Ask, Ball};
 use crate::neighbours::descent::Descent;
-use crate::neighbours::done::Done;
+use crate::neighbours::results::CompletedLists;
 use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -85,7 +85,7 @@ pub(crate) async fn choice<P: Point>(
     let mut samples = report_samples(cx, table, balls, &descent);
     let mut chosen = Vec::new();
     while cx.exchange().await? {
-        descent.hear(cx, table)?;
+        descent.receive(cx, table)?;
         samples = samples.and_then(|balls| report_samples(cx, table, balls, &descent));
         chosen.extend(cx.take(|m| match m.body {
             Body::Choice { kind, parameter } => decode_choice(kind, parameter),
@@ -112,15 +112,19 @@ fn balls_of_sample<P: Point>(
     let positions = &table.positions;
     let mut balls = Vec::new();
     for (at, leaf) in subdomain.leaves.iter().enumerate() {
-        let members: Vec<u32> = leaf.home().collect();
+        let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
-        let sample = cost.pack(&members, |&home| is_sample(key, population, positions[home as usize]));
+        let sample = cost.pack(&members, |&owned| is_sample(key, population, positions[owned as usize]));
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
-        let items = leaf.home_len() * (sample.len() as u64).max(1);
+        let items = leaf.owned_len() * (sample.len() as u64).max(1);
         cx.ledger.charge(Phase::Choice, leaf.id, cost, items);
         let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
-        balls.extend(sample.into_iter().zip(radii2).map(|(home, radius2)| Ball { home, leaf: at, radius2 }));
+        balls.extend(sample.into_iter().zip(radii2).map(|(owned, radius2)| Ball {
+            owned,
+            leaf: at,
+            radius2,
+        }));
     }
     balls
 }
@@ -162,20 +166,20 @@ pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
 }
 
 /// For each sampled star the least alpha whose ball certifies it, infinite if six does not.
-fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Done) -> Vec<f64> {
+fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<f64> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
     // Samples are in the order of their numbers.
     let radius2 =
-        |home: u32| samples.binary_search_by_key(&home, |ball| ball.home).map(|at| samples[at].radius2);
-    let star = |(home, farthest2, candidates): (u32, f64, &[u32])| {
-        let at = table.positions[home as usize];
+        |owned: u32| samples.binary_search_by_key(&owned, |ball| ball.owned).map(|at| samples[at].radius2);
+    let star = |(owned, farthest2, candidates): (u32, f64, &[u32])| {
+        let at = table.positions[owned as usize];
         let distances2 = candidates.iter().map(|&j| dist2(table.positions[j as usize], at));
         let nearest2 = distances2.fold(f64::INFINITY, f64::min);
         // A list cut short knows its surroundings only that far.
         let full = candidates.len() < MOST_CANDIDATES as usize;
-        let known2 = if full { radius2(home).unwrap_or(0.0) } else { farthest2 };
-        if !builder.build(&table.positions, home, candidates, &mut Cost::default()) {
+        let known2 = if full { radius2(owned).unwrap_or(0.0) } else { farthest2 };
+        if !builder.build(&table.positions, owned, candidates, &mut Cost::default()) {
             return f64::INFINITY;
         }
         facets.clear();
@@ -185,7 +189,7 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Done) -
             if facet.as_ref().contains(&INFINITE) {
                 return f64::INFINITY;
             }
-            let Some(cell) = finite_cell::<P>(home, facet) else { return f64::INFINITY };
+            let Some(cell) = finite_cell::<P>(owned, facet) else { return f64::INFINITY };
             let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }

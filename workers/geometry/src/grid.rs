@@ -104,7 +104,7 @@ impl<P: Point> Grid<P> {
 
 /// The graph neighbours, among the `members`, of the first `rows` of them; positions in the table, in the order of
 /// cells.
-pub fn graph_near<P: Point>(
+pub fn graph_by_grid<P: Point>(
     rule: Supergraph,
     table: &[P],
     radii2: &[f64],
@@ -162,7 +162,7 @@ mod tests {
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let rule = Supergraph::Density { alpha: 1.0 };
         let (mut cost, mut all) = (Cost::ZERO, Cost::ZERO);
-        let near = graph_near(rule, points, radii2, &members, rows, &mut cost);
+        let near = graph_by_grid(rule, points, radii2, &members, rows, &mut cost);
         let direct = graph_direct(rule, points, radii2, &members[..rows], &members, &mut all);
         assert_eq!(near.len(), rows);
         for (i, expected) in direct.iter().enumerate() {

@@ -11,7 +11,7 @@ use crate::neighbours::ask::Ask;
 use crate::state::subdomain::{Shared, Way};
 
 /// Replicas that leave, batched by child and member.
-pub(crate) struct Forwards<P> {
+pub(crate) struct QueryRouter<P> {
     rank: Rank,
     ask: Ask,
     /// With the group that the last query was of.
@@ -28,10 +28,10 @@ pub(crate) struct Replica<P> {
     pub(crate) group: u64,
 }
 
-impl<P: Point> Forwards<P> {
+impl<P: Point> QueryRouter<P> {
     /// None yet, from this rank.
     pub(crate) fn new(rank: Rank, ask: Ask) -> Self {
-        Forwards { rank, ask, batches: BTreeMap::new() }
+        QueryRouter { rank, ask, batches: BTreeMap::new() }
     }
 
     /// Adds a ball, which leaves by these ways out of the path.

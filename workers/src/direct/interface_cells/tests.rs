@@ -66,24 +66,29 @@ pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
 }
 
 /// The vertices with halos that do not hold the ball of a cell, which is larger by a factor.
-fn beyond<P: Point>(reach: &Reach<P>, larger: f64, cell: &P::Cell, margins: &[Margin]) -> u8 {
+fn beyond<P: Point>(reach: &ConflictRegion<P>, larger: f64, cell: &P::Cell, margins: &[Margin]) -> u8 {
     let is_in = |&v: &u32| match *reach {
         _ if v as usize >= margins.len() => true,
-        Reach::Ball { radius, .. } => 2.0 * radius * larger <= margins[v as usize].sent,
+        ConflictRegion::Ball { radius, .. } => 2.0 * radius * larger <= margins[v as usize].sent,
         _ => false,
     };
     cell.as_ref().iter().enumerate().fold(0, |sent, (i, v)| sent | u8::from(!is_in(v)) << i)
 }
 
 /// Looks at all cells by their own balls alone. Returns how many reach out beyond halos.
-fn compare<P: Point>(path: &[Shared<P>], piece: &Piece<P>, points: &[P], margins: &[Margin]) -> usize {
-    let surveyed = Border::of(path, piece, points, margins).survey();
+fn compare<P: Point>(
+    path: &[Shared<P>],
+    piece: &SubdomainTriangulation<P>,
+    points: &[P],
+    margins: &[Margin],
+) -> usize {
+    let surveyed = InterfaceCells::of(path, piece, points, margins).scan();
     let found: HashMap<P::Cell, (u64, u8)> =
         surveyed.iter().map(|out| (out.cell, (out.levels, out.sent))).collect();
     assert_eq!(found.len(), surveyed.len());
     let mut number = 0;
     piece.each_cell(|_, cell| {
-        let reach = crate::direct::piece::reach_of::<P>(cell, |v| points[v as usize]);
+        let reach = crate::direct::subdomain_triangulation::reach_of::<P>(cell, |v| points[v as usize]);
         let met = |s: &Shared<P>| reaches(&s.split, &reach, 1 - s.mine);
         let levels = (0..path.len()).fold(0, |levels, i| levels | u64::from(met(&path[i])) << i);
         // The kernel's sphere may be a little larger, never smaller.
@@ -113,15 +118,17 @@ fn all_are_found<P: Point>() {
     let mut compared = 0;
     for (points, split) in sets::<P>().iter().flat_map(|points| splits.iter().map(move |s| (points, s))) {
         let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, points)).collect();
-        let is_home = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
-        let home: Vec<P> = points.iter().filter(is_home).copied().collect();
-        let home: Vec<P> = insertion_order(&home).into_iter().map(|i| home[i as usize]).collect();
+        let is_owned = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+        let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
+        let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
         // Foreign points; no halos, small ones, large ones.
-        let beside: Vec<P> = points.iter().filter(|x| !is_home(x)).copied().step_by(9).collect();
-        let all: Vec<P> = home.iter().chain(&beside).copied().collect();
-        let others: Vec<u32> = (home.len() as u32..all.len() as u32).collect();
+        let beside: Vec<P> = points.iter().filter(|x| !is_owned(x)).copied().step_by(9).collect();
+        let all: Vec<P> = owned.iter().chain(&beside).copied().collect();
+        let others: Vec<u32> = (owned.len() as u32..all.len() as u32).collect();
         for others in [&[], &others[..]] {
-            let Some(piece) = Piece::new(&all, home.len() as u32, others, 0, &Stop::default()) else {
+            let Some(piece) =
+                SubdomainTriangulation::new(&all, owned.len() as u32, others, 0, &Stop::default())
+            else {
                 continue;
             };
             let mut state = 5;
@@ -133,7 +140,7 @@ fn all_are_found<P: Point>() {
                     let sent = most * unit(&mut state);
                     Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
                 };
-                let halo: Vec<Margin> = home.iter().map(margin).collect();
+                let halo: Vec<Margin> = owned.iter().map(margin).collect();
                 compared += compare(&path, &piece, &all, &halo);
             }
         }

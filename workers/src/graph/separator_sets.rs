@@ -38,7 +38,7 @@ pub(crate) async fn set_recursion<P: Point>(
     table: &mut Table<P>,
     supergraph: Supergraph,
 ) -> Result<Lists<u32>, TransportError> {
-    let mut recursion = Recursion::of_home(cx, subdomain, table, supergraph);
+    let mut recursion = Recursion::of_owned(cx, subdomain, table, supergraph);
     while cx.exchange_if(recursion.is_pending()).await? {
         recursion.agenda.step += 1;
         lead(cx, &subdomain.led, recursion.rule);
@@ -124,15 +124,15 @@ struct Recursion<'a, P> {
 
 impl<'a, P: Point> Recursion<'a, P> {
     /// Every home point is a member of the root's set.
-    fn of_home(
+    fn of_owned(
         cx: &Context<P>,
         subdomain: &'a Subdomain<P>,
         table: &'a mut Table<P>,
         supergraph: Supergraph,
     ) -> Self {
-        let items = (0..table.home).map(|point| Item::new(point, None)).collect();
+        let items = (0..table.owned).map(|point| Item::new(point, None)).collect();
         let root = subdomain.path.first().map(|s| s.id).or(subdomain.tree.as_ref().map(|t| t.0));
-        let members = root.map(|root| (root, (0..table.home).collect()));
+        let members = root.map(|root| (root, (0..table.owned).collect()));
         Recursion {
             subdomain,
             table,
@@ -444,8 +444,8 @@ impl<'a, P: Point> Recursion<'a, P> {
             cost.swept(sweep);
             cx.ledger.charge(Phase::Sets, node, cost, items);
         }
-        let homes = items.into_iter().take(table.home as usize);
-        let neighbours = homes.map(|mut item| item.united(&mut unions)).collect();
+        let owned_points = items.into_iter().take(table.owned as usize);
+        let neighbours = owned_points.map(|mut item| item.united(&mut unions)).collect();
         for (node, cost) in unions {
             cx.ledger.charge(Phase::Sets, node, cost, 0);
         }

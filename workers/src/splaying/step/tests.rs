@@ -12,10 +12,10 @@ use septet_protocol::transport::TransportError;
 use super::*;
 use crate::config::WorkerConfig;
 use crate::machine::context::{Context, Running};
-use crate::splaying::exchange::star_by_star;
-use crate::splaying::repair::splay;
+use crate::splaying::pending::star_by_star;
+use crate::splaying::splay::splay;
 use crate::stars::check::{Agreement, certificate, check};
-use crate::stars::home::Stars;
+use crate::stars::owned::Stars;
 use crate::state::subdomain::{Leaf, Subdomain, bounds};
 use crate::state::table::Table;
 
@@ -33,9 +33,9 @@ fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
 }
 
 /// The star of a point among others.
-fn star<P: Point>(points: &[P], home: u32, candidates: &[u32]) -> Vec<P::Facet> {
+fn star<P: Point>(points: &[P], owned: u32, candidates: &[u32]) -> Vec<P::Facet> {
     let (mut builder, mut link) = (StarBuilder::default(), Vec::new());
-    if builder.build(points, home, candidates, &mut Cost::default()) {
+    if builder.build(points, owned, candidates, &mut Cost::default()) {
         builder.facets(&mut link);
     }
     link
@@ -52,7 +52,7 @@ impl<P: Point> Rank<P> {
     /// Whose stars are those among these candidates.
     fn of(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Self {
         let n = points.len() as u32;
-        let table = Table::of_home((0..u64::from(n)).collect(), points.to_vec(), 1);
+        let table = Table::of_owned((0..u64::from(n)).collect(), points.to_vec(), 1);
         let mut subdomain = Subdomain::default();
         subdomain.leaves.push(Leaf {
             id: NodeId::ROOT,
@@ -62,8 +62,8 @@ impl<P: Point> Rank<P> {
             max_radius2: 0.0,
         });
         let mut stars = Stars::default();
-        for home in 0..n {
-            let link = star(points, home, &candidates(home));
+        for owned in 0..n {
+            let link = star(points, owned, &candidates(owned));
             stars.append(&link, &[link.len() as u32]);
         }
         stars.extend_hashes(&table);
@@ -78,7 +78,7 @@ impl<P: Point> Rank<P> {
     async fn exchange(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
-        let population = u64::from(table.home);
+        let population = u64::from(table.owned);
         let rounds = splay(&mut cx, subdomain, table, stars, &before, Vec::new(), population).await?;
         let after = certificate(&mut cx, subdomain, table, stars).await?;
         Ok((self, rounds, after))
@@ -86,34 +86,34 @@ impl<P: Point> Rank<P> {
 }
 
 /// The nearest others.
-fn nearest<P: Point>(points: &[P], home: u32, k: usize) -> Vec<u32> {
-    let mut all: Vec<u32> = (0..points.len() as u32).filter(|&v| v != home).collect();
-    let from = |v: u32| dist2(points[v as usize], points[home as usize]);
+fn nearest<P: Point>(points: &[P], owned: u32, k: usize) -> Vec<u32> {
+    let mut all: Vec<u32> = (0..points.len() as u32).filter(|&v| v != owned).collect();
+    let from = |v: u32| dist2(points[v as usize], points[owned as usize]);
     all.sort_by(|&a, &b| from(a).total_cmp(&from(b)));
     all.truncate(k);
     all
 }
 
 /// The cells of a link, each in order.
-fn cells<P: Point>(home: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
-    link.iter().filter_map(|facet| finite_cell::<P>(home, facet)).map(|cell| in_order::<P>(&cell)).collect()
+fn cells<P: Point>(owned: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
+    link.iter().filter_map(|facet| finite_cell::<P>(owned, facet)).map(|cell| in_order::<P>(&cell)).collect()
 }
 
-fn tell<P: Point>(rank: &Rank<P>, news: &News<'_, P>, points: &[u32]) -> Reactions<P> {
-    let mut out = Reactions::default();
-    rank.chart().react(news, points, &mut Tools::new(rank.table.positions.len()), &mut out);
+fn tell<P: Point>(rank: &Rank<P>, news: &StarNews<'_, P>, points: &[u32]) -> Splayed<P> {
+    let mut out = Splayed::default();
+    rank.chart().splay_star(news, points, &mut Tools::new(rank.table.positions.len()), &mut out);
     out
 }
 
 /// What a star makes of cells proposed to it by these.
-fn propose<P: Point>(rank: &Rank<P>, home: u32, cells: &[(P::Cell, u32)]) -> Reactions<P> {
-    let mut proposed: Vec<Proposal<P>> = cells.iter().map(|&(cell, from)| (home, cell, from)).collect();
+fn propose<P: Point>(rank: &Rank<P>, owned: u32, cells: &[(P::Cell, u32)]) -> Splayed<P> {
+    let mut proposed: Vec<Proposal<P>> = cells.iter().map(|&(cell, from)| (owned, cell, from)).collect();
     proposed.sort_unstable();
     tell(rank, &star_by_star::<P>(&proposed, &[], &[])[0], &[])
 }
 
 /// The objections to a cell: the receivers, and the points.
-fn against<P: Point>(out: &mut Reactions<P>, cell: &P::Cell) -> Vec<(u32, Vec<u32>)> {
+fn against<P: Point>(out: &mut Splayed<P>, cell: &P::Cell) -> Vec<(u32, Vec<u32>)> {
     out.objections.sort();
     let points = out.objections.points();
     let of_it = out.objections.cells().iter().filter(|o| o.1 == *cell);
@@ -122,11 +122,11 @@ fn against<P: Point>(out: &mut Reactions<P>, cell: &P::Cell) -> Vec<(u32, Vec<u3
 
 fn exchange_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
-    let rank = Rank::of(points, |home| nearest(points, home, few + home as usize % 4));
-    let right = |rank: &Rank<P>, home: u32| {
-        cells::<P>(home, rank.stars.link(home)) == cells::<P>(home, &star(points, home, &everyone))
+    let rank = Rank::of(points, |owned| nearest(points, owned, few + owned as usize % 4));
+    let right = |rank: &Rank<P>, owned: u32| {
+        cells::<P>(owned, rank.stars.link(owned)) == cells::<P>(owned, &star(points, owned, &everyone))
     };
-    let wrong = everyone.iter().filter(|&&home| !right(&rank, home)).count();
+    let wrong = everyone.iter().filter(|&&owned| !right(&rank, owned)).count();
     assert!(wrong * 10 > points.len(), "{wrong} stars to be repaired");
     let mut running = Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.exchange(cx));
     for round in 1.. {
@@ -139,7 +139,7 @@ fn exchange_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     }
     let (rank, rounds, after) = running.into_result().unwrap();
     assert!(rounds > 1 && rounds < 48);
-    assert!(everyone.iter().all(|&home| right(&rank, home)), "{few} nearest: a star is wrong");
+    assert!(everyone.iter().all(|&owned| right(&rank, owned)), "{few} nearest: a star is wrong");
     assert_eq!(after.differing, 0, "what the sums followed is what there is");
     assert!(after.disagreements.is_empty());
 }
@@ -198,23 +198,23 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
 fn fresh_cells_go_to_the_smallest_vertex_or_from_it() {
     let points = cloud::<DVec2>(40, 9);
     let everyone: Vec<u32> = (0..40).collect();
-    let rank = Rank::of(&points, |home| nearest(&points, home, 4));
+    let rank = Rank::of(&points, |owned| nearest(&points, owned, 4));
     let (mut to_others, mut to_smallest) = (0, 0);
-    for home in 0..40 {
-        let held = cells::<DVec2>(home, rank.stars.link(home));
-        for cell in cells::<DVec2>(home, &star(&points, home, &everyone)).difference(&held) {
-            let others: Vec<u32> = cell.iter().copied().filter(|&v| v != home).collect();
+    for owned in 0..40 {
+        let held = cells::<DVec2>(owned, rank.stars.link(owned));
+        for cell in cells::<DVec2>(owned, &star(&points, owned, &everyone)).difference(&held) {
+            let others: Vec<u32> = cell.iter().copied().filter(|&v| v != owned).collect();
             for from in [&others[..1], &others[1..], &others[..]] {
                 let tellers: Vec<([u32; 3], u32)> = from.iter().map(|&v| (*cell, v)).collect();
-                let out = propose(&rank, home, &tellers);
+                let out = propose(&rank, owned, &tellers);
                 let smallest = rank.chart().smallest(cell);
-                let asked = others.iter().filter(|&&v| smallest == home || v == smallest);
+                let asked = others.iter().filter(|&&v| smallest == owned || v == smallest);
                 let expected: Vec<u32> = asked.copied().filter(|v| !from.contains(v)).collect();
                 let of_it = out.proposals.iter().filter(|p| p.1 == *cell);
                 let mut found: Vec<u32> = of_it.map(|p| p.0).collect();
                 found.sort_unstable();
-                assert_eq!(found, expected, "{cell:?} at {home}");
-                let count = if smallest == home { &mut to_others } else { &mut to_smallest };
+                assert_eq!(found, expected, "{cell:?} at {owned}");
+                let count = if smallest == owned { &mut to_others } else { &mut to_smallest };
                 *count += found.len();
             }
         }
@@ -229,31 +229,31 @@ fn an_objection_and_a_proposal_in_one_step() {
     let points = cloud::<DVec2>(40, 4);
     let everyone: Vec<u32> = (0..40).collect();
     let mut met = 0;
-    for home in 0..40 {
-        let right = cells::<DVec2>(home, &star(&points, home, &everyone));
-        let late = *right.iter().flatten().find(|&&v| v != home).unwrap();
+    for owned in 0..40 {
+        let right = cells::<DVec2>(owned, &star(&points, owned, &everyone));
+        let late = *right.iter().flatten().find(|&&v| v != owned).unwrap();
         let without: Vec<u32> = everyone.iter().copied().filter(|&v| v != late).collect();
         let rank = Rank::of(&points, |_| without.clone());
-        let held = cells::<DVec2>(home, rank.stars.link(home));
+        let held = cells::<DVec2>(owned, rank.stars.link(owned));
         let brings = *right.iter().find(|cell| cell.contains(&late)).unwrap();
         for lost in held.difference(&right) {
-            let objector = *lost.iter().find(|&&v| v != home).unwrap();
-            let proposed: Vec<Proposal<DVec2>> = vec![(home, brings, late)];
-            let mut said = Said::<DVec2>::default();
-            said.add([home].into_iter(), lost, objector, &[late]);
+            let objector = *lost.iter().find(|&&v| v != owned).unwrap();
+            let proposed: Vec<Proposal<DVec2>> = vec![(owned, brings, late)];
+            let mut said = Announced::<DVec2>::default();
+            said.add([owned].into_iter(), lost, objector, &[late]);
             said.sort();
             let (objected, named) = (said.cells(), said.points());
             let mut out = tell(&rank, &star_by_star::<DVec2>(&proposed, objected, &[])[0], named);
             let mut found = None;
-            out.each_change(|_, change| found = Some(cells::<DVec2>(home, change.link)));
-            assert_eq!(found.as_ref(), Some(&right), "{home}");
+            out.each_change(|_, change| found = Some(cells::<DVec2>(owned, change.link)));
+            assert_eq!(found.as_ref(), Some(&right), "{owned}");
             let smallest = rank.chart().smallest(lost);
             let asked = lost
                 .iter()
                 .copied()
-                .filter(|&v| v != home && (smallest == home || v == smallest) && v != objector);
+                .filter(|&v| v != owned && (smallest == owned || v == smallest) && v != objector);
             let news: Vec<u32> = against::<DVec2>(&mut out, lost).into_iter().map(|news| news.0).collect();
-            assert_eq!(news, asked.collect::<Vec<u32>>(), "{lost:?} at {home}");
+            assert_eq!(news, asked.collect::<Vec<u32>>(), "{lost:?} at {owned}");
             met += news.len();
         }
     }

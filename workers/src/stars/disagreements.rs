@@ -12,55 +12,58 @@ use septet_geometry::point::Point;
 
 use crate::config::{Pool, map_in};
 use crate::stars::check::Disagreement;
-use crate::stars::home::Chart;
-use crate::stars::sums::{OpenShares, ShortSums, Sums};
+use crate::stars::fingerprint_sums::{OpenShares, ShortSums, Sums};
+use crate::stars::owned::Chart;
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Leaf, home_groups};
+use crate::state::subdomain::{Leaf, owned_groups};
 
 impl<P: Point> Chart<'_, P> {
     /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
     /// sums differ.
-    pub(crate) fn look_up(
+    pub(crate) fn locate(
         &self,
         pool: &Pool,
         leaves: &[Leaf<P>],
         short: Option<ShortSums>,
     ) -> Vec<Disagreement> {
-        let groups = home_groups(leaves);
+        let groups = owned_groups(leaves);
         let open = short.unwrap_or_else(|| self.short_sums(pool, &groups)).open();
         let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
-        let mut found = map_in(pool, &groups, |(_, homes)| {
-            homes.clone().flat_map(|home| self.unknown_to_smallest(home, &open, &seen)).collect::<Vec<_>>()
+        let mut found = map_in(pool, &groups, |(_, owned_points)| {
+            owned_points
+                .clone()
+                .flat_map(|owned| self.unknown_to_smallest(owned, &open, &seen))
+                .collect::<Vec<_>>()
         });
-        found.extend(map_in(pool, &groups, |(_, homes)| {
-            let differing = homes.clone().filter(|&home| open.of(home) != 0);
-            differing.flat_map(|home| self.lacking(home, &open, &seen)).collect::<Vec<_>>()
+        found.extend(map_in(pool, &groups, |(_, owned_points)| {
+            let differing = owned_points.clone().filter(|&owned| open.of(owned) != 0);
+            differing.flat_map(|owned| self.missing(owned, &open, &seen)).collect::<Vec<_>>()
         }));
         found.into_iter().flatten().collect()
     }
 
     /// The sums of each home vertex.
     fn short_sums(&self, pool: &Pool, groups: &[(usize, Range<u32>)]) -> ShortSums {
-        let short = ShortSums::new(self.table.home, pool.is_none());
-        map_in(pool, groups, |(_, homes)| {
-            for home in homes.clone() {
-                self.sum_star(home, self.stars.link(home), true, &mut Sums::default(), Some(&short));
+        let short = ShortSums::new(self.table.owned, pool.is_none());
+        map_in(pool, groups, |(_, owned_points)| {
+            for owned in owned_points.clone() {
+                self.sum_star(owned, self.stars.link(owned), true, &mut Sums::default(), Some(&short));
             }
         });
         short
     }
 
     /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.
-    fn unknown_to_smallest(&self, home: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
+    fn unknown_to_smallest(&self, owned: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
         let mut found = Vec::new();
-        for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
+        for (facet, link) in (self.stars.start(owned)..).zip(self.stars.link(owned)) {
             // Most stars agree: only where one beside it does not, the smallest vertex is asked for.
             if link.as_ref().iter().fold(0, |any, &v| any | open.of(v)) == 0 {
                 continue;
             }
-            let Some(cell) = finite_cell::<P>(home, link) else { continue };
+            let Some(cell) = finite_cell::<P>(owned, link) else { continue };
             let smallest = self.smallest(&cell);
-            if smallest == home
+            if smallest == owned
                 || open.of(smallest) == 0
                 || !open.holds(smallest, self.stars.cell_hash(&cell))
             {
@@ -70,28 +73,28 @@ impl<P: Point> Chart<'_, P> {
                 Some(at) => {
                     seen[at as usize].fetch_add(1, Ordering::Relaxed);
                 }
-                None => found.push(Disagreement { home, facet, other: smallest }),
+                None => found.push(Disagreement { owned, facet, other: smallest }),
             }
         }
         found
     }
 
     /// Cells of a star that home vertices other than their smallest, this one, lack.
-    fn lacking(&self, home: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
+    fn missing(&self, owned: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
         let mut found = Vec::new();
-        for (facet, link) in (self.stars.start(home)..).zip(self.stars.link(home)) {
-            let Some(cell) = finite_cell::<P>(home, link) else { continue };
-            let at_home = link.as_ref().iter().filter(|&&v| self.table.is_home(v)).count();
+        for (facet, link) in (self.stars.start(owned)..).zip(self.stars.link(owned)) {
+            let Some(cell) = finite_cell::<P>(owned, link) else { continue };
+            let at_home = link.as_ref().iter().filter(|&&v| self.table.is_owned(v)).count();
             let known = usize::from(seen[facet as usize].load(Ordering::Relaxed));
             if known == at_home
-                || self.smallest(&cell) != home
-                || !open.holds(home, self.stars.cell_hash(&cell))
+                || self.smallest(&cell) != owned
+                || !open.holds(owned, self.stars.cell_hash(&cell))
             {
                 continue;
             }
             for &other in link.as_ref() {
-                if self.table.is_home(other) && self.stars.position_in(other, &cell).is_none() {
-                    found.push(Disagreement { home, facet, other });
+                if self.table.is_owned(other) && self.stars.position_in(other, &cell).is_none() {
+                    found.push(Disagreement { owned, facet, other });
                 }
             }
         }

@@ -1,9 +1,9 @@
 //! What stars tell each other in a round of exchange: proposals and objections, on their way and when they arrive.
 //!
-//! **Statement.** See [`crate::splaying::repair`]. Stars consider all that they hear in a step together,
+//! **Statement.** See [`crate::splaying::splay`]. Stars consider all that they hear in a step together,
 //! whether it came from this rank or from another.
 //!
-//! **Work and depth.** Stars pay for their own in [`crate::splaying::react`]. Here the machine sorts once what all stars of
+//! **Work and depth.** Stars pay for their own in [`crate::splaying::step`]. Here the machine sorts once what all stars of
 //! a rank heard.
 
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::machine::context::Context;
 use crate::machine::tasks::Recorder;
-use crate::stars::home::Stars;
+use crate::stars::owned::Stars;
 use crate::stars::rows::{Objections, Rows, cell_of};
 use crate::state::cells::in_order;
 use crate::state::subdomain::{Leaf, leaf_number};
@@ -27,7 +27,7 @@ pub(crate) type Proposal<P> = (u32, <P as Point>::Cell, u32);
 
 /// Cells that are not Delaunay, as seen from one vertex, for the stars of others; points that show it.
 #[derive(Clone, Debug)]
-pub(crate) struct Said<P: Point> {
+pub(crate) struct Announced<P: Point> {
     cells: Vec<Objection<P>>,
     points: Vec<u32>,
 }
@@ -35,13 +35,13 @@ pub(crate) struct Said<P: Point> {
 /// The receiver, the cell in order, the sender, the places of the points against the cell.
 pub(crate) type Objection<P> = (u32, <P as Point>::Cell, u32, Range<usize>);
 
-impl<P: Point> Default for Said<P> {
+impl<P: Point> Default for Announced<P> {
     fn default() -> Self {
-        Said { cells: Vec::new(), points: Vec::new() }
+        Announced { cells: Vec::new(), points: Vec::new() }
     }
 }
 
-impl<P: Point> Said<P> {
+impl<P: Point> Announced<P> {
     /// Whether nothing is said.
     pub(crate) fn is_empty(&self) -> bool {
         self.cells.is_empty()
@@ -81,8 +81,8 @@ impl<P: Point> Said<P> {
 }
 
 /// What one star heard in a step, each list in order.
-pub(crate) struct News<'a, P: Point> {
-    pub(crate) home: u32,
+pub(crate) struct StarNews<'a, P: Point> {
+    pub(crate) owned: u32,
     pub(crate) proposed: &'a [Proposal<P>],
     pub(crate) objected: &'a [Objection<P>],
     pub(crate) gathered: &'a [(u32, u32)],
@@ -93,7 +93,7 @@ pub(crate) fn star_by_star<'a, P: Point>(
     proposed: &'a [Proposal<P>],
     objected: &'a [Objection<P>],
     gathered: &'a [(u32, u32)],
-) -> Vec<News<'a, P>> {
+) -> Vec<StarNews<'a, P>> {
     let mut proposed = proposed.chunk_by(|a, b| a.0 == b.0).peekable();
     let mut objected = objected.chunk_by(|a, b| a.0 == b.0).peekable();
     let mut gathered = gathered.chunk_by(|a, b| a.0 == b.0).peekable();
@@ -104,12 +104,12 @@ pub(crate) fn star_by_star<'a, P: Point>(
             objected.peek().map(|news| news[0].0),
             gathered.peek().map(|news| news[0].0),
         ];
-        let Some(home) = heads.into_iter().flatten().min() else { return stars };
-        stars.push(News {
-            home,
-            proposed: proposed.next_if(|news| news[0].0 == home).unwrap_or_default(),
-            objected: objected.next_if(|news| news[0].0 == home).unwrap_or_default(),
-            gathered: gathered.next_if(|news| news[0].0 == home).unwrap_or_default(),
+        let Some(owned) = heads.into_iter().flatten().min() else { return stars };
+        stars.push(StarNews {
+            owned,
+            proposed: proposed.next_if(|news| news[0].0 == owned).unwrap_or_default(),
+            objected: objected.next_if(|news| news[0].0 == owned).unwrap_or_default(),
+            gathered: gathered.next_if(|news| news[0].0 == owned).unwrap_or_default(),
         });
     }
 }
@@ -119,16 +119,16 @@ pub(crate) type Gathered = (u32, u32);
 
 /// What home stars heard and have not considered.
 #[derive(Debug)]
-pub(crate) struct Heard<P: Point> {
+pub(crate) struct Received<P: Point> {
     pub(crate) proposed: Vec<Proposal<P>>,
-    pub(crate) objected: Said<P>,
+    pub(crate) objected: Announced<P>,
     pub(crate) gathered: Vec<Gathered>,
 }
 
-impl<P: Point> Heard<P> {
+impl<P: Point> Received<P> {
     /// What a gathering brought.
     pub(crate) fn of(gathered: Vec<Gathered>) -> Self {
-        Heard { proposed: Vec::new(), objected: Said::default(), gathered }
+        Received { proposed: Vec::new(), objected: Announced::default(), gathered }
     }
 
     /// Whether some star heard something.
@@ -144,7 +144,7 @@ impl<P: Point> Heard<P> {
     }
 
     /// What stars heard, star by star, once all lists are in order.
-    pub(crate) fn star_by_star(&self) -> Vec<News<'_, P>> {
+    pub(crate) fn star_by_star(&self) -> Vec<StarNews<'_, P>> {
         star_by_star::<P>(&self.proposed, self.objected.cells(), &self.gathered)
     }
 
@@ -160,7 +160,7 @@ impl<P: Point> Heard<P> {
             for row in cells.chunks_exact(P::DIM + 1) {
                 let cell = cell_of::<P>(row, &numbers);
                 let (from, to) = (cell.as_ref()[0], cell.as_ref()[1]);
-                if table.is_home(to) {
+                if table.is_owned(to) {
                     self.proposed.push((to, in_order::<P>(&cell), from));
                 }
             }
@@ -173,7 +173,7 @@ impl<P: Point> Heard<P> {
                 let cell = cell_of::<P>(row, &numbers);
                 let (from, to) = (cell.as_ref()[0], cell.as_ref()[1]);
                 let against: Vec<u32> = conflicts[at..end].iter().map(|&i| numbers[i as usize]).collect();
-                if table.is_home(to) {
+                if table.is_owned(to) {
                     self.objected.add([to].into_iter(), &in_order::<P>(&cell), from, &against);
                 }
                 at = end;
@@ -213,14 +213,14 @@ fn take_objections<P: Point>(cx: &mut Context<P>) -> Vec<Against<P>> {
 }
 
 /// What the stars of a rank say in a round.
-pub(crate) struct Speech<P: Point> {
+pub(crate) struct Announcements<P: Point> {
     pub(crate) proposals: Vec<Proposal<P>>,
-    pub(crate) objections: Said<P>,
+    pub(crate) objections: Announced<P>,
     /// The round of exchange.
     pub(crate) round: u32,
 }
 
-impl<P: Point> Speech<P> {
+impl<P: Point> Announcements<P> {
     /// Whether nothing is said.
     pub(crate) fn is_empty(&self) -> bool {
         self.proposals.is_empty() && self.objections.is_empty()
@@ -232,7 +232,7 @@ impl<P: Point> Speech<P> {
         cx: &mut Context<P>,
         leaves: &[Leaf<P>],
         table: &Table<P>,
-        heard: &mut Heard<P>,
+        heard: &mut Received<P>,
     ) {
         if let Some(recorder) = &mut cx.recorder {
             self.record(recorder, leaves, table);
@@ -242,10 +242,10 @@ impl<P: Point> Speech<P> {
     }
 
     /// Cells to the vertices that may lack them.
-    fn propose(&self, cx: &mut Context<P>, table: &Table<P>, heard: &mut Heard<P>) {
+    fn propose(&self, cx: &mut Context<P>, table: &Table<P>, heard: &mut Received<P>) {
         let mut batches: BTreeMap<Rank, Rows<P>> = BTreeMap::new();
         for &(to, cell, from) in &self.proposals {
-            if table.is_home(to) {
+            if table.is_owned(to) {
                 heard.proposed.push((to, cell, from));
             } else {
                 let rows = batches.entry(table.owners[to as usize]).or_default();
@@ -259,11 +259,11 @@ impl<P: Point> Speech<P> {
     }
 
     /// Cells, and what is against them, to the vertices that may hold them.
-    fn object(&self, cx: &mut Context<P>, table: &Table<P>, heard: &mut Heard<P>) {
+    fn object(&self, cx: &mut Context<P>, table: &Table<P>, heard: &mut Received<P>) {
         let mut batches: BTreeMap<Rank, Objections<P>> = BTreeMap::new();
         for (to, cell, from, range) in &self.objections.cells {
             let points = &self.objections.points[range.clone()];
-            if table.is_home(*to) {
+            if table.is_owned(*to) {
                 heard.objected.add([*to].into_iter(), cell, *from, points);
                 continue;
             }
@@ -309,7 +309,7 @@ mod tests {
     fn every_star_hears_each_thing_once() {
         let proposed: Vec<Proposal<DVec2>> =
             vec![(1, [1, 5, 6], 5), (1, [1, 5, 6], 6), (1, [1, 7, 8], 7), (4, [2, 4, 9], 2)];
-        let mut said = Said::<DVec2>::default();
+        let mut said = Announced::<DVec2>::default();
         said.add([7].into_iter(), &[3, 7, 8], 3, &[40]);
         said.add([4, 1].into_iter(), &[1, 4, 9], 9, &[50, 51]);
         said.sort();
@@ -317,7 +317,7 @@ mod tests {
         let gathered = vec![(0, 9), (4, 10), (4, 11)];
         let stars = star_by_star::<DVec2>(&proposed, objected, &gathered);
         let counts: Vec<_> =
-            stars.iter().map(|s| (s.home, s.proposed.len(), s.objected.len(), s.gathered.len())).collect();
+            stars.iter().map(|s| (s.owned, s.proposed.len(), s.objected.len(), s.gathered.len())).collect();
         assert_eq!(counts, [(0, 0, 0, 1), (1, 3, 1, 0), (4, 1, 1, 2), (7, 0, 1, 0)]);
         assert_eq!(points[stars[1].objected[0].3.clone()], [50, 51]);
         assert_eq!(points[stars[3].objected[0].3.clone()], [40]);

@@ -17,7 +17,7 @@
 //!
 //! **Rounds.** None where the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured).
 //!
-//! **Work and depth.** That of the reactions ([`crate::splaying::react`]), star beside star.
+//! **Work and depth.** That of the reactions ([`crate::splaying::step`]), star beside star.
 //!
 //! **Departure.** All stars move in lockstep, those of one rank like those of two. What they exchange in a round does not
 //! depend on where a star is at home, so work and depth do not depend on the number of ranks. A round of exchange is
@@ -32,10 +32,10 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
 use crate::machine::context::Context;
-use crate::splaying::exchange::{Gathered, Heard, Proposal, Said, Speech};
-use crate::splaying::react::{Reactions, Tools};
+use crate::splaying::pending::{Announced, Announcements, Gathered, Proposal, Received};
+use crate::splaying::step::{Splayed, Tools};
 use crate::stars::check::{Agreement, Disagreement};
-use crate::stars::home::{Chart, Stars};
+use crate::stars::owned::{Chart, Stars};
 use crate::state::cells::{finite_cell, in_order};
 use crate::state::subdomain::{Leaf, Subdomain, leaf_number};
 use crate::state::table::Table;
@@ -54,7 +54,7 @@ pub(crate) async fn splay<P: Point>(
     population: u64,
 ) -> Result<u32, TransportError> {
     cx.enter(Phase::Repair)?;
-    let mut heard = Heard::of(gathered);
+    let mut heard = Received::of(gathered);
     if heard.is_pending() || !agreement.disagreements.is_empty() {
         stars.write_out(table);
     }
@@ -65,8 +65,8 @@ pub(crate) async fn splay<P: Point>(
     for round in 1.. {
         if !found.is_empty() || heard.is_pending() {
             let found = std::mem::take(&mut found);
-            let (proposals, objections) = react_all(cx, &subdomain.leaves, (table, stars), &mut heard, found);
-            let speech = Speech { proposals, objections, round };
+            let (proposals, objections) = splay_all(cx, &subdomain.leaves, (table, stars), &mut heard, found);
+            let speech = Announcements { proposals, objections, round };
             if !speech.is_empty() && round <= last {
                 rounds = round;
                 speech.tell(cx, &subdomain.leaves, table, &mut heard);
@@ -82,20 +82,20 @@ pub(crate) async fn splay<P: Point>(
 
 /// The proposal of a cell that another star lacks.
 fn proposal<P: Point>(stars: &Stars<P>, of: &Disagreement) -> Option<Proposal<P>> {
-    let facet = stars.link(of.home)[(of.facet - stars.start(of.home)) as usize];
-    finite_cell::<P>(of.home, &facet).map(|cell| (of.other, in_order::<P>(&cell), of.home))
+    let facet = stars.link(of.owned)[(of.facet - stars.start(of.owned)) as usize];
+    finite_cell::<P>(of.owned, &facet).map(|cell| (of.other, in_order::<P>(&cell), of.owned))
 }
 
 /// All stars that heard something take it in. Returns what they say: what has changed, and what the check found as far
 /// as stars still hold it.
-fn react_all<P: Point>(
+fn splay_all<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
     (table, stars): (&Table<P>, &mut Stars<P>),
-    heard: &mut Heard<P>,
+    heard: &mut Received<P>,
     mut found: Vec<Proposal<P>>,
-) -> (Vec<Proposal<P>>, Said<P>) {
-    let mut heard = std::mem::replace(heard, Heard::of(Vec::new()));
+) -> (Vec<Proposal<P>>, Announced<P>) {
+    let mut heard = std::mem::replace(heard, Received::of(Vec::new()));
     stars.extend_hashes(table);
     heard.sort();
     let news = heard.star_by_star();
@@ -103,14 +103,14 @@ fn react_all<P: Point>(
     let (chart, points) = (Chart { table, stars }, heard.objected.points());
     let reactions = map_in(&cx.pool, &groups, |group| {
         let mut tools = Tools::new(table.positions.len());
-        let mut out = Reactions::default();
-        group.iter().for_each(|news| chart.react(news, points, &mut tools, &mut out));
+        let mut out = Splayed::default();
+        group.iter().for_each(|news| chart.splay_star(news, points, &mut tools, &mut out));
         out
     });
-    charge(cx, leaves, reactions.iter().flat_map(Reactions::costs));
-    let (mut proposals, mut objections) = (Vec::new(), Said::default());
+    charge(cx, leaves, reactions.iter().flat_map(Splayed::costs));
+    let (mut proposals, mut objections) = (Vec::new(), Announced::default());
     for group in reactions {
-        group.each_change(|home, change| stars.change(table, home, change));
+        group.each_change(|owned, change| stars.change(table, owned, change));
         proposals.extend(group.proposals);
         objections.append(group.objections);
     }
@@ -142,8 +142,8 @@ fn retain_held<P: Point>(
 /// Charges one vector step over stars, leaf by leaf.
 fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterator<Item = (u32, Cost)>) {
     let mut of_leaves: BTreeMap<u32, (Cost, u64)> = BTreeMap::new();
-    for (home, cost) in costs {
-        let entry = of_leaves.entry(leaf_number(leaves, home)).or_default();
+    for (owned, cost) in costs {
+        let entry = of_leaves.entry(leaf_number(leaves, owned)).or_default();
         entry.0.beside(cost);
         entry.1 += 1;
     }

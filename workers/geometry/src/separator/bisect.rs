@@ -5,11 +5,11 @@
 //! deviation of `1 / (2 sqrt(s))` of it (a binomial quantile), if no values of `f` tie.
 //!
 //! **Why.** Where each worker triangulates its piece at once, the largest piece is what all wait for; the samples that a
-//! separator is drawn from know the halves to 0.025 of the set only. [`halving_target`] samples cost about what the
+//! separator is drawn from know the halves to 0.025 of the set only. [`bisection_samples`] samples cost about what the
 //! waiting that they save does.
 //!
 //! **Departures.** A moved sphere is no great circle through the centrepoint: the theorem bounds neither its sides, which are
-//! counted, nor the balls that it crosses, which are estimated as for any ([`super::draw_halves`]); what is moved must score
+//! counted, nor the balls that it crosses, which are estimated as for any ([`super::draw_bisecting`]); what is moved must score
 //! less than what is not. So this is used only where neither work nor depth is claimed. And halves are right for two
 //! equal groups of workers: three have a half and two quarters, for the tree must not depend on how many there are.
 //!
@@ -25,7 +25,7 @@ use crate::point::Point;
 const SHARE: f64 = 4.0;
 
 /// Expected number of samples that a subproblem of so many points is halved by. The same on every machine.
-pub fn halving_target(population: u64) -> u64 {
+pub fn bisection_samples(population: u64) -> u64 {
     let n = population.max(1) as f64;
     SAMPLE_TARGET.max((SHARE * n * root(1.0 / n, 3, &mut Cost::default())) as u64)
 }
@@ -78,10 +78,10 @@ mod tests {
 
     use super::super::tests::{key, nasty, ratio, uniform};
     use super::super::{
-        DrawKey, DrawKind, SAMPLE_TARGET, Sampler, Separator, Side, cut_halves, draw, draw_halves,
+        DrawKey, DrawKind, SAMPLE_TARGET, Sampler, Separator, Side, cut_at_median, draw, draw_bisecting,
         split_bound,
     };
-    use super::{halving_target, middle};
+    use super::{bisection_samples, middle};
     use crate::cost::Cost;
     use crate::point::Point;
 
@@ -98,14 +98,14 @@ mod tests {
     /// Those of a set's points that a draw takes.
     fn taken<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
-        let many = Sampler::aiming(key, n, halving_target(n));
+        let many = Sampler::aiming(key, n, bisection_samples(n));
         points.iter().copied().filter(|&x| many.takes(x)).collect()
     }
 
     /// What is drawn for a set from those.
     fn drawn_for<P: Point>(seed: u64, points: &[P]) -> Separator<P> {
         let key = DrawKey { seed, node: 1, attempt: 0 };
-        let drawn = draw_halves(key, points.len() as u64, &taken(key, points), &mut Cost::default());
+        let drawn = draw_bisecting(key, points.len() as u64, &taken(key, points), &mut Cost::default());
         drawn.separator.unwrap()
     }
 
@@ -123,18 +123,18 @@ mod tests {
                 all.iter().filter(|&&x| few.takes(x)).count()
             );
             assert!(all.len() > 13_000 && all.len() < 14_400, "{}", all.len());
-            let halves = draw_halves(key, n, &all, &mut Cost::default());
+            let halves = draw_bisecting(key, n, &all, &mut Cost::default());
             assert_eq!(halves.kind, DrawKind::Sphere);
             let s = halves.separator.unwrap();
             assert!((ratio(&s, &all) - halves.estimated_ratio).abs() < 1e-12);
             // Four standard deviations.
             assert!(ratio(&s, &points) < 0.5 + 2.0 / (all.len() as f64).sqrt());
-            let planes = cut_halves(key, n, &all, &mut Cost::default());
+            let planes = cut_at_median(key, n, &all, &mut Cost::default());
             assert!(ratio(&planes.separator.unwrap(), &points) < 0.5 + 2.0 / (all.len() as f64).sqrt());
             let mut turned = all.clone();
             turned.rotate_left(77);
-            assert_eq!(draw_halves(key, n, &turned, &mut Cost::default()), halves);
-            assert_eq!(cut_halves(key, n, &turned, &mut Cost::default()), planes);
+            assert_eq!(draw_bisecting(key, n, &turned, &mut Cost::default()), halves);
+            assert_eq!(cut_at_median(key, n, &turned, &mut Cost::default()), planes);
             let few: Vec<P> = all.iter().copied().filter(|&x| few.takes(x)).collect();
             let drawn = draw(key, n, &few, &mut Cost::default()).separator.unwrap();
             let sum =
@@ -184,8 +184,8 @@ mod tests {
             for (population, bound) in [(n, split_bound::<P>()), (4 * SAMPLE_TARGET, 1.0 - f64::EPSILON)] {
                 let mut drawn_from_some = 0;
                 for seed in 0..20 {
-                    let drawn = draw_halves(key(seed), population, &points, &mut Cost::default());
-                    let plane = cut_halves(key(seed), population, &points, &mut Cost::default());
+                    let drawn = draw_bisecting(key(seed), population, &points, &mut Cost::default());
+                    let plane = cut_at_median(key(seed), population, &points, &mut Cost::default());
                     drawn_from_some += usize::from(drawn.separator.is_some());
                     for found in [drawn, plane] {
                         let Some(s) = found.separator else { continue };
@@ -202,9 +202,9 @@ mod tests {
             }
         }
         let coincident = vec![P::splat(1.0); 9];
-        assert!(draw_halves(key(1), 9, &coincident, &mut Cost::default()).separator.is_none());
-        assert!(cut_halves(key(1), 9, &coincident, &mut Cost::default()).separator.is_none());
-        assert!(draw_halves::<P>(key(1), 9, &[], &mut Cost::default()).separator.is_none());
+        assert!(draw_bisecting(key(1), 9, &coincident, &mut Cost::default()).separator.is_none());
+        assert!(cut_at_median(key(1), 9, &coincident, &mut Cost::default()).separator.is_none());
+        assert!(draw_bisecting::<P>(key(1), 9, &[], &mut Cost::default()).separator.is_none());
     }
 
     #[test]
@@ -227,7 +227,7 @@ mod tests {
                 continue;
             }
             planes += 1;
-            assert!(ratio(&s, &points) < 0.5 + 2.0 / (halving_target(4000) as f64).sqrt());
+            assert!(ratio(&s, &points) < 0.5 + 2.0 / (bisection_samples(4000) as f64).sqrt());
         }
         assert!(planes > 0);
     }
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn targets_grow_with_the_population() {
-        let targets = [0, 1, 400, 1000, 8000, 1_000_000, 1 << 36].map(halving_target);
+        let targets = [0, 1, 400, 1000, 8000, 1_000_000, 1 << 36].map(bisection_samples);
         assert_eq!(targets, [400, 400, 400, 400, 1599, 40_000, 1 << 26]);
     }
 }
