@@ -139,7 +139,7 @@ fn look_around<P: Point>(
     mut send: impl FnMut(usize, usize, f64),
 ) {
     let (centre, extent) = around(points);
-    let clear = |shared: &Shared<P>| shared.split.separator.clearance(centre) - extent;
+    let clear = |shared: &Shared<P>| shared.split().separator().clearance(centre) - extent;
     gaps2.measure(points);
     let (near, far) = near_and_far(path, clear, NEAR * (scale2 * gaps2.largest()).sqrt());
     if near == 0 {
@@ -154,10 +154,10 @@ fn look_around<P: Point>(
     for (at, &x) in points.iter().enumerate() {
         let mut free = far;
         for level in ones(near) {
-            let split = &path[level].split;
-            let clear = split.separator.clearance(x);
+            let split = path[level].split();
+            let clear = split.separator().clearance(x);
             free = free.min(clear);
-            if clear * SURE <= radius && split.reaches(x, radius2, 1 - path[level].mine) {
+            if clear * SURE <= radius && split.reaches(x, radius2, 1 - path[level].mine()) {
                 send(level, at, radius2);
             }
         }
@@ -183,13 +183,13 @@ pub(crate) async fn halo<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<GhostLayer, TransportError> {
     cx.enter(Phase::Halo)?;
-    crate::state::frame::report(cx, table, &subdomain.leaves, frame);
+    crate::state::frame::report(cx, table, subdomain.leaves(), frame);
     let (margins, batches) = own_points(subdomain, table, cx.rank);
     send_halos(cx, subdomain, batches);
     let mut arrived = Vec::new();
     while cx.exchange().await? {
         crate::state::frame::learn(cx, table, frame);
-        let mut batches = empty_batches(&subdomain.path);
+        let mut batches = empty_batches(subdomain.path());
         for (node, points) in cx.take(|m| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
@@ -199,12 +199,12 @@ pub(crate) async fn halo<P: Point>(
                 continue;
             }
             let start = subdomain.position(node);
-            if start == subdomain.path.len() {
+            if start == subdomain.path().len() {
                 // Most of them stay.
                 table.reserve_ghosts(points.len());
             }
             for at in 0..points.len() {
-                if goes_on(&subdomain.path[start..], &points, at, &mut batches[start..]) {
+                if goes_on(&subdomain.path()[start..], &points, at, &mut batches[start..]) {
                     table.arrive(&points, at, cx.rank, &mut arrived);
                 }
             }
@@ -216,21 +216,21 @@ pub(crate) async fn halo<P: Point>(
 
 /// The margins of the home points, and those of them that are sent.
 fn own_points<P: Point>(subdomain: &Subdomain<P>, table: &Table<P>, rank: Rank) -> (Vec<Margin>, Batches<P>) {
-    let path = &subdomain.path;
+    let path = subdomain.path();
     if path.is_empty() {
         return (Vec::new(), Vec::new());
     }
     let mut batches = empty_batches(path);
-    let mut margins: Vec<Margin> = Vec::with_capacity(table.owned as usize);
+    let mut margins: Vec<Margin> = Vec::with_capacity(table.owned_len() as usize);
     let mut gaps2 = Gaps2::default();
-    for (run, scale2) in runs(&table.positions[..table.owned as usize]) {
-        let (ids, points) = (&table.ids[run.clone()], &table.positions[run]);
+    for (run, scale2) in runs(table.owned_positions()) {
+        let (ids, points) = (&table.ids()[run.clone()], &table.positions()[run]);
         look_around(path, (points, scale2), &mut gaps2, &mut margins, |level, at, radius2| {
-            batches[level][1 - path[level].mine].push(ids[at], points[at], rank, radius2);
+            batches[level][1 - path[level].mine()].push(ids[at], points[at], rank, radius2);
         });
     }
     let sent: usize = batches.iter().flatten().map(PointBatch::len).sum();
-    let layer = f64::from(table.owned).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    let layer = f64::from(table.owned_len()).powf((P::DIM - 1) as f64 / P::DIM as f64);
     if sent as f64 > MOST * layer * path.len() as f64 {
         for margin in &mut margins {
             margin.sent = 0.0;
@@ -250,14 +250,14 @@ fn goes_on<P: Point>(
     let (x, radius2) = (points.positions[at], points.radii2[at]);
     for (shared, batch) in path.iter().zip(batches) {
         let mut push = |side: usize| batch[side].push(points.ids[at], x, points.owners[at], radius2);
-        if shared.split.reaches(x, radius2, 1 - shared.mine) {
-            push(1 - shared.mine);
+        if shared.split().reaches(x, radius2, 1 - shared.mine()) {
+            push(1 - shared.mine());
         }
-        let mine = shared.split.reaches(x, radius2, shared.mine);
-        if mine && !shared.goes_on {
-            push(shared.mine);
+        let mine = shared.split().reaches(x, radius2, shared.mine());
+        if mine && !shared.goes_on() {
+            push(shared.mine());
         }
-        if !mine || !shared.goes_on {
+        if !mine || !shared.goes_on() {
             return false;
         }
     }
@@ -269,9 +269,9 @@ fn empty_batches<P: Point>(path: &[Shared<P>]) -> Batches<P> {
 }
 
 fn send_halos<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches: Batches<P>) {
-    for (shared, batch) in subdomain.path.iter().zip(batches) {
+    for (shared, batch) in subdomain.path().iter().zip(batches) {
         for (side, points) in batch.into_iter().enumerate().filter(|(_, points)| !points.is_empty()) {
-            let (to, node) = (shared.member_below(cx.rank, side), shared.id.child(side));
+            let (to, node) = (shared.member_below(cx.rank, side), shared.id().child(side));
             cx.send(to, node, 0, Body::Ghosts(points));
         }
     }
@@ -359,7 +359,7 @@ mod tests {
                 (vec![(ball, 0), (plane, 0), (small, 1)], 0.3),
             ] {
                 let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, &points)).collect();
-                let is_owned = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+                let is_owned = |x: &&P| path.iter().all(|s| s.split().side(**x) == s.mine());
                 let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
                 let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
                 let (mut margins, mut gaps2) = (Vec::new(), Gaps2::default());
@@ -375,7 +375,7 @@ mod tests {
                     let places = (0..run.len()).flat_map(|at| (0..path.len()).map(move |level| (level, at)));
                     let expected: Vec<(usize, usize)> = places
                         .filter(|&(level, at)| {
-                            path[level].split.reaches(run[at], radius2, 1 - path[level].mine)
+                            path[level].split().reaches(run[at], radius2, 1 - path[level].mine())
                         })
                         .collect();
                     assert_eq!(sent, expected);
@@ -383,7 +383,7 @@ mod tests {
                     for (x, margin) in run.iter().zip(&margins[start..]) {
                         assert!(margin.sent * margin.sent <= radius2);
                         assert!(margin.sent.max(margin.free) >= radius2.sqrt() * SURE);
-                        let crosses = |s: &Shared<P>| s.split.separator.crosses(*x, margin.free);
+                        let crosses = |s: &Shared<P>| s.split().separator().crosses(*x, margin.free);
                         assert!(margin.free <= 0.0 || !path.iter().any(crosses), "{x:?} {}", margin.free);
                     }
                     let one = margins[start..].iter().all(|margin| margin.free == margins[start].free);

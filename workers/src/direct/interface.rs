@@ -41,7 +41,8 @@ use crate::direct::interface_cells::{InterfaceCells, Outgoing, reaches};
 use crate::direct::subdomain_triangulation::{SubdomainTriangulation, reach_of};
 use crate::machine::context::Context;
 use crate::state::bits::ones;
-use crate::state::subdomain::{Ghosts, Subdomain};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::{IdHasher, Table};
 
 /// Points on their way, with the cells that send them.
@@ -110,8 +111,8 @@ pub(crate) async fn interface<P: Point>(
 ) -> Result<Vec<u32>, TransportError> {
     cx.enter(Phase::Seam)?;
     let mut router = Router { subdomain, sent: HashSet::default() };
-    let open = piece.filter(|_| !subdomain.path.is_empty()).map_or_else(Vec::new, |piece| {
-        InterfaceCells::of(&subdomain.path, piece, &table.positions, &margins).scan()
+    let open = piece.filter(|_| !subdomain.path().is_empty()).map_or_else(Vec::new, |piece| {
+        InterfaceCells::of(subdomain.path(), piece, table.positions(), &margins).scan()
     });
     drop(margins);
     router.send_cells_out(cx, table, &open);
@@ -145,7 +146,7 @@ pub(crate) async fn insert<P: Point>(
     if let Some(piece) = &mut piece {
         let at = subdomain.root();
         let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
-        piece.add(&arrived, &table.positions, &cx.config.stop);
+        piece.add(&arrived, table.positions(), &cx.config.stop);
         ghosts.add_to_first(arrived);
     }
     while cx.exchange().await? {}
@@ -188,7 +189,7 @@ impl<P: Point> Router<'_, P> {
     /// Sends the vertices of cells to where the cells reach.
     fn send_cells_out(&mut self, cx: &mut Context<P>, table: &Table<P>, cells: &[Outgoing<P::Cell>]) {
         let mut transit = Transit { points: PointBatch::default(), cells: Vec::new() };
-        let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { table.positions.len() }];
+        let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { table.positions().len() }];
         let mut rows: Vec<P::Cell> = Vec::with_capacity(cells.len());
         for out in cells {
             let mut row = out.cell;
@@ -205,7 +206,7 @@ impl<P: Point> Router<'_, P> {
         let mut parcels = BTreeMap::new();
         for (row, out) in rows.iter().zip(cells) {
             for i in ones(out.levels) {
-                self.pack(&transit, row, (i, 1 - self.subdomain.path[i].mine), &mut parcels);
+                self.pack(&transit, row, (i, 1 - self.subdomain.path()[i].mine()), &mut parcels);
             }
         }
         self.send_parcels(cx, parcels);
@@ -213,7 +214,7 @@ impl<P: Point> Router<'_, P> {
 
     /// Sends cells on along the path, from a position on it. Returns the points that reach this rank's own piece.
     fn route(&mut self, cx: &mut Context<P>, transit: &Transit<P>, start: usize) -> Mine {
-        if start == self.subdomain.path.len() && transit.cells.is_empty() {
+        if start == self.subdomain.path().len() && transit.cells.is_empty() {
             return Mine::All;
         }
         let mut parcels: Parcels<P> = BTreeMap::new();
@@ -234,8 +235,8 @@ impl<P: Point> Router<'_, P> {
 
     fn send_parcels(&self, cx: &mut Context<P>, parcels: Parcels<P>) {
         for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| !p.transit.points.is_empty()) {
-            let shared = &self.subdomain.path[i];
-            let (to, node) = (shared.member_below(cx.rank, side), shared.id.child(side));
+            let shared = &self.subdomain.path()[i];
+            let (to, node) = (shared.member_below(cx.rank, side), shared.id().child(side));
             cx.send(to, node, 0, parcel.transit.into_body());
         }
     }
@@ -249,13 +250,13 @@ impl<P: Point> Router<'_, P> {
         start: usize,
         parcels: &mut Parcels<P>,
     ) -> bool {
-        for i in start..self.subdomain.path.len() {
-            let shared = &self.subdomain.path[i];
-            let (mine, goes_on) = (shared.mine, shared.goes_on);
-            if reaches(&shared.split, reach, 1 - mine) {
+        for i in start..self.subdomain.path().len() {
+            let shared = &self.subdomain.path()[i];
+            let (mine, goes_on) = (shared.mine(), shared.goes_on());
+            if reaches(shared.split(), reach, 1 - mine) {
                 self.pack(transit, cell, (i, 1 - mine), parcels);
             }
-            let reached = reaches(&self.subdomain.path[i].split, reach, mine);
+            let reached = reaches(self.subdomain.path()[i].split(), reach, mine);
             if reached && !goes_on {
                 self.pack(transit, cell, (i, mine), parcels);
             }
@@ -267,7 +268,7 @@ impl<P: Point> Router<'_, P> {
     }
 
     fn pack(&mut self, transit: &Transit<P>, cell: &P::Cell, to: (usize, usize), parcels: &mut Parcels<P>) {
-        let child = &self.subdomain.path[to.0].children[to.1];
+        let child = &self.subdomain.path()[to.0].children()[to.1];
         let parcel = parcels.entry(to).or_insert_with(|| Parcel::of(transit));
         if child.ranks > 1 && !child.leaf {
             parcel.cell(&transit.points, cell);

@@ -17,7 +17,8 @@ use septet_geometry::separator::Side;
 use crate::direct::ghost_layer::Margin;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::state::bits::ones;
-use crate::state::subdomain::{Shared, Split};
+use crate::state::subdomain::Shared;
+use crate::state::tree::Split;
 
 /// A cell that reaches out: its vertices by local numbers; a bit for each place on the path, set where the cell may
 /// conflict with a point of the other side; and a bit for each vertex, set where it must be sent there.
@@ -47,8 +48,8 @@ fn side_of(side: usize) -> Side {
 
 /// May it hold a point of that child?
 pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &ConflictRegion<P>, side: usize) -> bool {
-    let (low, high) = split.boxes[side];
-    reach.meets(&split.separator, side_of(side), low, high)
+    let (low, high) = split.boxes()[side];
+    reach.meets(split.separator(), side_of(side), low, high)
 }
 
 impl<'a, P: Point> InterfaceCells<'a, P> {
@@ -107,7 +108,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
             return;
         }
         let near = self.near(across, v);
-        let levels = self.filter(near, |s| reaches(&s.split, &reach, 1 - s.mine));
+        let levels = self.filter(near, |s| reaches(s.split(), &reach, 1 - s.mine()));
         if levels != 0 {
             found.push(Outgoing { cell, levels, sent });
         }
@@ -136,7 +137,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         if clear[0] == 0.0 {
             let x = self.positions[v as usize];
             for (clear, shared) in clear.iter_mut().zip(self.path) {
-                let least = shared.split.separator.clearance(x);
+                let least = shared.split().separator().clearance(x);
                 *clear = if least > 0.0 { least } else { -1.0 };
             }
         }

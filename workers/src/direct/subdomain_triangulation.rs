@@ -18,7 +18,8 @@ use crate::config::Stop;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::cells::{Smallest, smallest_of};
-use crate::state::subdomain::{Ghosts, Subdomain};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 /// Across a facet of a piece's cell: outer space.
 pub const HULL: u32 = u32::MAX;
@@ -325,20 +326,20 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
     frame: &PointBatch<P>,
 ) -> Result<(Option<SubdomainTriangulation<P>>, Ghosts), TransportError> {
     cx.enter(Phase::Pieces)?;
-    let owned = table.owned;
+    let owned = table.owned_len();
     let (mut piece, mut held) = (None, Ghosts::default());
     if owned > 0 {
         let _span =
             cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(owned));
-        let more = if subdomain.path.is_empty() { 0 } else { expected_ghosts::<P>(owned) };
-        piece = SubdomainTriangulation::new(&table.positions, owned, &ghosts, more, &cx.config.stop);
+        let more = if subdomain.path().is_empty() { 0 } else { expected_ghosts::<P>(owned) };
+        piece = SubdomainTriangulation::new(table.positions(), owned, &ghosts, more, &cx.config.stop);
         if piece.is_none() {
             // A flat piece: points of the frame are real points, so they may stand in any star.
             let frame = table.intern_all(frame);
             ghosts.extend(frame.into_iter().filter(|&v| v >= owned));
             ghosts.sort_unstable();
             ghosts.dedup();
-            piece = SubdomainTriangulation::new(&table.positions, owned, &ghosts, more, &cx.config.stop);
+            piece = SubdomainTriangulation::new(table.positions(), owned, &ghosts, more, &cx.config.stop);
         }
         held.add_to_first(ghosts);
     }

@@ -18,8 +18,10 @@ use crate::result::view::send_view;
 use crate::stars::owned::{Chart, Stars};
 use crate::state::bits::ones;
 use crate::state::cells::{finite_cell, smallest_of};
-use crate::state::subdomain::{Ghosts, Subdomain};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::Leaf;
 
 /// Indices in a message of cells before it is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
@@ -66,7 +68,7 @@ pub(crate) async fn collect_cells<P: Point>(
         }
         if cx.config.counted {
             send_cells(cx, subdomain, Chart { table: &table, stars: &stars }, &certified.cells_here);
-        } else if table.owned > 0 {
+        } else if table.owned_len() > 0 {
             send_subdomain(cx, subdomain, table, stars);
         }
     }
@@ -93,7 +95,7 @@ fn show_subdomain<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     if let Some(piece) = stars.piece() {
         let radii2 = piece.nearest_edges();
         table.with_radii();
-        table.radii2[..radii2.len()].copy_from_slice(&radii2);
+        table.owned_radii2_mut().copy_from_slice(&radii2);
         stars.show();
     }
 }
@@ -105,10 +107,10 @@ fn send_cells<P: Point>(
     chart: Chart<'_, P>,
     cells_here: &OwnedCells,
 ) {
-    let ids = &chart.table.ids;
+    let ids = chart.table.ids();
     let (mut cells, mut owned_points) = (Vec::new(), Vec::new());
     let (mut sent, all) = (0, cells_here.cells as usize * (P::DIM + 1));
-    for leaf in &subdomain.leaves {
+    for leaf in subdomain.leaves() {
         if cells.is_empty() {
             // Leaves are far smaller than what is left of a message that is full.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
@@ -118,7 +120,7 @@ fn send_cells<P: Point>(
             owned_cells(chart, cells_here, owned, |cell| {
                 cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
                 if cx.config.shown.with_leaves {
-                    owned_points.push(leaf.id.0);
+                    owned_points.push(leaf.id().0);
                 }
             });
         }
@@ -144,7 +146,7 @@ fn owned_cells<P: Point>(
     owned: u32,
     mut f: impl FnMut(&P::Cell),
 ) {
-    let (positions, link) = (chart.table.positions.as_slice(), chart.stars.link(owned));
+    let (positions, link) = (chart.table.positions(), chart.stars.link(owned));
     // Most cells belong to another vertex. Merging has found which, of as many as there are bits.
     let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
     let known = ones(cells_here.facets[owned as usize]).map(|at| &first[at]);
@@ -169,8 +171,8 @@ fn send_subdomain<P: Point>(
         None => glued(Chart { table: &table, stars: &stars }),
     };
     let body = Body::Piece {
-        leaf: subdomain.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
-        ids: Bulk(table.ids),
+        leaf: subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0,
+        ids: Bulk(table.into_ids()),
         rows: Bulk(rows),
         open: Bulk(open),
     };
@@ -182,9 +184,9 @@ fn send_subdomain<P: Point>(
 fn glued<P: Point>(chart: Chart<'_, P>) -> (Vec<u32>, Vec<u32>) {
     let Chart { table, stars } = chart;
     let mut cells = Vec::new();
-    for owned in 0..table.owned {
+    for owned in table.owned() {
         let own = stars.link(owned).iter().filter_map(|facet| finite_cell::<P>(owned, facet));
-        own.filter(|cell| smallest_of(&table.positions, cell.as_ref().iter().copied()) == owned)
+        own.filter(|cell| smallest_of(table.positions(), cell.as_ref().iter().copied()) == owned)
             .for_each(|c| cells.extend_from_slice(c.as_ref()));
     }
     let corners = P::DIM + 1;

@@ -27,7 +27,8 @@ use crate::machine::context::Context;
 use crate::stars::check::Agreement;
 use crate::stars::owned::Chart;
 use crate::state::cells::{Smallest, smallest_of};
-use crate::state::subdomain::{Group, Subdomain, Tree, owned_groups};
+use crate::state::subdomain::{Group, Subdomain};
+use crate::state::tree::{Tree, owned_groups};
 
 /// What a rank has in the end, to be read by several cores.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +85,7 @@ pub(crate) async fn merge<P: Point>(
     }
     let (mut joining, mut outcome) = (Joining::default(), None);
     while cx.exchange().await? {
-        for (node, own) in joining.join(cx, &subdomain.led, pass) {
+        for (node, own) in joining.join(cx, subdomain.led(), pass) {
             send_up(cx, subdomain, node, own);
         }
         outcome = take_outcome(cx).or(outcome);
@@ -101,7 +102,7 @@ fn merge_leaves<P: Point>(
     pass: Pass,
     facets: &mut Vec<u64>,
 ) -> Vec<Merged> {
-    let leaves = &results.subdomain.leaves;
+    let leaves = results.subdomain.leaves();
     let groups = owned_groups(leaves);
     let sums = map_in(&cx.pool, &groups, |(_, owned_points)| {
         let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
@@ -122,7 +123,7 @@ fn merge_leaves<P: Point>(
     for (leaf, (_, sweep)) in leaves.iter().zip(&merged) {
         let mut cost = Cost::ZERO;
         cost.swept(*sweep);
-        cx.ledger.charge(pass.payer(), leaf.id, cost, sweep.items());
+        cx.ledger.charge(pass.payer(), leaf.id(), cost, sweep.items());
     }
     merged.into_iter().map(|m| m.0).collect()
 }
@@ -134,7 +135,7 @@ fn merge_subtree<P: Point>(
     leaves: &[Merged],
     pass: Pass,
 ) -> Option<(NodeId, Merged)> {
-    let (root, tree) = subdomain.tree.as_ref()?;
+    let (root, tree) = (subdomain.root(), subdomain.tree()?);
     let mut charges = Vec::new();
     let all = merge_tree(tree, leaves, &mut charges);
     let round = cx.out.round();
@@ -142,7 +143,7 @@ fn merge_subtree<P: Point>(
     for (node, cost) in charges {
         cx.ledger.charge(pass.payer(), node, cost, 0);
     }
-    Some((*root, all))
+    Some((root, all))
 }
 
 /// Merges a subtree, one charge an inner node.
@@ -150,9 +151,9 @@ fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(No
     match tree {
         Tree::Leaf(at) => leaves[*at],
         Tree::Node(inner) => {
-            let both = [0, 1].map(|side| merge_tree(&inner.children[side], leaves, charges));
+            let both = [0, 1].map(|side| merge_tree(&inner.children()[side], leaves, charges));
             let (cost, all) = joined(both);
-            charges.push((inner.id, cost));
+            charges.push((inner.id(), cost));
             all
         }
     }
@@ -173,8 +174,8 @@ fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId
     let Some(parent) = node.parent() else {
         return cx.send(COORDINATOR, node, 0, Body::Merged(merged));
     };
-    if let Some(shared) = subdomain.path.iter().find(|s| s.id == parent) {
-        cx.send(shared.leader, node, 0, Body::Merged(merged));
+    if let Some(shared) = subdomain.path().iter().find(|s| s.id() == parent) {
+        cx.send(shared.leader(), node, 0, Body::Merged(merged));
     }
 }
 
@@ -233,7 +234,7 @@ impl<P: Point> Results<'_, P> {
         sweep: &mut Sweep,
     ) -> (Merged, u64) {
         let Chart { table, stars } = self.chart;
-        let (positions, link) = (table.positions.as_slice(), stars.link(owned));
+        let (positions, link) = (table.positions(), stars.link(owned));
         let (mut finite, mut cells, mut hull_facets) = (0u64, 0u64, 0u64);
         let (mut has_smaller, mut cells_here, mut bit) = (false, 0, 1u64);
         // Of every facet each vertex is looked at.
@@ -250,7 +251,7 @@ impl<P: Point> Results<'_, P> {
             hull_facets += u64::from(is_smallest && !is_finite);
         });
         let repaired = stars.has_changed(owned);
-        let known = self.supergraph.separator_radius(table.radii2[owned as usize]);
+        let known = self.supergraph.separator_radius(table.radii2()[owned as usize]);
         let provable =
             !repaired && finite == link.len() as u64 && diameters.are_at_most(positions, owned, link, known);
         let merged = Merged {

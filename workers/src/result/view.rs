@@ -14,7 +14,8 @@ use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
 
 use crate::machine::context::Context;
 use crate::result::merge::Results;
-use crate::state::subdomain::{Ghosts, Split, Tree, join_bounds};
+use crate::state::ghosts::Ghosts;
+use crate::state::tree::{Split, Tree, join_bounds};
 
 /// The hash of a point's coordinates by which samples are chosen.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
@@ -69,17 +70,17 @@ impl Sample {
 
 impl<P: Point> Results<'_, P> {
     fn position(&self, at: u32) -> P {
-        self.chart.table.positions[at as usize]
+        self.chart.table.positions()[at as usize]
     }
 
     fn show_points(&self, sample: Sample, part: &mut ViewPart<P>) {
         let mut diameters = Diameters::default();
-        for leaf in &self.subdomain.leaves {
+        for leaf in self.subdomain.leaves() {
             for owned in leaf.owned().filter(|&owned| sample.holds(self.position(owned))) {
                 let (star, _) = self.merge_star(owned, &mut diameters, &mut Sweep::default());
                 self.chart.table.export(owned, &mut part.points);
-                part.leaves.push(leaf.id.0);
-                part.crossing.push(self.crossed_levels(owned, leaf.id));
+                part.leaves.push(leaf.id().0);
+                part.crossing.push(self.crossed_levels(owned, leaf.id()));
                 let repaired = if star.repaired > 0 { SHOWN_REPAIRED } else { 0 };
                 let local = if star.local > 0 { SHOWN_LOCAL } else { 0 };
                 part.flags.push(repaired | local);
@@ -90,51 +91,51 @@ impl<P: Point> Results<'_, P> {
     /// Bit `l`: the separator ball of a home point meets the separator of its ancestor of level `l`.
     fn crossed_levels(&self, owned: u32, leaf: NodeId) -> u64 {
         let x = self.position(owned);
-        let radius = self.supergraph.separator_radius(self.chart.table.radii2[owned as usize]);
+        let radius = self.supergraph.separator_radius(self.chart.table.radii2()[owned as usize]);
         let bit = |id: NodeId, split: &Split<P>| {
-            u64::from(split.separator.crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
+            u64::from(split.separator().crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
         };
         let mut levels = 0;
-        for shared in &self.subdomain.path {
-            levels |= bit(shared.id, &shared.split);
+        for shared in self.subdomain.path() {
+            levels |= bit(shared.id(), shared.split());
         }
-        let mut tree = self.subdomain.tree.as_ref().map(|t| &t.1);
+        let mut tree = self.subdomain.tree();
         while let Some(Tree::Node(inner)) = tree {
-            levels |= bit(inner.id, &inner.split);
-            tree = inner.children.get(inner.id.side_of(leaf));
+            levels |= bit(inner.id(), inner.split());
+            tree = inner.children().get(inner.id().side_of(leaf));
         }
         levels
     }
 
     fn show_ghosts(&self, ghosts: &Ghosts, sample: Sample, part: &mut ViewPart<P>) {
-        for (at, leaf) in self.subdomain.leaves.iter().enumerate() {
+        for (at, leaf) in self.subdomain.leaves().iter().enumerate() {
             let shown: BTreeSet<u32> =
                 ghosts.of(at).iter().copied().filter(|&g| sample.holds(self.position(g))).collect();
             for ghost in shown {
-                part.ghosts.push(self.chart.table.ids[ghost as usize]);
-                part.ghost_leaves.push(leaf.id.0);
+                part.ghosts.push(self.chart.table.ids()[ghost as usize]);
+                part.ghost_leaves.push(leaf.id().0);
             }
         }
     }
 
     /// Splits of this rank's own subtree, and those of shared nodes whose first rank it is.
     fn show_splits(&self, rank: Rank, part: &mut ViewPart<P>) {
-        for shared in self.subdomain.path.iter().filter(|s| s.first == rank) {
-            show_split(shared.id, &shared.split, part);
+        for shared in self.subdomain.path().iter().filter(|s| s.first() == rank) {
+            show_split(shared.id(), shared.split(), part);
         }
-        let mut open: Vec<&Tree<P>> = self.subdomain.tree.iter().map(|t| &t.1).collect();
+        let mut open: Vec<&Tree<P>> = self.subdomain.tree().into_iter().collect();
         while let Some(tree) = open.pop() {
             if let Tree::Node(inner) = tree {
-                show_split(inner.id, &inner.split, part);
-                open.extend(&inner.children);
+                show_split(inner.id(), inner.split(), part);
+                open.extend(inner.children());
             }
         }
     }
 }
 
 fn show_split<P: Point>(id: NodeId, split: &Split<P>, part: &mut ViewPart<P>) {
-    let (low, high) = join_bounds(split.boxes[0], split.boxes[1]);
+    let (low, high) = join_bounds(split.boxes()[0], split.boxes()[1]);
     part.nodes.push(id.0);
-    part.separators.extend(split.separator.to_array());
+    part.separators.extend(split.separator().to_array());
     part.boxes.extend([low, high]);
 }

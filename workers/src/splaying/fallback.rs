@@ -32,7 +32,7 @@ pub(crate) async fn gather<P: Point>(
     cx.enter(Phase::Fallback)?;
     stars.write_out(table);
     let wanted: BTreeSet<u32> = if outcome == Outcome::GatherAll {
-        (0..table.owned).collect()
+        (table.owned()).collect()
     } else {
         // Stars that lack a cell hear of it later: the set must not depend on where points are at home.
         agreement.disagreements.iter().map(|d| d.owned).collect()
@@ -50,7 +50,7 @@ fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, wanted: &BTreeSet<u32>) 
     let mut batch = PointBatch::default();
     let mut push = |v: u32, role: f64| {
         let i = v as usize;
-        batch.push(table.ids[i], table.positions[i], table.owners[i], role);
+        batch.push(table.ids()[i], table.positions()[i], table.owners()[i], role);
     };
     let mut links = BTreeSet::new();
     for &owned in wanted {

@@ -19,8 +19,8 @@ use crate::machine::tasks::Recorder;
 use crate::stars::owned::Stars;
 use crate::stars::rows::{Objections, Rows, cell_of};
 use crate::state::cells::in_order;
-use crate::state::subdomain::{Leaf, leaf_number};
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// A cell that a star may lack: the receiver, the cell in order, the sender; both are vertices of it.
 pub(crate) type Proposal<P> = (u32, <P as Point>::Cell, u32);
@@ -248,7 +248,7 @@ impl<P: Point> Announcements<P> {
             if table.is_owned(to) {
                 heard.proposed.push((to, cell, from));
             } else {
-                let rows = batches.entry(table.owners[to as usize]).or_default();
+                let rows = batches.entry(table.owners()[to as usize]).or_default();
                 rows.cell(table, from, to, &cell);
             }
         }
@@ -267,7 +267,7 @@ impl<P: Point> Announcements<P> {
                 heard.objected.add([*to].into_iter(), cell, *from, points);
                 continue;
             }
-            let batch = batches.entry(table.owners[*to as usize]).or_default();
+            let batch = batches.entry(table.owners()[*to as usize]).or_default();
             batch.rows.cell(table, *from, *to, cell);
             batch.counts.push(points.len() as u32);
             batch.conflicts.extend(points.iter().map(|&v| batch.rows.place(table, v)));
@@ -287,7 +287,7 @@ impl<P: Point> Announcements<P> {
     fn record(&self, recorder: &mut Recorder, leaves: &[Leaf<P>], table: &Table<P>) {
         let mut said = |objection: bool, (from, to): (u32, u32), cell: &P::Cell, conflicts: &[u32]| {
             let between = (leaf_number(leaves, from), leaf_number(leaves, to));
-            let named = cell.as_ref().iter().chain(conflicts).map(|&v| table.ids[v as usize]);
+            let named = cell.as_ref().iter().chain(conflicts).map(|&v| table.ids()[v as usize]);
             recorder.said((self.round - 1, objection), between, named, conflicts.len() as u64);
         };
         for (to, cell, from) in &self.proposals {

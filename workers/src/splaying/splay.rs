@@ -37,8 +37,9 @@ use crate::splaying::step::{Splayed, Tools};
 use crate::stars::check::{Agreement, Disagreement};
 use crate::stars::owned::{Chart, Stars};
 use crate::state::cells::{finite_cell, in_order};
-use crate::state::subdomain::{Leaf, Subdomain, leaf_number};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// Stars that are looked at one after the other.
 const GROUP: usize = 512;
@@ -65,11 +66,12 @@ pub(crate) async fn splay<P: Point>(
     for round in 1.. {
         if !found.is_empty() || heard.is_pending() {
             let found = std::mem::take(&mut found);
-            let (proposals, objections) = splay_all(cx, &subdomain.leaves, (table, stars), &mut heard, found);
+            let (proposals, objections) =
+                splay_all(cx, subdomain.leaves(), (table, stars), &mut heard, found);
             let speech = Announcements { proposals, objections, round };
             if !speech.is_empty() && round <= last {
                 rounds = round;
-                speech.tell(cx, &subdomain.leaves, table, &mut heard);
+                speech.tell(cx, subdomain.leaves(), table, &mut heard);
             }
         }
         if !cx.exchange_if(heard.is_pending()).await? {
@@ -102,7 +104,7 @@ fn splay_all<P: Point>(
     let groups: Vec<_> = news.chunks(GROUP).collect();
     let (chart, points) = (Chart { table, stars }, heard.objected.points());
     let reactions = map_in(&cx.pool, &groups, |group| {
-        let mut tools = Tools::new(table.positions.len());
+        let mut tools = Tools::new(table.positions().len());
         let mut out = Splayed::default();
         group.iter().for_each(|news| chart.splay_star(news, points, &mut tools, &mut out));
         out
@@ -148,6 +150,6 @@ fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterato
         entry.1 += 1;
     }
     for (at, (cost, items)) in of_leaves {
-        cx.ledger.charge(Phase::Repair, leaves[at as usize].id, cost, items);
+        cx.ledger.charge(Phase::Repair, leaves[at as usize].id(), cost, items);
     }
 }

@@ -173,7 +173,7 @@ impl<P: Point> Chart<'_, P> {
     fn rebuild_star(&self, owned: u32, tools: &mut Tools<P>, out: &mut Splayed<P>, cost: &mut Cost) {
         let old = self.stars.link(owned);
         let before = out.links.len();
-        match tools.builder.extend(&self.table.positions, owned, old, &tools.added, cost) {
+        match tools.builder.extend(self.table.positions(), owned, old, &tools.added, cost) {
             Extended::Changed => {
                 tools.builder.facets(&mut out.links);
                 tools.builder.fresh(&mut out.fresh);
@@ -195,7 +195,7 @@ impl<P: Point> Chart<'_, P> {
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(&tools.added);
         cost.distinct_numbers(&mut candidates, &mut tools.seen);
-        if tools.builder.build(&self.table.positions, owned, &candidates, cost) {
+        if tools.builder.build(self.table.positions(), owned, &candidates, cost) {
             let before = out.links.len();
             tools.builder.facets(&mut out.links);
             let (fresh, gone) = difference::<P>(old, &out.links[before..], cost);
@@ -241,7 +241,7 @@ impl<P: Point> Chart<'_, P> {
         out: &mut Splayed<P>,
         cost: &mut Cost,
     ) {
-        let (owned, table) = (news.owned, &self.table.positions);
+        let (owned, table) = (news.owned, self.table.positions());
         let (mut tests, against) = (Sweep::default(), &mut tools.against);
         if present.is_empty() {
             return;

@@ -38,8 +38,9 @@ use crate::machine::context::Context;
 use crate::stars::fingerprint_sums::{KeySet, ShortSums, Sums, unite};
 use crate::stars::owned::{Chart, Stars};
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Leaf, Subdomain, leaf_number, owned_groups};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number, owned_groups};
 
 /// A cell of a home star that another star lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,8 +74,8 @@ pub(crate) async fn check<P: Point>(
 ) -> Result<Agreement, TransportError> {
     cx.enter(Phase::Check)?;
     let short =
-        if stars.sum_subdomain(table) { None } else { Some(sum_all(cx, &subdomain.leaves, table, stars)) };
-    compare(cx, &subdomain.leaves, table, stars, short).await
+        if stars.sum_subdomain(table) { None } else { Some(sum_all(cx, subdomain.leaves(), table, stars)) };
+    compare(cx, subdomain.leaves(), table, stars, short).await
 }
 
 /// Compares the sums after an exchange, which have followed every change of a star.
@@ -88,7 +89,7 @@ pub(crate) async fn certificate<P: Point>(
     if cx.config.fault == Some(Fault::SpoilStar { rank: cx.rank }) {
         spoil_star(table, stars);
     }
-    compare(cx, &subdomain.leaves, table, stars, None).await
+    compare(cx, subdomain.leaves(), table, stars, None).await
 }
 
 /// Sums all stars; returns the sums of each home vertex.
@@ -100,7 +101,7 @@ fn sum_all<P: Point>(
 ) -> ShortSums {
     stars.extend_hashes(table);
     let groups = owned_groups(leaves);
-    let short = ShortSums::new(table.owned, cx.pool.is_none());
+    let short = ShortSums::new(table.owned_len(), cx.pool.is_none());
     let chart = Chart { table, stars };
     let scans = map_in(&cx.pool, &groups, |(_, owned_points)| {
         let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
@@ -114,7 +115,7 @@ fn sum_all<P: Point>(
     let mut sweeps: BTreeMap<NodeId, Sweep> = BTreeMap::new();
     let mut all = Sums::default();
     for ((at, _), (sums, pairs)) in groups.into_iter().zip(scans) {
-        sweeps.entry(leaves[at].id).or_default().join(&pairs);
+        sweeps.entry(leaves[at].id()).or_default().join(&pairs);
         unite(&mut all.from_smallest, sums.from_smallest);
         unite(&mut all.from_other, sums.from_other);
         for (rank, sum) in sums.remote {
@@ -139,7 +140,7 @@ fn spoil_star<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
         let at = link.iter().position(|facet| finite_cell::<P>(owned, facet).is_some())?;
         Some((owned, at, link.to_vec()))
     };
-    let Some((owned, at, link)) = (0..table.owned).find_map(cell_of) else { return };
+    let Some((owned, at, link)) = (table.owned()).find_map(cell_of) else { return };
     let mut spoilt = link.clone();
     spoilt.remove(at);
     stars.recount(table, owned, &link, &spoilt);
@@ -270,11 +271,11 @@ impl<P: Point> Chart<'_, P> {
     /// Calls `f` with every pair shared with another rank: rank, key, and the disagreement it would be.
     fn each_shared(&self, mut f: impl FnMut(Rank, u64, Disagreement)) {
         let Chart { table, stars } = self;
-        for owned in 0..table.owned {
+        for owned in table.owned() {
             // Most stars have home points alone.
             let (link, mut leaves) = (stars.link(owned), false);
             for &v in bytemuck::cast_slice::<_, u32>(link) {
-                leaves |= v >= table.owned;
+                leaves |= v >= table.owned_len();
             }
             if !leaves {
                 continue;
@@ -289,7 +290,7 @@ impl<P: Point> Chart<'_, P> {
                 // The key of a pair on the wire: both hashes are mixed already, so their difference is spread as they are.
                 let mut shared = |with: u32, other: u32| {
                     let key = (hash ^ stars.hashes[other as usize]) as u64;
-                    f(table.owners[with as usize], key, Disagreement { owned, facet, other: with });
+                    f(table.owners()[with as usize], key, Disagreement { owned, facet, other: with });
                 };
                 if smallest == owned {
                     for &other in link.as_ref().iter().filter(|&&v| !table.is_owned(v)) {

@@ -15,7 +15,7 @@ use crate::stars::check::Disagreement;
 use crate::stars::fingerprint_sums::{OpenShares, ShortSums, Sums};
 use crate::stars::owned::Chart;
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Leaf, owned_groups};
+use crate::state::tree::{Leaf, owned_groups};
 
 impl<P: Point> Chart<'_, P> {
     /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
@@ -44,7 +44,7 @@ impl<P: Point> Chart<'_, P> {
 
     /// The sums of each home vertex.
     fn short_sums(&self, pool: &Pool, groups: &[(usize, Range<u32>)]) -> ShortSums {
-        let short = ShortSums::new(self.table.owned, pool.is_none());
+        let short = ShortSums::new(self.table.owned_len(), pool.is_none());
         map_in(pool, groups, |(_, owned_points)| {
             for owned in owned_points.clone() {
                 self.sum_star(owned, self.stars.link(owned), true, &mut Sums::default(), Some(&short));

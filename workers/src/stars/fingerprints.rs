@@ -15,9 +15,9 @@ impl<P: Point> Stars<P> {
     /// Hashes the points that came since the last time.
     pub(crate) fn extend_hashes(&mut self, table: &Table<P>) {
         let known = self.hashes.len();
-        let new = table.ids[known..].iter().zip(&table.positions[known..]);
+        let new = table.ids()[known..].iter().zip(&table.positions()[known..]);
         self.hashes.extend(new.map(|(&id, &x)| point_hash(id, x)));
-        self.firsts.extend(table.positions[known..].iter().map(|x| x.coord(0)));
+        self.firsts.extend(table.positions()[known..].iter().map(|x| x.coord(0)));
     }
 
     /// Sums the cells of the piece, if the links are in one.
@@ -53,12 +53,12 @@ fn sums_of_subdomain<P: Point>(piece: &mut SubdomainTriangulation<P>, table: &Ta
     let mut sums = Sums::default();
     let mut away = RemoteSums::new(true);
     // Such cells have few points, each in many cells that follow each other closely.
-    let mut hashes = RecentHashes::of_points(table.positions.len());
-    piece.scan(&table.positions, |cell, smallest| {
+    let mut hashes = RecentHashes::of_points(table.positions().len());
+    piece.scan(table.positions(), |cell, smallest| {
         let vertices = cell.as_ref();
         let mut sum = 0u128;
         for &v in vertices {
-            let make = || point_hash(table.ids[v as usize], table.positions[v as usize]);
+            let make = || point_hash(table.ids()[v as usize], table.positions()[v as usize]);
             sum = sum.wrapping_add(hashes.hash(v, make));
         }
         let whole = mix(sum);
@@ -68,7 +68,7 @@ fn sums_of_subdomain<P: Point>(piece: &mut SubdomainTriangulation<P>, table: &Ta
                 (false, true) => smallest,
                 _ => continue,
             };
-            away.count(&mut sums, table.owners[far as usize], whole);
+            away.count(&mut sums, table.owners()[far as usize], whole);
         }
     });
     away.finish(&mut sums);
@@ -82,7 +82,7 @@ impl<P: Point> Chart<'_, P> {
         let (vertices, firsts) = (cell.as_ref(), self.stars.firsts.as_slice());
         let mut smallest = Smallest::of(vertices[0], firsts[vertices[0] as usize]);
         vertices[1..].iter().for_each(|&v| smallest.look(v, firsts[v as usize]));
-        smallest.vertex(|| smallest_of(&self.table.positions, vertices.iter().copied()))
+        smallest.vertex(|| smallest_of(self.table.positions(), vertices.iter().copied()))
     }
 
     /// Calls `f` with the pairs of a star: key, and the other vertex.
@@ -112,7 +112,7 @@ impl<P: Point> Chart<'_, P> {
         let (mut from_smallest, mut from_other) = ((0u128, 0u64), (0u128, 0u64));
         let mut shares = [0u64; SHARES];
         let mut away = RemoteSums::new(add);
-        let mut elsewhere = |other: u32, hash: u128| away.count(sums, table.owners[other as usize], hash);
+        let mut elsewhere = |other: u32, hash: u128| away.count(sums, table.owners()[other as usize], hash);
         self.each_cell(owned, link, |facet, smallest, hash| {
             if smallest == owned {
                 for &other in facet.as_ref() {
@@ -159,7 +159,7 @@ impl<P: Point> Chart<'_, P> {
                 smallest.look(v, firsts[v as usize]);
             }
             let vertices = || std::iter::once(owned).chain(facet.as_ref().iter().copied());
-            f(facet, smallest.vertex(|| smallest_of(&self.table.positions, vertices())), mix(sum));
+            f(facet, smallest.vertex(|| smallest_of(self.table.positions(), vertices())), mix(sum));
         }
     }
 }

@@ -28,8 +28,10 @@ use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
 use crate::stars::owned::{Stars, usual_facets};
-use crate::state::subdomain::{Ghosts, Leaf, Subdomain, Tree};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, Tree};
 
 /// A star starts with at least this many candidates, if its leaf has them.
 const FEWEST_CANDIDATES: usize = 8;
@@ -57,7 +59,7 @@ pub(crate) async fn local_hulls<P: Point>(
     let seeds = leaf_seeds(subdomain, table);
     let frame = table.intern_all(frame);
     let view = View { table, neighbours: &neighbours, ghosts, frame: &frame, site: cx.site() };
-    let stars = hulls_of_leaves(cx, &subdomain.leaves, &seeds, &view);
+    let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &view);
     drop(neighbours);
     while cx.exchange().await? {}
     Ok(stars)
@@ -71,12 +73,12 @@ fn hulls_of_leaves<P: Point>(
 ) -> Stars<P> {
     let places: Vec<usize> = (0..leaves.len()).collect();
     let mut stars = Stars::default();
-    stars.reserve(view.table.owned as usize);
+    stars.reserve(view.table.owned_len() as usize);
     // Few at a time: their storage is soon used again.
     for group in places.chunks(if cx.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
         let hulled = map_in(&cx.pool, group, |&at| view.hulls_of(at, &leaves[at], seeds[at]));
         for (&at, hulls) in group.iter().zip(hulled) {
-            cx.ledger.charge(Phase::Hulls, leaves[at].id, hulls.cost, leaves[at].owned_len());
+            cx.ledger.charge(Phase::Hulls, leaves[at].id(), hulls.cost, leaves[at].owned_len());
             stars.append(&hulls.links, &hulls.lengths);
         }
     }
@@ -86,18 +88,18 @@ fn hulls_of_leaves<P: Point>(
 /// For every leaf, the smaller point that its first point starts with.
 fn leaf_seeds<P: Point>(subdomain: &Subdomain<P>, table: &mut Table<P>) -> Vec<Option<u32>> {
     let mut seed = None;
-    for shared in &subdomain.path {
-        let Some(summaries) = &shared.summaries else { continue };
-        let (mine, other) = (&summaries[shared.mine].smallest, &summaries[1 - shared.mine].smallest);
+    for shared in subdomain.path() {
+        let Some(summaries) = shared.summaries() else { continue };
+        let (mine, other) = (&summaries[shared.mine()].smallest, &summaries[1 - shared.mine()].smallest);
         let (Some(a), Some(b)) = (mine.positions.first(), other.positions.first()) else { continue };
         if lex_cmp(b, a).is_lt() {
             seed = Some(other);
         }
     }
     let above = seed.and_then(|point| table.intern_all(point).first().copied());
-    let mut seeds = vec![above; subdomain.leaves.len()];
-    if let Some((_, tree)) = &subdomain.tree {
-        let positions = &table.positions;
+    let mut seeds = vec![above; subdomain.leaves().len()];
+    if let Some(tree) = subdomain.tree() {
+        let positions = table.positions();
         let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
         hand_down(tree, above, &less, &mut seeds);
     }
@@ -116,7 +118,7 @@ struct View<'a, P: Point> {
 impl<P: Point> View<'_, P> {
     /// One vector step over the stars of a leaf.
     fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> Hulled<P> {
-        let _span = self.site.subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.owned_len());
+        let _span = self.site.subproblem(Phase::Hulls, leaf.id(), "leaf hulls", leaf.owned_len());
         let mut cost = Cost::ZERO;
         let nearest = self.supplement(at, leaf, &mut cost);
         let mut builder = StarBuilder::default();
@@ -130,10 +132,10 @@ impl<P: Point> View<'_, P> {
             if let Some(list) = nearest.get(&owned) {
                 candidates.extend(list);
             }
-            candidates.extend(if owned > leaf.start { Some(owned - 1) } else { seed });
-            if !builder.build(&self.table.positions, owned, &candidates, own) {
+            candidates.extend(if owned > leaf.start() { Some(owned - 1) } else { seed });
+            if !builder.build(self.table.positions(), owned, &candidates, own) {
                 candidates.extend_from_slice(self.frame);
-                builder.build(&self.table.positions, owned, &candidates, own);
+                builder.build(self.table.positions(), owned, &candidates, own);
             }
             let before = links.len();
             builder.facets(&mut links);
@@ -151,7 +153,7 @@ impl<P: Point> View<'_, P> {
         }
         let members = self.ghosts.members(at, leaf);
         let all = |_| f64::INFINITY;
-        let positions = &self.table.positions;
+        let positions = self.table.positions();
         let nearest = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
         rows.into_iter().zip(nearest.iter()).map(|(row, (_, list))| (row, list.to_vec())).collect()
     }
@@ -167,10 +169,10 @@ fn hand_down<P: Point>(
     match tree {
         Tree::Leaf(at) => seeds[*at] = above,
         Tree::Node(inner) => {
-            let [a, b] = inner.smallest;
+            let [a, b] = inner.smallest();
             let pick = |own: u32, other: u32| if less(other, own) { Some(other) } else { above };
-            hand_down(&inner.children[0], pick(a, b), less, seeds);
-            hand_down(&inner.children[1], pick(b, a), less, seeds);
+            hand_down(&inner.children()[0], pick(a, b), less, seeds);
+            hand_down(&inner.children()[1], pick(b, a), less, seeds);
         }
     }
 }

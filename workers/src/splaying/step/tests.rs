@@ -16,8 +16,9 @@ use crate::splaying::pending::star_by_star;
 use crate::splaying::splay::splay;
 use crate::stars::check::{Agreement, certificate, check};
 use crate::stars::owned::Stars;
-use crate::state::subdomain::{Leaf, Subdomain, bounds};
+use crate::state::subdomain::{Subdomain, Subtree};
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, bounds};
 
 fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
     let mut unit = || {
@@ -53,14 +54,8 @@ impl<P: Point> Rank<P> {
     fn of(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Self {
         let n = points.len() as u32;
         let table = Table::of_owned((0..u64::from(n)).collect(), points.to_vec(), 1);
-        let mut subdomain = Subdomain::default();
-        subdomain.leaves.push(Leaf {
-            id: NodeId::ROOT,
-            start: 0,
-            end: n,
-            bounds: bounds(points.iter().copied()),
-            max_radius2: 0.0,
-        });
+        let leaf = Leaf::new(NodeId::ROOT, 0..n, bounds(points.iter().copied()));
+        let subdomain = Subdomain::new(Vec::new(), None, Some(Subtree::of_leaf(leaf)), Vec::new());
         let mut stars = Stars::default();
         for owned in 0..n {
             let link = star(points, owned, &candidates(owned));
@@ -78,7 +73,7 @@ impl<P: Point> Rank<P> {
     async fn exchange(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
-        let population = u64::from(table.owned);
+        let population = u64::from(table.owned_len());
         let rounds = splay(&mut cx, subdomain, table, stars, &before, Vec::new(), population).await?;
         let after = certificate(&mut cx, subdomain, table, stars).await?;
         Ok((self, rounds, after))
@@ -101,7 +96,7 @@ fn cells<P: Point>(owned: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
 
 fn tell<P: Point>(rank: &Rank<P>, news: &StarNews<'_, P>, points: &[u32]) -> Splayed<P> {
     let mut out = Splayed::default();
-    rank.chart().splay_star(news, points, &mut Tools::new(rank.table.positions.len()), &mut out);
+    rank.chart().splay_star(news, points, &mut Tools::new(rank.table.positions().len()), &mut out);
     out
 }
 
