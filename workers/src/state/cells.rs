@@ -1,9 +1,9 @@
-//! Cells of the triangulation by the local numbers of their vertices.
+//! Cells of the triangulation, by the local indices of their vertices.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::{Point, Simplex, lex_cmp};
 
-/// The vertices of a cell `(centre, facet)`, or `None` if it is infinite.
+/// The cell of a vertex and a facet of its link, or `None` if it is infinite.
 pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
     let mut cell = P::Cell::splat(centre);
     for (slot, &v) in facet.as_ref().iter().enumerate() {
@@ -15,7 +15,7 @@ pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::
     Some(cell)
 }
 
-/// The cell with its vertices in order, for comparison.
+/// The cell with its vertices sorted by index, for comparison.
 pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
     let mut ordered = *cell;
     ordered.as_mut().sort_unstable();
@@ -29,25 +29,25 @@ pub(crate) fn smallest_of<P: Point>(positions: &[P], vertices: impl IntoIterator
     vertices.into_iter().fold(INFINITE, |best, v| if smaller(best, v) { v } else { best })
 }
 
-/// The search for the lexicographically smallest of some vertices by their first coordinates.
+/// A search for the lexicographically smallest of some vertices by their first coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Smallest<C> {
-    /// The vertex that comes first so far.
+    /// The vertex with the smallest first coordinate so far.
     vertex: u32,
     /// Its first coordinate.
     first: C,
-    /// Whether first coordinates were equal: they may not decide.
+    /// Whether two first coordinates were equal, so that they may not decide.
     is_tied: bool,
 }
 
 impl<C: PartialOrd + Copy> Smallest<C> {
-    /// Begins with a vertex and its first coordinate.
+    /// Starts with a vertex and its first coordinate.
     #[inline]
     pub(crate) fn of(vertex: u32, first: C) -> Self {
         Smallest { vertex, first, is_tied: false }
     }
 
-    /// Looks at one more vertex.
+    /// Adds a vertex.
     #[inline]
     pub(crate) fn look(&mut self, vertex: u32, first: C) {
         self.is_tied |= first == self.first;
@@ -55,7 +55,7 @@ impl<C: PartialOrd + Copy> Smallest<C> {
             if first < self.first { (vertex, first) } else { (self.vertex, self.first) };
     }
 
-    /// The smallest vertex; `compare` finds it where first coordinates do not decide ([`smallest_of`]).
+    /// The smallest vertex. If first coordinates do not decide, `compare` finds it ([`smallest_of`]).
     #[inline]
     pub(crate) fn vertex(self, compare: impl FnOnce() -> u32) -> u32 {
         if self.is_tied { compare() } else { self.vertex }
