@@ -3,5 +3,6 @@
 pub(crate) mod bits;
 pub(crate) mod cells;
 pub mod frame;
+pub(crate) mod link_arena;
 pub mod subdomain;
 pub mod table;
