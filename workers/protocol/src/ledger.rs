@@ -113,6 +113,45 @@ impl Traffic {
 /// Marks a leader's charges among the phases' numbers until the fold.
 pub(crate) const LEADER: u8 = 0x80;
 
+/// The share of a subproblem's phase that a charge belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Role {
+    /// A member of the subproblem's group. Members work at the same time.
+    Member,
+    /// The leader of the group, between the steps of its members.
+    Leader,
+    /// The bottom-up correction of the balls of the ancestor at this level.
+    Pass(u32),
+}
+
+/// The account of a charge: a subproblem in a phase, and the role of the rank that works there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Account {
+    /// The role.
+    pub role: Role,
+    /// The phase.
+    pub phase: Phase,
+    /// The subproblem.
+    pub node: NodeId,
+}
+
+impl Account {
+    /// The account of the members of `node` in `phase`.
+    pub fn member(phase: Phase, node: NodeId) -> Self {
+        Account { role: Role::Member, phase, node }
+    }
+
+    /// The account of the leader of `node` in `phase`.
+    pub fn leader(phase: Phase, node: NodeId) -> Self {
+        Account { role: Role::Leader, phase, node }
+    }
+
+    /// The account of `node` in the bottom-up correction of the balls of its ancestor at `level`.
+    pub fn pass(level: u32, node: NodeId) -> Self {
+        Account { role: Role::Pass(level), phase: Phase::Neighbours, node }
+    }
+}
+
 /// The cost of one phase of one subproblem, over all ranks that share it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Charge {
@@ -244,6 +283,16 @@ impl LedgerPart {
         let entry = self.corrections.entry((level, node)).or_default();
         entry.cost.then(cost);
         entry.items = entry.items.max(items);
+    }
+
+    /// Adds a cost to an account. The account keeps the largest number of `items`.
+    pub fn charge_to(&mut self, account: Account, cost: Cost, items: u64) {
+        let Account { role, phase, node } = account;
+        match role {
+            Role::Member => self.charge(phase, node, cost, items),
+            Role::Leader => self.charge_leader(phase, node, cost),
+            Role::Pass(level) => self.charge_correction(level, node, cost, items),
+        }
     }
 
     /// The facts of a node, to be filled in.

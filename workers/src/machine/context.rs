@@ -11,14 +11,16 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::task::{self, Poll, Waker};
 
+use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::ledger::LedgerPart;
+use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
+use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RoundTally};
 use septet_protocol::message::{Body, Message};
+use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::TransportError;
 use tracing::span::EnteredSpan;
 
-use crate::config::{Pool, WorkerConfig};
+use crate::config::{Pool, WorkerConfig, map_in};
 use crate::machine::outbox::Outbox;
 use crate::machine::profile::{Site, received};
 use crate::machine::tasks::Recorder;
@@ -51,6 +53,76 @@ pub struct Context<P: Point> {
 }
 
 impl<P: Point> Context<P> {
+    /// The rank.
+    pub fn rank(&self) -> Rank {
+        self.rank
+    }
+
+    /// Returns `true` if the rank is the coordinator.
+    pub fn is_coordinator(&self) -> bool {
+        self.rank == COORDINATOR
+    }
+
+    /// The parameters of the run. Clone the [`Arc`] to use them while the context changes.
+    pub fn config(&self) -> &Arc<WorkerConfig> {
+        &self.config
+    }
+
+    /// The rank's own cores, if it has any.
+    pub fn pool(&self) -> &Pool {
+        &self.pool
+    }
+
+    /// Maps items in order, on the rank's own cores if it has any.
+    pub fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
+        map_in(&self.pool, items, f)
+    }
+
+    /// The number of the current round: messages are stamped with it.
+    pub fn round(&self) -> u32 {
+        self.out.round()
+    }
+
+    /// Adds a cost to an account of the ledger. The account keeps the largest number of `items`.
+    pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
+        self.ledger.charge_to(account, cost, items);
+    }
+
+    /// The facts of a node in the ledger, for additions.
+    pub fn facts(&mut self, node: NodeId) -> &mut NodeFacts {
+        self.ledger.facts(node)
+    }
+
+    /// The tally of a round of the current phase in the ledger, for additions.
+    pub fn tally(&mut self, round: u32) -> &mut RoundTally {
+        self.ledger.tally(round, self.phase)
+    }
+
+    /// Adds the hash of some edges of the supergraph to the ledger.
+    pub fn add_edge_hash(&mut self, hash: u64) {
+        self.ledger.edge_hash = self.ledger.edge_hash.wrapping_add(hash);
+    }
+
+    /// Returns `true` if the rank records tasks.
+    pub fn is_recording(&self) -> bool {
+        self.recorder.is_some()
+    }
+
+    /// The record of tasks, if the rank keeps one.
+    pub(crate) fn recorder(&mut self) -> Option<&mut Recorder> {
+        self.recorder.as_deref_mut()
+    }
+
+    /// Ends the record of tasks, if the rank keeps one.
+    pub(crate) fn finish_record(&mut self) -> Option<TaskLog> {
+        self.recorder.take().map(|mut recorder| recorder.finish())
+    }
+
+    /// The ledger of the rank.
+    pub fn ledger(&self) -> &LedgerPart {
+        &self.ledger
+    }
+
     /// Begins a phase.
     ///
     /// # Errors
