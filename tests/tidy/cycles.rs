@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::map::{rows, text as map};
 use crate::source::Crate;
 
 /// Folders of the crates' root files.
@@ -95,6 +96,45 @@ fn no_cycle_within_a_room_has_more_than_two_files() {
         .filter(|(_, found)| !found.is_empty())
         .collect();
     assert!(all.is_empty(), "these files import each other: {all:#?}");
+}
+
+/// Rooms of the machine that every room may import.
+const COMMON: [&str; 3] = ["config", "machine", "state"];
+
+/// The heading of the table in ARCHITECTURE.md that lists the other rooms that each room imports.
+const TABLE: &str = "| room | may import |";
+
+/// The imports that a table does not allow, and the entries that no import uses.
+fn differences(rooms: &Graph, table: &Graph) -> (BTreeSet<String>, BTreeSet<String>) {
+    let edges = |graph: &Graph| -> BTreeSet<String> {
+        let all = graph.iter().flat_map(|(from, to)| to.iter().map(move |to| (from, to)));
+        let specific = all.filter(|(from, to)| {
+            !from.is_empty()
+                && !to.is_empty()
+                && (!COMMON.contains(&to.as_str()) || COMMON.contains(&from.as_str()))
+        });
+        specific.map(|(from, to)| format!("{from} -> {to}")).collect()
+    };
+    let (found, allowed) = (edges(rooms), edges(table));
+    (&found - &allowed, &allowed - &found)
+}
+
+#[test]
+fn rooms_of_the_machine_import_what_the_map_allows() {
+    let row = |row: Vec<Vec<String>>| (row[0][0].clone(), row[1].iter().cloned().collect());
+    let table: Graph = rows(&map(), TABLE).into_iter().map(row).collect();
+    let (forbidden, unused) = differences(&rooms(&Crate::read("workers/src").imports()), &table);
+    assert!(forbidden.is_empty(), "ARCHITECTURE.md does not allow these imports: {forbidden:#?}");
+    assert!(unused.is_empty(), "ARCHITECTURE.md allows imports that no file needs: {unused:#?}");
+}
+
+#[test]
+fn a_planted_import_is_found() {
+    let edge = |from: &str, to: &[&str]| (from.to_string(), to.iter().map(|t| (*t).to_string()).collect());
+    let graph: Graph = [edge("stars", &["state", "result"]), edge("state", &["stars"])].into();
+    let table: Graph = [edge("state", &["stars", "machine"])].into();
+    let (forbidden, unused) = differences(&graph, &table);
+    assert!(forbidden.iter().eq(["stars -> result"]) && unused.iter().eq(["state -> machine"]));
 }
 
 #[test]

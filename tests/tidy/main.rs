@@ -2,5 +2,6 @@
 
 mod cycles;
 mod map;
+mod products;
 mod rules;
 mod source;

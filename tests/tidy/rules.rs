@@ -5,6 +5,9 @@ use crate::source::{code, files, is_test};
 /// No file may be longer, but for those named with their reasons.
 const MOST_LINES: usize = 540;
 
+/// A function has fewer lines than this.
+const MOST_FUNCTION_LINES: usize = 70;
+
 /// The first line that holds one of the words.
 fn named(text: &str, words: &[&str]) -> Option<String> {
     let holds = |line: &&str| words.iter().any(|word| line.contains(word));
@@ -25,6 +28,49 @@ fn files_are_short() {
             assert!(lines < MOST_LINES, "{name} has {lines} lines: split it");
         }
     }
+}
+
+/// The functions of a formatted text with at least `most` lines, from the signature to the closing brace.
+fn long_functions(text: &str, most: usize) -> Vec<String> {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut found = Vec::new();
+    for (start, line) in lines.iter().enumerate() {
+        let plain = line.trim_start();
+        let Some((before, after)) = plain.split_once("fn ") else { continue };
+        let is_head = before.split(' ').all(|word| {
+            ["", "pub", "const", "async", "unsafe", "extern"].contains(&word) || word.starts_with("pub(")
+        });
+        if !is_head || line.ends_with(['}', ';']) {
+            continue;
+        }
+        let indent = &line[..line.len() - plain.len()];
+        let is_end = |line: &&str| {
+            line.strip_prefix(indent).is_some_and(|l| l == "}" || l.starts_with(") ") && l.ends_with(';'))
+        };
+        let len = lines[start..].iter().position(|line| is_end(line)).map_or(0, |len| len + 1);
+        if len >= most {
+            let name = after.split(['(', '<']).next().unwrap_or("");
+            found.push(format!("{name}: {len} lines"));
+        }
+    }
+    found
+}
+
+#[test]
+fn functions_are_short() {
+    for folder in ["src", "workers", "tests", "bench"] {
+        for (name, text) in files(folder) {
+            let long = long_functions(&text, MOST_FUNCTION_LINES);
+            assert!(long.is_empty(), "{name} has long functions: {long:?}");
+        }
+    }
+}
+
+#[test]
+fn a_planted_long_function_is_found() {
+    let text = "trait T {\n    fn none(\n        &self,\n    ) -> u8;\n}\n\npub(crate) async fn f<P>(\n    p: P,\n) {\n    {\n    }\n}\n";
+    assert_eq!(long_functions(text, 6), ["f: 6 lines"]);
+    assert!(long_functions(text, 7).is_empty());
 }
 
 /// The transports are the workers' business; the library gets one from `launch` or from its caller.

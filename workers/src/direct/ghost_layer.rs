@@ -152,7 +152,7 @@ fn add_margins<P: Point>(
     let (centre, extent) = around(centres);
     let (mut near, mut far) = (0, f64::INFINITY);
     for (level, shared) in path.iter().enumerate() {
-        let clear = shared.split.separator.clearance(centre) - extent;
+        let clear = shared.split().separator().clearance(centre) - extent;
         // A clearance of NaN counts as near.
         if clear >= NEAR * radius {
             far = far.min(clear);
@@ -163,10 +163,10 @@ fn add_margins<P: Point>(
     for (at, &x) in centres.iter().enumerate() {
         let mut free = far;
         for level in ones(near) {
-            let split = &path[level].split;
-            let clear = split.separator.clearance(x);
+            let split = path[level].split();
+            let clear = split.separator().clearance(x);
             free = free.min(clear);
-            if clear * SURE <= radius && split.reaches(x, radius2, 1 - path[level].mine) {
+            if clear * SURE <= radius && split.reaches(x, radius2, 1 - path[level].mine()) {
                 send(level, at);
             }
         }
@@ -183,8 +183,8 @@ pub(crate) async fn ghost_layer<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<GhostLayer, TransportError> {
     cx.enter(Phase::Halo)?;
-    crate::state::frame::report(cx, table, &subdomain.leaves, frame);
-    let (margins, batches) = own_points(subdomain, table, cx.rank);
+    crate::state::frame::report(cx, table, subdomain.leaves(), frame);
+    let (margins, batches) = own_points(subdomain, table, cx.rank());
     send_batches(cx, subdomain, batches);
     let mut arrived = Vec::new();
     while cx.exchange().await? {
@@ -194,20 +194,20 @@ pub(crate) async fn ghost_layer<P: Point>(
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
         }) {
-            let start = match subdomain.entry(node, cx.rank) {
+            let start = match subdomain.entry(node, cx.rank()) {
                 Entry::Relay(holder) => {
                     cx.send(holder, node, 0, Body::Ghosts(points));
                     continue;
                 }
                 Entry::Here(start) => start,
             };
-            if start == subdomain.path.len() {
+            if start == subdomain.path().len() {
                 // The sender chose the points for this subdomain, so most of them stay.
                 table.reserve_ghosts(points.len());
             }
             for at in 0..points.len() {
                 if forward(subdomain, start, &points, at, &mut batches) {
-                    table.arrive(&points, at, cx.rank, &mut arrived);
+                    table.arrive(&points, at, cx.rank(), &mut arrived);
                 }
             }
         }
@@ -218,23 +218,23 @@ pub(crate) async fn ghost_layer<P: Point>(
 
 /// Computes the margins of the owned points, and collects the points to be sent.
 fn own_points<P: Point>(subdomain: &Subdomain<P>, table: &Table<P>, rank: Rank) -> (Vec<Margin>, Batches<P>) {
-    let path = &subdomain.path;
+    let path = subdomain.path();
     if path.is_empty() {
         return (Vec::new(), Batches::new());
     }
     let mut batches = Batches::new();
-    let mut margins: Vec<Margin> = Vec::with_capacity(table.owned as usize);
+    let mut margins: Vec<Margin> = Vec::with_capacity(table.owned_len() as usize);
     let mut gaps2 = Vec::new();
-    for Run { points: run, scale2 } in runs(&table.positions[..table.owned as usize]) {
-        let (ids, centres) = (&table.ids[run.clone()], &table.positions[run]);
+    for Run { points: run, scale2 } in runs(table.owned_positions()) {
+        let (ids, centres) = (&table.ids()[run.clone()], &table.positions()[run]);
         let radius2 = radius2_of(centres, scale2, &mut gaps2);
         add_margins(path, Balls { centres, radius2 }, &mut margins, |level, at| {
-            let way = Way { level, side: 1 - path[level].mine };
+            let way = Way { level, side: 1 - path[level].mine() };
             batches.entry(way).or_default().push(ids[at], centres[at], rank, radius2);
         });
     }
     let sent: usize = batches.values().map(PointBatch::len).sum();
-    let layer = f64::from(table.owned).powf((P::DIM - 1) as f64 / P::DIM as f64);
+    let layer = f64::from(table.owned_len()).powf((P::DIM - 1) as f64 / P::DIM as f64);
     if sent as f64 > MOST * layer * path.len() as f64 {
         for margin in &mut margins {
             margin.sent = 0.0;
@@ -254,7 +254,7 @@ fn forward<P: Point>(
     batches: &mut Batches<P>,
 ) -> bool {
     let (x, radius2) = (points.positions[at], points.radii2[at]);
-    let reach = |_: usize, shared: &Shared<P>| [0, 1].map(|side| shared.split.reaches(x, radius2, side));
+    let reach = |_: usize, shared: &Shared<P>| [0, 1].map(|side| shared.split().reaches(x, radius2, side));
     subdomain.follow(start, reach, |way| {
         batches.entry(way).or_default().push(points.ids[at], x, points.owners[at], radius2);
     })
@@ -262,7 +262,7 @@ fn forward<P: Point>(
 
 fn send_batches<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, batches: Batches<P>) {
     for (way, points) in batches {
-        let (node, to) = subdomain.beyond(way, cx.rank);
+        let (node, to) = subdomain.beyond(way, cx.rank());
         cx.send(to, node, 0, Body::Ghosts(points));
     }
 }
@@ -349,7 +349,7 @@ mod tests {
                 (vec![(ball, 0), (plane, 0), (small, 1)], 0.3),
             ] {
                 let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, &points)).collect();
-                let is_owned = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+                let is_owned = |x: &&P| path.iter().all(|s| s.split().side(**x) == s.mine());
                 let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
                 let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
                 let (mut margins, mut gaps2) = (Vec::new(), Vec::new());
@@ -362,7 +362,7 @@ mod tests {
                     let places = (0..run.len()).flat_map(|at| (0..path.len()).map(move |level| (level, at)));
                     let expected: Vec<(usize, usize)> = places
                         .filter(|&(level, at)| {
-                            path[level].split.reaches(run[at], radius2, 1 - path[level].mine)
+                            path[level].split().reaches(run[at], radius2, 1 - path[level].mine())
                         })
                         .collect();
                     assert_eq!(sent, expected);
@@ -370,7 +370,7 @@ mod tests {
                     for (x, margin) in run.iter().zip(&margins[start..]) {
                         assert!(margin.sent * margin.sent <= radius2);
                         assert!(margin.sent.max(margin.free) >= radius2.sqrt() * SURE);
-                        let crosses = |s: &Shared<P>| s.split.separator.crosses(*x, margin.free);
+                        let crosses = |s: &Shared<P>| s.split().separator().crosses(*x, margin.free);
                         assert!(margin.free <= 0.0 || !path.iter().any(crosses), "{x:?} {}", margin.free);
                     }
                     let one = margins[start..].iter().all(|margin| margin.free == margins[start].free);

@@ -45,7 +45,8 @@ use crate::direct::interface_cells::{InterfaceCells, Outgoing, reaches};
 use crate::direct::subdomain_triangulation::{SubdomainTriangulation, conflict_region};
 use crate::machine::context::Context;
 use crate::state::bits::ones;
-use crate::state::subdomain::{Entry, Ghosts, Shared, Subdomain, Way};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::{IdHasher, Table};
 
 /// Points of a message, and the cells because of which they are sent.
@@ -125,8 +126,8 @@ pub(crate) async fn interface<P: Point>(
 ) -> Result<Vec<u32>, TransportError> {
     cx.enter(Phase::Seam)?;
     let mut router = Router { subdomain, sent: HashSet::default() };
-    let outgoing = triangulation.filter(|_| !subdomain.path.is_empty()).map_or_else(Vec::new, |own| {
-        InterfaceCells::new(&subdomain.path, own, &table.positions, layer.margins()).scan()
+    let outgoing = triangulation.filter(|_| !subdomain.path().is_empty()).map_or_else(Vec::new, |own| {
+        InterfaceCells::new(subdomain.path(), own, table.positions(), layer.margins()).scan()
     });
     drop(layer);
     router.send_outgoing(cx, table, &outgoing);
@@ -134,7 +135,7 @@ pub(crate) async fn interface<P: Point>(
     let mut arrived = Vec::new();
     while cx.exchange().await? {
         for (node, batch) in take_batches(cx) {
-            let start = match subdomain.entry(node, cx.rank) {
+            let start = match subdomain.entry(node, cx.rank()) {
                 Entry::Relay(holder) => {
                     cx.send(holder, node, 0, batch.into_body());
                     continue;
@@ -143,7 +144,7 @@ pub(crate) async fn interface<P: Point>(
             };
             let arrivals = router.forward(cx, &batch, start);
             for at in (0..batch.points.len()).filter(|&at| arrivals.contain(at)) {
-                table.arrive(&batch.points, at, cx.rank, &mut arrived);
+                table.arrive(&batch.points, at, cx.rank(), &mut arrived);
             }
         }
     }
@@ -163,7 +164,7 @@ pub(crate) async fn insert<P: Point>(
     if let Some(own) = &mut triangulation {
         let at = subdomain.root();
         let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
-        own.add(&arrived, &table.positions, &cx.config.stop);
+        own.add(&arrived, table.positions(), &cx.config().stop);
         ghosts.add_to_first(arrived);
     }
     while cx.exchange().await? {}
@@ -212,7 +213,7 @@ impl<P: Point> Router<'_, P> {
     /// Sends the vertices of outgoing cells to the other sides of the separators that the cells cross.
     fn send_outgoing(&mut self, cx: &mut Context<P>, table: &Table<P>, outgoing: &[Outgoing<P::Cell>]) {
         let mut batch = CellBatch::default();
-        let mut indices = vec![INFINITE; if outgoing.is_empty() { 0 } else { table.positions.len() }];
+        let mut indices = vec![INFINITE; if outgoing.is_empty() { 0 } else { table.positions().len() }];
         let mut rows: Vec<P::Cell> = Vec::with_capacity(outgoing.len());
         for out in outgoing {
             let mut row = out.cell;
@@ -229,7 +230,7 @@ impl<P: Point> Router<'_, P> {
         let mut parcels = BTreeMap::new();
         for (row, out) in rows.iter().zip(outgoing) {
             for level in ones(out.levels) {
-                let side = 1 - self.subdomain.path[level].mine;
+                let side = 1 - self.subdomain.path()[level].mine();
                 self.pack(&batch, row, Way { level, side }, &mut parcels);
             }
         }
@@ -239,7 +240,7 @@ impl<P: Point> Router<'_, P> {
     /// Forwards the cells of a batch from position `start` of the path. Returns the points that belong in this rank's
     /// subdomain.
     fn forward(&mut self, cx: &mut Context<P>, batch: &CellBatch<P>, start: usize) -> Arrivals {
-        if start == self.subdomain.path.len() && batch.cells.is_empty() {
+        if start == self.subdomain.path().len() && batch.cells.is_empty() {
             return Arrivals::All;
         }
         let subdomain = self.subdomain;
@@ -250,7 +251,7 @@ impl<P: Point> Router<'_, P> {
             cell.as_mut().copy_from_slice(row);
             let region = conflict_region::<P>(&cell, |v| batch.points.positions[(v & !SHAPE_ONLY) as usize]);
             let reach =
-                |_: usize, shared: &Shared<P>| [0, 1].map(|side| reaches(&shared.split, &region, side));
+                |_: usize, shared: &Shared<P>| [0, 1].map(|side| reaches(shared.split(), &region, side));
             if subdomain.follow(start, reach, |way| self.pack(batch, &cell, way, &mut parcels)) {
                 for &v in row.iter().filter(|&&v| v & SHAPE_ONLY == 0) {
                     arrives[v as usize] = true;
@@ -263,7 +264,7 @@ impl<P: Point> Router<'_, P> {
 
     fn send_parcels(&self, cx: &mut Context<P>, parcels: Parcels<P>) {
         for (way, parcel) in parcels.into_iter().filter(|(_, p)| !p.batch.points.is_empty()) {
-            let (node, to) = self.subdomain.beyond(way, cx.rank);
+            let (node, to) = self.subdomain.beyond(way, cx.rank());
             cx.send(to, node, 0, parcel.batch.into_body());
         }
     }
@@ -271,7 +272,7 @@ impl<P: Point> Router<'_, P> {
     /// Adds a cell of `batch` to the parcel that leaves the path at `way`. If one rank holds that child, adds only the
     /// points that it has not been sent.
     fn pack(&mut self, batch: &CellBatch<P>, cell: &P::Cell, way: Way, parcels: &mut Parcels<P>) {
-        let child = &self.subdomain.path[way.level].children[way.side];
+        let child = self.subdomain.path()[way.level].children()[way.side];
         let parcel = parcels.entry(way).or_insert_with(|| Parcel::new(batch));
         if child.ranks > 1 && !child.leaf {
             parcel.add_cell(&batch.points, cell);

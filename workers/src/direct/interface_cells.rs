@@ -21,7 +21,8 @@ use septet_geometry::separator::Side;
 use crate::direct::ghost_layer::Margin;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::state::bits::ones;
-use crate::state::subdomain::{Shared, Split};
+use crate::state::subdomain::Shared;
+use crate::state::tree::Split;
 
 /// A cell with an owned vertex whose conflict region crosses a separator.
 #[derive(Clone, Copy, Debug)]
@@ -54,8 +55,8 @@ fn side_of(side: usize) -> Side {
 
 /// Returns `true` if a conflict region may contain an owned point of that child.
 pub(super) fn reaches<P: Point>(split: &Split<P>, region: &ConflictRegion<P>, side: usize) -> bool {
-    let (low, high) = split.boxes[side];
-    region.meets(&split.separator, side_of(side), low, high)
+    let (low, high) = split.boxes()[side];
+    region.meets(split.separator(), side_of(side), low, high)
 }
 
 impl<'a, P: Point> InterfaceCells<'a, P> {
@@ -111,7 +112,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
             return None;
         }
         let near = self.near_levels(across, v);
-        let crossed = ones(near).filter(|&i| reaches(&self.path[i].split, &region, 1 - self.path[i].mine));
+        let crossed = ones(near).filter(|&i| reaches(self.path[i].split(), &region, 1 - self.path[i].mine()));
         let levels = crossed.fold(0, |levels, i| levels | 1 << i);
         (levels != 0).then_some(Outgoing { cell, levels, sent })
     }
@@ -139,7 +140,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         if clearances[0] == 0.0 {
             let x = self.positions[v as usize];
             for (clear, shared) in clearances.iter_mut().zip(self.path) {
-                let least = shared.split.separator.clearance(x);
+                let least = shared.split().separator().clearance(x);
                 *clear = if least > 0.0 { least } else { -1.0 };
             }
         }

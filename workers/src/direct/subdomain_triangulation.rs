@@ -18,8 +18,9 @@ use crate::config::Stop;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::cells::smallest_vertex;
+use crate::state::ghosts::Ghosts;
 use crate::state::link_arena::LinkArena;
-use crate::state::subdomain::{Ghosts, Subdomain};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
 /// A neighbour entry of [`CellRows`]: the facet is on the hull.
@@ -322,16 +323,16 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
     frame: &PointBatch<P>,
 ) -> Result<(Option<SubdomainTriangulation<P>>, Ghosts), TransportError> {
     cx.enter(Phase::Pieces)?;
-    let owned = table.owned;
+    let owned = table.owned_len();
     let (mut triangulation, mut held) = (None, Ghosts::default());
     if owned > 0 {
         let _span =
             cx.site().subproblem(Phase::Pieces, subdomain.root(), "triangulate piece", u64::from(owned));
-        let more = if subdomain.path.is_empty() { 0 } else { late_ghosts::<P>(owned) };
+        let more = if subdomain.path().is_empty() { 0 } else { late_ghosts::<P>(owned) };
         let triangulate = |positions: &[P], ghosts: &[u32]| {
-            SubdomainTriangulation::new(positions, owned, ghosts, more, &cx.config.stop)
+            SubdomainTriangulation::new(positions, owned, ghosts, more, &cx.config().stop)
         };
-        triangulation = triangulate(&table.positions, &ghosts);
+        triangulation = triangulate(table.positions(), &ghosts);
         if triangulation.is_none() {
             // The points may lie in a plane. The frame spans the space, and its points are input points, so they may be in
             // any star.
@@ -339,7 +340,7 @@ pub(crate) async fn triangulate_subdomain<P: Point>(
             ghosts.extend(frame.into_iter().filter(|&v| v >= owned));
             ghosts.sort_unstable();
             ghosts.dedup();
-            triangulation = triangulate(&table.positions, &ghosts);
+            triangulation = triangulate(table.positions(), &ghosts);
         }
         held.add_to_first(ghosts);
     }

@@ -48,8 +48,8 @@ pub(crate) fn edges_of<P: Point>(
     owned: u32,
     neighbours: &[u32],
 ) -> impl Iterator<Item = ([u64; 2], bool)> {
-    let positions = table.positions.as_slice();
-    let ids = &table.ids[..positions.len()];
+    let positions = table.positions();
+    let ids = &table.ids()[..positions.len()];
     let (x, own) = (positions[owned as usize], ids[owned as usize]);
     neighbours.iter().map(move |&j| {
         let (y, other) = (positions[j as usize], ids[j as usize]);

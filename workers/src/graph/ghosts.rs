@@ -23,8 +23,10 @@ use septet_protocol::transport::TransportError;
 use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::machine::tasks::Reach;
-use crate::state::subdomain::{Entry, GROUP, Ghosts, Shared, Split, Subdomain, Tree, Way};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
+use crate::state::tree::{GROUP, Split, Tree};
 
 /// Sends every home point to the leaves that an edge of it can reach, and takes in those of other ranks.
 pub(crate) async fn push_ghosts<P: Point>(
@@ -58,7 +60,7 @@ struct Pushed<P> {
 impl<P: Point> Pushed<P> {
     fn of(table: &Table<P>, number: u32, owned: Option<NodeId>) -> Self {
         let at = number as usize;
-        Pushed { position: table.positions[at], radius2: table.radii2[at], owned }
+        Pushed { position: table.positions()[at], radius2: table.radii2()[at], owned }
     }
 }
 
@@ -92,8 +94,8 @@ struct Counts {
 impl<'a, P: Point> Walk<'a, P> {
     fn new(subdomain: &'a Subdomain<P>, rule: Supergraph, recorded: bool) -> Self {
         let counts = Counts {
-            shared: vec![Sweep::default(); subdomain.path.len()],
-            local: vec![Sweep::default(); subdomain.inner_ids.len()],
+            shared: vec![Sweep::default(); subdomain.path().len()],
+            local: vec![Sweep::default(); subdomain.inner_ids().len()],
             reach: Reach::new(recorded),
         };
         Walk { subdomain, rule, counts }
@@ -105,13 +107,14 @@ impl<'a, P: Point> Walk<'a, P> {
         let (subdomain, rule, shared_sweeps) = (self.subdomain, self.rule, &mut self.counts.shared);
         let reach = |level: usize, shared: &Shared<P>| {
             shared_sweeps[level].visit();
-            let max2 = |side: usize| shared.summaries.as_ref().map_or(f64::INFINITY, |s| s[side].max_radius2);
+            let max2 = |side: usize| shared.summaries().map_or(f64::INFINITY, |s| s[side].max_radius2);
             [0, 1].map(|side| {
-                (x.owned.is_some() && side == shared.mine) || goes(rule, &shared.split, side, max2(side), x)
+                (x.owned.is_some() && side == shared.mine())
+                    || goes(rule, shared.split(), side, max2(side), x)
             })
         };
         let below = subdomain.follow(start, reach, |way| routes.ways.push(way));
-        if let Some((_, tree)) = subdomain.tree.as_ref().filter(|_| below) {
+        if let Some(tree) = subdomain.tree().filter(|_| below) {
             self.down(tree, x, &mut routes.leaves);
         }
         routes
@@ -120,19 +123,19 @@ impl<'a, P: Point> Walk<'a, P> {
     fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, leaves: &mut Vec<usize>) {
         match tree {
             Tree::Leaf(at) => {
-                if x.owned != Some(self.subdomain.leaves[*at].id) {
+                if x.owned != Some(self.subdomain.leaves()[*at].id()) {
                     leaves.push(*at);
                 }
             }
             Tree::Node(inner) => {
-                let owned = x.owned.map(|leaf| inner.id.side_of(leaf));
-                self.counts.local[inner.number].visit();
-                for (side, child) in inner.children.iter().enumerate() {
+                let owned = x.owned.map(|leaf| inner.id().side_of(leaf));
+                self.counts.local[inner.number()].visit();
+                for (side, child) in inner.children().iter().enumerate() {
                     let on_way = owned == Some(side);
-                    if on_way || goes(self.rule, &inner.split, side, inner.max_radius2[side], x) {
+                    if on_way || goes(self.rule, inner.split(), side, inner.max_radius2()[side], x) {
                         let owned = x.owned.filter(|_| on_way);
                         if !on_way {
-                            self.counts.reach.visit(inner.id.child(side));
+                            self.counts.reach.visit(inner.id().child(side));
                         }
                         self.down(child, &Pushed { owned, ..*x }, leaves);
                     }
@@ -162,7 +165,7 @@ struct Pushing<'a, P> {
 
 impl<'a, P: Point> Pushing<'a, P> {
     fn new(subdomain: &'a Subdomain<P>, rule: Supergraph) -> Self {
-        let ghosts = Ghosts::of_leaves(subdomain.leaves.len());
+        let ghosts = Ghosts::of_leaves(subdomain.leaves().len());
         Pushing { subdomain, rule, ghosts, sweeps: BTreeMap::new() }
     }
 
@@ -170,7 +173,7 @@ impl<'a, P: Point> Pushing<'a, P> {
     fn push_owned(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         let (subdomain, rule, recorded) = (self.subdomain, self.rule, cx.recorder.is_some());
         let mut groups = Vec::new();
-        for (at, leaf) in subdomain.leaves.iter().enumerate() {
+        for (at, leaf) in subdomain.leaves().iter().enumerate() {
             let owned_points: Vec<u32> = leaf.owned().collect();
             groups.extend(owned_points.chunks(GROUP).map(|c| (at, c.to_vec())));
         }
@@ -179,7 +182,7 @@ impl<'a, P: Point> Pushing<'a, P> {
             let mut found = Vec::new();
             walk.counts.reach.start(*at);
             for &owned in owned_points {
-                let x = Pushed::of(table, owned, Some(subdomain.leaves[*at].id));
+                let x = Pushed::of(table, owned, Some(subdomain.leaves()[*at].id()));
                 let routes = walk.from(0, &x);
                 if !routes.is_empty() {
                     found.push((owned, routes));
@@ -228,8 +231,8 @@ impl<'a, P: Point> Pushing<'a, P> {
 
     /// Adds the nodes' counts.
     fn count(&mut self, counts: &Counts) {
-        let shared = self.subdomain.path.iter().map(|shared| shared.id).zip(&counts.shared);
-        let local = self.subdomain.inner_ids.iter().copied().zip(&counts.local);
+        let shared = self.subdomain.path().iter().map(Shared::id).zip(&counts.shared);
+        let local = self.subdomain.inner_ids().iter().copied().zip(&counts.local);
         for (id, sweep) in shared.chain(local).filter(|(_, sweep)| sweep.items() > 0) {
             self.sweeps.entry(id).or_default().join(sweep);
         }

@@ -45,8 +45,10 @@ use crate::graph::edges::Edges;
 use crate::graph::ghosts::push_ghosts;
 use crate::graph::supergraph::count_crossings;
 use crate::machine::context::Context;
-use crate::state::subdomain::{Ghosts, Leaf, Subdomain};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::Leaf;
 
 /// The priority of a point that has none any more.
 const DECIDED: u64 = u64::MAX;
@@ -109,7 +111,7 @@ pub(crate) async fn conflict_graphs<P: Point>(
     cx.enter(Phase::Graph)?;
     // Their order is of no account: lists are only gone through whole.
     ghosts.sort_by(Ord::cmp);
-    let graphs = conflicts_of_leaves(cx, &subdomain.leaves, table, rule, &ghosts);
+    let graphs = conflicts_of_leaves(cx, subdomain.leaves(), table, rule, &ghosts);
     while cx.exchange().await? {}
     Ok(graphs)
 }
@@ -125,11 +127,11 @@ fn conflicts_of_leaves<P: Point>(
     let places: Vec<usize> = (0..leaves.len()).collect();
     let results = map_in(&cx.pool, &places, |&at| {
         let leaf = &leaves[at];
-        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf conflicts", leaf.owned_len());
+        let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf conflicts", leaf.owned_len());
         let members = ghosts.members(at, leaf);
         let mut cost = Cost::ZERO;
         let rows = leaf.owned_len() as usize;
-        let lists = graph_by_grid(rule, &table.positions, &table.radii2, &members, rows, &mut cost);
+        let lists = graph_by_grid(rule, table.positions(), table.radii2(), &members, rows, &mut cost);
         let mut edges = Edges::default();
         for (owned, list) in leaf.owned().zip(lists.iter()) {
             edges.take(table, owned, list);
@@ -138,9 +140,9 @@ fn conflicts_of_leaves<P: Point>(
     });
     let mut graphs = Vec::with_capacity(results.len());
     for (leaf, (lists, cost, members, edges)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id, cost, members);
-        cx.ledger.facts(leaf.id).members += members;
-        edges.enter(leaf.id, &mut cx.ledger);
+        cx.ledger.charge(Phase::Graph, leaf.id(), cost, members);
+        cx.ledger.facts(leaf.id()).members += members;
+        edges.enter(leaf.id(), &mut cx.ledger);
         graphs.push(lists);
     }
     graphs
@@ -181,10 +183,10 @@ impl Selection {
         graphs: Vec<Lists<u32>>,
         fixed: u64,
     ) -> Self {
-        let priorities = table.positions.iter().map(|&x| priority(seed, x)).collect();
-        let states = vec![State::Undecided; table.ids.len()];
+        let priorities = table.positions().iter().map(|&x| priority(seed, x)).collect();
+        let states = vec![State::Undecided; table.ids().len()];
         let mut selection = Selection { graphs, states, priorities, ..Selection::default() };
-        for (at, _) in (0u32..).zip(&table.ids).filter(|&(_, &id)| id < fixed) {
+        for (at, _) in (0u32..).zip(table.ids()).filter(|&(_, &id)| id < fixed) {
             selection.decide(at, State::In);
         }
         let undecided = |&v: &u32| selection.states[v as usize] == State::Undecided;
@@ -215,11 +217,11 @@ impl Selection {
             self.undecided.push(count);
         }
         let halves = self.half(cx, (leaves, table), "join", |leaf, open, lists, cost| {
-            let (priorities, positions) = (&self.priorities, &table.positions);
+            let (priorities, positions) = (&self.priorities, table.positions());
             let first = cost.map_nested(open, |&v, own| {
                 let (mine, mut first) = ((priorities[v as usize], positions[v as usize]), true);
                 let mut sweep = own.sweep();
-                sweep.each(&lists[(v - leaf.start) as usize], |&u| {
+                sweep.each(&lists[(v - leaf.start()) as usize], |&u| {
                     let other = priorities[u as usize];
                     first &= mine.0 < other || compare(mine, (other, positions[u as usize])).is_lt();
                 });
@@ -238,7 +240,7 @@ impl Selection {
             let out = cost.map_nested(open, |&v, own| {
                 let mut out = false;
                 let mut sweep = own.sweep();
-                sweep.each(&lists[(v - leaf.start) as usize], |&u| out |= states[u as usize] == State::In);
+                sweep.each(&lists[(v - leaf.start()) as usize], |&u| out |= states[u as usize] == State::In);
                 own.swept_inside(sweep);
                 out
             });
@@ -261,16 +263,16 @@ impl Selection {
         map_in(&cx.pool, &places, |&at| {
             let (leaf, lists) = (&leaves[at], &self.graphs[at]);
             let open = &self.open[at];
-            let _span = site.subproblem(Phase::Independent, leaf.id, step, open.len() as u64);
+            let _span = site.subproblem(Phase::Independent, leaf.id(), step, open.len() as u64);
             let mut cost = Cost::ZERO;
             let (flags, ends) = rule(leaf, open, lists, &mut cost);
             let flagged: Vec<(u32, bool)> = open.iter().copied().zip(flags).collect();
             let mut told = Vec::new();
             cost.map_nested(&flagged, |&(v, decided), own| {
                 let mut sweep = own.sweep();
-                sweep.each(&lists[(v - leaf.start) as usize], |&u| {
-                    if decided && u >= table.owned && self.states[u as usize] == State::Undecided {
-                        told.push((table.owners[u as usize], v));
+                sweep.each(&lists[(v - leaf.start()) as usize], |&u| {
+                    if decided && u >= table.owned_len() && self.states[u as usize] == State::Undecided {
+                        told.push((table.owners()[u as usize], v));
                     }
                 });
                 own.swept_inside(sweep);
@@ -295,12 +297,12 @@ impl Selection {
         let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
         for (at, half) in halves {
             let leaf = &leaves[at];
-            cx.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.owned_len());
+            cx.ledger.charge(Phase::Independent, leaf.id(), half.cost, leaf.owned_len());
             for point in half.decided {
                 self.decide(point, state);
             }
             for (owner, point) in half.told {
-                let (batch, id) = (batches.entry(owner).or_default(), table.ids[point as usize]);
+                let (batch, id) = (batches.entry(owner).or_default(), table.ids()[point as usize]);
                 // One point's ghosts stand together: an owner of several is told once.
                 if batch.last() != Some(&id) {
                     batch.push(id);
@@ -320,7 +322,7 @@ impl Selection {
 impl Selection {
     /// The members that joined, and how many points were undecided in each round, for rank 0.
     pub(crate) fn into_message<P: Point>(self, table: &Table<P>, fixed: u64) -> Body<P> {
-        let owned = table.ids[..table.owned as usize].iter().zip(&self.states);
+        let owned = table.owned_ids().iter().zip(&self.states);
         let members = owned.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);
         Body::Selected { members: Bulk(members.collect()), undecided: Bulk(self.undecided) }
     }

@@ -50,7 +50,7 @@ struct Received {
 
 impl Received {
     fn nothing<P>(subdomain: &Subdomain<P>) -> Self {
-        let came = vec![Sweep::default(); subdomain.leaves.len()];
+        let came = vec![Sweep::default(); subdomain.leaves().len()];
         Received { leaf_of: subdomain.leaf_numbers(), unknown: Vec::new(), came }
     }
 
@@ -84,8 +84,8 @@ pub(crate) async fn reverse_edges<P: Point>(
             let others = others.flat_map(|(other, count)| std::iter::repeat_n(other, count as usize));
             for (other, target) in others.zip(targets) {
                 if let Some(owned) = table.find_owned(target) {
-                    let [x, y] = [owned, other].map(|i| table.positions[i as usize]);
-                    heard.receive(Edge { owned, other }, dist2(x, y), table.radii2[owned as usize]);
+                    let [x, y] = [owned, other].map(|i| table.positions()[i as usize]);
+                    heard.receive(Edge { owned, other }, dist2(x, y), table.radii2()[owned as usize]);
                 }
             }
         }
@@ -103,10 +103,10 @@ fn announce<P: Point>(
 ) -> BTreeMap<Rank, Announcement<P>> {
     let mut announcements: BTreeMap<Rank, Announcement<P>> = BTreeMap::new();
     let mut other_leaves = Vec::new();
-    let (nearest, owned_points) = (nearest.by_owned(table.owned), table.owned as usize);
+    let (nearest, owned_points) = (nearest.by_owned(table.owned_len()), table.owned_len() as usize);
     // Of home points, both of the same length.
-    let (positions, radii2) = (&table.positions[..owned_points], &table.radii2[..owned_points]);
-    for (leaf, number) in subdomain.leaves.iter().zip(0u32..) {
+    let (positions, radii2) = (&table.positions()[..owned_points], &table.radii2()[..owned_points]);
+    for (leaf, number) in subdomain.leaves().iter().zip(0u32..) {
         let mut edges = Sweep::default();
         for owned in leaf.owned() {
             let own = positions[owned as usize];
@@ -118,8 +118,8 @@ fn announce<P: Point>(
                         other_leaves.push(heard.leaf_of[j as usize]);
                     }
                 } else {
-                    let announcement = announcements.entry(table.owners[j as usize]).or_default();
-                    announcement.add(table, owned, table.ids[j as usize]);
+                    let announcement = announcements.entry(table.owners()[j as usize]).or_default();
+                    announcement.add(table, owned, table.ids()[j as usize]);
                 }
             });
             if let Some(recorder) = &mut cx.recorder {
@@ -128,7 +128,7 @@ fn announce<P: Point>(
         }
         let mut cost = Cost::ZERO;
         cost.swept(edges);
-        cx.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
+        cx.ledger.charge(Phase::Sets, leaf.id(), cost, edges.items());
     }
     announcements
 }
@@ -155,18 +155,18 @@ impl Reverse {
         table: &Table<P>,
     ) -> Lists<u32> {
         let Reverse { nearest: done, heard } = self;
-        let nearest = done.by_owned(table.owned);
+        let nearest = done.by_owned(table.owned_len());
         let items = nearest.iter().map(|list| list.len()).sum::<usize>() + heard.unknown.len();
         // Delivery to the leaves; within each the order is charged.
-        let mut unknown = vec![Vec::new(); subdomain.leaves.len()];
+        let mut unknown = vec![Vec::new(); subdomain.leaves().len()];
         for edge in heard.unknown {
             unknown[heard.leaf_of[edge.owned as usize] as usize].push(edge);
         }
-        let mut united = Lists::with_capacity(table.owned as usize, items);
-        for ((leaf, unknown), came) in subdomain.leaves.iter().zip(unknown).zip(heard.came) {
+        let mut united = Lists::with_capacity(table.owned_len() as usize, items);
+        for ((leaf, unknown), came) in subdomain.leaves().iter().zip(unknown).zip(heard.came) {
             let mut cost = Cost::ZERO;
             cost.delivered(came);
-            let place = |edge: &Edge| (edge.owned - leaf.start) as usize;
+            let place = |edge: &Edge| (edge.owned - leaf.start()) as usize;
             let own = cost.sorted_by_place(&unknown, place, leaf.owned_len() as usize);
             let owned_points: Vec<u32> = leaf.owned().collect();
             let mut rest = own.as_slice();
@@ -179,8 +179,8 @@ impl Reverse {
                 inner.swept_inside(added);
                 united.push_two(nearest[owned as usize], segment.iter().map(|edge| edge.other));
             });
-            cx.ledger.charge(Phase::Graph, leaf.id, cost, 0);
-            cx.ledger.facts(leaf.id).members += leaf.owned_len();
+            cx.ledger.charge(Phase::Graph, leaf.id(), cost, 0);
+            cx.ledger.facts(leaf.id()).members += leaf.owned_len();
         }
         united
     }

@@ -34,7 +34,7 @@ use crate::config::Wanted;
 use crate::machine::context::Context;
 use crate::neighbours::ask::{Ask, Ball};
 use crate::neighbours::descent::Descent;
-use crate::neighbours::results::CompletedLists;
+use crate::neighbours::results::{CompletedLists, Nearest};
 use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -109,16 +109,16 @@ fn balls_of_sample<P: Point>(
 ) -> Vec<Ball> {
     let population = population * 2 / 5;
     let key = DrawKey { seed: cx.config.seed, node: 0, attempt: 0 };
-    let positions = &table.positions;
+    let positions = table.positions();
     let mut balls = Vec::new();
-    for (at, leaf) in subdomain.leaves.iter().enumerate() {
+    for (at, leaf) in subdomain.leaves().iter().enumerate() {
         let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
         let sample = cost.pack(&members, |&owned| is_sample(key, population, positions[owned as usize]));
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
         let items = leaf.owned_len() * (sample.len() as u64).max(1);
-        cx.ledger.charge(Phase::Choice, leaf.id, cost, items);
+        cx.ledger.charge(Phase::Choice, leaf.id(), cost, items);
         let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
         balls.extend(sample.into_iter().zip(radii2).map(|(owned, radius2)| Ball {
             owned,
@@ -172,14 +172,14 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
     // Samples are in the order of their numbers.
     let radius2 =
         |owned: u32| samples.binary_search_by_key(&owned, |ball| ball.owned).map(|at| samples[at].radius2);
-    let star = |(owned, farthest2, candidates): (u32, f64, &[u32])| {
-        let at = table.positions[owned as usize];
-        let distances2 = candidates.iter().map(|&j| dist2(table.positions[j as usize], at));
+    let star = |Nearest { point: owned, kth2: farthest2, list: candidates }: Nearest| {
+        let at = table.positions()[owned as usize];
+        let distances2 = candidates.iter().map(|&j| dist2(table.positions()[j as usize], at));
         let nearest2 = distances2.fold(f64::INFINITY, f64::min);
         // A list cut short knows its surroundings only that far.
         let full = candidates.len() < MOST_CANDIDATES as usize;
         let known2 = if full { radius2(owned).unwrap_or(0.0) } else { farthest2 };
-        if !builder.build(&table.positions, owned, candidates, &mut Cost::default()) {
+        if !builder.build(table.positions(), owned, candidates, &mut Cost::default()) {
             return f64::INFINITY;
         }
         facets.clear();
@@ -190,7 +190,7 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
                 return f64::INFINITY;
             }
             let Some(cell) = finite_cell::<P>(owned, facet) else { return f64::INFINITY };
-            let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions[v as usize]).collect();
+            let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions()[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }
         if 4.0 * most2 > known2 { f64::INFINITY } else { (4.0 * most2 / nearest2).sqrt() }

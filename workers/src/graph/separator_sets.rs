@@ -28,8 +28,9 @@ use septet_protocol::transport::TransportError;
 use crate::config::SetRule;
 use crate::graph::sharing::{Crossing, Place, Sharing, lead, set_rule};
 use crate::machine::context::Context;
-use crate::state::subdomain::{Shared, Split, Subdomain, Tree};
+use crate::state::subdomain::{Shared, Subdomain, Unsplit};
 use crate::state::table::Table;
+use crate::state::tree::{Split, Tree};
 
 /// The graph neighbours of the home points, found in the leaves' sets and united on the way up.
 pub(crate) async fn set_recursion<P: Point>(
@@ -41,7 +42,7 @@ pub(crate) async fn set_recursion<P: Point>(
     let mut recursion = Recursion::of_owned(cx, subdomain, table, supergraph);
     while cx.exchange_if(recursion.is_pending()).await? {
         recursion.agenda.step += 1;
-        lead(cx, &subdomain.led, recursion.rule);
+        lead(cx, subdomain.led(), recursion.rule);
         recursion.take_items(cx);
         recursion.obey(cx);
         recursion.handle_due(cx);
@@ -130,9 +131,9 @@ impl<'a, P: Point> Recursion<'a, P> {
         table: &'a mut Table<P>,
         supergraph: Supergraph,
     ) -> Self {
-        let items = (0..table.owned).map(|point| Item::new(point, None)).collect();
-        let root = subdomain.path.first().map(|s| s.id).or(subdomain.tree.as_ref().map(|t| t.0));
-        let members = root.map(|root| (root, (0..table.owned).collect()));
+        let items = table.owned().map(|point| Item::new(point, None)).collect();
+        let root = subdomain.top();
+        let members = root.map(|root| (root, table.owned().collect()));
         Recursion {
             subdomain,
             table,
@@ -187,18 +188,18 @@ impl<'a, P: Point> Recursion<'a, P> {
     /// Side and crossing of a point at a split.
     fn place(&self, split: &Split<P>, item: u32) -> Place {
         let point = self.items[item as usize].point as usize;
-        let (x, radius2) = (self.table.positions[point], self.table.radii2[point]);
+        let (x, radius2) = (self.table.positions()[point], self.table.radii2()[point]);
         let radius = self.supergraph.separator_radius(radius2);
-        Place { side: split.side(x), crosses: split.separator.crosses(x, radius) }
+        Place { side: split.side(x), crosses: split.separator().crosses(x, radius) }
     }
 
     /// Sends the leader of a shared node the counts of this rank's share of the set.
     fn count_set(&mut self, cx: &mut Context<P>, shared: &Shared<P>) {
-        let members = self.members.get(&shared.id).map_or(&[][..], Vec::as_slice);
+        let members = self.members.get(&shared.id()).map_or(&[][..], Vec::as_slice);
         let mut cost = Cost::ZERO;
-        let sum = self.count_members(&shared.split, members, &mut cost);
-        cx.ledger.charge(Phase::Sets, shared.id, cost, members.len() as u64);
-        cx.send(shared.leader, shared.id, 0, Body::SetCounts(Bulk(sum.to_vec())));
+        let sum = self.count_members(shared.split(), members, &mut cost);
+        cx.ledger.charge(Phase::Sets, shared.id(), cost, members.len() as u64);
+        cx.send(shared.leader(), shared.id(), 0, Body::SetCounts(Bulk(sum.to_vec())));
     }
 
     /// How many members are on either side, and how many of these cross.
@@ -213,7 +214,7 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// Hands this rank's share of a set that is not divided to the lowest rank, which solves the set.
     fn stop(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: Vec<u32>) {
-        let (node, holder) = (shared.id, shared.first);
+        let (node, holder) = (shared.id(), shared.first());
         if cx.rank == holder {
             self.agenda.stopped.push(node);
             self.members.insert(node, members);
@@ -235,14 +236,14 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// Divides this rank's share of a set.
     fn divide(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: &[u32], crossing: Crossing) {
-        let node = shared.id;
+        let node = shared.id();
         let (mut leaving, mut staying) = (Leaving::new(), Vec::new());
         let mut cost = Cost::ZERO;
-        let places = cost.map(members, |&i| self.place(&shared.split, i));
+        let places = cost.map(members, |&i| self.place(shared.split(), i));
         for (&item, place) in members.iter().zip(places) {
             let mut stays = false;
             for to in (0..2).filter(|&to| crossing.sends(place, to)) {
-                if to == shared.mine && shared.goes_on {
+                if to == shared.mine() && shared.goes_on() {
                     stays = true;
                 } else {
                     let member = shared.member_below(cx.rank, to);
@@ -259,12 +260,12 @@ impl<'a, P: Point> Recursion<'a, P> {
             }
         }
         cx.ledger.charge(Phase::Sets, node, cost, 0);
-        let id = node.child(shared.mine);
+        let id = node.child(shared.mine());
         self.members.entry(id).or_default().extend(staying);
-        let Subdomain { path, relay, tree, .. } = self.subdomain;
-        if relay.is_some_and(|(at, _)| at == id)
-            || path.last().is_some_and(|last| last.id != node)
-            || tree.as_ref().is_some_and(|(root, _)| *root == id)
+        let subdomain = self.subdomain;
+        if subdomain.unsplit().is_some_and(|end| end.node == id)
+            || subdomain.path().last().is_some_and(|last| last.id() != node)
+            || subdomain.holds(id)
         {
             self.agenda.waiting.push(id);
         }
@@ -301,13 +302,13 @@ impl<'a, P: Point> Recursion<'a, P> {
             self.items.extend(new.map(|(&point, slot)| Item::new(point, Some(Origin { rank: from, slot }))));
             let last = self.items.len() as u32;
             self.members.entry(node).or_default().extend(first..last);
-            match self.subdomain.relay {
-                Some((at, holder)) if at == node && holder != cx.rank => {
+            match self.subdomain.unsplit().filter(|end| end.node == node) {
+                Some(Unsplit { holder, .. }) if holder != cx.rank => {
                     let members = self.members.remove(&node).unwrap_or_default();
                     self.hand_over(cx, node, holder, members);
                 }
                 // The group's other ranks hand on in this step what they were sent as well: wait for it.
-                Some((at, _)) if at == node && !self.agenda.delayed.contains_key(&node) => {
+                Some(_) if !self.agenda.delayed.contains_key(&node) => {
                     self.agenda.delayed.insert(node, self.agenda.step);
                     self.agenda.waiting.push(node);
                 }
@@ -324,9 +325,9 @@ impl<'a, P: Point> Recursion<'a, P> {
             self.items[item as usize].outstanding -= 1;
         }
         let subdomain = self.subdomain;
-        let lists = match &subdomain.tree {
-            Some((root, tree)) if *root == node => self.solve(cx, tree, node, &members),
-            _ => self.solve_direct(cx, node, &members),
+        let lists = match subdomain.tree().filter(|_| subdomain.holds(node)) {
+            Some(tree) => self.solve(cx, tree, node, &members),
+            None => self.solve_direct(cx, node, &members),
         };
         for (&item, list) in members.iter().zip(lists) {
             self.items[item as usize].own = Some(list);
@@ -338,13 +339,13 @@ impl<'a, P: Point> Recursion<'a, P> {
     fn solve(&mut self, cx: &mut Context<P>, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
         let mut cost = Cost::ZERO;
-        let sum = self.count_members(&inner.split, members, &mut cost);
+        let sum = self.count_members(inner.split(), members, &mut cost);
         cx.ledger.charge(Phase::Sets, node, cost, members.len() as u64);
         let Sharing::Crossing(crossing) = Sharing::decide(sum, self.rule) else {
             return self.solve_direct(cx, node, members);
         };
         let mut cost = Cost::ZERO;
-        let places = cost.map(members, |&i| self.place(&inner.split, i));
+        let places = cost.map(members, |&i| self.place(inner.split(), i));
         cx.ledger.charge(Phase::Sets, node, cost, 0);
         let mut children = [Vec::new(), Vec::new()];
         for (&item, &place) in members.iter().zip(&places) {
@@ -359,8 +360,8 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
         let [inside, outside] = &children;
         let mut lists = [
-            self.solve(cx, &inner.children[0], node.child(0), inside).into_iter(),
-            self.solve(cx, &inner.children[1], node.child(1), outside).into_iter(),
+            self.solve(cx, &inner.children()[0], node.child(0), inside).into_iter(),
+            self.solve(cx, &inner.children()[1], node.child(1), outside).into_iter(),
         ];
         let unions = self.unions.entry(node).or_default();
         let united = places.into_iter().map(|place| {
@@ -375,7 +376,7 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// The base case: all pairs.
     fn solve_direct(&mut self, cx: &mut Context<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
-        let Table { positions, radii2, .. } = &*self.table;
+        let (positions, radii2) = (self.table.positions(), self.table.radii2());
         let at = |i: u32| positions[self.items[i as usize].point as usize];
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_unstable_by(|&a, &b| lex_cmp(&at(members[a]), &at(members[b])));
@@ -444,7 +445,7 @@ impl<'a, P: Point> Recursion<'a, P> {
             cost.swept(sweep);
             cx.ledger.charge(Phase::Sets, node, cost, items);
         }
-        let owned_points = items.into_iter().take(table.owned as usize);
+        let owned_points = items.into_iter().take(table.owned_len() as usize);
         let neighbours = owned_points.map(|mut item| item.united(&mut unions)).collect();
         for (node, cost) in unions {
             cx.ledger.charge(Phase::Sets, node, cost, 0);

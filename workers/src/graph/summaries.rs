@@ -11,8 +11,9 @@ use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
 use crate::state::frame;
-use crate::state::subdomain::{Group, Leaf, Subdomain, Tree};
+use crate::state::subdomain::{Group, Subdomain};
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, Tree};
 
 /// Summarises the home points, and learns what the children of all shared nodes hold.
 pub(crate) async fn summaries<P: Point>(
@@ -22,23 +23,21 @@ pub(crate) async fn summaries<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Summaries)?;
-    frame::report(cx, table, &subdomain.leaves, frame);
+    frame::report(cx, table, subdomain.leaves(), frame);
     if let Some((root, own)) = own_summary(cx, subdomain, table) {
         send_up(cx, subdomain, root, own);
     }
     let mut joining = Joining::default();
     while cx.exchange().await? {
         frame::learn(cx, table, frame);
-        for (node, own) in joining.join(cx, &subdomain.led) {
+        for (node, own) in joining.join(cx, subdomain.led()) {
             send_up(cx, subdomain, node, own);
         }
         for (node, children) in cx.take(|m| match &m.body {
             Body::Children(children) => Some((m.node, children.clone())),
             _ => None,
         }) {
-            if let Some(shared) = subdomain.path.iter_mut().find(|s| s.id == node) {
-                shared.summaries = Some(children);
-            }
+            subdomain.set_summaries(node, children);
         }
     }
     Ok(())
@@ -109,30 +108,31 @@ fn own_summary<P: Point>(
     subdomain: &mut Subdomain<P>,
     table: &Table<P>,
 ) -> Option<(NodeId, Summary<P>)> {
+    let root = subdomain.root();
+    let (tree, leaves) = subdomain.tree_mut()?;
     let mut charges = Vec::new();
-    for leaf in &mut subdomain.leaves {
-        let radii = &table.radii2[leaf.start as usize..leaf.end as usize];
+    for leaf in &mut *leaves {
+        let radii = &table.radii2()[leaf.indices()];
         let mut cost = Cost::ZERO;
-        leaf.max_radius2 = cost.reduce(radii, 0.0, |m: f64, &r| m.max(r));
-        charges.push((leaf.id, cost, radii.len() as u64));
+        leaf.set_max_radius2(cost.reduce(radii, 0.0, |m: f64, &r| m.max(r)));
+        charges.push((leaf.id(), cost, radii.len() as u64));
     }
-    let (root, tree) = subdomain.tree.as_mut()?;
-    let (max_radius2, smallest) = summarise(tree, &subdomain.leaves, table, &mut charges);
+    let (max_radius2, smallest) = summarise(tree, leaves, table, &mut charges);
     for (node, cost, items) in charges {
         cx.ledger.charge(Phase::Summaries, node, cost, items);
     }
     (smallest != u32::MAX).then(|| {
         let mut point = PointBatch::default();
         table.export(smallest, &mut point);
-        (*root, Summary { max_radius2, smallest: point })
+        (root, Summary { max_radius2, smallest: point })
     })
 }
 
 /// Sends the summary of a node to its parent's leader.
 fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId, summary: Summary<P>) {
     let parent = node.parent();
-    if let Some(shared) = subdomain.path.iter().find(|s| Some(s.id) == parent) {
-        cx.send(shared.leader, node, 0, Body::Summary(summary));
+    if let Some(shared) = subdomain.path().iter().find(|s| Some(s.id()) == parent) {
+        cx.send(shared.leader(), node, 0, Body::Summary(summary));
     }
 }
 
@@ -147,26 +147,25 @@ fn summarise<P: Point>(
         Tree::Leaf(at) => {
             let leaf = &leaves[*at];
             let rank =
-                |&a: &u32, &b: &u32| lex_cmp(&table.positions[a as usize], &table.positions[b as usize]);
-            (leaf.max_radius2, leaf.owned().min_by(rank).unwrap_or(u32::MAX))
+                |&a: &u32, &b: &u32| lex_cmp(&table.positions()[a as usize], &table.positions()[b as usize]);
+            (leaf.max_radius2(), leaf.owned().min_by(rank).unwrap_or(u32::MAX))
         }
         Tree::Node(inner) => {
             for side in 0..2 {
-                let (max2, smallest) = summarise(&mut inner.children[side], leaves, table, charges);
-                inner.max_radius2[side] = max2;
-                inner.smallest[side] = smallest;
+                let (max2, smallest) = summarise(&mut inner.children_mut()[side], leaves, table, charges);
+                inner.set_summary(side, max2, smallest);
             }
             let both = [0usize, 1];
             let mut cost = Cost::ZERO;
-            let start = (inner.max_radius2[0], inner.smallest[0]);
+            let start = (inner.max_radius2()[0], inner.smallest()[0]);
             let joined = cost.reduce(&both, start, |(max2, best), &i| {
-                let other = inner.smallest[i];
-                let position = |n: u32| table.positions[n as usize];
+                let other = inner.smallest()[i];
+                let position = |n: u32| table.positions()[n as usize];
                 let smaller = lex_cmp(&position(other), &position(best)).is_lt();
-                (max2.max(inner.max_radius2[i]), if smaller { other } else { best })
+                (max2.max(inner.max_radius2()[i]), if smaller { other } else { best })
             });
             // A leader's reduction over two children charges the same two items.
-            charges.push((inner.id, cost, 0));
+            charges.push((inner.id(), cost, 0));
             joined
         }
     }

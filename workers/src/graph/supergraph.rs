@@ -27,16 +27,25 @@ use crate::graph::reverse::reverse_edges;
 use crate::graph::separator_sets::set_recursion;
 use crate::machine::context::Context;
 use crate::neighbours::results::CompletedLists;
-use crate::state::subdomain::{GROUP, Ghosts, Leaf, Split, Subdomain, Tree};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{GROUP, Leaf, Split, Tree};
 
 /// The supergraph of the home points.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
     /// The neighbours of each.
-    pub(crate) neighbours: Lists<u32>,
+    neighbours: Lists<u32>,
     /// The points that came to the leaves to be joined to them.
-    pub(crate) ghosts: Ghosts,
+    ghosts: Ghosts,
+}
+
+impl Graph {
+    /// The neighbours of each owned point, and the ghosts of each leaf.
+    pub(crate) fn into_parts(self) -> (Lists<u32>, Ghosts) {
+        (self.neighbours, self.ghosts)
+    }
 }
 
 /// Finds the supergraph of the home points; `nearest` has their nearest neighbours, if it is made of them.
@@ -53,7 +62,7 @@ pub(crate) async fn supergraph<P: Point>(
         (SetRule::Ghost, None) => {
             let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
             cx.enter(Phase::Graph)?;
-            let at = |i: u32| table.positions[i as usize];
+            let at = |i: u32| table.positions()[i as usize];
             ghosts.sort_by(|&a, &b| lex_cmp(&at(a), &at(b)));
             (graph_of_leaves(cx, subdomain, table, rule, &ghosts), ghosts)
         }
@@ -80,13 +89,13 @@ pub(crate) fn count_crossings<P: Point>(
     table: &Table<P>,
     rule: Supergraph,
 ) {
-    let owned_points = 0..table.owned as usize;
+    let owned_points = 0..table.owned_len() as usize;
     let radii: Vec<f64> =
-        table.radii2[owned_points.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
+        table.radii2()[owned_points.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
     let mut splits: Vec<(NodeId, &Split<P>, Range<usize>)> =
-        subdomain.path.iter().map(|shared| (shared.id, &shared.split, owned_points.clone())).collect();
-    if let Some((_, tree)) = &subdomain.tree {
-        splits_below(tree, &subdomain.leaves, &mut splits);
+        subdomain.path().iter().map(|shared| (shared.id(), shared.split(), owned_points.clone())).collect();
+    if let Some(tree) = subdomain.tree() {
+        splits_below(tree, subdomain.leaves(), &mut splits);
     }
     let groups: Vec<(NodeId, &Split<P>, Range<usize>)> = splits
         .into_iter()
@@ -96,9 +105,9 @@ pub(crate) fn count_crossings<P: Point>(
         })
         .collect();
     let counted = map_in(&cx.pool, &groups, |(id, split, owned_points)| {
-        let centres = table.positions[owned_points.clone()].iter().copied();
+        let centres = table.positions()[owned_points.clone()].iter().copied();
         let balls = centres.zip(radii[owned_points.clone()].iter().copied());
-        (*id, split.separator.count_crossing(balls))
+        (*id, split.separator().count_crossing(balls))
     });
     for (id, [inside, outside]) in counted {
         let facts = cx.ledger.facts(id);
@@ -114,11 +123,12 @@ fn splits_below<'a, P>(
     splits: &mut Vec<(NodeId, &'a Split<P>, Range<usize>)>,
 ) -> Range<usize> {
     match tree {
-        Tree::Leaf(at) => leaves[*at].start as usize..leaves[*at].end as usize,
+        Tree::Leaf(at) => leaves[*at].indices(),
         Tree::Node(inner) => {
             let place = splits.len();
-            splits.push((inner.id, &inner.split, 0..0));
-            let [interior, exterior] = [0, 1].map(|side| splits_below(&inner.children[side], leaves, splits));
+            splits.push((inner.id(), inner.split(), 0..0));
+            let [interior, exterior] =
+                [0, 1].map(|side| splits_below(&inner.children()[side], leaves, splits));
             debug_assert_eq!(interior.end, exterior.start, "leaves are numbered in the order of the tree");
             let below = interior.start..exterior.end;
             splits[place].2 = below.clone();
@@ -135,21 +145,21 @@ fn graph_of_leaves<P: Point>(
     rule: Supergraph,
     ghosts: &Ghosts,
 ) -> Lists<u32> {
-    let (site, leaves) = (cx.site(), &subdomain.leaves);
+    let (site, leaves) = (cx.site(), subdomain.leaves());
     let places: Vec<usize> = (0..leaves.len()).collect();
     let results = map_in(&cx.pool, &places, |&at| {
         let leaf = &leaves[at];
-        let _span = site.subproblem(Phase::Graph, leaf.id, "leaf graph", leaf.owned_len());
+        let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf graph", leaf.owned_len());
         let owned: Vec<u32> = leaf.owned().collect();
         let members = ghosts.members(at, leaf);
         let mut cost = Cost::ZERO;
-        let lists = graph_direct(rule, &table.positions, &table.radii2, &owned, &members, &mut cost);
+        let lists = graph_direct(rule, table.positions(), table.radii2(), &owned, &members, &mut cost);
         (lists, cost, members.len() as u64)
     });
     let mut neighbours = Lists::default();
     for (leaf, (lists, cost, members)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id, cost, members * leaf.owned_len());
-        cx.ledger.facts(leaf.id).members += members;
+        cx.ledger.charge(Phase::Graph, leaf.id(), cost, members * leaf.owned_len());
+        cx.ledger.facts(leaf.id()).members += members;
         neighbours.append(lists);
     }
     neighbours
@@ -163,7 +173,7 @@ fn report_edges<P: Point>(
     neighbours: &Lists<u32>,
 ) {
     let mut sent = Vec::new();
-    for leaf in &subdomain.leaves {
+    for leaf in subdomain.leaves() {
         let mut edges = Edges::default();
         for owned in leaf.owned() {
             let list = &neighbours[owned as usize];
@@ -173,7 +183,7 @@ fn report_edges<P: Point>(
                 sent.extend(counted.flat_map(|edge| edge.0));
             }
         }
-        edges.enter(leaf.id, &mut cx.ledger);
+        edges.enter(leaf.id(), &mut cx.ledger);
     }
     if !sent.is_empty() {
         cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));

@@ -19,8 +19,9 @@ use crate::machine::context::Context;
 use crate::neighbours::ask::{Ask, Ball};
 use crate::neighbours::bottom_up::correct_bottom_up;
 use crate::neighbours::descent::descend;
-use crate::state::subdomain::{Leaf, Subdomain};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::Leaf;
 
 /// A ball with a radius above this multiple of its leaf's median probes first.
 const PUNT_RADIUS: f64 = 4.0;
@@ -37,14 +38,14 @@ pub(crate) async fn nearest_balls<P: Point>(
     }
     let nearest = |phase, probe| Ask { phase, wanted: 1, probe, own_leaf: false };
     cx.enter(Phase::Probe)?;
-    let large = large_balls(&subdomain.leaves, &table.radii2);
+    let large = large_balls(subdomain.leaves(), table.radii2());
     let probed = descend(cx, subdomain, table, nearest(Phase::Probe, true), large).await?;
-    probed.shrink(&mut table.radii2);
+    probed.shrink(table.owned_radii2_mut());
     drop(probed);
     cx.enter(Phase::Neighbours)?;
-    let all = all_balls(&subdomain.leaves, &table.radii2);
+    let all = all_balls(subdomain.leaves(), table.radii2());
     let found = descend(cx, subdomain, table, nearest(Phase::Neighbours, false), all).await?;
-    found.shrink(&mut table.radii2);
+    found.shrink(table.owned_radii2_mut());
     Ok(())
 }
 
@@ -55,9 +56,9 @@ async fn leaf_radii<P: Point>(
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Radii)?;
-    let (positions, site, fault) = (&table.positions, cx.site(), cx.config.fault);
-    let results = map_in(&cx.pool, &subdomain.leaves, |leaf| {
-        let _span = site.subproblem(Phase::Radii, leaf.id, "leaf radii", leaf.owned_len());
+    let (positions, site, fault) = (table.positions(), cx.site(), cx.config.fault);
+    let results = map_in(&cx.pool, subdomain.leaves(), |leaf| {
+        let _span = site.subproblem(Phase::Radii, leaf.id(), "leaf radii", leaf.owned_len());
         let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
         let all = |_| f64::INFINITY;
@@ -65,12 +66,12 @@ async fn leaf_radii<P: Point>(
         let cost = fault.and_then(|fault| fault.charge_of_radii(&members)).unwrap_or(cost);
         (nearest.kth2, cost)
     });
-    let mut radii2 = Vec::with_capacity(table.owned as usize);
-    for (leaf, (nearest2, cost)) in subdomain.leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Radii, leaf.id, cost, leaf.owned_len() * leaf.owned_len());
+    let mut radii2 = Vec::with_capacity(table.owned_len() as usize);
+    for (leaf, (nearest2, cost)) in subdomain.leaves().iter().zip(results) {
+        cx.ledger.charge(Phase::Radii, leaf.id(), cost, leaf.owned_len() * leaf.owned_len());
         radii2.extend(nearest2);
     }
-    table.radii2[..radii2.len()].copy_from_slice(&radii2);
+    table.owned_radii2_mut().copy_from_slice(&radii2);
     drop(radii2);
     while cx.exchange().await? {}
     Ok(())
@@ -90,7 +91,7 @@ pub(crate) fn large_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
 fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) -> f64) -> Vec<Ball> {
     let mut balls = Vec::new();
     for (at, leaf) in leaves.iter().enumerate() {
-        let radii2 = &radii2[leaf.start as usize..leaf.end as usize];
+        let radii2 = &radii2[leaf.indices()];
         let limit2 = limit2(radii2);
         for (owned, &radius2) in leaf.owned().zip(radii2) {
             if radius2 > limit2 || radius2 == f64::INFINITY {

@@ -25,8 +25,9 @@ use crate::neighbours::descent::{Descent, Pending};
 use crate::neighbours::router::QueryRouter;
 use crate::neighbours::tallies::Tallies;
 use crate::neighbours::walk::{Ground, Probe};
-use crate::state::subdomain::{Inner, Subdomain, Tree, Way, leaf_number};
+use crate::state::subdomain::{Subdomain, Way};
 use crate::state::table::Table;
+use crate::state::tree::{Inner, Tree, leaf_number};
 
 const ASK: Ask = Ask { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
 
@@ -46,17 +47,17 @@ pub(crate) async fn correct_bottom_up<P: Point>(
     let first = first_level(&cx.config);
     for level in (0..=first).rev() {
         cx.enter(Phase::Neighbours)?;
-        if let Some((_, tree)) = subdomain.tree.as_ref().filter(|_| level == first) {
+        if let Some(tree) = subdomain.tree().filter(|_| level == first) {
             correct(cx, subdomain, table, tree);
         }
         let mut descent = Descent::new(subdomain, ASK, &[]);
-        if subdomain.tree.is_some() {
+        if subdomain.tree().is_some() {
             cross(cx, subdomain, table, level, &mut descent);
         }
         while cx.exchange().await? {
             descent.receive(cx, table)?;
         }
-        descent.land_pass(cx, level).shrink(&mut table.radii2);
+        descent.land_pass(cx, level).shrink(table.owned_radii2_mut());
     }
     Ok(())
 }
@@ -69,16 +70,16 @@ fn cross<P: Point>(
     level: u32,
     descent: &mut Descent<P>,
 ) {
-    let Some(at) = subdomain.path.iter().position(|shared| shared.id.level() == level) else { return };
-    let shared = &subdomain.path[at];
-    let out = Way { level: at, side: 1 - shared.mine };
+    let Some(at) = subdomain.path().iter().position(|shared| shared.id().level() == level) else { return };
+    let shared = &subdomain.path()[at];
+    let out = Way { level: at, side: 1 - shared.mine() };
     let mut forwards = QueryRouter::new(cx.rank, ASK);
-    for owned in 0..table.owned {
-        let (centre, radius2) = (table.positions[owned as usize], table.radii2[owned as usize]);
-        let goes = shared.split.reaches(centre, radius2, out.side);
-        descent.visit(shared.id, goes);
+    for owned in table.owned() {
+        let (centre, radius2) = (table.positions()[owned as usize], table.radii2()[owned as usize]);
+        let goes = shared.split().reaches(centre, radius2, out.side);
+        descent.visit(shared.id(), goes);
         if goes {
-            let leaf = u64::from(leaf_number(&subdomain.leaves, owned));
+            let leaf = u64::from(leaf_number(subdomain.leaves(), owned));
             descent.forward(&mut forwards, &[out], leaf, Pending::of_owned(owned, centre, radius2));
         }
     }
@@ -93,10 +94,10 @@ fn correct<P: Point>(
     tree: &Tree<P>,
 ) -> Range<u32> {
     let inner = match tree {
-        Tree::Leaf(at) => return subdomain.leaves[*at].owned(),
+        Tree::Leaf(at) => return subdomain.leaves()[*at].owned(),
         Tree::Node(inner) => inner,
     };
-    let owned_points = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children[side]));
+    let owned_points = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children()[side]));
     correct_node(cx, subdomain, table, inner, &owned_points);
     owned_points[0].start..owned_points[1].end
 }
@@ -114,21 +115,21 @@ fn correct_node<P: Point>(
     let mut found = NeighbourList::default();
     for (side, range) in owned_points.iter().enumerate() {
         for owned in range.clone() {
-            let (centre, radius2) = (table.positions[owned as usize], table.radii2[owned as usize]);
-            let goes = inner.split.reaches(centre, radius2, 1 - side);
-            walk.visit_local(inner.number, goes);
+            let (centre, radius2) = (table.positions()[owned as usize], table.radii2()[owned as usize]);
+            let goes = inner.split().reaches(centre, radius2, 1 - side);
+            walk.visit_local(inner.number(), goes);
             if goes {
                 found.clear();
-                walk.down(&inner.children[1 - side], &Probe { centre, radius2, owned: None }, &mut found);
+                walk.down(&inner.children()[1 - side], &Probe { centre, radius2, owned: None }, &mut found);
                 nearer.extend(found.distances2().iter().map(|&d2| (owned, d2)));
             }
         }
     }
     let mut tallies = Tallies::default();
     tallies.add(subdomain, &walk.into_counts(), &mut cx.ledger);
-    tallies.charge_pass(&mut cx.ledger, inner.id.level());
+    tallies.charge_pass(&mut cx.ledger, inner.id().level());
     for (owned, d2) in nearer {
-        let radius2 = &mut table.radii2[owned as usize];
+        let radius2 = &mut table.owned_radii2_mut()[owned as usize];
         *radius2 = radius2.min(d2);
     }
 }

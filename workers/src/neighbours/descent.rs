@@ -154,7 +154,7 @@ impl<'a, P: Point> Descent<'a, P> {
     ) {
         let (subdomain, ask) = (self.subdomain, self.ask);
         let groups: Vec<&[Ball]> = balls.chunks(GROUP).collect();
-        let largest2 = largest_balls(&subdomain.leaves, balls);
+        let largest2 = largest_balls(subdomain.leaves(), balls);
         let start = Start { known, largest2: &largest2 };
         let ground = Ground { recorded: cx.recorder.is_some(), ..self.ground(table) };
         let walked = map_in(&cx.pool, &groups, |group| walk_balls(ground, ask, group, start));
@@ -164,7 +164,7 @@ impl<'a, P: Point> Descent<'a, P> {
         self.chains.reserve(4 * leaving);
         let mut forwards = QueryRouter::new(cx.rank, ask);
         for (Walked { done, leaving, counts }, group) in walked.into_iter().zip(groups) {
-            self.done.parts.push(done);
+            self.done.add_part(done);
             self.tallies.add(subdomain, &counts, &mut cx.ledger);
             if let (Some(recorder), Some(reached)) = (&mut cx.recorder, counts.reach.reached) {
                 recorder.reached(ask.phase, reached);
@@ -172,7 +172,7 @@ impl<'a, P: Point> Descent<'a, P> {
             self.send_away(&mut forwards, table, leaving, group);
         }
         // The lists of the balls that left, as they are complete.
-        self.done.parts.push(Part::with_capacity(leaving, leaving * ask.wanted as usize));
+        self.done.add_part(Part::with_capacity(leaving, leaving * ask.wanted as usize));
         forwards.send(cx);
     }
 
@@ -195,7 +195,7 @@ impl<'a, P: Point> Descent<'a, P> {
         for (at, found, ways) in leaving.iter() {
             let ball = &group[at];
             let mut pending =
-                Pending::of_owned(ball.owned, table.positions[ball.owned as usize], ball.radius2);
+                Pending::of_owned(ball.owned, table.positions()[ball.owned as usize], ball.radius2);
             self.chains.add(&mut pending.list, block, begin..begin + found.len());
             begin += found.len();
             self.forward(forwards, ways, ball.leaf as u64, pending);
@@ -214,7 +214,7 @@ impl<'a, P: Point> Descent<'a, P> {
     ) {
         let Pending { centre, radius2, .. } = pending;
         let replica = Replica { slot: self.pending.len() as u32, centre, radius2, group };
-        forwards.add(&self.subdomain.path, ways, &replica);
+        forwards.add(self.subdomain.path(), ways, &replica);
         pending.outstanding = ways.len() as u32;
         self.pending.push(pending);
     }
@@ -283,7 +283,7 @@ impl<'a, P: Point> Descent<'a, P> {
     /// Answers every batch whose last query is done: as many answers as there were questions.
     fn send_answers(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         let Descent { asked, marks, .. } = self;
-        marks.resize(table.ids.len().max(marks.len()), NONE);
+        marks.resize(table.ids().len().max(marks.len()), NONE);
         for asked in asked.iter_mut().filter(|asked| asked.is_complete()) {
             let answer = asked.take(table, marks);
             cx.send(asked.from(), NodeId::ROOT, 0, Body::Reply(answer));
@@ -406,7 +406,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let pending = &pending[slot as usize];
         scratch.clear();
         for part in chains.parts(pending.list) {
-            scratch.extend(part, |j| dist2(table.positions[j as usize], pending.centre));
+            scratch.extend(part, |j| dist2(table.positions()[j as usize], pending.centre));
         }
         let kth2 = scratch.keep_nearest(ask.wanted as usize, pending.radius2);
         let list = scratch.numbers().iter().copied();

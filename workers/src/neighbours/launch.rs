@@ -8,7 +8,8 @@ use septet_geometry::selection::NeighbourList;
 use crate::neighbours::ask::{Ask, Ball};
 use crate::neighbours::results::Part;
 use crate::neighbours::walk::{Counts, Ground, Probe};
-use crate::state::subdomain::{Leaf, Way};
+use crate::state::subdomain::Way;
+use crate::state::tree::Leaf;
 
 /// Balls, with what they found and their ways out.
 #[derive(Default)]
@@ -73,7 +74,7 @@ pub(crate) fn largest_balls<P>(leaves: &[Leaf<P>], balls: &[Ball]) -> Vec<f64> {
 
 /// Walks a group of balls.
 pub(crate) fn walk_balls<P: Point>(ground: Ground<P>, ask: Ask, group: &[Ball], start: Start) -> Walked {
-    let (positions, leaves) = (&ground.table.positions, &ground.subdomain.leaves);
+    let (positions, leaves) = (ground.table.positions(), ground.subdomain.leaves());
     let mut walk = ground.walk(ask);
     let mut done = Part::with_capacity(group.len(), group.len() * ask.wanted as usize);
     let mut leaving = Looked::default();
@@ -88,9 +89,9 @@ pub(crate) fn walk_balls<P: Point>(ground: Ground<P>, ask: Ask, group: &[Ball], 
         let centre = positions[ball.owned as usize];
         found.clear();
         ways.clear();
-        let probe = Probe { centre, radius2: ball.radius2, owned: Some(leaf.id) };
+        let probe = Probe { centre, radius2: ball.radius2, owned: Some(leaf.id()) };
         walk.follow(0, &probe, &mut ways, &mut found);
-        let own = start.known.map(|leaves| leaves[ball.leaf].of(ball.owned - leaf.start));
+        let own = start.known.map(|leaves| leaves[ball.leaf].of(ball.owned - leaf.start()));
         if let Some((kth2, list)) = own
             && found.is_empty()
             && ways.is_empty()

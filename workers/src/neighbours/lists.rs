@@ -37,17 +37,17 @@ pub(crate) async fn nearest_lists<P: Point>(
     let mut radii2: Vec<f64> = nearest.iter().flat_map(|leaf| &leaf.kth2).copied().collect();
     let ask = Ask { phase: Phase::KnnProbe, wanted: k, probe: true, own_leaf: false };
     let mut descent = Descent::new(subdomain, ask, &blocks);
-    descent.launch(cx, table, &large_balls(&subdomain.leaves, &radii2), Some(&nearest));
+    descent.launch(cx, table, &large_balls(subdomain.leaves(), &radii2), Some(&nearest));
     descent.finish(cx, table).await?.shrink(&mut radii2);
 
     cx.enter(Phase::Knn)?;
     let ask = Ask { phase: Phase::Knn, wanted: k, probe: false, own_leaf: false };
     let mut descent = Descent::new(subdomain, ask, &blocks);
-    descent.launch(cx, table, &all_balls(&subdomain.leaves, &radii2), Some(&nearest));
+    descent.launch(cx, table, &all_balls(subdomain.leaves(), &radii2), Some(&nearest));
     drop((radii2, nearest));
     let done = descent.finish(cx, table).await?;
-    for (owned, kth2, _) in done.iter() {
-        table.radii2[owned as usize] = kth2;
+    for nearest in done.iter() {
+        table.owned_radii2_mut()[nearest.point as usize] = nearest.kth2;
     }
     Ok(done)
 }
@@ -68,16 +68,16 @@ fn leaf_lists<P: Point>(
     k: u32,
 ) -> LeafLists<P> {
     let site = cx.site();
-    let results = map_in(&cx.pool, &subdomain.leaves, |leaf| {
-        let _span = site.subproblem(Phase::KnnRadii, leaf.id, "leaf lists", leaf.owned_len());
-        let blocks = KdBlocks::of(&table.positions[leaf.start as usize..leaf.end as usize]);
+    let results = map_in(&cx.pool, subdomain.leaves(), |leaf| {
+        let _span = site.subproblem(Phase::KnnRadii, leaf.id(), "leaf lists", leaf.owned_len());
+        let blocks = KdBlocks::of(&table.positions()[leaf.indices()]);
         let mut cost = Cost::ZERO;
-        let nearest = nearest_in_blocks(&blocks, leaf.start, k as usize, &mut cost);
+        let nearest = nearest_in_blocks(&blocks, leaf.start(), k as usize, &mut cost);
         (blocks, nearest, cost)
     });
     let (mut all_blocks, mut all_nearest) = (Vec::new(), Vec::new());
-    for (leaf, (blocks, nearest, cost)) in subdomain.leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.owned_len() * leaf.owned_len());
+    for (leaf, (blocks, nearest, cost)) in subdomain.leaves().iter().zip(results) {
+        cx.ledger.charge(Phase::KnnRadii, leaf.id(), cost, leaf.owned_len() * leaf.owned_len());
         all_blocks.push(blocks);
         all_nearest.push(nearest);
     }

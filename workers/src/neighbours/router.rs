@@ -39,7 +39,7 @@ impl<P: Point> QueryRouter<P> {
         for way in ways {
             let shared = &path[way.level];
             let to = shared.member_below(self.rank, way.side);
-            let key = (shared.id.child(way.side), to);
+            let key = (shared.id().child(way.side), to);
             let (batch, last) = self.batches.entry(key).or_insert_with(|| {
                 let Ask { probe, wanted, .. } = self.ask;
                 (QueryBatch { probe, wanted, ..QueryBatch::default() }, ball.group)

@@ -8,7 +8,7 @@ use septet_protocol::ids::NodeId;
 use septet_protocol::ledger::LedgerPart;
 
 use crate::neighbours::walk::{Counts, Visits};
-use crate::state::subdomain::Subdomain;
+use crate::state::subdomain::{Shared, Subdomain};
 
 /// Balls by the nodes that they visited.
 #[derive(Clone, Debug, Default)]
@@ -38,17 +38,17 @@ impl Tallies {
         counts: &Counts,
         ledger: &mut LedgerPart,
     ) {
-        let shared = subdomain.path.iter().map(|shared| shared.id).zip(&counts.shared);
-        let local = subdomain.inner_ids.iter().copied().zip(&counts.local);
+        let shared = subdomain.path().iter().map(Shared::id).zip(&counts.shared);
+        let local = subdomain.inner_ids().iter().copied().zip(&counts.local);
         for (node, visits) in shared.chain(local) {
             if visits.down.items() > 0 {
                 self.inner.entry(node).or_default().join(visits);
             }
         }
-        for (leaf, counted) in subdomain.leaves.iter().zip(&counts.at_leaf) {
+        for (leaf, counted) in subdomain.leaves().iter().zip(&counts.at_leaf) {
             if counted.visits > 0 {
-                self.pairs.entry(leaf.id).or_default().join(&counted.pairs);
-                ledger.facts(leaf.id).visits += counted.visits;
+                self.pairs.entry(leaf.id()).or_default().join(&counted.pairs);
+                ledger.facts(leaf.id()).visits += counted.visits;
             }
         }
     }

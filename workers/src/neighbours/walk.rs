@@ -9,8 +9,9 @@ use septet_protocol::ids::NodeId;
 
 use crate::machine::tasks::Reach;
 use crate::neighbours::ask::Ask;
-use crate::state::subdomain::{Bounds, Shared, Split, Subdomain, Tree, Way};
+use crate::state::subdomain::{Shared, Subdomain, Way};
 use crate::state::table::Table;
+use crate::state::tree::{Bounds, Split, Tree};
 
 /// What a walk needs of a rank.
 #[derive(Clone, Copy)]
@@ -27,7 +28,7 @@ impl<'a, P: Point> Ground<'a, P> {
     /// Starts a walk, which has counted nothing yet.
     pub(crate) fn walk(self, ask: Ask) -> Walk<'a, P> {
         let Ground { subdomain, table, blocks, recorded } = self;
-        let (shared, local) = (subdomain.path.len(), subdomain.inner_ids.len());
+        let (shared, local) = (subdomain.path().len(), subdomain.inner_ids().len());
         Walk {
             subdomain,
             owned_points: table.coordinates(),
@@ -41,7 +42,7 @@ impl<'a, P: Point> Ground<'a, P> {
             counts: Counts {
                 shared: vec![Visits::default(); shared],
                 local: vec![Visits::default(); local],
-                at_leaf: vec![AtLeaf::default(); subdomain.leaves.len()],
+                at_leaf: vec![AtLeaf::default(); subdomain.leaves().len()],
                 reach: Reach::new(recorded),
             },
         }
@@ -106,7 +107,7 @@ fn sides<P: Point>(
     match ball.owned {
         Some(leaf) => {
             let owned = id.side_of(leaf);
-            let meets = *known.get_or_insert_with(|| split.separator.crosses(around.0, around.1));
+            let meets = *known.get_or_insert_with(|| split.separator().crosses(around.0, around.1));
             let mut sides = [true; 2];
             sides[1 - owned] = meets && split.reaches(ball.centre, ball.radius2, 1 - owned);
             sides
@@ -165,7 +166,7 @@ impl<P: Point> Walk<'_, P> {
     /// Balls of this leaf are next, the largest of this squared radius.
     pub(crate) fn start(&mut self, leaf: usize, largest2: f64) {
         self.counts.reach.start(leaf);
-        self.around.enter(self.subdomain.leaves[leaf].bounds, largest2);
+        self.around.enter(self.subdomain.leaves()[leaf].bounds(), largest2);
     }
 
     /// What it counted, once it is over.
@@ -190,12 +191,12 @@ impl<P: Point> Walk<'_, P> {
         let Walk { subdomain, ask, around, counts, .. } = self;
         let reach = |level: usize, shared: &Shared<P>| {
             let known = &mut around.shared[level];
-            let sides = sides((shared.id, &shared.split), ball, ask.probe, (around.ball, known));
+            let sides = sides((shared.id(), shared.split()), ball, ask.probe, (around.ball, known));
             counts.shared[level].visit(sides[0] && sides[1]);
             sides
         };
         let arrives = subdomain.follow(start, reach, |way| ways.push(way));
-        if arrives && let Some((_, tree)) = &self.subdomain.tree {
+        if arrives && let Some(tree) = self.subdomain.tree() {
             self.down(tree, ball, found);
         }
     }
@@ -205,20 +206,20 @@ impl<P: Point> Walk<'_, P> {
         match tree {
             Tree::Leaf(at) => self.at_leaf(*at, ball, found),
             Tree::Node(inner) => {
-                let here = Probe { owned: ball.owned.filter(|&leaf| inner.id.contains(leaf)), ..*ball };
-                let known = &mut self.around.local[inner.number];
-                let node = (inner.id, &inner.split);
+                let here = Probe { owned: ball.owned.filter(|&leaf| inner.id().contains(leaf)), ..*ball };
+                let known = &mut self.around.local[inner.number()];
+                let node = (inner.id(), inner.split());
                 let sides = sides(node, &here, self.ask.probe, (self.around.ball, known));
-                self.counts.local[inner.number].visit(sides[0] && sides[1]);
-                for (side, child) in inner.children.iter().enumerate() {
+                self.counts.local[inner.number()].visit(sides[0] && sides[1]);
+                for (side, child) in inner.children().iter().enumerate() {
                     if sides[side] {
-                        let on_way = here.owned.filter(|&leaf| inner.id.side_of(leaf) == side);
+                        let on_way = here.owned.filter(|&leaf| inner.id().side_of(leaf) == side);
                         let before = found.len();
                         self.down(child, &Probe { owned: on_way, ..here }, found);
                         if on_way.is_none() {
                             let wanted = self.ask.wanted as usize;
                             self.counts.reach.found(
-                                inner.id.child(side),
+                                inner.id().child(side),
                                 found.iter().skip(before),
                                 wanted,
                                 ball.radius2,
@@ -231,23 +232,23 @@ impl<P: Point> Walk<'_, P> {
     }
 
     fn at_leaf(&mut self, at: usize, ball: &Probe<P>, found: &mut NeighbourList) {
-        let leaf = &self.subdomain.leaves[at];
-        if ball.owned == Some(leaf.id) && !self.ask.own_leaf {
+        let leaf = &self.subdomain.leaves()[at];
+        if ball.owned == Some(leaf.id()) && !self.ask.own_leaf {
             return;
         }
         let AtLeaf { pairs, visits } = &mut self.counts.at_leaf[at];
         *visits += 1;
         if let Some(blocks) = self.blocks.get(at) {
-            pairs.each_in_blocks(blocks, ball.centre, ball.radius2, leaf.start, found);
+            pairs.each_in_blocks(blocks, ball.centre, ball.radius2, leaf.start(), found);
             return;
         }
-        let owned_points = leaf.start as usize..leaf.end as usize;
+        let owned_points = leaf.indices();
         let mut limit2 = ball.radius2;
         let nearest_only = self.ask.wanted == 1;
         pairs.each_distance(self.owned_points, owned_points, ball.centre, limit2, |at, d2| {
             // No two points coincide: distance zero is the centre itself.
             if d2 > 0.0 {
-                found.push((d2, leaf.start + at as u32));
+                found.push((d2, leaf.start() + at as u32));
                 limit2 = if nearest_only { d2 } else { limit2 };
             }
             limit2
@@ -297,7 +298,7 @@ mod tests {
             let beyond = far + f64::from(cut);
             let separator = Separator::plane(0, beyond);
             let other = (DVec2::new(beyond, far), DVec2::new(beyond + 31.0, far + 31.0));
-            let split = Split { separator, boxes: [leaf, other] };
+            let split = Split::new(separator, [leaf, other]);
             let mut known = [None; 3];
             for (at, largest) in [1.0f64, 2.0, 4.0].into_iter().enumerate() {
                 let around = ball_around(leaf, largest * largest);

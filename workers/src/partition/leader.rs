@@ -18,7 +18,8 @@ use septet_protocol::message::{Body, Child, Decision};
 
 use crate::config::{Partition, WorkerConfig};
 use crate::machine::context::Context;
-use crate::state::subdomain::{Group, join_bounds};
+use crate::state::subdomain::Group;
+use crate::state::tree::join_bounds;
 
 /// Draws before a subproblem is left unsplit.
 pub const MAX_ATTEMPTS: u32 = 8;

@@ -12,7 +12,7 @@ use crate::machine::profile::Site;
 use crate::machine::tasks::record_samples;
 use crate::partition::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts, refused};
 use crate::partition::shared::{Sketch, sides_of};
-use crate::state::subdomain::Split;
+use crate::state::tree::Split;
 
 /// What growing a subtree gives.
 pub(crate) struct Grown<P> {
@@ -124,7 +124,7 @@ impl<P: Point> Builder<'_, P> {
             let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.of).collect();
             let (a, b) = cost.split(&numbered, |m| m.1 == 0);
             let strip = |v: Vec<(u32, u8)>| v.into_iter().map(|m| m.0).collect();
-            (Split { separator, boxes: counted.boxes }, [strip(a), strip(b)])
+            (Split::new(separator, counted.boxes), [strip(a), strip(b)])
         });
         if result.is_none() {
             local_facts::<P>(facts, population, attempts, None);

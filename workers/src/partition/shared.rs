@@ -24,8 +24,9 @@ use crate::config::{Task, WorkerConfig, map_in};
 use crate::machine::context::Context;
 use crate::partition::leader::{Plan, draw, is_leaf, judge, separator_of};
 use crate::partition::local::{Builder, Grown};
-use crate::state::subdomain::{Bounds, Group, Inner, Leaf, Shared, Split, Subdomain, Tree, bounds};
+use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
+use crate::state::tree::{Bounds, Inner, Leaf, Split, Tree, bounds};
 
 /// What a rank is given to begin with.
 #[derive(Debug)]
@@ -65,24 +66,23 @@ pub(crate) async fn partition<P: Point>(
     mut points: PointBatch<P>,
 ) -> Result<(Subdomain<P>, Table<P>), TransportError> {
     cx.enter(Phase::Partition)?;
-    let (mut path, mut led, mut relay, mut plan) = (Vec::new(), Vec::new(), None, Plan::new());
+    let (mut path, mut led, mut unsplit, mut plan) = (Vec::new(), Vec::new(), None, Plan::new());
     let mut group = root(&cx.config, population);
     if !group.is_whole() {
         send_samples(cx, &group, 0, &points);
     }
     while !group.is_whole() {
         let Some(agreed) = agree(cx, &group, Some(&mut points), &mut plan).await? else {
-            relay = Some((group.node, group.child.first));
+            unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
             break;
         };
         led.extend((group.leader == cx.rank).then_some(group));
         (group, points) = descend(cx, &group, agreed, points, &mut path);
     }
-    if let (Some(_), Some(parent)) = (relay, path.last_mut()) {
-        parent.children[parent.mine].leaf = true;
-        parent.goes_on = group.child.first == cx.rank;
+    if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
+        parent.end_in_leaf(cx.rank);
     }
-    if path.is_empty() || relay.is_some() {
+    if path.is_empty() || unsplit.is_some() {
         hand_over(cx, &group, points);
     }
     let mut owned = None;
@@ -91,14 +91,14 @@ pub(crate) async fn partition<P: Point>(
         if !moves.is_empty() {
             let points = united(PointBatch::default(), moves);
             owned = Some(if cx.config.counted {
-                grow(cx, group.node, relay.is_some(), &points)
+                grow(cx, group.node, unsplit.is_some(), &points)
             } else {
                 keep_whole(cx, group.node, points)
             });
         }
     }
-    let LocalTree { tree, inner_ids, leaves, table } = owned.unwrap_or_default();
-    Ok((Subdomain { path, relay, tree, inner_ids, leaves, led }, table))
+    let (subtree, table) = owned.unzip();
+    Ok((Subdomain::new(path, unsplit, subtree, led), table.unwrap_or_default()))
 }
 
 /// What rank 0 does in this phase: it leads the root. Returns the nodes that it led and that were split.
@@ -174,7 +174,7 @@ async fn agree<P: Point>(
         match (verdict, counted, boxes.as_slice()) {
             (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
             (Decision::Split(children), Some((separator, sides)), &[a, b, c, d]) => {
-                let split = Split { separator, boxes: [(a, b), (c, d)] };
+                let split = Split::new(separator, [(a, b), (c, d)]);
                 return Ok(Some(Agreed { split, children, sides }));
             }
             _ => return Ok(None),
@@ -193,17 +193,7 @@ fn descend<P: Point>(
 ) -> (Group, PointBatch<P>) {
     let groups = [0, 1].map(|side| group.below(side, children[side]));
     let mine = usize::from(!groups[0].members().contains(&cx.rank));
-    let shared = Shared {
-        id: group.node,
-        first: group.child.first,
-        ranks: group.child.ranks,
-        leader: group.leader,
-        split,
-        children,
-        mine,
-        goes_on: !children[mine].leaf || children[mine].first == cx.rank,
-        summaries: None,
-    };
+    let shared = Shared::new(*group, split, children, mine, cx.rank);
     let mut cost = Cost::ZERO;
     let items = points.len() as u64;
     let parts = split_batch(points, &sides, mine, &mut cost);
@@ -287,22 +277,11 @@ fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
     plans.into_iter().flat_map(|(nodes, leaves)| nodes.into_iter().map(NodeId).zip(leaves)).collect()
 }
 
-/// What one rank has of the tree.
-struct LocalTree<P> {
-    tree: Option<(NodeId, Tree<P>)>,
-    inner_ids: Vec<NodeId>,
-    leaves: Vec<Leaf<P>>,
-    table: Table<P>,
-}
-
-impl<P> Default for LocalTree<P> {
-    fn default() -> Self {
-        LocalTree { tree: None, inner_ids: Vec::new(), leaves: Vec::new(), table: Table::default() }
-    }
-}
+/// The subtree that a rank holds, and its owned points.
+type Owned<P> = (Subtree<P>, Table<P>);
 
 /// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
-fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> LocalTree<P> {
+fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Owned<P> {
     let builder = Builder { config: &cx.config, site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
@@ -334,7 +313,7 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
 
 /// Numbers the home points of a rank that triangulates them at once, in the order of insertion: neighbours lie
 /// near each other in memory.
-fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> LocalTree<P> {
+fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> Owned<P> {
     let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
     let order = insertion_order(&positions);
     // The copy is given back, so that the piece's own points find room where it was.
@@ -344,12 +323,7 @@ fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>
     let bounds = bounds(positions.iter().copied());
     let end = positions.len() as u32;
     cx.ledger.facts(node).population = u64::from(end);
-    LocalTree {
-        tree: Some((node, Tree::Leaf(0))),
-        inner_ids: Vec::new(),
-        leaves: vec![Leaf { id: node, start: 0, end, bounds, max_radius2: 0.0 }],
-        table: Table::of_whole(ids, positions, cx.rank),
-    }
+    (Subtree::of_leaf(Leaf::new(node, 0..end, bounds)), Table::of_whole(ids, positions, cx.rank))
 }
 
 /// Numbers the home points leaf by leaf, each leaf in lexicographic order.
@@ -359,7 +333,7 @@ fn settle<P: Point>(
     points: &PointBatch<P>,
     members: &[(NodeId, Vec<u32>)],
     sketch: Vec<Sketch<P>>,
-) -> LocalTree<P> {
+) -> Owned<P> {
     let mut ids = Vec::with_capacity(points.len());
     let mut positions = Vec::with_capacity(points.len());
     let ordered = map_in(&cx.pool, members, |(_, members)| {
@@ -375,16 +349,18 @@ fn settle<P: Point>(
         positions.extend(members.iter().map(|&i| points.positions[i as usize]));
         let end = ids.len() as u32;
         let bounds = bounds(positions[start as usize..end as usize].iter().copied());
-        leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0 });
+        leaves.push(Leaf::new(*id, start..end, bounds));
         cx.ledger.facts(*id).population = u64::from(end - start);
     }
     let mut table = Table::of_owned(ids, positions, cx.rank);
     if cx.config.task != Task::Delaunay {
-        table.radii2 = ordered.iter().flatten().map(|&i| points.radii2[i as usize]).collect();
+        for (radius2, &i) in table.owned_radii2_mut().iter_mut().zip(ordered.iter().flatten()) {
+            *radius2 = points.radii2[i as usize];
+        }
     }
     let (mut inner_ids, mut leaf) = (Vec::new(), 0);
     let tree = raise(node, &mut sketch.into_iter(), &mut inner_ids, &mut leaf);
-    LocalTree { tree: Some((node, tree)), inner_ids, leaves, table }
+    (Subtree::new(node, tree, inner_ids, leaves), table)
 }
 
 /// Puts `items[order[i]]` to place `i`.
@@ -487,14 +463,7 @@ fn raise<P: Point>(
             inner.push(node);
             let interior = raise(node.child(0), sketch, inner, leaf);
             let exterior = raise(node.child(1), sketch, inner, leaf);
-            Tree::Node(Box::new(Inner {
-                id: node,
-                number,
-                split: *split,
-                children: [interior, exterior],
-                max_radius2: [f64::INFINITY; 2],
-                smallest: [0; 2],
-            }))
+            Tree::Node(Box::new(Inner::new(node, number, *split, [interior, exterior])))
         }
         Some(Sketch::Leaf) | None => {
             *leaf += 1;

@@ -28,6 +28,6 @@ pub(super) async fn independent_set<P: Point>(
         Supergraph::Density { alpha: 1.0 }
     };
     let graphs = conflict_graphs(cx, &subdomain, &mut table, rule).await?;
-    let selection = independent(cx, &subdomain.leaves, &table, graphs, fixed).await?;
+    let selection = independent(cx, subdomain.leaves(), &table, graphs, fixed).await?;
     collect_selected(cx, &table, selection, fixed).await
 }

@@ -9,7 +9,7 @@ use septet_protocol::transport::TransportError;
 use crate::config::{Correction, Wanted};
 use crate::graph::selection::choice;
 use crate::graph::summaries::summaries;
-use crate::graph::supergraph::{Graph, supergraph};
+use crate::graph::supergraph::supergraph;
 use crate::machine::context::Context;
 use crate::neighbours::balls::nearest_balls;
 use crate::neighbours::lists::nearest_lists;
@@ -45,7 +45,7 @@ pub(super) async fn simulate<P: Point>(
         Some(k) => Some(nearest_lists(cx, &subdomain, &mut table, k).await?),
         None => None,
     };
-    let Graph { neighbours, ghosts } = supergraph(cx, &subdomain, &mut table, rule, nearest).await?;
+    let (neighbours, ghosts) = supergraph(cx, &subdomain, &mut table, rule, nearest).await?.into_parts();
     let mut stars = local_hulls(cx, &subdomain, &mut table, neighbours, &ghosts, &frame).await?;
     let instance = Instance { population, supergraph: rule };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;

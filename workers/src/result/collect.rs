@@ -17,8 +17,10 @@ use crate::result::view::send_view;
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Ghosts, Subdomain};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::Leaf;
 
 /// Number of indices from which on a message of cells is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
@@ -54,14 +56,14 @@ pub(crate) async fn collect_cells<P: Point>(
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Collect)?;
     if certified.has_passed() {
-        if cx.config.shown.view > 0 {
+        if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
             send_view(cx, results, ghosts, population);
         }
-        if cx.config.counted {
+        if cx.config().counted {
             send_cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
-        } else if table.owned > 0 {
+        } else if table.owned_len() > 0 {
             send_subdomain(cx, subdomain, table, stars);
         }
     }
@@ -71,10 +73,10 @@ pub(crate) async fn collect_cells<P: Point>(
 /// Sends the ledger, one round after the results, so that it bills them.
 async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
     cx.exchange_if(true).await?;
-    if let Some(mut recorder) = cx.recorder.take() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(recorder.finish())));
+    if let Some(record) = cx.finish_record() {
+        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(record)));
     }
-    if let Some(fault) = cx.config.fault {
+    if let Some(fault) = cx.config().fault {
         fault.distort(&mut cx.ledger);
     }
     let words = cx.ledger.to_words();
@@ -88,7 +90,7 @@ fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
     if let Some(triangulation) = stars.triangulation() {
         let radii2 = triangulation.nearest_edges();
         table.with_radii();
-        table.radii2[..radii2.len()].copy_from_slice(&radii2);
+        table.owned_radii2_mut().copy_from_slice(&radii2);
         stars.copy_links();
     }
 }
@@ -100,10 +102,10 @@ fn send_cells<P: Point>(
     view: StarsView<'_, P>,
     owned_cells: &OwnedCells,
 ) {
-    let ids = &view.table().ids;
+    let ids = view.table().ids();
     let (mut cells, mut leaves) = (Vec::new(), Vec::new());
     let (mut sent, all) = (0, owned_cells.count() as usize * (P::DIM + 1));
-    for leaf in &subdomain.leaves {
+    for leaf in subdomain.leaves() {
         if cells.is_empty() {
             // The cells of a leaf exceed the size of a full message by far less than an eighth.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
@@ -112,14 +114,14 @@ fn send_cells<P: Point>(
         for vertex in leaf.owned() {
             each_owned_cell(view, owned_cells, vertex, |cell| {
                 cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
-                if cx.config.shown.with_leaves {
-                    leaves.push(leaf.id.0);
+                if cx.config().shown.with_leaves {
+                    leaves.push(leaf.id().0);
                 }
             });
         }
         // The cells of a leaf stay in one message, so the counts of the leaves determine the number of messages.
         let own = (cells.len() - before) / (P::DIM + 1);
-        if let Some(recorder) = &mut cx.recorder {
+        if let Some(recorder) = cx.recorder() {
             recorder.log.cells.push(own as u64);
         }
         if cells.len() >= CELLS_PER_MESSAGE {
@@ -139,7 +141,7 @@ fn each_owned_cell<P: Point>(
     vertex: u32,
     mut f: impl FnMut(&P::Cell),
 ) {
-    let (positions, link) = (view.table().positions.as_slice(), view.link(vertex));
+    let (positions, link) = (view.table().positions(), view.link(vertex));
     // Most cells belong to another vertex. The bits are known for the first 64 facets.
     let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
     let known = ones(owned_cells.facets_of(vertex)).map(|at| &first[at]);
@@ -164,8 +166,8 @@ fn send_subdomain<P: Point>(
         None => rows_of_links(StarsView::new(&table, &stars)),
     };
     let body = Body::Piece {
-        leaf: subdomain.leaves.first().map_or(NodeId::ROOT, |l| l.id).0,
-        ids: Bulk(table.ids),
+        leaf: subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0,
+        ids: Bulk(table.into_ids()),
         rows: Bulk(rows),
         open: Bulk(open),
     };
@@ -177,8 +179,8 @@ fn send_subdomain<P: Point>(
 fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
     let table = view.table();
     let mut cells = Vec::new();
-    for vertex in 0..table.owned {
-        let owned = view.link(vertex).iter().filter(|f| classify(&table.positions, vertex, f).is_owned());
+    for vertex in table.owned() {
+        let owned = view.link(vertex).iter().filter(|f| classify(table.positions(), vertex, f).is_owned());
         owned
             .filter_map(|facet| finite_cell::<P>(vertex, facet))
             .for_each(|cell| cells.extend_from_slice(cell.as_ref()));

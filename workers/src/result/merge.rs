@@ -17,18 +17,19 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
 use crate::state::cells::{smallest_vertex, star_cell};
-use crate::state::subdomain::{Group, Subdomain, Tree, owned_groups};
+use crate::state::subdomain::{Group, Subdomain};
+use crate::state::tree::{Tree, owned_groups};
 
 /// The subdomain of a rank and its stars, for threads that read both.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +57,7 @@ impl<'a, P: Point> Results<'a, P> {
 
     /// Returns the radius of the separator ball of an owned point.
     pub(super) fn separator_radius(&self, vertex: u32) -> f64 {
-        self.supergraph.separator_radius(self.view.table().radii2[vertex as usize])
+        self.supergraph.separator_radius(self.view.table().radii2()[vertex as usize])
     }
 }
 
@@ -119,13 +120,13 @@ pub(crate) async fn merge<P: Point>(
     }
     let (mut joining, mut outcome) = (Joining::default(), None);
     while cx.exchange().await? {
-        for (node, own) in joining.join(cx, &subdomain.led, pass) {
+        for (node, own) in joining.join(cx, subdomain.led(), pass) {
             send_up(cx, subdomain, node, own);
         }
         outcome = take_outcome(cx).or(outcome);
     }
     let missing = || TransportError::WorkerFailed {
-        rank: cx.rank,
+        rank: cx.rank(),
         reason: "received no decision on the certificate".to_string(),
     };
     Ok((outcome.ok_or_else(missing)?, owned_cells))
@@ -138,9 +139,9 @@ fn merge_leaves<P: Point>(
     pass: Pass,
     facets: &mut Vec<u64>,
 ) -> Vec<Merged> {
-    let leaves = &results.subdomain.leaves;
+    let leaves = results.subdomain.leaves();
     let groups = owned_groups(leaves);
-    let sums = map_in(&cx.pool, &groups, |(_, vertices)| {
+    let sums = cx.map(&groups, |(_, vertices)| {
         let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
         let (mut diameters, mut bits) = (Diameters::default(), Vec::with_capacity(vertices.len()));
         for vertex in vertices.clone() {
@@ -159,7 +160,7 @@ fn merge_leaves<P: Point>(
     for (leaf, (_, sweep)) in leaves.iter().zip(&merged) {
         let mut cost = Cost::ZERO;
         cost.swept(*sweep);
-        cx.ledger.charge(pass.payer(), leaf.id, cost, sweep.items());
+        cx.charge(Account::member(pass.payer(), leaf.id()), cost, sweep.items());
     }
     merged.into_iter().map(|m| m.0).collect()
 }
@@ -171,15 +172,15 @@ fn merge_subtree<P: Point>(
     leaves: &[Merged],
     pass: Pass,
 ) -> Option<(NodeId, Merged)> {
-    let (root, tree) = subdomain.tree.as_ref()?;
+    let (root, tree) = (subdomain.root(), subdomain.tree()?);
     let mut charges = Vec::new();
     let all = merge_tree(tree, leaves, &mut charges);
-    let round = cx.out.round();
-    cx.ledger.tally(round, Phase::Merge).merged += charges.len() as u64;
+    let round = cx.round();
+    cx.tally(round).merged += charges.len() as u64;
     for (node, cost) in charges {
-        cx.ledger.charge(pass.payer(), node, cost, 0);
+        cx.charge(Account::member(pass.payer(), node), cost, 0);
     }
-    Some((*root, all))
+    Some((root, all))
 }
 
 /// Merges a subtree. Appends the charge of each inner node.
@@ -187,9 +188,9 @@ fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(No
     match tree {
         Tree::Leaf(at) => leaves[*at],
         Tree::Node(inner) => {
-            let both = [0, 1].map(|side| merge_tree(&inner.children[side], leaves, charges));
+            let both = [0, 1].map(|side| merge_tree(&inner.children()[side], leaves, charges));
             let (cost, all) = joined(both);
-            charges.push((inner.id, cost));
+            charges.push((inner.id(), cost));
             all
         }
     }
@@ -210,8 +211,8 @@ fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId
     let Some(parent) = node.parent() else {
         return cx.send(COORDINATOR, node, 0, Body::Merged(merged));
     };
-    if let Some(shared) = subdomain.path.iter().find(|s| s.id == parent) {
-        cx.send(shared.leader, node, 0, Body::Merged(merged));
+    if let Some(shared) = subdomain.path().iter().find(|s| s.id() == parent) {
+        cx.send(shared.leader(), node, 0, Body::Merged(merged));
     }
 }
 
@@ -243,8 +244,8 @@ impl Joining {
             let population = group.child.population;
             let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
             let (cost, own) = joined([other, merged]);
-            cx.ledger.charge_leader(pass.payer(), group.node, cost);
-            cx.ledger.tally(round, Phase::Merge).merged += 1;
+            cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
+            cx.tally(round).merged += 1;
             Some((group.node, own))
         };
         below.into_iter().filter_map(join).collect()
@@ -263,7 +264,7 @@ fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
 impl<P: Point> Results<'_, P> {
     /// Computes the contribution of an owned star.
     pub(super) fn merge_star(&self, vertex: u32, diameters: &mut Diameters, sweep: &mut Sweep) -> MergedStar {
-        let (positions, link) = (self.view.table().positions.as_slice(), self.view.link(vertex));
+        let (positions, link) = (self.view.table().positions(), self.view.link(vertex));
         let (mut finite, mut cells, mut hull_facets) = (0u64, 0u64, 0u64);
         let (mut has_smaller, mut owned_facets, mut bit) = (false, 0, 1u64);
         // Every vertex of every facet is compared.

@@ -14,7 +14,8 @@ use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
 
 use crate::machine::context::Context;
 use crate::result::merge::Results;
-use crate::state::subdomain::{Ghosts, Split, Tree, join_bounds};
+use crate::state::ghosts::Ghosts;
+use crate::state::tree::{Split, Tree, join_bounds};
 
 /// Returns the hash of a point's coordinates that selects samples.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
@@ -46,11 +47,11 @@ pub(crate) fn send_view<P: Point>(
     ghosts: &Ghosts,
     population: u64,
 ) {
-    let sample = Sample { population, wanted: cx.config.shown.view };
+    let sample = Sample { population, wanted: cx.config().shown.view };
     let mut part = ViewPart::default();
     results.show_points(sample, &mut part);
     results.show_ghosts(ghosts, sample, &mut part);
-    results.show_splits(cx.rank, &mut part);
+    results.show_splits(cx.rank(), &mut part);
     cx.send(COORDINATOR, NodeId::ROOT, 0, Body::View(Box::new(part)));
 }
 
@@ -69,17 +70,17 @@ impl Sample {
 
 impl<P: Point> Results<'_, P> {
     fn position(&self, at: u32) -> P {
-        self.view().table().positions[at as usize]
+        self.view().table().positions()[at as usize]
     }
 
     fn show_points(&self, sample: Sample, part: &mut ViewPart<P>) {
         let mut diameters = Diameters::default();
-        for leaf in &self.subdomain().leaves {
+        for leaf in self.subdomain().leaves() {
             for vertex in leaf.owned().filter(|&v| sample.contains(self.position(v))) {
                 let star = self.merge_star(vertex, &mut diameters, &mut Sweep::default()).merged;
                 self.view().table().export(vertex, &mut part.points);
-                part.leaves.push(leaf.id.0);
-                part.crossing.push(self.crossed_levels(vertex, leaf.id));
+                part.leaves.push(leaf.id().0);
+                part.crossing.push(self.crossed_levels(vertex, leaf.id()));
                 let repaired = if star.repaired > 0 { SHOWN_REPAIRED } else { 0 };
                 let local = if star.local > 0 { SHOWN_LOCAL } else { 0 };
                 part.flags.push(repaired | local);
@@ -93,49 +94,49 @@ impl<P: Point> Results<'_, P> {
         let x = self.position(vertex);
         let radius = self.separator_radius(vertex);
         let bit = |id: NodeId, split: &Split<P>| {
-            u64::from(split.separator.crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
+            u64::from(split.separator().crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
         };
         let mut levels = 0;
-        for shared in &self.subdomain().path {
-            levels |= bit(shared.id, &shared.split);
+        for shared in self.subdomain().path() {
+            levels |= bit(shared.id(), shared.split());
         }
-        let mut tree = self.subdomain().tree.as_ref().map(|t| &t.1);
+        let mut tree = self.subdomain().tree();
         while let Some(Tree::Node(inner)) = tree {
-            levels |= bit(inner.id, &inner.split);
-            tree = inner.children.get(inner.id.side_of(leaf));
+            levels |= bit(inner.id(), inner.split());
+            tree = inner.children().get(inner.id().side_of(leaf));
         }
         levels
     }
 
     fn show_ghosts(&self, ghosts: &Ghosts, sample: Sample, part: &mut ViewPart<P>) {
-        for (at, leaf) in self.subdomain().leaves.iter().enumerate() {
+        for (at, leaf) in self.subdomain().leaves().iter().enumerate() {
             let shown: BTreeSet<u32> =
                 ghosts.of(at).iter().copied().filter(|&g| sample.contains(self.position(g))).collect();
             for ghost in shown {
-                part.ghosts.push(self.view().table().ids[ghost as usize]);
-                part.ghost_leaves.push(leaf.id.0);
+                part.ghosts.push(self.view().table().ids()[ghost as usize]);
+                part.ghost_leaves.push(leaf.id().0);
             }
         }
     }
 
     /// Adds the splits of this rank's own subtree, and those of shared nodes whose lowest rank it is.
     fn show_splits(&self, rank: Rank, part: &mut ViewPart<P>) {
-        for shared in self.subdomain().path.iter().filter(|s| s.first == rank) {
-            show_split(shared.id, &shared.split, part);
+        for shared in self.subdomain().path().iter().filter(|s| s.first() == rank) {
+            show_split(shared.id(), shared.split(), part);
         }
-        let mut open: Vec<&Tree<P>> = self.subdomain().tree.iter().map(|t| &t.1).collect();
+        let mut open: Vec<&Tree<P>> = self.subdomain().tree().into_iter().collect();
         while let Some(tree) = open.pop() {
             if let Tree::Node(inner) = tree {
-                show_split(inner.id, &inner.split, part);
-                open.extend(&inner.children);
+                show_split(inner.id(), inner.split(), part);
+                open.extend(inner.children());
             }
         }
     }
 }
 
 fn show_split<P: Point>(id: NodeId, split: &Split<P>, part: &mut ViewPart<P>) {
-    let (low, high) = join_bounds(split.boxes[0], split.boxes[1]);
+    let (low, high) = join_bounds(split.boxes()[0], split.boxes()[1]);
     part.nodes.push(id.0);
-    part.separators.extend(split.separator.to_array());
+    part.separators.extend(split.separator().to_array());
     part.boxes.extend([low, high]);
 }

@@ -33,7 +33,7 @@ pub(crate) async fn gather<P: Point>(
     cx.enter(Phase::Fallback)?;
     stars.extract_links(table);
     let open: BTreeSet<u32> = if outcome == Outcome::GatherAll {
-        (0..table.owned).collect()
+        table.owned().collect()
     } else {
         // Only stars that have a cell: the set must not depend on the owners of points. The stars that lack it receive it
         // later.
@@ -52,7 +52,7 @@ fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, open: &BTreeSet<u32>) ->
     let mut batch = PointBatch::default();
     let mut push = |v: u32, role: f64| {
         let i = v as usize;
-        batch.push(table.ids[i], table.positions[i], table.owners[i], role);
+        batch.push(table.ids()[i], table.positions()[i], table.owners()[i], role);
     };
     let mut links = BTreeSet::new();
     for &vertex in open {

@@ -16,8 +16,8 @@ use crate::machine::tasks::Recorder;
 use crate::splaying::messages::{GatheredPoint, Objection, Objections, Proposal};
 use crate::splaying::wire::{CellMessage, ObjectionMessage, take_objections, take_proposals};
 use crate::stars::owned::Stars;
-use crate::state::subdomain::{Leaf, leaf_number};
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// The messages to one star in a step, in order.
 #[derive(Clone, Copy)]
@@ -135,7 +135,7 @@ impl<P: Point> StepOutput<P> {
             if table.is_owned(proposal.to) {
                 pending.proposals.push(*proposal);
             } else {
-                messages.entry(table.owners[proposal.to as usize]).or_default().add(table, proposal);
+                messages.entry(table.owners()[proposal.to as usize]).or_default().add(table, proposal);
             }
         }
         for (rank, message) in messages {
@@ -151,7 +151,7 @@ impl<P: Point> StepOutput<P> {
             if table.is_owned(to) {
                 pending.objections.add([to].into_iter(), cell, from, witnesses);
             } else {
-                let message = messages.entry(table.owners[to as usize]).or_default();
+                let message = messages.entry(table.owners()[to as usize]).or_default();
                 message.add(table, &Proposal { to, cell, from }, witnesses);
             }
         }
@@ -164,7 +164,7 @@ impl<P: Point> StepOutput<P> {
     pub(super) fn record(&self, recorder: &mut Recorder, leaves: &[Leaf<P>], table: &Table<P>, round: u32) {
         let mut record = |is_objection: bool, message: Proposal<P::Cell>, witnesses: &[u32]| {
             let between = (leaf_number(leaves, message.from), leaf_number(leaves, message.to));
-            let named = message.cell.as_ref().iter().chain(witnesses).map(|&v| table.ids[v as usize]);
+            let named = message.cell.as_ref().iter().chain(witnesses).map(|&v| table.ids()[v as usize]);
             recorder.said((round - 1, is_objection), between, named, witnesses.len() as u64);
         };
         for &proposal in &self.proposals {

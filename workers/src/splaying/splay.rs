@@ -53,9 +53,9 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::splaying::messages::{GatheredPoint, Objections, Proposal};
 use crate::splaying::pending::{Pending, StepOutput};
@@ -63,8 +63,9 @@ use crate::splaying::step::{Splayed, StarStep, Tools};
 use crate::stars::check::{Agreement, Disagreement};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::cells::{finite_cell, in_order};
-use crate::state::subdomain::{Leaf, Subdomain, leaf_number};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// Number of stars that a thread processes in sequence.
 const GROUP: usize = 512;
@@ -80,13 +81,13 @@ pub(crate) async fn splay<P: Point>(
     population: u64,
 ) -> Result<u32, TransportError> {
     cx.enter(Phase::Repair)?;
-    let leaves = subdomain.leaves.as_slice();
+    let leaves = subdomain.leaves();
     let mut pending = Pending::new(gathered);
     if !(pending.is_empty() && agreement.disagreements().is_empty()) {
         stars.extract_links(table);
     }
     let mut found: Vec<_> = agreement.disagreements().iter().filter_map(|d| proposal(stars, d)).collect();
-    let last = cx.config.exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
+    let last = cx.config().exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
     let mut rounds = 0;
     // All ranks step together, so they agree on the number of the round.
     for round in 1.. {
@@ -94,7 +95,7 @@ pub(crate) async fn splay<P: Point>(
             let output = step(cx, leaves, table, stars, &mut pending, std::mem::take(&mut found));
             if !output.is_empty() && round <= last {
                 rounds = round;
-                if let Some(recorder) = &mut cx.recorder {
+                if let Some(recorder) = cx.recorder() {
                     output.record(recorder, leaves, table, round);
                 }
                 output.send(cx, table, &mut pending, round);
@@ -131,8 +132,8 @@ fn step<P: Point>(
     let inboxes = pending.by_star();
     let groups: Vec<_> = inboxes.chunks(GROUP).collect();
     let view = StarsView::new(table, stars);
-    let splayed = map_in(&cx.pool, &groups, |group| {
-        let mut tools = Tools::new(table.positions.len());
+    let splayed = cx.map(&groups, |group| {
+        let mut tools = Tools::new(table.positions().len());
         let mut out = Splayed::default();
         group.iter().for_each(|&inbox| StarStep::new(view, inbox, &mut tools, &mut out).run());
         out
@@ -178,6 +179,6 @@ fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterato
         entry.1 += 1;
     }
     for (at, (cost, items)) in of_leaves {
-        cx.ledger.charge(Phase::Repair, leaves[at as usize].id, cost, items);
+        cx.charge(Account::member(Phase::Repair, leaves[at as usize].id()), cost, items);
     }
 }

@@ -196,7 +196,7 @@ impl<'a, P: Point> StarStep<'a, P> {
     /// Extends the link by the collected points.
     fn extend_link(&mut self) {
         let (vertex, old) = (self.inbox.vertex, self.old_link());
-        let positions = &self.view.table().positions;
+        let positions = self.view.table().positions();
         let StarStep { tools, out, cost, start, .. } = self;
         match tools.builder.extend(positions, vertex, old, &tools.added, cost) {
             Extended::Changed => {
@@ -216,7 +216,7 @@ impl<'a, P: Point> StarStep<'a, P> {
     /// gathering also links with holes.
     fn rebuild_link(&mut self) {
         let (vertex, old) = (self.inbox.vertex, self.old_link());
-        let positions = &self.view.table().positions;
+        let positions = self.view.table().positions();
         let StarStep { tools, out, cost, start, .. } = self;
         let mut candidates: Vec<u32> =
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
@@ -254,7 +254,7 @@ impl<'a, P: Point> StarStep<'a, P> {
     fn object(&mut self, rejected: &[P::Cell]) {
         let StarInbox { vertex, proposals, objections, .. } = self.inbox;
         let (view, out, tools) = (self.view, &mut *self.out, &mut *self.tools);
-        let positions = &view.table().positions;
+        let positions = view.table().positions();
         let has_changed = out.gained.len() > self.start.gained || out.lost.len() > self.start.lost;
         let link = if has_changed { &out.links[self.start.links..] } else { view.link(vertex) };
         let points = link_points::<P>(link, &mut tools.seen, &mut self.cost);

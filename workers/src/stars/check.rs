@@ -35,16 +35,18 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Fault, map_in};
+use crate::config::Fault;
 use crate::machine::context::Context;
 use crate::stars::fingerprint_sums::{KeySet, PairSum, Sums, VertexSums};
 use crate::stars::owned::{Change, Stars, StarsView};
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Leaf, Subdomain, leaf_number, owned_groups};
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number, owned_groups};
 
 /// A cell of an owned star that the star of another vertex lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -85,8 +87,8 @@ pub(crate) async fn check<P: Point>(
 ) -> Result<Agreement, TransportError> {
     cx.enter(Phase::Check)?;
     let vertex_sums =
-        if stars.sum_subdomain(table) { None } else { Some(sum_all(cx, &subdomain.leaves, table, stars)) };
-    compare(cx, &subdomain.leaves, table, stars, vertex_sums).await
+        if stars.sum_subdomain(table) { None } else { Some(sum_all(cx, subdomain.leaves(), table, stars)) };
+    compare(cx, subdomain.leaves(), table, stars, vertex_sums).await
 }
 
 /// Compares the sums after splaying.
@@ -97,10 +99,10 @@ pub(crate) async fn certificate<P: Point>(
     stars: &mut Stars<P>,
 ) -> Result<Agreement, TransportError> {
     cx.enter(Phase::Certificate)?;
-    if cx.config.fault == Some(Fault::SpoilStar { rank: cx.rank }) {
+    if cx.config().fault == Some(Fault::SpoilStar { rank: cx.rank() }) {
         spoil_star(table, stars);
     }
-    compare(cx, &subdomain.leaves, table, stars, None).await
+    compare(cx, subdomain.leaves(), table, stars, None).await
 }
 
 /// Sums all stars. Returns the sums of each owned vertex.
@@ -112,9 +114,9 @@ fn sum_all<P: Point>(
 ) -> VertexSums {
     stars.extend_hashes(table);
     let groups = owned_groups(leaves);
-    let vertex_sums = VertexSums::new(table.owned, cx.pool.is_none());
+    let vertex_sums = VertexSums::new(table.owned_len(), cx.pool().is_none());
     let view = StarsView::new(table, stars);
-    let scans = map_in(&cx.pool, &groups, |(_, vertices)| {
+    let scans = cx.map(&groups, |(_, vertices)| {
         let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
         for vertex in vertices.clone() {
             let link = view.link(vertex);
@@ -126,14 +128,14 @@ fn sum_all<P: Point>(
     let mut sweeps: BTreeMap<NodeId, Sweep> = BTreeMap::new();
     let mut all = Sums::default();
     for ((at, _), (sums, pairs)) in groups.into_iter().zip(scans) {
-        sweeps.entry(leaves[at].id).or_default().join(&pairs);
+        sweeps.entry(leaves[at].id()).or_default().join(&pairs);
         all.add(sums);
     }
     for (leaf, sweep) in sweeps {
         let mut cost = Cost::ZERO;
         let items = sweep.items();
         cost.swept(sweep);
-        cx.ledger.charge(Phase::Check, leaf, cost, items);
+        cx.charge(Account::member(Phase::Check, leaf), cost, items);
     }
     stars.set_sums(all);
     vertex_sums
@@ -146,7 +148,7 @@ fn spoil_star<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
         let at = stars.link(vertex).iter().position(|facet| finite_cell::<P>(vertex, facet).is_some())?;
         Some((vertex, at))
     };
-    let Some((vertex, at)) = (0..table.owned).find_map(finite_facet) else { return };
+    let Some((vertex, at)) = table.owned().find_map(finite_facet) else { return };
     let mut link = stars.link(vertex).to_vec();
     let lost = link.remove(at);
     stars.replace(table, vertex, &Change { link: &link, gained: &[], lost: &[lost] });
@@ -193,12 +195,12 @@ fn compare_within<P: Point>(
     if view.stars().sums().agree_within() {
         return Agreement::default();
     }
-    Agreement { disagreements: view.locate(&cx.pool, leaves, vertex_sums), differing: 1 }
+    Agreement { disagreements: view.locate(cx.pool(), leaves, vertex_sums), differing: 1 }
 }
 
 /// Records on request the pairs between every two leaves.
 fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], view: StarsView<'_, P>) {
-    let Some(recorder) = &mut cx.recorder else { return };
+    let Some(recorder) = cx.recorder() else { return };
     let mut sums: BTreeMap<(u32, u32), PairSum> = BTreeMap::new();
     for (at, leaf) in (0u32..).zip(leaves) {
         for vertex in leaf.owned() {
@@ -287,11 +289,11 @@ impl<P: Point> StarsView<'_, P> {
     /// Calls `f` with every pair in owned stars that has a ghost, and with the rank that owns the ghost.
     fn each_shared(&self, mut f: impl FnMut(Rank, SharedPair)) {
         let (table, stars) = (self.table(), self.stars());
-        for holder in 0..table.owned {
+        for holder in table.owned() {
             // Most links have owned vertices only. This loop has no branches.
             let (link, mut has_others) = (stars.link(holder), false);
             for &v in bytemuck::cast_slice::<_, u32>(link) {
-                has_others |= v >= table.owned;
+                has_others |= v >= table.owned_len();
             }
             if !has_others {
                 continue;
@@ -306,7 +308,7 @@ impl<P: Point> StarsView<'_, P> {
                 let mut share = |ghost: u32, other: u32| {
                     let key = stars.hashes().list_key(hash, other);
                     let disagreement = Disagreement { holder, facet, other: ghost };
-                    f(table.owners[ghost as usize], SharedPair { key, disagreement });
+                    f(table.owners()[ghost as usize], SharedPair { key, disagreement });
                 };
                 if smallest == holder {
                     for &other in link.as_ref().iter().filter(|&&v| !table.is_owned(v)) {

@@ -16,7 +16,7 @@ use crate::stars::check::Disagreement;
 use crate::stars::fingerprint_sums::{DifferingBuckets, Sums, VertexSums};
 use crate::stars::owned::StarsView;
 use crate::state::cells::finite_cell;
-use crate::state::subdomain::{Leaf, owned_groups};
+use crate::state::tree::{Leaf, owned_groups};
 
 impl<P: Point> StarsView<'_, P> {
     /// Returns the cells of owned stars that other owned stars lack.
@@ -45,7 +45,7 @@ impl<P: Point> StarsView<'_, P> {
 
     /// Computes the sums of each owned vertex.
     fn vertex_sums(&self, pool: &Pool, groups: &[(usize, Range<u32>)]) -> VertexSums {
-        let vertex_sums = VertexSums::new(self.table().owned, pool.is_none());
+        let vertex_sums = VertexSums::new(self.table().owned_len(), pool.is_none());
         map_in(pool, groups, |(_, vertices)| {
             for v in vertices.clone() {
                 self.add_facets(v, self.link(v), &mut Sums::default(), Some(&vertex_sums));

@@ -22,9 +22,9 @@ impl VertexHashes {
     /// Hashes the points that were added to the table since the last call.
     pub(super) fn extend<P: Point>(&mut self, table: &Table<P>) {
         let known = self.hashes.len();
-        let new = table.ids[known..].iter().zip(&table.positions[known..]);
+        let new = table.ids()[known..].iter().zip(&table.positions()[known..]);
         self.hashes.extend(new.map(|(&id, &x)| point_hash(id, x)));
-        self.firsts.extend(table.positions[known..].iter().map(|x| x.coord(0)));
+        self.firsts.extend(table.positions()[known..].iter().map(|x| x.coord(0)));
     }
 
     /// Returns the hash of a cell.
@@ -46,7 +46,7 @@ impl VertexHashes {
     /// Returns the lexicographically smallest vertex of a finite cell.
     #[inline]
     pub(super) fn smallest<P: Point>(&self, table: &Table<P>, cell: &P::Cell) -> u32 {
-        smallest_vertex(&table.positions, cell.as_ref(), |v| self.firsts[v as usize])
+        smallest_vertex(table.positions(), cell.as_ref(), |v| self.firsts[v as usize])
     }
 }
 
@@ -58,9 +58,9 @@ impl Sums {
         table: &Table<P>,
     ) -> Self {
         let (mut sums, mut remote) = (Sums::default(), RemoteSums::default());
-        triangulation.scan(&table.positions, |cell, smallest| {
+        triangulation.scan(table.positions(), |cell, smallest| {
             let vertices = cell.as_ref();
-            let hash_of = |v: u32| point_hash(table.ids[v as usize], table.positions[v as usize]);
+            let hash_of = |v: u32| point_hash(table.ids()[v as usize], table.positions()[v as usize]);
             let hash = mix(vertices.iter().fold(0u128, |sum, &v| sum.wrapping_add(hash_of(v))));
             for &other in vertices {
                 let ghost = match (table.is_owned(smallest), table.is_owned(other)) {
@@ -68,7 +68,7 @@ impl Sums {
                     (false, true) => smallest,
                     _ => continue,
                 };
-                remote.add_pair(&mut sums, table.owners[ghost as usize], hash);
+                remote.add_pair(&mut sums, table.owners()[ghost as usize], hash);
             }
         });
         remote.finish(&mut sums);
@@ -112,7 +112,7 @@ impl<P: Point> StarsView<'_, P> {
         let mut terms = [0u64; BUCKETS];
         let mut remote = RemoteSums::default();
         let mut add_remote = |ghost: u32, hash: u128| {
-            remote.add_pair(sums, table.owners[ghost as usize], hash);
+            remote.add_pair(sums, table.owners()[ghost as usize], hash);
         };
         self.each_cell(vertex, facets, |StarCell { facet, smallest, hash }| {
             if smallest == vertex {
@@ -146,7 +146,7 @@ impl<P: Point> StarsView<'_, P> {
     fn each_cell(&self, vertex: u32, facets: &[P::Facet], mut f: impl FnMut(StarCell<'_, P>)) {
         let VertexHashes { hashes, firsts } = self.stars().hashes();
         let firsts = &firsts[..hashes.len()];
-        let positions = self.table().positions.as_slice();
+        let positions = self.table().positions();
         'facets: for facet in facets {
             let mut sum = hashes[vertex as usize];
             for &v in facet.as_ref() {

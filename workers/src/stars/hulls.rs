@@ -22,15 +22,17 @@ use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
 use crate::stars::owned::{Stars, usual_facets};
-use crate::state::subdomain::{Ghosts, Leaf, Subdomain, Tree};
+use crate::state::ghosts::Ghosts;
+use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, Tree};
 
 /// The smallest number of candidates of a star, if its leaf has as many points.
 const FEWEST_CANDIDATES: usize = 8;
@@ -61,7 +63,7 @@ pub(crate) async fn local_hulls<P: Point>(
     let seeds = leaf_seeds(subdomain, table);
     let frame = table.intern_all(frame);
     let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site: cx.site() };
-    let stars = hulls_of_leaves(cx, &subdomain.leaves, &seeds, &candidates);
+    let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &candidates);
     drop(neighbours);
     while cx.exchange().await? {}
     Ok(stars)
@@ -75,11 +77,11 @@ fn hulls_of_leaves<P: Point>(
 ) -> Stars<P> {
     let indices: Vec<usize> = (0..leaves.len()).collect();
     let mut stars = Stars::default();
-    stars.reserve(candidates.table.owned as usize);
-    for group in indices.chunks(if cx.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
-        let hulled = map_in(&cx.pool, group, |&at| candidates.hulls_of(at, &leaves[at], seeds[at]));
+    stars.reserve(candidates.table.owned_len() as usize);
+    for group in indices.chunks(if cx.pool().is_some() { LEAVES_AT_ONCE } else { 1 }) {
+        let hulled = cx.map(group, |&at| candidates.hulls_of(at, &leaves[at], seeds[at]));
         for (&at, hulls) in group.iter().zip(hulled) {
-            cx.ledger.charge(Phase::Hulls, leaves[at].id, hulls.cost, leaves[at].owned_len());
+            cx.charge(Account::member(Phase::Hulls, leaves[at].id()), hulls.cost, leaves[at].owned_len());
             stars.append(&hulls.facets, &hulls.lengths);
         }
     }
@@ -89,18 +91,18 @@ fn hulls_of_leaves<P: Point>(
 /// Returns, for every leaf, a point smaller than its first point, if there is one.
 fn leaf_seeds<P: Point>(subdomain: &Subdomain<P>, table: &mut Table<P>) -> Vec<Option<u32>> {
     let mut seed = None;
-    for shared in &subdomain.path {
-        let Some(summaries) = &shared.summaries else { continue };
-        let (mine, other) = (&summaries[shared.mine].smallest, &summaries[1 - shared.mine].smallest);
+    for shared in subdomain.path() {
+        let Some(summaries) = shared.summaries() else { continue };
+        let (mine, other) = (&summaries[shared.mine()].smallest, &summaries[1 - shared.mine()].smallest);
         let (Some(a), Some(b)) = (mine.positions.first(), other.positions.first()) else { continue };
         if lex_cmp(b, a).is_lt() {
             seed = Some(other);
         }
     }
     let above = seed.and_then(|point| table.intern_all(point).first().copied());
-    let mut seeds = vec![above; subdomain.leaves.len()];
-    if let Some((_, tree)) = &subdomain.tree {
-        let positions = &table.positions;
+    let mut seeds = vec![above; subdomain.leaves().len()];
+    if let Some(tree) = subdomain.tree() {
+        let positions = table.positions();
         let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
         set_seeds(tree, above, &less, &mut seeds);
     }
@@ -119,7 +121,7 @@ struct Candidates<'a, P: Point> {
 impl<P: Point> Candidates<'_, P> {
     /// Builds the stars of a leaf. `seed` is a point smaller than its first point.
     fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> LeafHulls<P> {
-        let _span = self.site.subproblem(Phase::Hulls, leaf.id, "leaf hulls", leaf.owned_len());
+        let _span = self.site.subproblem(Phase::Hulls, leaf.id(), "leaf hulls", leaf.owned_len());
         let mut cost = Cost::ZERO;
         let nearest = self.nearest_members(at, leaf, &mut cost);
         let mut builder = StarBuilder::default();
@@ -133,10 +135,10 @@ impl<P: Point> Candidates<'_, P> {
             if let Some(list) = nearest.get(&vertex) {
                 candidates.extend(list);
             }
-            candidates.extend(if vertex > leaf.start { Some(vertex - 1) } else { seed });
-            if !builder.build(&self.table.positions, vertex, &candidates, own) {
+            candidates.extend(if vertex > leaf.start() { Some(vertex - 1) } else { seed });
+            if !builder.build(&self.table.positions(), vertex, &candidates, own) {
                 candidates.extend_from_slice(self.frame);
-                builder.build(&self.table.positions, vertex, &candidates, own);
+                builder.build(&self.table.positions(), vertex, &candidates, own);
             }
             let before = facets.len();
             builder.facets(&mut facets);
@@ -154,7 +156,7 @@ impl<P: Point> Candidates<'_, P> {
         }
         let members = self.ghosts.members(at, leaf);
         let all = |_| f64::INFINITY;
-        let positions = &self.table.positions;
+        let positions = &self.table.positions();
         let nearest = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
         rows.into_iter().zip(nearest.iter()).map(|(row, (_, list))| (row, list.to_vec())).collect()
     }
@@ -171,10 +173,10 @@ fn set_seeds<P: Point>(
     match tree {
         Tree::Leaf(at) => seeds[*at] = above,
         Tree::Node(inner) => {
-            let [a, b] = inner.smallest;
+            let [a, b] = inner.smallest();
             let pick = |own: u32, other: u32| if less(other, own) { Some(other) } else { above };
-            set_seeds(&inner.children[0], pick(a, b), less, seeds);
-            set_seeds(&inner.children[1], pick(b, a), less, seeds);
+            set_seeds(&inner.children()[0], pick(a, b), less, seeds);
+            set_seeds(&inner.children()[1], pick(b, a), less, seeds);
         }
     }
 }

@@ -7,8 +7,8 @@ use septet_protocol::ids::{COORDINATOR, NodeId};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::machine::context::Context;
-use crate::state::subdomain::{Leaf, leaf_number};
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, leaf_number};
 
 /// Tells rank 0 which points of the frame are at home here.
 pub(crate) fn report<P: Point>(

@@ -1,8 +1,10 @@
-//! Values that most phases share: the points of a rank, its place in the tree, the frame, the task record.
+//! Values that several phases share: the points of a rank, its part of the tree, the frame, small helpers.
 
 pub(crate) mod bits;
 pub(crate) mod cells;
 pub mod frame;
+pub(crate) mod ghosts;
 pub(crate) mod link_arena;
 pub mod subdomain;
 pub mod table;
+pub mod tree;

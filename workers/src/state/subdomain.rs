@@ -1,265 +1,265 @@
-//! What a worker knows of the partition tree: the shared nodes from the root down to its own piece, and
-//! the subtree of that piece. Nobody holds the whole tree.
+//! The part of the partition tree that a rank holds: its path and its own subtree.
+//!
+//! The *path* consists of the shared nodes from the root down to the rank's own subtree. A node is *shared* if a group of
+//! several ranks holds its points. No rank holds the whole tree.
 
-use std::cmp::Ordering;
 use std::ops::Range;
 
-use septet_geometry::neighbourhood::box_dist2;
-pub use septet_geometry::neighbourhood::{Bounds, bounds, join_bounds};
-use septet_geometry::point::Point;
-use septet_geometry::separator::{Separator, Side};
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Child, Summary};
 
-/// A split: the separator and the boxes of both children's home points.
-#[derive(Clone, Debug)]
-pub struct Split<P> {
-    /// The surface.
-    pub separator: Separator<P>,
-    /// Interior and exterior child's box.
-    pub boxes: [Bounds<P>; 2],
-}
+use crate::state::tree::{Leaf, Split, Tree};
 
-impl<P: Point> Split<P> {
-    /// 0 interior, 1 exterior.
-    #[inline]
-    pub fn side(&self, x: P) -> usize {
-        usize::from(self.separator.side(x) == Side::Exterior)
-    }
-
-    /// Can a ball around `x`, of squared radius `r2`, hold a home point of that child?
-    #[inline]
-    pub fn reaches(&self, x: P, r2: f64, side: usize) -> bool {
-        let (low, high) = self.boxes[side];
-        if box_dist2(x, low, high) > r2 {
-            return false;
-        }
-        let wanted = if side == 0 { Side::Interior } else { Side::Exterior };
-        self.separator.reaches(x, r2.sqrt() * (1.0 + 1e-12), wanted)
-    }
-}
-
-/// A node shared by a group of workers, as each of them knows it.
+/// A shared node on the path of a rank.
 #[derive(Clone, Debug)]
 pub struct Shared<P> {
-    /// Which.
-    pub id: NodeId,
-    /// First rank of the group.
-    pub first: Rank,
-    /// Number of ranks in it.
-    pub ranks: u32,
-    /// Who leads it: its lowest rank, or the coordinator for the root.
-    pub leader: Rank,
-    /// How it was split.
-    pub split: Split<P>,
-    /// The children's groups.
-    pub children: [Child; 2],
-    /// The child whose group this worker belongs to.
-    pub mine: usize,
-    /// Does this worker go on with that child? Not if it is a leaf that another rank holds.
-    pub goes_on: bool,
-    /// What the children hold, once known.
-    pub summaries: Option<Box<[Summary<P>; 2]>>,
+    group: Group,
+    split: Split<P>,
+    /// The groups of the interior and the exterior child.
+    children: [Child; 2],
+    /// The child whose group contains this rank: 0 is interior, 1 is exterior.
+    mine: usize,
+    /// Whether this rank holds points of that child. A rank of its group does not if another rank holds the child whole.
+    goes_on: bool,
+    /// The summaries of the children. `None` before phase summaries.
+    summaries: Option<Box<[Summary<P>; 2]>>,
 }
 
 impl<P> Shared<P> {
-    /// The member of a child's group that takes what member `rank` of this group sends down: the one at
-    /// the same relative place, or the holder of a leaf.
+    /// Creates the shared node of `group`, as `rank` sees it in the group of the child `mine`.
+    pub(crate) fn new(group: Group, split: Split<P>, children: [Child; 2], mine: usize, rank: Rank) -> Self {
+        let goes_on = !children[mine].leaf || children[mine].first == rank;
+        Shared { group, split, children, mine, goes_on, summaries: None }
+    }
+
+    /// Its id in the partition tree.
+    #[inline]
+    pub fn id(&self) -> NodeId {
+        self.group.node
+    }
+
+    /// The first rank of its group.
+    pub fn first(&self) -> Rank {
+        self.group.child.first
+    }
+
+    /// The leader of its group.
+    pub fn leader(&self) -> Rank {
+        self.group.leader
+    }
+
+    /// Its split.
+    #[inline]
+    pub fn split(&self) -> &Split<P> {
+        &self.split
+    }
+
+    /// The groups of the interior and the exterior child.
+    pub fn children(&self) -> &[Child; 2] {
+        &self.children
+    }
+
+    /// The child whose group contains this rank: 0 is interior, 1 is exterior.
+    #[inline]
+    pub fn mine(&self) -> usize {
+        self.mine
+    }
+
+    /// Whether this rank holds points of that child.
+    #[inline]
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+
+    /// The summaries of the children. `None` before phase summaries.
+    #[inline]
+    pub fn summaries(&self) -> Option<&[Summary<P>; 2]> {
+        self.summaries.as_deref()
+    }
+
+    /// Records that the group of this rank's child could not split it, so that its first rank holds the child whole.
+    pub(crate) fn end_in_leaf(&mut self, rank: Rank) {
+        self.children[self.mine].leaf = true;
+        self.goes_on = self.children[self.mine].first == rank;
+    }
+
+    /// The member of a child's group to which member `rank` of this group sends: the member at the same relative
+    /// position, or the holder if one rank holds the child whole.
     pub fn member_below(&self, rank: Rank, side: usize) -> Rank {
         let child = &self.children[side];
         if child.leaf {
             return child.first;
         }
-        let place = u64::from(rank - self.first) * u64::from(child.ranks) / u64::from(self.ranks);
-        child.first + place as u32
+        let Child { first, ranks, .. } = self.group.child;
+        let position = u64::from(rank - first) * u64::from(child.ranks) / u64::from(ranks);
+        child.first + position as u32
     }
 }
 
-/// A child of a shared node, as the place where something leaves a rank's path.
+/// A child of a node on the path, at which an item leaves the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Way {
     /// The position of the node on the path.
     pub(crate) level: usize,
-    /// The child.
+    /// The child: 0 is interior, 1 is exterior.
     pub(crate) side: usize,
 }
 
-/// Where a message about a node goes on.
+/// Where a rank continues with an item that was sent to a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Entry {
-    /// At the rank that holds the node, which its group could not split.
+    /// On another rank, which holds the node because its group could not split it.
     Relay(Rank),
-    /// Here: at this position of the path, or below the path where that is its end.
+    /// On this rank, from this position of the path. The length of the path stands for the own subtree.
     Here(usize),
 }
 
-/// A node of a worker's own subtree.
-#[derive(Clone, Debug)]
-pub enum Tree<P> {
-    /// A leaf, by its position among the worker's leaves.
-    Leaf(usize),
-    /// An inner node.
-    Node(Box<Inner<P>>),
+/// A shared node that its group could not split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Unsplit {
+    pub(crate) node: NodeId,
+    /// The rank that holds the node whole.
+    pub(crate) holder: Rank,
 }
 
-/// An inner node of a worker's own subtree.
-#[derive(Clone, Debug)]
-pub struct Inner<P> {
-    /// Which.
-    pub id: NodeId,
-    /// Its position among the inner nodes of the subtree, in preorder.
-    pub number: usize,
-    /// How it is split.
-    pub split: Split<P>,
-    /// Interior and exterior child.
-    pub children: [Tree<P>; 2],
-    /// Largest squared radius of each child's home points, once known.
-    pub max_radius2: [f64; 2],
-    /// Local number of each child's lexicographically smallest home point, once known.
-    pub smallest: [u32; 2],
+/// The subtree that one rank holds.
+#[derive(Debug)]
+pub(crate) struct Subtree<P> {
+    root: NodeId,
+    tree: Tree<P>,
+    /// The ids of the inner nodes, in preorder.
+    inner_ids: Vec<NodeId>,
+    /// The leaves, in the order of the tree.
+    leaves: Vec<Leaf<P>>,
 }
 
-/// A leaf of the partition tree, held by one worker.
-#[derive(Clone, Debug)]
-pub struct Leaf<P> {
-    /// Which.
-    pub id: NodeId,
-    /// First home point.
-    pub start: u32,
-    /// One past the last.
-    pub end: u32,
-    /// Box of the home points.
-    pub bounds: Bounds<P>,
-    /// Largest squared radius of a home point, once known.
-    pub max_radius2: f64,
-}
-
-impl<P> Leaf<P> {
-    /// Its home points.
-    pub fn owned(&self) -> std::ops::Range<u32> {
-        self.start..self.end
+impl<P> Subtree<P> {
+    /// Creates a subtree from its nodes. The ids of inner nodes are in preorder and the leaves in the order of the tree.
+    pub(crate) fn new(root: NodeId, tree: Tree<P>, inner_ids: Vec<NodeId>, leaves: Vec<Leaf<P>>) -> Self {
+        Subtree { root, tree, inner_ids, leaves }
     }
 
-    /// Number of its home points.
-    pub(crate) fn owned_len(&self) -> u64 {
-        u64::from(self.end - self.start)
+    /// Creates a subtree that consists of one leaf.
+    pub(crate) fn of_leaf(leaf: Leaf<P>) -> Self {
+        Subtree { root: leaf.id(), tree: Tree::Leaf(0), inner_ids: Vec::new(), leaves: vec![leaf] }
     }
 }
 
-/// Of each leaf, the points of others that the graph can join to its home points.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Ghosts(Vec<Vec<u32>>);
-
-impl Ghosts {
-    /// None yet, for so many leaves.
-    pub(crate) fn of_leaves(leaves: usize) -> Self {
-        Ghosts(vec![Vec::new(); leaves])
-    }
-
-    /// Those of a leaf, by its position among the rank's leaves.
-    pub(crate) fn of(&self, leaf: usize) -> &[u32] {
-        self.0.get(leaf).map_or(&[], Vec::as_slice)
-    }
-
-    /// Adds one to a leaf.
-    pub(crate) fn push(&mut self, leaf: usize, ghost: u32) {
-        self.0[leaf].push(ghost);
-    }
-
-    /// Adds some to the first leaf, of a rank that has one at most.
-    pub(crate) fn add_to_first(&mut self, ghosts: Vec<u32>) {
-        match self.0.first_mut() {
-            Some(first) => first.extend(ghosts),
-            None => self.0.push(ghosts),
-        }
-    }
-
-    /// Brings those of each leaf into an order in which equal ones are neighbours, and keeps each once.
-    pub(crate) fn sort_by(&mut self, mut order: impl FnMut(&u32, &u32) -> Ordering) {
-        for ghosts in &mut self.0 {
-            ghosts.sort_unstable_by(&mut order);
-            ghosts.dedup();
-        }
-    }
-
-    /// The home points of a leaf, then its ghosts.
-    pub(crate) fn members<P>(&self, at: usize, leaf: &Leaf<P>) -> Vec<u32> {
-        leaf.owned().chain(self.of(at).iter().copied()).collect()
-    }
-}
-
-/// Home points of one leaf that are scanned together.
-pub(crate) const GROUP: usize = 4096;
-
-/// Position of a leaf, and some of its home points.
-pub(crate) fn owned_groups<P>(leaves: &[Leaf<P>]) -> Vec<(usize, Range<u32>)> {
-    let mut groups = Vec::new();
-    for (at, leaf) in leaves.iter().enumerate() {
-        for start in leaf.owned().step_by(GROUP) {
-            groups.push((at, start..leaf.end.min(start + GROUP as u32)));
-        }
-    }
-    groups
-}
-
-/// The position of a home point's leaf.
-pub(crate) fn leaf_number<P>(leaves: &[Leaf<P>], owned: u32) -> u32 {
-    leaves.partition_point(|leaf| leaf.end <= owned) as u32
-}
-
-/// Where a rank is in the tree, and what is at home there.
+/// The part of the partition tree that a rank holds.
 #[derive(Debug)]
 pub(crate) struct Subdomain<P> {
-    /// Shared nodes from the root down.
-    pub(crate) path: Vec<Shared<P>>,
-    /// The shared node below them that its group could not split, and the rank that holds it.
-    pub(crate) relay: Option<(NodeId, Rank)>,
-    /// The tree below.
-    pub(crate) tree: Option<(NodeId, Tree<P>)>,
-    /// The inner nodes below.
-    pub(crate) inner_ids: Vec<NodeId>,
-    /// The leaves below.
-    pub(crate) leaves: Vec<Leaf<P>>,
+    /// The shared nodes, from the root down.
+    path: Vec<Shared<P>>,
+    /// The end of the path, if the group there could not split its node.
+    unsplit: Option<Unsplit>,
+    /// `None` on a rank without points.
+    subtree: Option<Subtree<P>>,
     /// The shared nodes that this rank leads.
-    pub(crate) led: Vec<Group>,
+    led: Vec<Group>,
 }
 
 impl<P> Default for Subdomain<P> {
     fn default() -> Self {
-        let (path, inner_ids, leaves, led) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Subdomain { path, relay: None, tree: None, inner_ids, leaves, led }
+        Subdomain::new(Vec::new(), None, None, Vec::new())
     }
 }
 
 impl<P> Subdomain<P> {
-    /// The rank that holds a node which this rank is asked for, if it is another.
-    pub(crate) fn relayed(&self, node: NodeId, own: Rank) -> Option<Rank> {
-        self.relay.filter(|&(at, holder)| at == node && holder != own).map(|(_, holder)| holder)
+    /// Creates a subdomain from the path, its unsplit end if any, the own subtree and the shared nodes that the rank
+    /// leads.
+    pub(crate) fn new(
+        path: Vec<Shared<P>>,
+        unsplit: Option<Unsplit>,
+        subtree: Option<Subtree<P>>,
+        led: Vec<Group>,
+    ) -> Self {
+        Subdomain { path, unsplit, subtree, led }
     }
 
-    /// The node that this rank holds; the root if it holds none.
+    /// The shared nodes, from the root down.
+    #[inline]
+    pub(crate) fn path(&self) -> &[Shared<P>] {
+        &self.path
+    }
+
+    /// The end of the path, if the group there could not split its node.
+    pub(crate) fn unsplit(&self) -> Option<Unsplit> {
+        self.unsplit
+    }
+
+    /// The root of the own subtree. `None` on a rank without points.
+    #[inline]
+    pub(crate) fn tree(&self) -> Option<&Tree<P>> {
+        self.subtree.as_ref().map(|subtree| &subtree.tree)
+    }
+
+    /// The root of the own subtree and its leaves, for the phase that summarises them.
+    pub(crate) fn tree_mut(&mut self) -> Option<(&mut Tree<P>, &mut [Leaf<P>])> {
+        self.subtree.as_mut().map(|Subtree { tree, leaves, .. }| (tree, leaves.as_mut_slice()))
+    }
+
+    /// The ids of the inner nodes of the own subtree, in preorder.
+    pub(crate) fn inner_ids(&self) -> &[NodeId] {
+        self.subtree.as_ref().map_or(&[], |subtree| &subtree.inner_ids)
+    }
+
+    /// The leaves of the own subtree, in the order of the tree.
+    #[inline]
+    pub(crate) fn leaves(&self) -> &[Leaf<P>] {
+        self.subtree.as_ref().map_or(&[], |subtree| &subtree.leaves)
+    }
+
+    /// The shared nodes that this rank leads.
+    pub(crate) fn led(&self) -> &[Group] {
+        &self.led
+    }
+
+    /// The root of the own subtree, or the root of the tree if this rank has no subtree.
     pub(crate) fn root(&self) -> NodeId {
-        self.tree.as_ref().map_or(NodeId::ROOT, |tree| tree.0)
+        self.subtree.as_ref().map_or(NodeId::ROOT, |subtree| subtree.root)
     }
 
-    /// The position of a node on the path, or its end.
+    /// The highest node of which this rank holds points: the first of the path, else the root of the own subtree.
+    pub(crate) fn top(&self) -> Option<NodeId> {
+        self.path.first().map(Shared::id).or(self.subtree.as_ref().map(|subtree| subtree.root))
+    }
+
+    /// Whether `node` is the root of the own subtree.
+    pub(crate) fn holds(&self, node: NodeId) -> bool {
+        self.subtree.as_ref().is_some_and(|subtree| subtree.root == node)
+    }
+
+    /// Stores the summaries of the children of a node, if the node is on the path.
+    pub(crate) fn set_summaries(&mut self, node: NodeId, summaries: Box<[Summary<P>; 2]>) {
+        if let Some(shared) = self.path.iter_mut().find(|shared| shared.id() == node) {
+            shared.summaries = Some(summaries);
+        }
+    }
+
+    /// The other rank that holds a node which was not split. `None` if this rank continues with the node itself.
+    pub(crate) fn relayed(&self, node: NodeId, own: Rank) -> Option<Rank> {
+        self.unsplit.filter(|end| end.node == node && end.holder != own).map(|end| end.holder)
+    }
+
+    /// The position of a node on the path, or the length of the path.
     pub(crate) fn position(&self, node: NodeId) -> usize {
-        self.path.iter().position(|shared| shared.id == node).unwrap_or(self.path.len())
+        self.path.iter().position(|shared| shared.id() == node).unwrap_or(self.path.len())
     }
 
-    /// The shared node on the path that has this id.
+    /// The node on the path with this id.
     pub(crate) fn shared(&self, node: NodeId) -> Option<&Shared<P>> {
-        self.path.iter().find(|shared| shared.id == node)
+        self.path.iter().find(|shared| shared.id() == node)
     }
 
-    /// Where something that was sent to a node goes on.
+    /// Where this rank continues with an item that was sent to a node.
     pub(crate) fn entry(&self, node: NodeId, own: Rank) -> Entry {
         self.relayed(node, own).map_or_else(|| Entry::Here(self.position(node)), Entry::Relay)
     }
 
-    /// Follows the path from a position on it with something that goes down the tree. `reach` says which children of
-    /// a node it reaches; `leave` gets each place where it leaves the path. Returns whether it reaches this rank's own
-    /// tree.
+    /// Follows the path with an item that goes down the tree, from the position `start`.
+    ///
+    /// `reach` returns which children of a node the item reaches. `leave` receives every way by which the item leaves
+    /// the path. Returns `true` if the item reaches the own subtree.
     pub(crate) fn follow(
         &self,
         start: usize,
@@ -279,44 +279,45 @@ impl<P> Subdomain<P> {
         true
     }
 
-    /// The rank and the node to which something goes that leaves the path.
+    /// The node and the rank to which an item goes that leaves the path by `way`.
     pub(crate) fn beyond(&self, way: Way, own: Rank) -> (NodeId, Rank) {
         let shared = &self.path[way.level];
-        (shared.id.child(way.side), shared.member_below(own, way.side))
+        (shared.id().child(way.side), shared.member_below(own, way.side))
     }
 
-    /// The position of each home point's leaf.
+    /// For each owned point, the index of its leaf.
     pub(crate) fn leaf_numbers(&self) -> Vec<u32> {
-        let mut leaf_of = Vec::with_capacity(self.leaves.last().map_or(0, |leaf| leaf.end as usize));
-        for (at, leaf) in (0u32..).zip(&self.leaves) {
+        let mut leaf_of = Vec::with_capacity(self.leaves().last().map_or(0, |leaf| leaf.indices().end));
+        for (at, leaf) in (0u32..).zip(self.leaves()) {
             leaf_of.extend(leaf.owned().map(|_| at));
         }
         leaf_of
     }
 }
 
-/// A node, and the group of ranks that has it.
+/// A node and the group of ranks that holds its points.
 #[derive(Clone, Copy, Debug)]
 pub struct Group {
     /// The node.
     pub node: NodeId,
-    /// Who leads the group.
+    /// The leader of the group.
     pub leader: Rank,
-    /// Its ranks and points.
+    /// The ranks of the group and the number of its points.
     pub child: Child,
 }
 
 impl Group {
-    /// That of a child. Its lowest rank leads it.
+    /// The group of a child. Its lowest rank leads it.
     pub(crate) fn below(self, side: usize, child: Child) -> Self {
         Group { node: self.node.child(side), leader: child.first, child }
     }
 
-    /// Does one rank take it whole?
+    /// Whether one rank holds all points of the node.
     pub(crate) fn is_whole(&self) -> bool {
         self.child.ranks == 1 || self.child.leaf
     }
 
+    /// The ranks of the group.
     pub(crate) fn members(&self) -> Range<Rank> {
         self.child.first..self.child.first + self.child.ranks
     }

@@ -1,7 +1,12 @@
-//! The points a worker holds: its home points first, then foreign ones it was sent.
+//! The points that a rank holds: its owned points, followed by ghosts.
+//!
+//! A point's index in the table is its local index: owned points come first, each ghost gets the next index when it first
+//! arrives. Indices never change. Each phase that receives ghosts adds them with `intern`, `receive` or `arrive`, and each
+//! phase that measures balls stores radii with `owned_radii2_mut`. Nothing else in a table changes after partitioning.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use septet_geometry::coordinate_arrays::CoordinateArrays;
@@ -10,7 +15,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::message::PointBatch;
 
-/// Hashes one 64-bit id by multiplication. Never iterated over.
+/// Hashes one 64-bit id by multiplication, for maps whose order is never used.
 #[derive(Default)]
 pub struct IdHasher(u64);
 
@@ -28,27 +33,27 @@ impl Hasher for IdHasher {
     }
 }
 
-/// From an id to a position.
+/// Maps ids to local indices.
 pub type IdMap = HashMap<u64, u32, BuildHasherDefault<IdHasher>>;
 
-/// Points by local number: structure of arrays. Numbers below `owned` are at home here.
+/// The points that a rank holds, as columns. Owned points have the indices below `owned`.
 #[derive(Clone, Debug)]
 pub struct Table<P> {
-    /// Coordinates.
-    pub positions: Vec<P>,
+    positions: Vec<P>,
     /// Input indices.
-    pub ids: Vec<u64>,
-    /// The rank where each is at home.
-    pub owners: Vec<Rank>,
-    /// Squared radius of each ball; infinite while unknown. Empty while nobody needs it ([`Table::with_radii`]).
-    pub radii2: Vec<f64>,
-    /// Number of home points.
-    pub owned: u32,
-    /// Foreign points.
-    ghosts: IdMap,
-    /// Home points: made when first asked for.
-    owned_points: OnceLock<IdMap>,
-    /// Their positions in coordinates: made when first asked for.
+    ids: Vec<u64>,
+    /// The rank that owns each point.
+    owners: Vec<Rank>,
+    /// The squared radius of each point's ball, infinite while unknown. Empty if the run needs no radii
+    /// ([`Table::with_radii`]).
+    radii2: Vec<f64>,
+    /// The number of owned points.
+    owned: u32,
+    /// The local indices of ghosts.
+    ghost_indices: IdMap,
+    /// The local indices of owned points, created on first use.
+    owned_indices: OnceLock<IdMap>,
+    /// The coordinates of owned points as arrays, created on first use.
     coordinates: OnceLock<CoordinateArrays<P>>,
 }
 
@@ -60,35 +65,103 @@ impl<P> Default for Table<P> {
             owners: Vec::new(),
             radii2: Vec::new(),
             owned: 0,
-            ghosts: IdMap::default(),
-            owned_points: OnceLock::new(),
+            ghost_indices: IdMap::default(),
+            owned_indices: OnceLock::new(),
             coordinates: OnceLock::new(),
         }
     }
 }
 
+impl<P> Table<P> {
+    /// The positions of all points.
+    #[inline]
+    pub fn positions(&self) -> &[P] {
+        &self.positions
+    }
+
+    /// The input indices of all points.
+    #[inline]
+    pub fn ids(&self) -> &[u64] {
+        &self.ids
+    }
+
+    /// For each point, the rank that owns it.
+    #[inline]
+    pub fn owners(&self) -> &[Rank] {
+        &self.owners
+    }
+
+    /// The squared radius of each point's ball, infinite while unknown. Empty if the run needs no radii.
+    #[inline]
+    pub fn radii2(&self) -> &[f64] {
+        &self.radii2
+    }
+
+    /// The number of owned points.
+    #[inline]
+    pub fn owned_len(&self) -> u32 {
+        self.owned
+    }
+
+    /// The local indices of owned points.
+    #[inline]
+    pub fn owned(&self) -> Range<u32> {
+        0..self.owned
+    }
+
+    /// Returns `true` if this rank owns the point with index `at`.
+    #[inline]
+    pub fn is_owned(&self, at: u32) -> bool {
+        at < self.owned
+    }
+
+    /// The positions of owned points.
+    #[inline]
+    pub fn owned_positions(&self) -> &[P] {
+        &self.positions[..self.owned as usize]
+    }
+
+    /// The input indices of owned points.
+    #[inline]
+    pub fn owned_ids(&self) -> &[u64] {
+        &self.ids[..self.owned as usize]
+    }
+
+    /// The squared radii of owned points, for the phases that measure them.
+    ///
+    /// # Panics
+    /// If the table has no radii.
+    pub(crate) fn owned_radii2_mut(&mut self) -> &mut [f64] {
+        &mut self.radii2[..self.owned as usize]
+    }
+
+    /// The input indices of all points, without the table.
+    pub(crate) fn into_ids(self) -> Vec<u64> {
+        self.ids
+    }
+}
+
 impl<P: Point> Table<P> {
-    /// A table of home points.
+    /// Creates a table of owned points with unknown radii.
     pub fn of_owned(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let n = ids.len();
         let (owners, radii2) = (vec![rank; n], vec![f64::INFINITY; n]);
-        let (ghosts, owned_points, coordinates) = (IdMap::default(), OnceLock::new(), OnceLock::new());
-        Table { positions, ids, owners, radii2, owned: n as u32, ghosts, owned_points, coordinates }
+        Table { owned: n as u32, positions, ids, owners, radii2, ..Table::default() }
     }
 
-    /// A table of home points without radii, with as much room for others as their positions leave.
+    /// Creates a table of owned points without radii. The capacity of `positions` is reserved for ghosts, too.
     pub fn of_whole(ids: Vec<u64>, positions: Vec<P>, rank: Rank) -> Self {
         let mut owners = Vec::with_capacity(positions.capacity());
         owners.resize(ids.len(), rank);
         Table { owned: ids.len() as u32, positions, ids, owners, ..Table::default() }
     }
 
-    /// Makes room for the radii of all points.
+    /// Adds an unknown radius for each point that has none.
     pub fn with_radii(&mut self) {
         self.radii2.resize(self.ids.len(), f64::INFINITY);
     }
 
-    /// The local number of a point, which is added as a foreign one if it is not here yet.
+    /// Returns the local index of a point. Adds the point as a ghost if the table does not contain it.
     pub fn intern(&mut self, id: u64, position: P, owner: Rank, radius2: f64) -> u32 {
         if let Some(at) = self.find_owned(id) {
             return at;
@@ -100,10 +173,10 @@ impl<P: Point> Table<P> {
         at
     }
 
-    /// The same for a point that is known not to be at home here. Was it new?
+    /// Returns the local index of a point that another rank owns, and whether the point is new in the table.
     pub fn receive(&mut self, id: u64, position: P, owner: Rank) -> (u32, bool) {
         let next = self.ids.len() as u32;
-        let at = *self.ghosts.entry(id).or_insert(next);
+        let at = *self.ghost_indices.entry(id).or_insert(next);
         if at == next {
             if self.radii2.len() == self.ids.len() {
                 self.radii2.push(f64::INFINITY);
@@ -115,53 +188,51 @@ impl<P: Point> Table<P> {
         (at, at == next)
     }
 
-    /// Takes in a point that was sent, unless it is at home here; new ones are noted.
+    /// Adds point `at` of a batch as a ghost, unless this rank owns it. Appends the index of a new ghost to `arrived`.
     pub(crate) fn arrive(&mut self, points: &PointBatch<P>, at: usize, own: Rank, arrived: &mut Vec<u32>) {
         let (id, owner) = (points.ids[at], points.owners[at]);
         if owner == own {
             return;
         }
-        let (number, is_new) = self.receive(id, points.positions[at], owner);
+        let (index, is_new) = self.receive(id, points.positions[at], owner);
         if is_new {
-            arrived.push(number);
+            arrived.push(index);
         }
     }
 
-    /// Makes room among the numbers of foreign points for so many more.
+    /// Reserves capacity for `more` ghosts in the map of their ids.
     pub fn reserve_ghosts(&mut self, more: usize) {
-        self.ghosts.reserve(more);
+        self.ghost_indices.reserve(more);
     }
 
-    /// The home points in coordinates.
+    /// The coordinates of owned points as arrays.
     pub fn coordinates(&self) -> &CoordinateArrays<P> {
-        self.coordinates
-            .get_or_init(|| CoordinateArrays::of(self.positions[..self.owned as usize].iter().copied()))
+        self.coordinates.get_or_init(|| CoordinateArrays::of(self.owned_positions().iter().copied()))
     }
 
-    /// The local number of a home point.
+    /// The local index of an owned point.
     pub fn find_owned(&self, id: u64) -> Option<u32> {
-        let owned_points = self.owned_points.get_or_init(|| {
-            let own = &self.ids[..self.owned as usize];
-            own.iter().zip(0u32..).map(|(&id, i)| (id, i)).collect()
-        });
-        owned_points.get(&id).copied()
+        let owned_indices = self
+            .owned_indices
+            .get_or_init(|| self.owned_ids().iter().zip(0u32..).map(|(&id, i)| (id, i)).collect());
+        owned_indices.get(&id).copied()
     }
 
-    /// Corrects where a foreign point is at home.
+    /// Corrects the owner of a ghost, if the table contains it.
     pub fn set_owner(&mut self, id: u64, owner: Rank) {
-        if let Some(&at) = self.ghosts.get(&id) {
+        if let Some(&at) = self.ghost_indices.get(&id) {
             self.owners[at as usize] = owner;
         }
     }
 
-    /// Interns all points of a batch, in order.
+    /// Interns all points of a batch. Returns their local indices.
     pub fn intern_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
         (0..batch.len())
             .map(|i| self.intern(batch.ids[i], batch.positions[i], batch.owners[i], batch.radii2[i]))
             .collect()
     }
 
-    /// Interns all points of a batch none of which is at home here, in order.
+    /// Adds all points of a batch, none of which this rank owns, with their radii. Returns their local indices.
     pub fn receive_all(&mut self, batch: &PointBatch<P>) -> Vec<u32> {
         (0..batch.len())
             .map(|i| {
@@ -172,38 +243,31 @@ impl<P: Point> Table<P> {
             .collect()
     }
 
-    /// The local number of a point that is here.
+    /// The local index of a point, owned or ghost.
     pub fn find(&self, id: u64) -> Option<u32> {
-        self.ghosts.get(&id).copied().or_else(|| self.find_owned(id))
+        self.ghost_indices.get(&id).copied().or_else(|| self.find_owned(id))
     }
 
-    /// Is this point at home here?
-    #[inline]
-    pub fn is_owned(&self, at: u32) -> bool {
-        at < self.owned
-    }
-
-    /// The local numbers of the few home points among `ids`, by one look at all.
+    /// The local indices of owned points among a few `ids`, in one scan over the table.
     pub fn owned_among(&self, ids: &[u64]) -> Vec<u32> {
-        let own = &self.ids[..self.owned as usize];
-        own.iter().zip(0u32..).filter(|(id, _)| ids.contains(id)).map(|(_, i)| i).collect()
+        self.owned_ids().iter().zip(0u32..).filter(|(id, _)| ids.contains(id)).map(|(_, i)| i).collect()
     }
 
-    /// Appends a point of the table to a batch.
+    /// Appends a point to a batch.
     pub fn export(&self, at: u32, batch: &mut PointBatch<P>) {
         let i = at as usize;
         let radius2 = self.radii2.get(i).copied().unwrap_or(f64::INFINITY);
         batch.push(self.ids[i], self.positions[i], self.owners[i], radius2);
     }
 
-    /// Points without balls.
-    pub(crate) fn points(&self, numbers: &[u32]) -> PointBatch<P> {
-        let each = || numbers.iter().map(|&i| i as usize);
+    /// The points with these indices, without radii.
+    pub(crate) fn points(&self, indices: &[u32]) -> PointBatch<P> {
+        let each = || indices.iter().map(|&i| i as usize);
         PointBatch {
             ids: Bulk(each().map(|i| self.ids[i]).collect()),
             positions: Bulk(each().map(|i| self.positions[i]).collect()),
             owners: Bulk(each().map(|i| self.owners[i]).collect()),
-            radii2: Bulk(vec![f64::INFINITY; numbers.len()]),
+            radii2: Bulk(vec![f64::INFINITY; indices.len()]),
         }
     }
 }

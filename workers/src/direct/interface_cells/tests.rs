@@ -10,7 +10,8 @@ use septet_protocol::message::Child;
 
 use super::*;
 use crate::config::Stop;
-use crate::state::subdomain::bounds;
+use crate::state::subdomain::Group;
+use crate::state::tree::bounds;
 
 /// Returns a sphere whose interior is its ball.
 pub(in crate::direct) fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
@@ -27,17 +28,8 @@ pub(in crate::direct) fn shared<P: Point>(separator: Separator<P>, mine: usize, 
     let side = |wanted: usize| points.iter().copied().filter(move |&x| separator.side(x) == side_of(wanted));
     let boxes = [bounds(side(0)), bounds(side(1))];
     let child = Child { population: 1, first: 1, ranks: 1, leaf: true };
-    Shared {
-        id: NodeId::ROOT,
-        first: 1,
-        ranks: 2,
-        leader: 1,
-        split: Split { separator, boxes },
-        children: [child; 2],
-        mine,
-        goes_on: true,
-        summaries: None,
-    }
+    let group = Group { node: NodeId::ROOT, leader: 1, child: Child { ranks: 2, ..child } };
+    Shared::new(group, Split::new(separator, boxes), [child; 2], mine, 1)
 }
 
 fn unit(state: &mut u64) -> f64 {
@@ -90,7 +82,7 @@ fn compare<P: Point>(
     triangulation.each_cell(|_, cell| {
         let region =
             crate::direct::subdomain_triangulation::conflict_region::<P>(cell, |v| points[v as usize]);
-        let met = |s: &Shared<P>| reaches(&s.split, &region, 1 - s.mine);
+        let met = |s: &Shared<P>| reaches(s.split(), &region, 1 - s.mine());
         let levels = (0..path.len()).fold(0, |levels, i| levels | u64::from(met(&path[i])) << i);
         // The kernel's sphere may be slightly larger, never smaller.
         let [least, most] = [1.0 - 1e-9, 1.01].map(|larger| beyond(&region, larger, cell, margins));
@@ -119,7 +111,7 @@ fn all_are_found<P: Point>() {
     let mut compared = 0;
     for (points, split) in sets::<P>().iter().flat_map(|points| splits.iter().map(move |s| (points, s))) {
         let path: Vec<Shared<P>> = split.iter().map(|&(s, mine)| shared(s, mine, points)).collect();
-        let is_owned = |x: &&P| path.iter().all(|s| s.split.side(**x) == s.mine);
+        let is_owned = |x: &&P| path.iter().all(|s| s.split().side(**x) == s.mine());
         let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
         let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
         // Ghosts, with empty, small and large halo balls.
@@ -135,7 +127,7 @@ fn all_are_found<P: Point>() {
             let mut state = 5;
             for most in [0.0, 0.3, 1.5] {
                 let margin = |x: &P| {
-                    let clear = path.iter().map(|s| s.split.separator.clearance(*x));
+                    let clear = path.iter().map(|s| s.split().separator().clearance(*x));
                     let free = clear.fold(f64::INFINITY, f64::min);
                     // The free radius of some is unknown.
                     let sent = most * unit(&mut state);

@@ -60,8 +60,8 @@ async fn waiting(mut cx: Context<DVec2>, lists: Rc<RefCell<Vec<Found>>>) -> Resu
     let mut descent = Descent::new(&subdomain, ask, &[]);
     descent.pending.push(Pending { outstanding: 2, ..Pending::of_owned(0, DVec2::ZERO, 25.0) });
     let done = descent.finish(&mut cx, &mut table).await?;
-    let ids = |list: &[u32]| list.iter().map(|&j| table.ids[j as usize]).collect();
-    lists.borrow_mut().extend(done.iter().map(|(owned, kth2, list)| (owned, kth2, ids(list))));
+    let ids = |list: &[u32]| list.iter().map(|&j| table.ids()[j as usize]).collect();
+    lists.borrow_mut().extend(done.iter().map(|nearest| (nearest.point, nearest.kth2, ids(nearest.list))));
     Ok(())
 }
 

@@ -17,8 +17,9 @@ use crate::splaying::pending::Pending;
 use crate::splaying::splay::splay;
 use crate::stars::check::{Agreement, certificate, check};
 use crate::stars::owned::Stars;
-use crate::state::subdomain::{Leaf, Subdomain, bounds};
+use crate::state::subdomain::{Subdomain, Subtree};
 use crate::state::table::Table;
+use crate::state::tree::{Leaf, bounds};
 
 fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
     let mut unit = || {
@@ -54,14 +55,8 @@ impl<P: Point> Rank<P> {
     fn of(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Self {
         let n = points.len() as u32;
         let table = Table::of_owned((0..u64::from(n)).collect(), points.to_vec(), 1);
-        let mut subdomain = Subdomain::default();
-        subdomain.leaves.push(Leaf {
-            id: NodeId::ROOT,
-            start: 0,
-            end: n,
-            bounds: bounds(points.iter().copied()),
-            max_radius2: 0.0,
-        });
+        let leaf = Leaf::new(NodeId::ROOT, 0..n, bounds(points.iter().copied()));
+        let subdomain = Subdomain::new(Vec::new(), None, Some(Subtree::of_leaf(leaf)), Vec::new());
         let mut stars = Stars::default();
         for owned in 0..n {
             let link = star(points, owned, &candidates(owned));
@@ -79,7 +74,7 @@ impl<P: Point> Rank<P> {
     async fn splay(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
-        let population = u64::from(table.owned);
+        let population = u64::from(table.owned_len());
         let rounds = splay(&mut cx, subdomain, table, stars, &before, Vec::new(), population).await?;
         let after = certificate(&mut cx, subdomain, table, stars).await?;
         Ok((self, rounds, after))
@@ -102,7 +97,7 @@ fn cells<P: Point>(owned: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
 
 /// Runs the step of the one star that has messages.
 fn step<P: Point>(rank: &Rank<P>, mut pending: Pending<P>) -> Splayed<P> {
-    let (mut tools, mut out) = (Tools::new(rank.table.positions.len()), Splayed::default());
+    let (mut tools, mut out) = (Tools::new(rank.table.positions().len()), Splayed::default());
     pending.sort();
     StarStep::new(rank.view(), pending.by_star()[0], &mut tools, &mut out).run();
     out
