@@ -327,7 +327,7 @@ pub(super) fn classify<P: Point>(positions: &[P], vertex: u32, facet: &P::Facet)
     let cell = star_cell::<P>(vertex, facet);
     let first = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
     let is_smallest = smallest_vertex(positions, cell.as_ref(), first) == vertex;
-    let is_finite = facet.as_ref().iter().fold(true, |finite, &v| finite & (v != INFINITE));
+    let is_finite = facet.as_ref().iter().all(|&v| v != INFINITE);
     FacetClass { is_smallest, is_finite }
 }
 

@@ -136,9 +136,9 @@ impl<P: Point> Candidates<'_, P> {
                 candidates.extend(list);
             }
             candidates.extend(if vertex > leaf.start() { Some(vertex - 1) } else { seed });
-            if !builder.build(&self.table.positions(), vertex, &candidates, own) {
+            if !builder.build(self.table.positions(), vertex, &candidates, own) {
                 candidates.extend_from_slice(self.frame);
-                builder.build(&self.table.positions(), vertex, &candidates, own);
+                builder.build(self.table.positions(), vertex, &candidates, own);
             }
             let before = facets.len();
             builder.facets(&mut facets);
@@ -156,7 +156,7 @@ impl<P: Point> Candidates<'_, P> {
         }
         let members = self.ghosts.members(at, leaf);
         let all = |_| f64::INFINITY;
-        let positions = &self.table.positions();
+        let positions = self.table.positions();
         let nearest = nearest_direct(positions, &rows, &members, FEWEST_CANDIDATES, all, cost);
         rows.into_iter().zip(nearest.iter()).map(|(row, (_, list))| (row, list.to_vec())).collect()
     }
