@@ -1,14 +1,12 @@
 //! The cells of a subdomain triangulation that cross the interface.
 //!
-//! **Statement.** Let a cell have an owned vertex. [`InterfaceCells::scan`] returns the cell if its conflict region meets the
-//! other side of a separator of the path, unless one of these holds:
-//! 1. For each owned vertex, the circumball of the cell lies in the halo ball ([`crate::direct::ghost_layer`]), so the vertex
-//!    was already sent to every worker that the circumball meets.
-//! 2. The circumball lies in a ball around an owned vertex that crosses no separator.
+//! **Statement.** Let a cell have an owned vertex, and let its conflict region meet the other side of a separator of the path.
+//! Then [`InterfaceCells::scan`] returns the cell, unless its circumball lies in the halo ball of each owned vertex
+//! ([`crate::direct::ghost_layer`]). In that case every owned vertex was already sent to each worker that the circumball meets.
 //!
-//! Tests 1 and 2 use that a circumball lies within twice its radius of each vertex
-//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). Cells that pass neither are tested by their
-//! own conflict regions, rounded outwards.
+//! **Filters.** A circumball lies within twice its radius of each vertex. A cell is skipped if this diameter is at most the
+//! clearance of an owned vertex ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), or if it is at
+//! most a margin of each owned vertex. The conflict regions of the other cells are tested, rounded outwards.
 //!
 //! **Work.** `O(n)`, in the order of memory. One comparison in single precision for each cell, with the clearance of one of
 //! its vertices. One more for each vertex of the cells near the interface. A walk along the interface would visit
@@ -68,7 +66,7 @@ impl<'a, P: Point> InterfaceCells<'a, P> {
         margins: &'a [Margin],
     ) -> Self {
         let limits = margins.iter().map(|margin| triangulation.radius_within(margin.free)).collect();
-        // The system provides pages of zeros only when they are used.
+        // Pages of zeros take no memory before they are used.
         let clearances = vec![0.0; path.len() * margins.len()];
         InterfaceCells { path, triangulation, positions, margins, limits, clearances }
     }

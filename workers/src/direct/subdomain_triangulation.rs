@@ -310,7 +310,7 @@ impl<P: Point> SubdomainTriangulation<P> {
 }
 
 /// The number of late ghosts to reserve memory for, as a multiple of `n^((d-1)/d)` for `n` owned points. Random points need
-/// slightly less. The system provides no memory before it is written.
+/// slightly less. Reserved memory costs nothing before it is written.
 const LAYERS: f64 = 4.0;
 
 /// Triangulates the owned points and the ghosts that arrived. Returns no triangulation if there are no owned points, or if

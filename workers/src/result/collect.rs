@@ -22,7 +22,7 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// Number of indices from which on a message of cells is sent.
+/// The number of indices at which a message of cells is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
 /// Sends the ledger only.
@@ -107,7 +107,7 @@ fn send_cells<P: Point>(
     let (mut sent, all) = (0, owned_cells.count() as usize * (P::DIM + 1));
     for leaf in subdomain.leaves() {
         if cells.is_empty() {
-            // The cells of a leaf exceed the size of a full message by far less than an eighth.
+            // A message exceeds its limit by at most the cells of one leaf, which need far less than an eighth of it.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
         }
         let before = cells.len();
@@ -142,7 +142,7 @@ fn each_owned_cell<P: Point>(
     mut f: impl FnMut(&P::Cell),
 ) {
     let (positions, link) = (view.table().positions(), view.link(vertex));
-    // Most cells belong to another vertex. The bits are known for the first 64 facets.
+    // Most cells of a star belong to another vertex. Merging has stored a bit for each of the first 64 facets.
     let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
     let known = ones(owned_cells.facets_of(vertex)).map(|at| &first[at]);
     let others = rest.iter().filter(|facet| classify(positions, vertex, facet).is_owned());

@@ -66,7 +66,7 @@ impl<'a, P: Point> Results<'a, P> {
 pub(crate) struct Pass {
     /// The number of passes before.
     pub(crate) number: u32,
-    /// The last round of splaying in which this rank sent a message; 0 if there is none.
+    /// The last round of splaying in which this rank sent a message; 0 if it sent none.
     pub(crate) rounds: u32,
 }
 

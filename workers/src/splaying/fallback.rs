@@ -1,9 +1,9 @@
 //! Rank 0 gathers and triangulates the region that splaying leaves open.
 //!
-//! **Statement.** The region has all vertices whose stars have a cell that another star lacks, and the vertices of their links.
-//! If that did not suffice before, the region has all points. Rank 0 triangulates the region and returns to each of these
-//! vertices its neighbours. Splaying then continues with them as candidates ([`crate::splaying::splay`]), and proposes the
-//! cells that other stars lack.
+//! **Statement.** A vertex is *open* if its star has a cell that another star lacks. If gathering the open vertices did not
+//! suffice in an earlier pass, all vertices are open. Rank 0 triangulates the *region*: the open vertices and the vertices of
+//! their links. It returns to each open vertex its neighbours in this triangulation. Splaying then continues with these
+//! neighbours as candidates, and proposes the cells that other stars lack ([`crate::splaying::splay`]).
 //!
 //! **Rounds.** Two: the region to rank 0, the neighbours back.
 
@@ -22,7 +22,7 @@ use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
 use crate::state::table::Table;
 
-/// Sends the open region, or all points, to rank 0. Returns the neighbours for the owned stars.
+/// Sends the open vertices and their links to rank 0. Returns the neighbours of the owned ones among them.
 pub(crate) async fn gather<P: Point>(
     cx: &mut Context<P>,
     table: &mut Table<P>,
@@ -35,8 +35,8 @@ pub(crate) async fn gather<P: Point>(
     let open: BTreeSet<u32> = if outcome == Outcome::GatherAll {
         table.owned().collect()
     } else {
-        // Only stars that have a cell: the set must not depend on the owners of points. The stars that lack it receive it
-        // later.
+        // The stars that lack a cell are not gathered, because the set must not depend on the owners of points. They receive
+        // the cell in the next pass of splaying.
         agreement.disagreements().iter().map(|d| d.holder).collect()
     };
     cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &open)));

@@ -8,14 +8,8 @@
 //!    with it.
 //! 3. A star that has a cell to which another star objects adds the returned points to its candidates.
 //!
-//! Then the steps end. If every vertex except the smallest has a lexicographically smaller candidate, they end in the Delaunay
-//! triangulation.
-//!
-//! *Proof that the steps end.* Let star(a) lack a cell t of star(v), and let v propose t. After a has added the vertices of t,
-//! either star(a) has t, or a finite point of its link conflicts with t. That point is not a candidate of v, and a sends it in
-//! the next step. So every two steps with any disagreement enlarge some set of candidates, and these sets are bounded. At the
-//! end all stars agree, and the certificate applies ([`crate::stars::check`]). Each star has a candidate smaller than its
-//! vertex, so the certificate's condition 3 holds. QED.
+//! Then the steps end ([`crate::splaying`] has the proofs). If every vertex except the smallest has a lexicographically smaller
+//! candidate, they end in the Delaunay triangulation.
 //!
 //! **Source.** Shewchuk, "Star splaying: an algorithm for repairing Delaunay triangulations and convex hulls" (2005).
 //!
@@ -23,19 +17,6 @@
 //! vertex. Therefore a star sends what it gains or loses to the smallest vertex of the cell only, or to all others if its own
 //! vertex is the smallest. It skips stars that sent it the same in the same step. If no star sends anything, before the limit
 //! of rounds is reached, all stars agree.
-//!
-//! *Proof.* A star with a link is the local hull of its candidates. So a star that has lost t, or that has rejected t with all
-//! vertices of t among its candidates, never has t again. A star without a link has and rejects nothing; its first link
-//! has the first cell proposed to it. Suppose that at the end star(s) has t and star(x) does not, where one of the two is the
-//! smallest vertex of t.
-//! 1. x has received t or had t. If s gained t, s proposed t to x or had received it from x. If s had t from the start, either
-//!    x had t too, or the check found the difference and s proposed t.
-//! 2. If x received t, it had t at some time (case 3), or it rejected t. In the latter case x sent s a point of its link that
-//!    conflicts with t. After that s does not have t, a contradiction.
-//! 3. If x had t, it lost t. Then x sent s a point that conflicts with t, again a contradiction, unless s had objected to t in
-//!    the same step. In that case s does not have t either.
-//!
-//! A message that a star skips in a step is known to its receiver. QED.
 //!
 //! **After gathering.** The stars receive the gathered points as candidates. They also propose the cells of the last check that
 //! they still have.

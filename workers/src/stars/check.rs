@@ -1,25 +1,27 @@
-//! The check that all stars agree: the certificate's second clause.
+//! The check that all stars agree: conditions (H2) and (H4) of the certificate.
 //!
-//! **Statement** (the proof is in ARCHITECTURE.md). The finite cells are the Delaunay triangulation if three conditions hold:
-//! 1. The exact kernel built every star from input points, and every star has a finite cell.
-//! 2. Every finite cell is in the stars of all its vertices.
-//! 3. Exactly one vertex has no lexicographically smaller neighbour.
+//! **Statement** ([`crate::stars`] has the proof). The finite cells of all stars are the Delaunay triangulation if four conditions
+//! hold:
+//! - (H1) The exact kernel built every star from input points, and every star has a finite cell.
+//! - (H2) Every finite cell is in the stars of all its vertices.
+//! - (H3) Exactly one vertex has no lexicographically smaller neighbour.
+//! - (H4) All copies of a point have the same id and the same coordinates.
 //!
-//! This module checks condition 2. Its premises are counted by [`crate::result::merge`].
+//! [`crate::result::merge`] counts the stars with a finite cell and the vertices without a smaller neighbour.
 //!
-//! **Pairs.** A cell is in the stars of all its vertices if and only if the star of its smallest vertex agrees on the cell
-//! with the star of each other vertex. It therefore suffices to check the pairs (smallest vertex, other vertex). Every rank
-//! sums a 128-bit hash of the cell over the pairs in its own stars. One sum has the pairs in the stars of smallest vertices,
-//! the other has the pairs in the stars of the other vertices. The two sums over pairs of owned vertices must be equal. So
-//! must the sums that two ranks hold of the pairs between them.
+//! **Pairs.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of each other vertex.
+//! It therefore suffices to check the pairs (smallest vertex, other vertex). Every rank sums a 128-bit hash of the cell over the
+//! pairs in its own stars. One sum has the pairs in the stars of smallest vertices, the other has the pairs in the stars of the
+//! other vertices. The two sums over pairs of owned vertices must be equal. The sums that two ranks have of the pairs between
+//! them must be equal, too.
 //!
 //! *Equal sums imply agreement, except for collisions.* In the difference of the two sums, the hash of each cell has a
-//! coefficient `c`. The star of the smallest vertex, if it has the cell, adds 1 for each other vertex in question. The star of
-//! each other vertex, if it has the cell, subtracts 1, and no star does so twice. So `|c|` is at most the dimension, and all
-//! `c` are zero if and only if the stars agree. If some `c` is not zero, the sums are equal with probability about `2^-127`,
-//! provided that the hash behaves like a random one. QED.
+//! coefficient `c`. If the star of the smallest vertex has the cell, it adds 1 for each other vertex that the sums cover. If the
+//! star of such a vertex has the cell, it subtracts 1. No star counts a cell twice, so `|c|` is at most the dimension. All `c`
+//! are zero if and only if the stars agree. If some `c` is not zero, the sums are equal with probability about `2^-127`,
+//! provided that the hash behaves like a random function. QED.
 //!
-//! The hash covers ids and coordinate bits, so the sums also detect a corrupt copy of a point.
+//! The hash covers ids and coordinate bits, so the sums also detect different copies of a point (H4).
 //!
 //! **Cost.** The sums follow every change of a star, so a certificate costs one message for each pair of ranks. Only if sums
 //! differ does a rank look up cells, or send a list of keys. Keys have 64 bits: they locate disagreements and certify nothing.
@@ -53,7 +55,7 @@ use crate::state::tree::{Leaf, leaf_number, owned_groups};
 pub(crate) struct Disagreement {
     /// The owned vertex whose star has the cell.
     pub(crate) holder: u32,
-    /// The position of the cell's facet among the facets of all links, valid until the star is replaced.
+    /// The position of the cell's facet among the facets of all links. Valid until the star changes.
     pub(crate) facet: u32,
     /// The vertex whose star lacks the cell.
     pub(crate) other: u32,

@@ -34,11 +34,11 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, Tree};
 
-/// The smallest number of candidates of a star, if its leaf has as many points.
+/// Number of candidates below which a star gets its nearest neighbours in the leaf as further candidates.
 const FEWEST_CANDIDATES: usize = 8;
 
-/// Number of leaves whose stars the threads of a worker build before they are appended. A small number lets their memory be
-/// reused soon.
+/// Number of leaves whose stars the threads of a worker build before the links are appended. It is small so that the memory of
+/// the links is reused soon.
 const LEAVES_AT_ONCE: usize = 256;
 
 /// The local hulls of one leaf.

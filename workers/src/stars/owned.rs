@@ -111,7 +111,7 @@ impl<P: Point> Stars<P> {
         self.sums.drop_zeros();
     }
 
-    /// Sums the cells of the subdomain triangulation. Returns `false` if there is none.
+    /// Sums the cells of the subdomain triangulation. Returns `false` if the links have replaced it.
     pub(super) fn sum_subdomain(&mut self, table: &Table<P>) -> bool {
         let Some(triangulation) = &mut self.triangulation else { return false };
         self.sums = Sums::of_subdomain(triangulation, table);

@@ -16,7 +16,7 @@ use crate::splaying::messages::GatheredPoint;
 use crate::splaying::pending::Pending;
 use crate::splaying::splay::splay;
 use crate::stars::check::{Agreement, certificate, check};
-use crate::stars::owned::Stars;
+use crate::stars::vertex::Stars;
 use crate::state::subdomain::{Subdomain, Subtree};
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, bounds};
@@ -35,9 +35,9 @@ fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
 }
 
 /// Returns the star of a point among candidates.
-fn star<P: Point>(points: &[P], owned: u32, candidates: &[u32]) -> Vec<P::Facet> {
+fn star<P: Point>(points: &[P], vertex: u32, candidates: &[u32]) -> Vec<P::Facet> {
     let (mut builder, mut link) = (StarBuilder::default(), Vec::new());
-    if builder.build(points, owned, candidates, &mut Cost::default()) {
+    if builder.build(points, vertex, candidates, &mut Cost::default()) {
         builder.facets(&mut link);
     }
     link
@@ -58,8 +58,8 @@ impl<P: Point> Rank<P> {
         let leaf = Leaf::new(NodeId::ROOT, 0..n, bounds(points.iter().copied()));
         let subdomain = Subdomain::new(Vec::new(), None, Some(Subtree::of_leaf(leaf)), Vec::new());
         let mut stars = Stars::default();
-        for owned in 0..n {
-            let link = star(points, owned, &candidates(owned));
+        for vertex in 0..n {
+            let link = star(points, vertex, &candidates(vertex));
             stars.append(&link, &[link.len() as u32]);
         }
         stars.extend_hashes(&table);
@@ -82,17 +82,17 @@ impl<P: Point> Rank<P> {
 }
 
 /// Returns the nearest other points.
-fn nearest<P: Point>(points: &[P], owned: u32, k: usize) -> Vec<u32> {
-    let mut all: Vec<u32> = (0..points.len() as u32).filter(|&v| v != owned).collect();
-    let from = |v: u32| dist2(points[v as usize], points[owned as usize]);
+fn nearest<P: Point>(points: &[P], vertex: u32, k: usize) -> Vec<u32> {
+    let mut all: Vec<u32> = (0..points.len() as u32).filter(|&v| v != vertex).collect();
+    let from = |v: u32| dist2(points[v as usize], points[vertex as usize]);
     all.sort_by(|&a, &b| from(a).total_cmp(&from(b)));
     all.truncate(k);
     all
 }
 
 /// Returns the finite cells of a link.
-fn cells<P: Point>(owned: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
-    link.iter().filter_map(|facet| finite_cell::<P>(owned, facet)).map(|cell| in_order::<P>(&cell)).collect()
+fn cells<P: Point>(vertex: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
+    link.iter().filter_map(|facet| finite_cell::<P>(vertex, facet)).map(|cell| in_order::<P>(&cell)).collect()
 }
 
 /// Runs the step of the one star that has messages.
@@ -120,11 +120,11 @@ fn objections_to<P: Point>(out: &mut Splayed<P>, cell: &P::Cell) -> Vec<(u32, Ve
 
 fn splaying_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
-    let rank = Rank::of(points, |owned| nearest(points, owned, few + owned as usize % 4));
-    let is_right = |rank: &Rank<P>, owned: u32| {
-        cells::<P>(owned, rank.stars.link(owned)) == cells::<P>(owned, &star(points, owned, &everyone))
+    let rank = Rank::of(points, |vertex| nearest(points, vertex, few + vertex as usize % 4));
+    let is_right = |rank: &Rank<P>, vertex: u32| {
+        cells::<P>(vertex, rank.stars.link(vertex)) == cells::<P>(vertex, &star(points, vertex, &everyone))
     };
-    let wrong = everyone.iter().filter(|&&owned| !is_right(&rank, owned)).count();
+    let wrong = everyone.iter().filter(|&&vertex| !is_right(&rank, vertex)).count();
     assert!(wrong * 10 > points.len(), "{wrong} wrong stars");
     let mut running = Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.splay(cx));
     for round in 1.. {
@@ -137,7 +137,7 @@ fn splaying_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     }
     let (rank, rounds, after) = running.into_result().unwrap();
     assert!(rounds > 1 && rounds < 48);
-    assert!(everyone.iter().all(|&owned| is_right(&rank, owned)), "{few} nearest: a star is wrong");
+    assert!(everyone.iter().all(|&vertex| is_right(&rank, vertex)), "{few} nearest: a star is wrong");
     assert_eq!(after.differing(), 0, "the sums follow the stars");
     assert!(after.disagreements().is_empty());
 }
@@ -196,23 +196,23 @@ fn rejected_cells_have_witnesses_from_the_new_link() {
 fn gained_cells_go_to_the_smallest_vertex_or_from_it() {
     let points = cloud::<DVec2>(40, 9);
     let everyone: Vec<u32> = (0..40).collect();
-    let rank = Rank::of(&points, |owned| nearest(&points, owned, 4));
+    let rank = Rank::of(&points, |vertex| nearest(&points, vertex, 4));
     let (mut to_others, mut to_smallest) = (0, 0);
-    for owned in 0..40 {
-        let held = cells::<DVec2>(owned, rank.stars.link(owned));
-        for cell in cells::<DVec2>(owned, &star(&points, owned, &everyone)).difference(&held) {
-            let others: Vec<u32> = cell.iter().copied().filter(|&v| v != owned).collect();
+    for vertex in 0..40 {
+        let held = cells::<DVec2>(vertex, rank.stars.link(vertex));
+        for cell in cells::<DVec2>(vertex, &star(&points, vertex, &everyone)).difference(&held) {
+            let others: Vec<u32> = cell.iter().copied().filter(|&v| v != vertex).collect();
             for from in [&others[..1], &others[1..], &others[..]] {
                 let proposed: Vec<([u32; 3], u32)> = from.iter().map(|&v| (*cell, v)).collect();
-                let out = propose(&rank, owned, &proposed);
+                let out = propose(&rank, vertex, &proposed);
                 let smallest = rank.view().smallest(cell);
-                let receivers = others.iter().filter(|&&v| smallest == owned || v == smallest);
+                let receivers = others.iter().filter(|&&v| smallest == vertex || v == smallest);
                 let expected: Vec<u32> = receivers.copied().filter(|v| !from.contains(v)).collect();
                 let of_cell = out.proposals.iter().filter(|p| p.cell == *cell);
                 let mut found: Vec<u32> = of_cell.map(|p| p.to).collect();
                 found.sort_unstable();
-                assert_eq!(found, expected, "{cell:?} at {owned}");
-                let count = if smallest == owned { &mut to_others } else { &mut to_smallest };
+                assert_eq!(found, expected, "{cell:?} at {vertex}");
+                let count = if smallest == vertex { &mut to_others } else { &mut to_smallest };
                 *count += found.len();
             }
         }
@@ -227,29 +227,29 @@ fn an_objection_and_a_proposal_in_one_step() {
     let points = cloud::<DVec2>(40, 4);
     let everyone: Vec<u32> = (0..40).collect();
     let mut count = 0;
-    for owned in 0..40 {
-        let right = cells::<DVec2>(owned, &star(&points, owned, &everyone));
-        let late = *right.iter().flatten().find(|&&v| v != owned).unwrap();
+    for vertex in 0..40 {
+        let right = cells::<DVec2>(vertex, &star(&points, vertex, &everyone));
+        let late = *right.iter().flatten().find(|&&v| v != vertex).unwrap();
         let without: Vec<u32> = everyone.iter().copied().filter(|&v| v != late).collect();
         let rank = Rank::of(&points, |_| without.clone());
-        let held = cells::<DVec2>(owned, rank.stars.link(owned));
+        let held = cells::<DVec2>(vertex, rank.stars.link(vertex));
         let brings = *right.iter().find(|cell| cell.contains(&late)).unwrap();
         for lost in held.difference(&right) {
-            let objector = *lost.iter().find(|&&v| v != owned).unwrap();
+            let objector = *lost.iter().find(|&&v| v != vertex).unwrap();
             let mut pending = Pending::<DVec2>::new(Vec::new());
-            pending.proposals.push(Proposal { to: owned, cell: brings, from: late });
-            pending.objections.add([owned].into_iter(), *lost, objector, &[late]);
+            pending.proposals.push(Proposal { to: vertex, cell: brings, from: late });
+            pending.objections.add([vertex].into_iter(), *lost, objector, &[late]);
             let mut out = step(&rank, pending);
             let mut changed = None;
-            out.each_change(|_, change| changed = Some(cells::<DVec2>(owned, change.link)));
-            assert_eq!(changed.as_ref(), Some(&right), "{owned}");
+            out.each_change(|_, change| changed = Some(cells::<DVec2>(vertex, change.link)));
+            assert_eq!(changed.as_ref(), Some(&right), "{vertex}");
             let smallest = rank.view().smallest(lost);
             let receivers = lost
                 .iter()
                 .copied()
-                .filter(|&v| v != owned && (smallest == owned || v == smallest) && v != objector);
+                .filter(|&v| v != vertex && (smallest == vertex || v == smallest) && v != objector);
             let found: Vec<u32> = objections_to::<DVec2>(&mut out, lost).into_iter().map(|o| o.0).collect();
-            assert_eq!(found, receivers.collect::<Vec<u32>>(), "{lost:?} at {owned}");
+            assert_eq!(found, receivers.collect::<Vec<u32>>(), "{lost:?} at {vertex}");
             count += found.len();
         }
     }
