@@ -47,7 +47,7 @@ fn tasks_of(collected: Collected, machine: &WorkerConfig, dimension: usize) -> O
     log.dimension = dimension as u32;
     log.chosen = !matches!(machine.graph.wanted, Wanted::Fixed(_));
     let ledger = &collected.ledger;
-    log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind)).collect();
+    log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind.number())).collect();
     let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));
     log.charges = charged.collect();
     Some(log)

@@ -48,7 +48,7 @@ pub async fn coordinate<P: Point>(
     }
     share::collect(cx, &mut share).await?;
     cx.enter(Phase::Done)?;
-    share.counted.ledger.merge(&cx.ledger);
+    share.counted.ledger.merge(cx.ledger());
     Ok(share)
 }
 

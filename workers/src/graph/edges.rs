@@ -4,8 +4,8 @@
 
 use septet_geometry::point::{Point, is_lex_smaller};
 use septet_protocol::ids::NodeId;
-use septet_protocol::ledger::LedgerPart;
 
+use crate::machine::context::Context;
 use crate::state::table::Table;
 
 /// What some home points' edges come to.
@@ -33,11 +33,11 @@ impl Edges {
     }
 
     /// Enters those of a leaf into the ledger.
-    pub(crate) fn enter(&self, leaf: NodeId, ledger: &mut LedgerPart) {
-        let facts = ledger.facts(leaf);
+    pub(crate) fn enter<P: Point>(&self, leaf: NodeId, cx: &mut Context<P>) {
+        let facts = cx.facts(leaf);
         facts.edges += self.count;
         facts.max_degree = facts.max_degree.max(self.max_degree);
-        ledger.edge_hash = ledger.edge_hash.wrapping_add(self.hash);
+        cx.add_edge_hash(self.hash);
     }
 }
 

@@ -17,6 +17,7 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
@@ -42,7 +43,7 @@ pub(crate) async fn push_ghosts<P: Point>(
         let mut cost = Cost::ZERO;
         let items = sweep.items();
         cost.swept(sweep);
-        cx.ledger.charge(Phase::Sets, node, cost, items);
+        cx.charge(Account::member(Phase::Sets, node), cost, items);
     }
     Ok(pushing.ghosts)
 }

@@ -37,6 +37,7 @@ use septet_geometry::point::Point;
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
@@ -138,9 +139,9 @@ fn conflicts_of_leaves<P: Point>(
     });
     let mut graphs = Vec::with_capacity(results.len());
     for (leaf, (lists, cost, members, edges)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id, cost, members);
-        cx.ledger.facts(leaf.id).members += members;
-        edges.enter(leaf.id, &mut cx.ledger);
+        cx.charge(Account::member(Phase::Graph, leaf.id), cost, members);
+        cx.facts(leaf.id).members += members;
+        edges.enter(leaf.id, cx);
         graphs.push(lists);
     }
     graphs
@@ -295,7 +296,7 @@ impl Selection {
         let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
         for (at, half) in halves {
             let leaf = &leaves[at];
-            cx.ledger.charge(Phase::Independent, leaf.id, half.cost, leaf.owned_len());
+            cx.charge(Account::member(Phase::Independent, leaf.id), half.cost, leaf.owned_len());
             for point in half.decided {
                 self.decide(point, state);
             }

@@ -16,6 +16,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
@@ -128,7 +129,7 @@ fn announce<P: Point>(
         }
         let mut cost = Cost::ZERO;
         cost.swept(edges);
-        cx.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
+        cx.charge(Account::member(Phase::Sets, leaf.id), cost, edges.items());
     }
     announcements
 }
@@ -179,8 +180,8 @@ impl Reverse {
                 inner.swept_inside(added);
                 united.push_two(nearest[owned as usize], segment.iter().map(|edge| edge.other));
             });
-            cx.ledger.charge(Phase::Graph, leaf.id, cost, 0);
-            cx.ledger.facts(leaf.id).members += leaf.owned_len();
+            cx.charge(Account::member(Phase::Graph, leaf.id), cost, 0);
+            cx.facts(leaf.id).members += leaf.owned_len();
         }
         united
     }

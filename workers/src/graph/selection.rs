@@ -27,6 +27,7 @@ use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
@@ -118,7 +119,7 @@ fn balls_of_sample<P: Point>(
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
         let items = leaf.owned_len() * (sample.len() as u64).max(1);
-        cx.ledger.charge(Phase::Choice, leaf.id, cost, items);
+        cx.charge(Account::member(Phase::Choice, leaf.id), cost, items);
         let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
         balls.extend(sample.into_iter().zip(radii2).map(|(owned, radius2)| Ball {
             owned,

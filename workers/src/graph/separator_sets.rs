@@ -22,6 +22,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
@@ -197,7 +198,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         let members = self.members.get(&shared.id).map_or(&[][..], Vec::as_slice);
         let mut cost = Cost::ZERO;
         let sum = self.count_members(&shared.split, members, &mut cost);
-        cx.ledger.charge(Phase::Sets, shared.id, cost, members.len() as u64);
+        cx.charge(Account::member(Phase::Sets, shared.id), cost, members.len() as u64);
         cx.send(shared.leader, shared.id, 0, Body::SetCounts(Bulk(sum.to_vec())));
     }
 
@@ -258,7 +259,7 @@ impl<'a, P: Point> Recursion<'a, P> {
                 self.replicated.entry(node).or_default().visit();
             }
         }
-        cx.ledger.charge(Phase::Sets, node, cost, 0);
+        cx.charge(Account::member(Phase::Sets, node), cost, 0);
         let id = node.child(shared.mine);
         self.members.entry(id).or_default().extend(staying);
         let Subdomain { path, relay, tree, .. } = self.subdomain;
@@ -339,13 +340,13 @@ impl<'a, P: Point> Recursion<'a, P> {
         let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
         let mut cost = Cost::ZERO;
         let sum = self.count_members(&inner.split, members, &mut cost);
-        cx.ledger.charge(Phase::Sets, node, cost, members.len() as u64);
+        cx.charge(Account::member(Phase::Sets, node), cost, members.len() as u64);
         let Sharing::Crossing(crossing) = Sharing::decide(sum, self.rule) else {
             return self.solve_direct(cx, node, members);
         };
         let mut cost = Cost::ZERO;
         let places = cost.map(members, |&i| self.place(&inner.split, i));
-        cx.ledger.charge(Phase::Sets, node, cost, 0);
+        cx.charge(Account::member(Phase::Sets, node), cost, 0);
         let mut children = [Vec::new(), Vec::new()];
         for (&item, &place) in members.iter().zip(&places) {
             for (to, child) in children.iter_mut().enumerate() {
@@ -383,8 +384,8 @@ impl<'a, P: Point> Recursion<'a, P> {
         let mut cost = Cost::ZERO;
         let found = graph_direct(self.supergraph, positions, radii2, &points, &points, &mut cost);
         let pairs = (points.len() * points.len()) as u64;
-        cx.ledger.charge(Phase::Graph, node, cost, pairs);
-        cx.ledger.facts(node).members += points.len() as u64;
+        cx.charge(Account::member(Phase::Graph, node), cost, pairs);
+        cx.facts(node).members += points.len() as u64;
         let mut lists = vec![Vec::new(); members.len()];
         for (i, list) in order.into_iter().zip(found.iter()) {
             lists[i] = list.to_vec();
@@ -442,12 +443,12 @@ impl<'a, P: Point> Recursion<'a, P> {
             let mut cost = Cost::ZERO;
             let items = sweep.items();
             cost.swept(sweep);
-            cx.ledger.charge(Phase::Sets, node, cost, items);
+            cx.charge(Account::member(Phase::Sets, node), cost, items);
         }
         let owned_points = items.into_iter().take(table.owned as usize);
         let neighbours = owned_points.map(|mut item| item.united(&mut unions)).collect();
         for (node, cost) in unions {
-            cx.ledger.charge(Phase::Sets, node, cost, 0);
+            cx.charge(Account::member(Phase::Sets, node), cost, 0);
         }
         neighbours
     }

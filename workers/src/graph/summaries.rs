@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch, Summary};
 use septet_protocol::transport::TransportError;
 
@@ -95,7 +96,7 @@ fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>
     let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
     let mut cost = Cost::ZERO;
     let own = cost.reduce(&both, both[0].clone(), |best, s| join_summaries(&best, s));
-    cx.ledger.charge_leader(Phase::Summaries, group.node, cost);
+    cx.charge(Account::leader(Phase::Summaries, group.node), cost, 0);
     let both = Box::new(both);
     for rank in group.members() {
         cx.send(rank, group.node, 0, Body::Children(both.clone()));
@@ -119,7 +120,7 @@ fn own_summary<P: Point>(
     let (root, tree) = subdomain.tree.as_mut()?;
     let (max_radius2, smallest) = summarise(tree, &subdomain.leaves, table, &mut charges);
     for (node, cost, items) in charges {
-        cx.ledger.charge(Phase::Summaries, node, cost, items);
+        cx.charge(Account::member(Phase::Summaries, node), cost, items);
     }
     (smallest != u32::MAX).then(|| {
         let mut point = PointBatch::default();

@@ -17,6 +17,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
@@ -101,7 +102,7 @@ pub(crate) fn count_crossings<P: Point>(
         (*id, split.separator.count_crossing(balls))
     });
     for (id, [inside, outside]) in counted {
-        let facts = cx.ledger.facts(id);
+        let facts = cx.facts(id);
         facts.crossing_inside += inside;
         facts.crossing_outside += outside;
     }
@@ -148,8 +149,8 @@ fn graph_of_leaves<P: Point>(
     });
     let mut neighbours = Lists::default();
     for (leaf, (lists, cost, members)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id, cost, members * leaf.owned_len());
-        cx.ledger.facts(leaf.id).members += members;
+        cx.charge(Account::member(Phase::Graph, leaf.id), cost, members * leaf.owned_len());
+        cx.facts(leaf.id).members += members;
         neighbours.append(lists);
     }
     neighbours
@@ -173,7 +174,7 @@ fn report_edges<P: Point>(
                 sent.extend(counted.flat_map(|edge| edge.0));
             }
         }
-        edges.enter(leaf.id, &mut cx.ledger);
+        edges.enter(leaf.id, cx);
     }
     if !sent.is_empty() {
         cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));

@@ -12,6 +12,7 @@ use septet_geometry::cost::Cost;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Correction, map_in};
@@ -67,7 +68,7 @@ async fn leaf_radii<P: Point>(
     });
     let mut radii2 = Vec::with_capacity(table.owned as usize);
     for (leaf, (nearest2, cost)) in subdomain.leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Radii, leaf.id, cost, leaf.owned_len() * leaf.owned_len());
+        cx.charge(Account::member(Phase::Radii, leaf.id), cost, leaf.owned_len() * leaf.owned_len());
         radii2.extend(nearest2);
     }
     table.radii2[..radii2.len()].copy_from_slice(&radii2);

@@ -125,8 +125,8 @@ fn correct_node<P: Point>(
         }
     }
     let mut tallies = Tallies::default();
-    tallies.add(subdomain, &walk.into_counts(), &mut cx.ledger);
-    tallies.charge_pass(&mut cx.ledger, inner.id.level());
+    tallies.add(subdomain, &walk.into_counts(), cx);
+    tallies.charge_pass(cx, inner.id.level());
     for (owned, d2) in nearer {
         let radius2 = &mut table.radii2[owned as usize];
         *radius2 = radius2.min(d2);

@@ -30,6 +30,7 @@ use septet_geometry::neighbourhood::NearestLists;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::selection::NeighbourList;
 use septet_protocol::ids::{NodeId, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, QueryBatch, ReplyBatch};
 use septet_protocol::transport::TransportError;
 
@@ -165,7 +166,7 @@ impl<'a, P: Point> Descent<'a, P> {
         let mut forwards = QueryRouter::new(cx.rank, ask);
         for (Walked { done, leaving, counts }, group) in walked.into_iter().zip(groups) {
             self.done.parts.push(done);
-            self.tallies.add(subdomain, &counts, &mut cx.ledger);
+            self.tallies.add(subdomain, &counts, cx);
             if let (Some(recorder), Some(reached)) = (&mut cx.recorder, counts.reach.reached) {
                 recorder.reached(ask.phase, reached);
             }
@@ -234,14 +235,14 @@ impl<'a, P: Point> Descent<'a, P> {
     /// Charges the phase, which is over; returns the lists.
     pub(crate) fn land(self, cx: &mut Context<P>) -> CompletedLists {
         for Charge { node, cost, items } in self.tallies.into_charges() {
-            cx.ledger.charge(self.ask.phase, node, cost, items);
+            cx.charge(Account::member(self.ask.phase, node), cost, items);
         }
         self.done
     }
 
     /// The same for one pass of the bottom-up correction, by its level.
     pub(crate) fn land_pass(self, cx: &mut Context<P>, level: u32) -> CompletedLists {
-        self.tallies.charge_pass(&mut cx.ledger, level);
+        self.tallies.charge_pass(cx, level);
         self.done
     }
 
@@ -342,7 +343,7 @@ impl<'a, P: Point> Descent<'a, P> {
             found.keep_nearest(batch.wanted as usize, radius2);
             looked.push(i, found.numbers().iter().copied(), &ways);
         }
-        self.tallies.add(self.subdomain, &walk.into_counts(), &mut cx.ledger);
+        self.tallies.add(self.subdomain, &walk.into_counts(), cx);
         looked
     }
 

@@ -11,6 +11,7 @@ use septet_geometry::kd_blocks::KdBlocks;
 use septet_geometry::neighbourhood::{NearestLists, nearest_in_blocks};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
@@ -77,7 +78,7 @@ fn leaf_lists<P: Point>(
     });
     let (mut all_blocks, mut all_nearest) = (Vec::new(), Vec::new());
     for (leaf, (blocks, nearest, cost)) in subdomain.leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::KnnRadii, leaf.id, cost, leaf.owned_len() * leaf.owned_len());
+        cx.charge(Account::member(Phase::KnnRadii, leaf.id), cost, leaf.owned_len() * leaf.owned_len());
         all_blocks.push(blocks);
         all_nearest.push(nearest);
     }

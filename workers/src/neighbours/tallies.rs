@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
-use septet_protocol::ledger::LedgerPart;
+use septet_protocol::ledger::Account;
 
+use crate::machine::context::Context;
 use crate::neighbours::walk::{Counts, Visits};
 use crate::state::subdomain::Subdomain;
 
@@ -32,12 +33,7 @@ impl Tallies {
     }
 
     /// Adds what a walk counted; enters the visits of leaves in the ledger.
-    pub(crate) fn add<P: Point>(
-        &mut self,
-        subdomain: &Subdomain<P>,
-        counts: &Counts,
-        ledger: &mut LedgerPart,
-    ) {
+    pub(crate) fn add<P: Point>(&mut self, subdomain: &Subdomain<P>, counts: &Counts, cx: &mut Context<P>) {
         let shared = subdomain.path.iter().map(|shared| shared.id).zip(&counts.shared);
         let local = subdomain.inner_ids.iter().copied().zip(&counts.local);
         for (node, visits) in shared.chain(local) {
@@ -48,15 +44,15 @@ impl Tallies {
         for (leaf, counted) in subdomain.leaves.iter().zip(&counts.at_leaf) {
             if counted.visits > 0 {
                 self.pairs.entry(leaf.id).or_default().join(&counted.pairs);
-                ledger.facts(leaf.id).visits += counted.visits;
+                cx.facts(leaf.id).visits += counted.visits;
             }
         }
     }
 
     /// Charges each node in a pass of the bottom-up correction, by the pass of that level.
-    pub(crate) fn charge_pass(self, ledger: &mut LedgerPart, level: u32) {
+    pub(crate) fn charge_pass<P: Point>(self, cx: &mut Context<P>, level: u32) {
         for Charge { node, cost, items } in self.into_charges() {
-            ledger.charge_correction(level, node, cost, items);
+            cx.charge(Account::pass(level, node), cost, items);
         }
     }
 

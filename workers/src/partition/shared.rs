@@ -17,6 +17,7 @@ use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Child, Decision, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
@@ -207,7 +208,7 @@ fn descend<P: Point>(
     let mut cost = Cost::ZERO;
     let items = points.len() as u64;
     let parts = split_batch(points, &sides, mine, &mut cost);
-    cx.ledger.charge(Phase::Partition, group.node, cost, items);
+    cx.charge(Account::member(Phase::Partition, group.node), cost, items);
     let mut kept = PointBatch::default();
     for (side, points) in parts.into_iter().enumerate() {
         let below = groups[side];
@@ -241,7 +242,7 @@ fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, poin
     let sampler = cx.config.sampler(key, group.child.population);
     let samples = cost.pack(&points.positions, |&x| sampler.takes(x));
     // Members before and after a move both charge this step: only the count step states the items.
-    cx.ledger.charge(Phase::Partition, group.node, cost, 0);
+    cx.charge(Account::member(Phase::Partition, group.node), cost, 0);
     cx.send(group.leader, group.node, attempt, Body::Samples(Bulk(samples)));
 }
 
@@ -264,7 +265,7 @@ fn count_sides<P: Point>(
     };
     let mut cost = Cost::ZERO;
     let counted = sides_of(&separator, &points.positions, &mut cost);
-    cx.ledger.charge(Phase::Partition, group.node, cost, points.len() as u64);
+    cx.charge(Account::member(Phase::Partition, group.node), cost, points.len() as u64);
     let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
     let [a, b] = counted.boxes;
     let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
@@ -313,18 +314,18 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
     } else {
         grown = builder.grow(node, everyone, &cx.pool);
     }
-    let round = cx.out.round();
-    let tally = cx.ledger.tally(round, Phase::Partition);
+    let round = cx.round();
+    let tally = cx.tally(round);
     for facts in grown.facts.nodes.values() {
         tally.active += u64::from(facts.attempts > 0);
         tally.separators += facts.attempts;
         tally.retries += facts.attempts.saturating_sub(1);
     }
     for (node, cost, items) in &grown.charges {
-        cx.ledger.charge(Phase::Partition, *node, *cost, *items);
+        cx.charge(Account::member(Phase::Partition, *node), *cost, *items);
     }
     for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
-        cx.ledger.facts(node).add(&facts);
+        cx.facts(node).add(&facts);
     }
     if let Some(recorder) = &mut cx.recorder {
         recorder.grown(&mut grown.samples, &grown.leaves, points.len() as u64);
@@ -343,7 +344,7 @@ fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>
     drop(order);
     let bounds = bounds(positions.iter().copied());
     let end = positions.len() as u32;
-    cx.ledger.facts(node).population = u64::from(end);
+    cx.facts(node).population = u64::from(end);
     LocalTree {
         tree: Some((node, Tree::Leaf(0))),
         inner_ids: Vec::new(),
@@ -376,7 +377,7 @@ fn settle<P: Point>(
         let end = ids.len() as u32;
         let bounds = bounds(positions[start as usize..end as usize].iter().copied());
         leaves.push(Leaf { id: *id, start, end, bounds, max_radius2: 0.0 });
-        cx.ledger.facts(*id).population = u64::from(end - start);
+        cx.facts(*id).population = u64::from(end - start);
     }
     let mut table = Table::of_owned(ids, positions, cx.rank);
     if cx.config.task != Task::Delaunay {

@@ -76,13 +76,13 @@ pub(crate) async fn collect_cells<P: Point>(
 /// Sends the ledger once what went before it is billed.
 async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
     cx.exchange_if(true).await?;
-    if let Some(mut recorder) = cx.recorder.take() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(recorder.finish())));
+    if let Some(log) = cx.finish_record() {
+        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(log)));
     }
-    if let Some(fault) = cx.config.fault {
-        fault.distort(&mut cx.ledger);
+    if let Some(fault) = cx.config().fault {
+        fault.distort(cx.ledger_mut());
     }
-    let words = cx.ledger.to_words();
+    let words = cx.ledger().to_words();
     cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Ledger(Bulk(words)));
     while cx.exchange().await? {}
     Ok(())

@@ -16,6 +16,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
@@ -122,7 +123,7 @@ fn merge_leaves<P: Point>(
     for (leaf, (_, sweep)) in leaves.iter().zip(&merged) {
         let mut cost = Cost::ZERO;
         cost.swept(*sweep);
-        cx.ledger.charge(pass.payer(), leaf.id, cost, sweep.items());
+        cx.charge(Account::member(pass.payer(), leaf.id), cost, sweep.items());
     }
     merged.into_iter().map(|m| m.0).collect()
 }
@@ -137,10 +138,10 @@ fn merge_subtree<P: Point>(
     let (root, tree) = subdomain.tree.as_ref()?;
     let mut charges = Vec::new();
     let all = merge_tree(tree, leaves, &mut charges);
-    let round = cx.out.round();
-    cx.ledger.tally(round, Phase::Merge).merged += charges.len() as u64;
+    let round = cx.round();
+    cx.tally(round).merged += charges.len() as u64;
     for (node, cost) in charges {
-        cx.ledger.charge(pass.payer(), node, cost, 0);
+        cx.charge(Account::member(pass.payer(), node), cost, 0);
     }
     Some((*root, all))
 }
@@ -207,8 +208,8 @@ impl Joining {
             let population = group.child.population;
             let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
             let (cost, own) = joined([other, merged]);
-            cx.ledger.charge_leader(pass.payer(), group.node, cost);
-            cx.ledger.tally(round, Phase::Merge).merged += 1;
+            cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
+            cx.tally(round).merged += 1;
             Some((group.node, own))
         };
         below.into_iter().filter_map(join).collect()

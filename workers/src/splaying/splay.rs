@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
@@ -148,6 +149,6 @@ fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterato
         entry.1 += 1;
     }
     for (at, (cost, items)) in of_leaves {
-        cx.ledger.charge(Phase::Repair, leaves[at as usize].id, cost, items);
+        cx.charge(Account::member(Phase::Repair, leaves[at as usize].id), cost, items);
     }
 }

@@ -30,6 +30,7 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
@@ -125,7 +126,7 @@ fn sum_all<P: Point>(
         let mut cost = Cost::ZERO;
         let items = sweep.items();
         cost.swept(sweep);
-        cx.ledger.charge(Phase::Check, leaf, cost, items);
+        cx.charge(Account::member(Phase::Check, leaf), cost, items);
     }
     stars.sums = all;
     short

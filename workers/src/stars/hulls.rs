@@ -21,6 +21,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
@@ -76,7 +77,7 @@ fn hulls_of_leaves<P: Point>(
     for group in places.chunks(if cx.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
         let hulled = map_in(&cx.pool, group, |&at| view.hulls_of(at, &leaves[at], seeds[at]));
         for (&at, hulls) in group.iter().zip(hulled) {
-            cx.ledger.charge(Phase::Hulls, leaves[at].id, hulls.cost, leaves[at].owned_len());
+            cx.charge(Account::member(Phase::Hulls, leaves[at].id), hulls.cost, leaves[at].owned_len());
             stars.append(&hulls.links, &hulls.lengths);
         }
     }
