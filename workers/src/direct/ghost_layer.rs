@@ -186,9 +186,9 @@ pub(crate) async fn halo<P: Point>(
     crate::state::frame::report(cx, table, &subdomain.leaves, frame);
     let (margins, batches) = own_points(subdomain, table, cx.rank);
     send_halos(cx, subdomain, batches);
-    let mut arrived = Vec::new();
+    let (mut arrived, mut owners) = (Vec::new(), crate::state::frame::FrameOwners::default());
     while cx.exchange().await? {
-        crate::state::frame::learn(cx, table, frame);
+        owners.receive(cx, table, frame);
         let mut batches = empty_batches(&subdomain.path);
         for (node, points) in cx.take(|m| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),

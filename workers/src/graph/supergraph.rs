@@ -16,7 +16,7 @@ use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
@@ -38,6 +38,8 @@ pub(crate) struct Graph {
     pub(crate) neighbours: Lists<u32>,
     /// The points that came to the leaves to be joined to them.
     pub(crate) ghosts: Ghosts,
+    /// All edges as pairs of ids, on the coordinator and if asked for.
+    pub(crate) edges: Vec<u64>,
 }
 
 /// Finds the supergraph of the home points; `nearest` has their nearest neighbours, if it is made of them.
@@ -70,8 +72,20 @@ pub(crate) async fn supergraph<P: Point>(
         }
     };
     report_edges(cx, subdomain, table, &neighbours);
-    while cx.exchange().await? {}
-    Ok(Graph { neighbours, ghosts })
+    let mut edges = Vec::new();
+    while cx.exchange().await? {
+        edges.extend(take_edges(cx));
+    }
+    Ok(Graph { neighbours, ghosts, edges })
+}
+
+/// Takes the edges that workers report to the coordinator.
+fn take_edges<P: Point>(cx: &mut Context<P>) -> impl Iterator<Item = u64> + use<P> {
+    let parts = cx.take(|m| match &mut m.body {
+        Body::Edges(Bulk(part)) => Some(std::mem::take(part)),
+        _ => None,
+    });
+    parts.into_iter().flatten()
 }
 
 /// Measures every separator against the home points below it, which follow each other.
@@ -177,6 +191,6 @@ fn report_edges<P: Point>(
         edges.enter(leaf.id, cx);
     }
     if !sent.is_empty() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));
+        cx.to_coordinator(Body::Edges(Bulk(sent)));
     }
 }

@@ -116,12 +116,10 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
     tally.separators += 1;
     let (mut cost, population) = (Cost::ZERO, group.child.population);
     let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
-    let drawn = draw_from(&cx.config, group.node, attempt, population, &mut samples, &mut cost);
+    let drawn = draw_from(cx.config(), group.node, attempt, population, &mut samples, &mut cost);
     cx.charge(Account::leader(Phase::Partition, group.node), cost, 0);
     let words = drawn.separator.map_or(Vec::new(), |s| s.to_array().to_vec());
-    for rank in group.members() {
-        cx.send(rank, group.node, attempt, Body::Sphere(Bulk(words.clone())));
-    }
+    cx.broadcast(group, attempt, || Body::Sphere(Bulk(words.clone())));
     drawn
 }
 
@@ -146,8 +144,8 @@ pub(crate) fn judge<P: Point>(
     let inside: u64 = counts.iter().map(|c| c.1.0).sum();
     let outside: u64 = counts.iter().map(|c| c.1.1).sum();
     let mut boxes: Vec<P> = Vec::new();
-    let good = !refused(&cx.config, node, attempt) && acceptable::<P>(&cx.config, inside, outside);
-    let verdict = if cx.config.fault.is_some_and(|fault| fault.refuses(node)) {
+    let good = !refused(cx.config(), node, attempt) && acceptable::<P>(cx.config(), inside, outside);
+    let decision = if cx.config().fault.is_some_and(|fault| fault.refuses(node)) {
         Decision::Leaf
     } else if separator.is_some() && good {
         let all = counts.iter().map(|c| &c.2);
@@ -156,7 +154,7 @@ pub(crate) fn judge<P: Point>(
             let joined = all.clone().map(of).reduce(join_bounds);
             boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
         }
-        Decision::Split(place(group, [inside, outside], plan, &cx.config))
+        Decision::Split(place(group, [inside, outside], plan, cx.config()))
     } else if separator.is_some() && attempt + 1 < MAX_ATTEMPTS {
         Decision::Retry
     } else {
@@ -165,17 +163,14 @@ pub(crate) fn judge<P: Point>(
     let facts = cx.facts(node);
     facts.population = group.child.population;
     facts.attempts = u64::from(attempt) + 1;
-    if let Decision::Split(children) = &verdict {
+    if let Decision::Split(children) = &decision {
         facts.inside = inside;
         facts.kind = kind;
         facts.separator = separator.as_ref().map_or(0, separator_hash);
         send_plan(cx, node, children, plan);
     }
-    for rank in group.members() {
-        let body = Body::Decision { verdict: verdict.clone(), boxes: Bulk(boxes.clone()) };
-        cx.send(rank, node, attempt, body);
-    }
-    verdict
+    cx.broadcast(group, attempt, || Body::Decision { verdict: decision.clone(), boxes: Bulk(boxes.clone()) });
+    decision
 }
 
 /// Divides the group in proportion to the children's cost: planned leaves, else points.

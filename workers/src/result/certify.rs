@@ -5,8 +5,9 @@ use septet_geometry::point::Point;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::Certificate;
 use crate::machine::context::Context;
-use crate::result::merge::{OwnedCells, Pass, Results, merge};
+use crate::result::merge::{MergedResult, OwnedCells, Pass, Results, merge};
 use crate::splaying::fallback::gather;
 use crate::splaying::splay::splay;
 use crate::stars::check::{certificate, check};
@@ -23,17 +24,19 @@ pub(crate) struct Instance {
     pub(crate) supergraph: Supergraph,
 }
 
-/// Stars on which rank 0 has given its last verdict.
+/// The outcome of certification.
 #[derive(Debug)]
 pub(crate) struct Certified {
-    /// The verdict: passed or failed.
+    /// The last decision of the coordinator: passed or failed.
     pub(crate) outcome: Outcome,
     /// The cells that belong to this rank.
     pub(crate) cells_here: OwnedCells,
+    /// The certificate, on the coordinator.
+    pub(crate) certificate: Certificate,
 }
 
-/// Checks the stars and lets them exchange what they miss, with what is gathered if that does not suffice, until rank 0
-/// gives its last verdict.
+/// Checks the stars, splays them and certifies them. If the certificate does not pass, gathers what is unresolved and
+/// repeats, until the coordinator's decision is final.
 pub(crate) async fn certify<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -42,17 +45,19 @@ pub(crate) async fn certify<P: Point>(
     Instance { population, supergraph }: Instance,
 ) -> Result<Certified, TransportError> {
     let mut agreement = check(cx, subdomain, table, stars).await?;
-    let mut gathered = Vec::new();
+    let (mut gathered, mut certificate) = (Vec::new(), Certificate::default());
     let mut number = 0;
     loop {
         let rounds = splay(cx, subdomain, table, stars, &agreement, gathered, population).await?;
-        agreement = certificate(cx, subdomain, table, stars).await?;
+        agreement = self::certificate(cx, subdomain, table, stars).await?;
         let results = Results { subdomain, chart: Chart { table, stars }, supergraph };
-        let (outcome, cells_here) = merge(cx, results, &agreement, Pass { number, rounds }).await?;
+        let pass = Pass { number, rounds, population };
+        let MergedResult { outcome, cells_here, whole } = merge(cx, results, &agreement, pass).await?;
+        certificate.add(whole);
         if matches!(outcome, Outcome::Passed | Outcome::Failed) {
-            return Ok(Certified { outcome, cells_here });
+            return Ok(Certified { outcome, cells_here, certificate });
         }
-        gathered = gather(cx, table, stars, &agreement, outcome).await?;
+        gathered = gather(cx, table, stars, (&agreement, outcome), &mut certificate).await?;
         number += 1;
     }
 }

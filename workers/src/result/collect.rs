@@ -1,14 +1,15 @@
-//! Cells, members and ledgers to rank 0.
+//! Collection of cells, members and ledgers on the coordinator.
 //!
-//! **Rounds.** Two: what a rank found, then its ledger, in which that is billed.
+//! **Rounds.** Two: the results of every worker, then its ledger, which bills the results.
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::Body;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::Share;
 use crate::direct::subdomain_triangulation::SEAM;
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
@@ -24,26 +25,31 @@ use crate::state::table::Table;
 /// Indices in a message of cells before it is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
-/// Sends the ledger alone.
-pub(crate) async fn collect_counts<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
+/// Collects the counts alone.
+pub(crate) async fn collect_counts<P: Point>(
+    cx: &mut Context<P>,
+    share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    send_ledger(cx).await
+    collect(cx, share).await
 }
 
-/// Sends the members that joined an independent set, then the ledger.
+/// Collects the members that joined an independent set, then the ledgers.
 pub(crate) async fn collect_selected<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
     selection: Selection,
     fixed: u64,
-) -> Result<(), TransportError> {
+    share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    let body = selection.into_message(table, fixed);
-    cx.send(COORDINATOR, NodeId::ROOT, 0, body);
-    send_ledger(cx).await
+    if !cx.is_coordinator() {
+        cx.to_coordinator(selection.into_message(table, fixed));
+    }
+    collect(cx, share).await
 }
 
-/// Sends the cells of this rank if they are certified, and what is shown; then the ledger.
+/// Collects the cells if they are certified, and what is shown; then the ledgers.
 pub(crate) async fn collect_cells<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -51,10 +57,11 @@ pub(crate) async fn collect_cells<P: Point>(
     ghosts: &Ghosts,
     instance: Instance,
     certified: Certified,
-) -> Result<(), TransportError> {
+    mut share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    if certified.outcome == Outcome::Passed {
-        if cx.config.shown.view > 0 {
+    if certified.outcome == Outcome::Passed && !cx.is_coordinator() {
+        if cx.config().shown.view > 0 {
             show_subdomain(&mut table, &mut stars);
             let chart = Chart { table: &table, stars: &stars };
             send_view(
@@ -64,28 +71,47 @@ pub(crate) async fn collect_cells<P: Point>(
                 instance.population,
             );
         }
-        if cx.config.counted {
+        if cx.config().counted {
             send_cells(cx, subdomain, Chart { table: &table, stars: &stars }, &certified.cells_here);
         } else if table.owned > 0 {
             send_subdomain(cx, subdomain, table, stars);
         }
     }
-    send_ledger(cx).await
+    share.certified = certified.certificate;
+    collect(cx, share).await
 }
 
-/// Sends the ledger once what went before it is billed.
-async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
+/// Sends the ledger to the coordinator after the results before it are billed. The coordinator takes all results. Returns
+/// the complete result on the coordinator.
+async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
     cx.exchange_if(true).await?;
+    if cx.is_coordinator() {
+        share.receive(cx)?;
+    } else {
+        send_ledger(cx);
+    }
+    while cx.exchange().await? {
+        if cx.is_coordinator() {
+            share.receive(cx)?;
+        }
+    }
+    if cx.is_coordinator() {
+        cx.enter(Phase::Done)?;
+        share.counted.ledger.merge(cx.ledger());
+    }
+    Ok(share)
+}
+
+/// Sends the record of tasks, if there is one, and the ledger.
+fn send_ledger<P: Point>(cx: &mut Context<P>) {
     if let Some(log) = cx.finish_record() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(log)));
+        cx.to_coordinator(Body::Tasks(Box::new(log)));
     }
     if let Some(fault) = cx.config().fault {
         fault.distort(cx.ledger_mut());
     }
     let words = cx.ledger().to_words();
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Ledger(Bulk(words)));
-    while cx.exchange().await? {}
-    Ok(())
+    cx.to_coordinator(Body::Ledger(Bulk(words)));
 }
 
 /// Pictures show radii and stars of a piece, too.
@@ -154,7 +180,7 @@ fn owned_cells<P: Point>(
 
 fn post_cells<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
     let body = Body::Cells { cells: Bulk(cells), leaves: Bulk(leaves) };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, body);
+    cx.to_coordinator(body);
 }
 
 /// Sends the cells that belong to this rank, with their adjacency.
@@ -174,7 +200,7 @@ fn send_subdomain<P: Point>(
         rows: Bulk(rows),
         open: Bulk(open),
     };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, body);
+    cx.to_coordinator(body);
 }
 
 /// The same from stars that were written out: facets are matched. What has no partner here is marked as another

@@ -8,8 +8,6 @@
 //!
 //! **Work and depth.** One vector step over all link facets; O(1) for each node.
 
-use std::collections::BTreeMap;
-
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
@@ -22,8 +20,10 @@ use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
 use crate::config::map_in;
+use crate::coordinator::judge;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
+use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
 use crate::stars::owned::Chart;
@@ -38,17 +38,19 @@ pub(crate) struct Results<'a, P: Point> {
     pub(crate) supergraph: Supergraph,
 }
 
-/// A pass of exchange and certificate.
+/// A pass of splaying and certificate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pass {
-    /// Its number, from 0 on.
+    /// The number of the pass, from 0.
     pub(crate) number: u32,
-    /// The last round of exchange in which this rank said something.
+    /// The last round of splaying in which this rank sent something.
     pub(crate) rounds: u32,
+    /// Number of points of all ranks.
+    pub(crate) population: u64,
 }
 
 impl Pass {
-    /// The phase that pays for merging: after a gathering the certificate, for the paper has no such thing.
+    /// The phase whose account pays for merging: after a gathering the certificate, which the paper does not have.
     fn payer(self) -> Phase {
         if self.number > 0 { Phase::Certificate } else { Phase::Merge }
     }
@@ -63,13 +65,24 @@ pub(crate) struct OwnedCells {
     pub(crate) facets: Vec<u64>,
 }
 
-/// Merges the results of all ranks. Returns the verdict of rank 0, and the cells that belong to this rank.
+/// The outcome of merging.
+#[derive(Debug)]
+pub(crate) struct MergedResult {
+    /// The decision of the coordinator.
+    pub(crate) outcome: Outcome,
+    /// The cells that belong to this rank.
+    pub(crate) cells_here: OwnedCells,
+    /// The merged result of all ranks, on the coordinator; empty on every other rank.
+    pub(crate) whole: Merged,
+}
+
+/// Merges the results of all ranks. The coordinator decides on the merged result and broadcasts its decision.
 pub(crate) async fn merge<P: Point>(
     cx: &mut Context<P>,
     results: Results<'_, P>,
     agreement: &Agreement,
     pass: Pass,
-) -> Result<(Outcome, OwnedCells), TransportError> {
+) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
     let subdomain = results.subdomain;
     let mut cells_here = OwnedCells::default();
@@ -83,16 +96,32 @@ pub(crate) async fn merge<P: Point>(
         own.exchange_rounds = u64::from(pass.rounds);
         send_up(cx, subdomain, root, own);
     }
-    let (mut joining, mut outcome) = (Joining::default(), None);
+    let (mut reduction, mut outcome, mut whole) = (Reduction::default(), None, Merged::default());
     while cx.exchange().await? {
-        for (node, own) in joining.join(cx, &subdomain.led, pass) {
-            send_up(cx, subdomain, node, own);
+        let arrived = take_merged(cx);
+        // The result of a root that one rank holds needs no combination.
+        let root = arrived.iter().find(|rising| rising.node == NodeId::ROOT).map(|rising| rising.value);
+        let joined = reduction
+            .join(&subdomain.led, arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
+        for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
+            if node == NodeId::ROOT && cx.is_coordinator() {
+                let decision = judge(own, pass.population, pass.number);
+                cx.to_workers(|| Body::Outcome(decision.number()));
+                (outcome, whole) = (Some(decision), own);
+            } else {
+                send_up(cx, subdomain, node, own);
+            }
         }
         outcome = take_outcome(cx).or(outcome);
     }
-    let silence =
-        || TransportError::WorkerFailed { rank: cx.rank, reason: "it heard no verdict".to_string() };
-    Ok((outcome.ok_or_else(silence)?, cells_here))
+    let outcome = outcome.ok_or_else(|| {
+        let reason = match cx.is_coordinator() {
+            true => "not all results reached the root",
+            false => "it received no decision on the certificate",
+        };
+        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
+    })?;
+    Ok(MergedResult { outcome, cells_here, whole })
 }
 
 /// Merges the stars of each leaf; appends the facets that belong to each home point.
@@ -179,44 +208,31 @@ fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId
     }
 }
 
-/// Results of children whose other child has none yet, by parent.
-#[derive(Default)]
-pub(crate) struct Joining(BTreeMap<NodeId, Merged>);
-
-impl Joining {
-    /// Joins the children of the nodes that this rank leads; returns the nodes' own results.
-    /// Joins the children of the nodes that this rank leads. Returns the nodes' own results; that of a root that one
-    /// rank holds is its own.
-    pub(crate) fn join<P: Point>(
-        &mut self,
-        cx: &mut Context<P>,
-        led: &[Group],
-        pass: Pass,
-    ) -> Vec<(NodeId, Merged)> {
-        let mut below = cx.take(|m: &mut Message<P>| match m.body {
-            Body::Merged(merged) => Some((m.node, m.round, merged)),
-            _ => None,
-        });
-        below.sort_by_key(|(child, _, _)| *child);
-        let join = |(child, round, merged): (NodeId, u32, Merged)| {
-            let Some(parent) = child.parent() else { return Some((child, merged)) };
-            let group = led.iter().find(|group| group.node == parent)?;
-            let Some(other) = self.0.remove(&group.node) else {
-                self.0.insert(group.node, merged);
-                return None;
-            };
-            let population = group.child.population;
-            let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
-            let (cost, own) = joined([other, merged]);
-            cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
-            cx.tally(round).merged += 1;
-            Some((group.node, own))
-        };
-        below.into_iter().filter_map(join).collect()
-    }
+/// Takes the results of children.
+fn take_merged<P: Point>(cx: &mut Context<P>) -> Vec<Rising<Merged>> {
+    cx.take(|m: &mut Message<P>| match m.body {
+        Body::Merged(value) => Some(Rising { node: m.node, round: m.round, value }),
+        _ => None,
+    })
 }
 
-/// The verdict of rank 0, if it came.
+/// Joins the results of the children of a node that this rank leads; the last of them was sent in round `sent`.
+fn join_results<P: Point>(
+    cx: &mut Context<P>,
+    pass: Pass,
+    group: &Group,
+    both: [Merged; 2],
+    sent: u32,
+) -> Merged {
+    let population = group.child.population;
+    let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
+    let (cost, own) = joined(both);
+    cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
+    cx.tally(sent).merged += 1;
+    own
+}
+
+/// The decision of the coordinator, if it arrived.
 fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
     let outcomes = cx.take(|m: &mut Message<P>| match m.body {
         Body::Outcome(number) => Outcome::from_number(number),

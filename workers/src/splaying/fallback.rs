@@ -10,11 +10,12 @@ use std::collections::BTreeSet;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::Phase;
 use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::{Certificate, Region};
 use crate::machine::context::Context;
 use crate::splaying::pending::Gathered;
 use crate::stars::check::Agreement;
@@ -26,8 +27,8 @@ pub(crate) async fn gather<P: Point>(
     cx: &mut Context<P>,
     table: &mut Table<P>,
     stars: &mut Stars<P>,
-    agreement: &Agreement,
-    outcome: Outcome,
+    (agreement, outcome): (&Agreement, Outcome),
+    certificate: &mut Certificate,
 ) -> Result<Vec<Gathered>, TransportError> {
     cx.enter(Phase::Fallback)?;
     stars.write_out(table);
@@ -37,9 +38,14 @@ pub(crate) async fn gather<P: Point>(
         // Stars that lack a cell hear of it later: the set must not depend on where points are at home.
         agreement.disagreements.iter().map(|d| d.owned).collect()
     };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &wanted)));
-    let mut gathered = Vec::new();
+    if !cx.is_coordinator() {
+        cx.to_coordinator(Body::Gather(region(table, stars, &wanted)));
+    }
+    let (mut gathered, mut whole) = (Vec::new(), Region::default());
     while cx.exchange().await? {
+        if cx.is_coordinator() {
+            whole.receive(cx, outcome, certificate);
+        }
         take_neighbours(cx, table, &mut gathered);
     }
     Ok(gathered)

@@ -11,6 +11,8 @@ use septet_geometry::separator::{Separator, Side};
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Child, Summary};
 
+pub use crate::machine::collectives::Group;
+
 /// A split: the separator and the boxes of both children's home points.
 #[derive(Clone, Debug)]
 pub struct Split<P> {
@@ -292,32 +294,5 @@ impl<P> Subdomain<P> {
             leaf_of.extend(leaf.owned().map(|_| at));
         }
         leaf_of
-    }
-}
-
-/// A node, and the group of ranks that has it.
-#[derive(Clone, Copy, Debug)]
-pub struct Group {
-    /// The node.
-    pub node: NodeId,
-    /// Who leads the group.
-    pub leader: Rank,
-    /// Its ranks and points.
-    pub child: Child,
-}
-
-impl Group {
-    /// That of a child. Its lowest rank leads it.
-    pub(crate) fn below(self, side: usize, child: Child) -> Self {
-        Group { node: self.node.child(side), leader: child.first, child }
-    }
-
-    /// Does one rank take it whole?
-    pub(crate) fn is_whole(&self) -> bool {
-        self.child.ranks == 1 || self.child.leaf
-    }
-
-    pub(crate) fn members(&self) -> Range<Rank> {
-        self.child.first..self.child.first + self.child.ranks
     }
 }

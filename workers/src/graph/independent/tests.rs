@@ -6,10 +6,11 @@ use septet_geometry::point::dist2;
 
 use super::*;
 use crate::config::{Task, Wanted, WorkerConfig};
-use crate::coordinator::{Selected, Source, coordinate};
+use crate::coordinator::{Selected, Source};
 use crate::hosts::host::Host;
 use crate::machine::context::Running;
 use crate::partition::leader::Plan;
+use crate::programs::coordinate;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
