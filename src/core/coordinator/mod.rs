@@ -14,9 +14,10 @@ use septet_protocol::message::{Merged, PointBatch};
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::{Transport, TransportError};
 use septet_workers::config::WorkerConfig;
-use septet_workers::coordinator::{PieceRows, Share, Source, coordinate};
+use septet_workers::coordinator::{PieceRows, Share, Source};
 use septet_workers::machine::Running;
 use septet_workers::profile::{phase_span, run_span};
+use septet_workers::programs::coordinate;
 
 use crate::config::{Config, Progress};
 use crate::error::Error;

@@ -8,7 +8,7 @@ use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{SEPARATOR_WORDS, Separator};
 use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::ledger::{Charge, LedgerPart};
+use septet_protocol::ledger::{Account, Charge, LedgerPart, Role};
 use septet_protocol::transport::TransportError;
 use thiserror::Error;
 
@@ -112,9 +112,10 @@ impl Fault {
         if self != Fault::OneClock {
             return;
         }
-        let mut clocks: BTreeMap<u8, Cost> = BTreeMap::new();
-        for ((phase, _), Charge { cost, .. }) in &mut ledger.charges {
-            let clock = clocks.entry(*phase).or_default();
+        let mut clocks: BTreeMap<(Role, Phase), Cost> = BTreeMap::new();
+        let of_phases = |(account, _): &(&Account, &mut Charge)| !matches!(account.role, Role::Pass(_));
+        for (account, Charge { cost, .. }) in ledger.charges.iter_mut().filter(of_phases) {
+            let clock = clocks.entry((account.role, account.phase)).or_default();
             clock.then(*cost);
             // A subproblem is over when the clock says so; its work is its own.
             let [_, depth, scans, inner_log] = clock.to_parts();

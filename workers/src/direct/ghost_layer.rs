@@ -39,6 +39,7 @@ use septet_protocol::transport::TransportError;
 use crate::direct::subdomain_triangulation::round_len;
 use crate::machine::context::Context;
 use crate::state::bits::ones;
+use crate::state::frame::{self, FrameOwners};
 use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
 
@@ -183,12 +184,12 @@ pub(crate) async fn ghost_layer<P: Point>(
     frame: &mut PointBatch<P>,
 ) -> Result<GhostLayer, TransportError> {
     cx.enter(Phase::Halo)?;
-    crate::state::frame::report(cx, table, subdomain.leaves(), frame);
+    frame::report(cx, table, subdomain.leaves(), frame);
     let (margins, batches) = own_points(subdomain, table, cx.rank());
     send_batches(cx, subdomain, batches);
-    let mut arrived = Vec::new();
+    let (mut arrived, mut owners) = (Vec::new(), FrameOwners::default());
     while cx.exchange().await? {
-        crate::state::frame::receive(cx, table, frame);
+        owners.receive(cx, table, frame);
         let mut batches = Batches::new();
         for (node, points) in cx.take(|m| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),

@@ -14,7 +14,7 @@ use std::task::{self, Poll, Waker};
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RoundTally};
+use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RoundKey, RoundTally};
 use septet_protocol::message::{Body, Message};
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::TransportError;
@@ -41,9 +41,9 @@ pub struct Context<P: Point> {
     pub(crate) rank: Rank,
     pub(crate) config: Arc<WorkerConfig>,
     pub(crate) pool: Pool,
-    pub(crate) ledger: LedgerPart,
+    ledger: LedgerPart,
     pub(crate) recorder: Option<Box<Recorder>>,
-    pub(crate) out: Outbox<P>,
+    out: Outbox<P>,
     phase: Phase,
     /// Messages of this round that the phase has not taken.
     inbox: Vec<Message<P>>,
@@ -85,7 +85,7 @@ impl<P: Point> Context<P> {
 
     /// Adds a cost to an account of the ledger. The account keeps the largest number of `items`.
     pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
-        self.ledger.charge_to(account, cost, items);
+        self.ledger.charge(account, cost, items);
     }
 
     /// The facts of a node in the ledger, for additions.
@@ -95,7 +95,7 @@ impl<P: Point> Context<P> {
 
     /// The tally of a round of the current phase in the ledger, for additions.
     pub fn tally(&mut self, round: u32) -> &mut RoundTally {
-        self.ledger.tally(round, self.phase)
+        self.ledger.tally(RoundKey { round, phase: self.phase })
     }
 
     /// Adds the hash of some edges of the supergraph to the ledger.
@@ -119,8 +119,13 @@ impl<P: Point> Context<P> {
     }
 
     /// The ledger of the rank.
-    pub fn ledger(&self) -> &LedgerPart {
+    pub(crate) fn ledger(&self) -> &LedgerPart {
         &self.ledger
+    }
+
+    /// The ledger of the rank, for a planted fault.
+    pub(crate) fn ledger_mut(&mut self) -> &mut LedgerPart {
+        &mut self.ledger
     }
 
     /// Begins a phase.
