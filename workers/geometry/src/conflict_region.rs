@@ -1,21 +1,25 @@
-//! Where a new point would undo a cell: its circumscribed ball, or beyond a hull facet a half-space, rounded
-//! outwards; and whether that meets a box or the other side of a separator.
+//! Conflict regions of cells, rounded outwards, and whether they meet a box or one side of a separator.
 //!
-//! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumscribed ball
-//! (on the sphere the perturbation decides), and with an infinite cell only if it lies in the closed
-//! half-space beyond the hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set whatever the
-//! rounding, so "does not meet" is a proof; "meets" may be wrong by rounding, which costs and never harms.
+//! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumball; on the sphere
+//! the perturbation decides. It conflicts with an infinite cell only if it lies in the closed half-space beyond the
+//! hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set in spite of rounding. Hence "does not
+//! meet" is certain. "Meets" may be wrong because of rounding, which costs time but never affects the result.
 //!
-//! **Derivation.** With `u = 2^-53` and differences `e_i = p_i - p_0`, each within `u` relative, the centre
-//! relative to `p_0` is `N / (2 D)`: `D` the determinant of the `e_i`, `N` the sum of cofactors times the
-//! squares `|e_i|^2` ([`Point::sphere_plane`]). A sum of products of at most three differences and one square
-//! is within `20 u` of the sum of its terms' sizes (three for differences, five for the square, five for
-//! products, five for sums; second-order terms included). Let `m_k` be the largest `|e_ik|` and `S` the largest
-//! square: the sizes of the `d!` terms add up to at most `A(D) = d! prod m_k` and
-//! `A(N_k) = d! S prod_(l /= k) m_l`. If `|D| > 64 u A(D)`, coordinate `k` of the centre is off by at most
-//! `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))` and the roundings of a reciprocal, a product and the sum
-//! with `p_0`; with `64 u` in the place of that last `20 u` it is larger by more than its own roundings. Otherwise the ball
-//! is taken to be all of space.
+//! **Derivation.** Let `u = 2^-53`. The differences `e_i = p_i - p_0` have relative errors of at most `u`. The centre
+//! relative to `p_0` is `N / (2 D)`. Here `D` is the determinant of the `e_i`, and `N` is the sum of cofactors times
+//! the squares `|e_i|^2` ([`Point::sphere_plane`]).
+//!
+//! 1. A sum of products of at most three differences and one square is within `20 u` of the sum of the absolute values
+//!    of its terms: three roundings for differences, five for the square, five for products and five for sums, with
+//!    second-order terms included.
+//! 2. Let `m_k` be the largest `|e_ik|` and `S` the largest square. The absolute values of the `d!` terms add up to at
+//!    most `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
+//! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at most
+//!    `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))`. To this come the roundings of a reciprocal, of a product
+//!    and of the sum with `p_0`.
+//! 4. With `64 u` instead of the last `20 u`, the bound grows by more than its own roundings.
+//!
+//! If `|D| <= 64 u A(D)`, the region is all of space.
 //!
 //! **Work and depth.** O(1).
 
@@ -23,34 +27,34 @@ use crate::neighbourhood::box_dist2;
 use crate::point::{Point, dist2};
 use crate::separator::{Separator, Side};
 
-/// The unit of rounding.
+/// The unit roundoff.
 const U: f64 = f64::EPSILON / 2.0;
 
-/// What holds every point that conflicts with a cell.
+/// A set that contains every point in conflict with a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConflictRegion<P> {
     /// A closed ball.
     Ball {
-        /// Its centre.
+        /// Centre of the ball.
         centre: P,
-        /// Its radius.
+        /// Radius of the ball.
         radius: f64,
     },
-    /// `{ x : normal . (x - anchor) + slack . |x - anchor| >= 0 }`: a half-space and its rounding.
+    /// A half-space with a margin for rounding: `{ x : normal . (x - anchor) + slack . |x - anchor| >= 0 }`.
     HalfSpace {
-        /// A point of the hull facet.
+        /// A vertex of the hull facet.
         anchor: P,
-        /// Away from the hull.
+        /// Normal vector that points away from the hull.
         normal: P,
-        /// Error of each coordinate of the normal.
+        /// Bound of the error of each coordinate of the normal.
         slack: P,
     },
-    /// The cell is too flat to tell.
+    /// All of space, for a cell that is too flat for a bound.
     Everywhere,
 }
 
 impl<P: Point> ConflictRegion<P> {
-    /// Of a finite, positively oriented cell of `DIM + 1` points.
+    /// Computes the region of a finite, positively oriented cell of `DIM + 1` points.
     pub fn of_cell(cell: &[P]) -> Self {
         let (rel, most) = differences(cell);
         let (det, numerator) = P::sphere_plane(&rel[..P::DIM]);
@@ -70,14 +74,15 @@ impl<P: Point> ConflictRegion<P> {
             size += centre.coord(k).abs() + along;
         }
         let slack = 20.0 * U * error / (2.0 * sure) + 4.0 * U * size;
-        // Every vertex is on the sphere: the farthest from the rounded centre, and the centre's own error.
+        // Every vertex is on the sphere. So the radius is at most the distance of the farthest vertex from the rounded
+        // centre, plus the error of the centre.
         let farthest2 = cell[..=P::DIM].iter().fold(0.0, |most: f64, &p| most.max(dist2(p, centre)));
         let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);
         if radius.is_finite() { ConflictRegion::Ball { centre, radius } } else { ConflictRegion::Everywhere }
     }
 
-    /// Of an infinite cell: `facet` are the `DIM` points of its hull facet, ordered so that a point `q` beyond
-    /// makes `(facet.., q)` positive.
+    /// Computes the region of an infinite cell. `facet` has the `DIM` points of its hull facet, ordered so that
+    /// `(facet.., q)` is positive for a point `q` beyond it.
     pub fn of_facet(facet: &[P]) -> Self {
         let mut corners = [facet[0]; 4];
         corners[..P::DIM].copy_from_slice(&facet[..P::DIM]);
@@ -89,12 +94,12 @@ impl<P: Point> ConflictRegion<P> {
         ConflictRegion::HalfSpace { anchor: facet[0], normal: P::hull_normal(&rel[..P::DIM - 1]), slack }
     }
 
-    /// May it hold a point of the box (`low` and `high` corner)?
+    /// Returns `true` if the region may contain a point of the box with the corners `low` and `high`.
     pub fn meets_box(&self, low: P, high: P) -> bool {
         match *self {
             ConflictRegion::Everywhere => true,
             ConflictRegion::Ball { centre, radius } => {
-                // Not less: whatever is not a number meets.
+                // A comparison with NaN is false, so NaN counts as "meets".
                 let clear = box_dist2(centre, low, high) > radius * radius * (1.0 + 16.0 * U);
                 !clear
             }
@@ -113,7 +118,7 @@ impl<P: Point> ConflictRegion<P> {
         }
     }
 
-    /// May it hold a point of the box on that side of the separator?
+    /// Returns `true` if the region may contain a point of the box on the given side of the separator.
     pub fn meets(&self, separator: &Separator<P>, side: Side, low: P, high: P) -> bool {
         if !self.meets_box(low, high) {
             return false;
@@ -125,7 +130,8 @@ impl<P: Point> ConflictRegion<P> {
     }
 }
 
-/// The edges from the first corner, and the largest size of each of their coordinates.
+/// Returns the vectors from the first corner to the others, and the largest absolute value of each of their
+/// coordinates.
 fn differences<P: Point>(cell: &[P]) -> ([P; 3], P) {
     let mut rel = [P::default(); 3];
     let mut most = P::default();
@@ -138,7 +144,7 @@ fn differences<P: Point>(cell: &[P]) -> ([P; 3], P) {
     (rel, most)
 }
 
-/// The product of all coordinates but one.
+/// The product of all coordinates except coordinate `k`.
 fn others<P: Point>(most: P, k: usize) -> f64 {
     (0..P::DIM).filter(|&l| l != k).map(|l| most.coord(l)).product()
 }

@@ -14,7 +14,7 @@
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) steps.
 
-use crate::coordinate_arrays::{CoordinateArrays, Rows};
+use crate::coordinate_arrays::{CoordinateArrays, PairVisitor};
 use crate::cost::Cost;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
@@ -118,7 +118,7 @@ pub fn graph_direct<P: Point>(
         list: Vec::new(),
         lists: Lists::default(),
     };
-    cost.close_pairs(&points, &columns, &mut edges);
+    cost.all_pairs(&points, &columns, &mut edges);
     edges.lists
 }
 
@@ -135,7 +135,7 @@ struct Edges {
     lists: Lists<u32>,
 }
 
-impl Rows for Edges {
+impl PairVisitor for Edges {
     fn begin(&mut self, row: usize) -> f64 {
         self.row = self.rows[row];
         let reach = self.rule.reach(self.row.0, self.largest2);
@@ -144,7 +144,7 @@ impl Rows for Edges {
     }
 
     #[inline]
-    fn near(&mut self, column: usize, d2: f64) -> f64 {
+    fn visit(&mut self, column: usize, d2: f64) -> f64 {
         let (r2, number) = self.cols[column];
         if self.rule.joins(d2, self.row.0, r2) && self.row.1 != number {
             self.list.push(number);

@@ -29,8 +29,8 @@ mod triangulation;
 pub use cells::Cells;
 pub use order::{insertion_order, insertion_round};
 pub use read::facet_without;
-pub use rows::{Kept, MARKS};
-pub use triangulation::{ASKED_EVERY, Incremental, IncrementalError};
+pub use rows::{FIRST_MARK, KeptCells};
+pub use triangulation::{Incremental, IncrementalError, STOP_CHECK_INTERVAL};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -1,8 +1,7 @@
-//! septet-geometry: pure mathematics of the parallel Delaunay algorithm, in the order the data flows.
+//! septet-geometry: the mathematics of the parallel Delaunay algorithm.
 //!
-//! No input or output, no threads, no clock, no unordered maps. Every algorithm is written once over
-//! the trait [`point::Point`], implemented for the plane ([`glam::DVec2`]) and for space
-//! ([`glam::DVec3`]).
+//! The crate has no input or output, no threads, no clock and no unordered maps. Every algorithm is written once over
+//! the trait [`point::Point`], which is implemented for the plane ([`glam::DVec2`]) and for space ([`glam::DVec3`]).
 
 pub mod cost;
 

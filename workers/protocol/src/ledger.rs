@@ -288,12 +288,12 @@ impl LedgerPart {
         }
         for (key, charge) in &other.charges {
             let entry = self.charges.entry(*key).or_default();
-            entry.cost.beside(charge.cost);
+            entry.cost.join(charge.cost);
             entry.items += charge.items;
         }
         for (key, charge) in &other.corrections {
             let entry = self.corrections.entry(*key).or_default();
-            entry.cost.beside(charge.cost);
+            entry.cost.join(charge.cost);
             entry.items += charge.items;
         }
         for (node, facts) in &other.nodes {

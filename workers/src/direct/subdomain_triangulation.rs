@@ -7,7 +7,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::incremental::{
-    ASKED_EVERY, Incremental, Kept, MARKS, facet_without, insertion_order, insertion_round,
+    FIRST_MARK, Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, Simplex, dist2};
 use septet_protocol::ids::Phase;
@@ -24,7 +24,7 @@ use crate::state::table::Table;
 pub const HULL: u32 = u32::MAX;
 
 /// Across a facet of a piece's cell: a cell of another piece. Numbers of cells are smaller.
-pub const SEAM: u32 = MARKS;
+pub const SEAM: u32 = FIRST_MARK;
 
 /// The triangulation of a worker's piece and of the foreign points it was sent. Home points are its first
 /// vertices, by their local numbers.
@@ -35,7 +35,7 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     numbers: Vec<u32>,
     owned: u32,
     /// Cells that belong here, and what they contribute: once surveyed.
-    kept: Kept,
+    kept: KeptCells,
     merged: Merged,
 }
 
@@ -72,21 +72,21 @@ impl<P: Point> SubdomainTriangulation<P> {
             delaunay,
             numbers,
             owned,
-            kept: Kept::default(),
+            kept: KeptCells::default(),
             merged: Merged::default(),
         })
     }
 
     /// Adds foreign points, by their local numbers, as far as they are neighbours of home points then (others never are) or
-    /// undo very many cells ([`Incremental::insert_beside`]).
+    /// undo very many cells ([`Incremental::insert_if_adjacent`]).
     /// Those that are vertices already change nothing. It ends where it is told to stop.
     pub(crate) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count.is_multiple_of(ASKED_EVERY) && stop.is_raised() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && stop.is_raised() {
                 return;
             }
-            if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.owned) {
+            if let Ok(Some(_)) = self.delaunay.insert_if_adjacent(points[i as usize], None, self.owned) {
                 self.numbers.push(ghosts[i as usize]);
             }
         }
@@ -174,7 +174,7 @@ impl<P: Point> SubdomainTriangulation<P> {
     /// vertices at home and foreign ones, and with its smallest vertex, by local numbers.
     pub(crate) fn scan(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
         let firsts = Firsts::of(positions);
-        let mut kept = Kept::of(self.slots());
+        let mut kept = KeptCells::of(self.slots());
         // Nothing is ever known in the last place, which is that of all vertices not at home.
         let mut seen = vec![0u8; self.owned as usize + 1];
         let border = self.scan_owned(&firsts, &mut seen, &mut kept);
@@ -191,7 +191,7 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 
     /// The part of [`SubdomainTriangulation::scan`] that most cells need, those whose vertices are all at home. Returns the slots of others.
-    fn scan_owned(&self, firsts: &Firsts<'_, P>, seen: &mut [u8], kept: &mut Kept) -> Vec<u32> {
+    fn scan_owned(&self, firsts: &Firsts<'_, P>, seen: &mut [u8], kept: &mut KeptCells) -> Vec<u32> {
         let cells = self.delaunay.complex();
         let mut border = Vec::new();
         for word in 0..self.slots().div_ceil(u64::BITS) {
@@ -223,7 +223,7 @@ impl<P: Point> SubdomainTriangulation<P> {
         border: &[u32],
         firsts: &Firsts<'_, P>,
         seen: &mut [u8],
-        kept: &mut Kept,
+        kept: &mut KeptCells,
         mut mixed: impl FnMut(&P::Cell, u32),
     ) -> u64 {
         let mut hull_facets = 0;

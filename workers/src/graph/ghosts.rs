@@ -41,7 +41,7 @@ pub(crate) async fn push_ghosts<P: Point>(
     for (node, sweep) in pushing.sweeps {
         let mut cost = Cost::ZERO;
         let items = sweep.items();
-        cost.swept(sweep);
+        cost.charge_sweep(sweep);
         cx.ledger.charge(Phase::Sets, node, cost, items);
     }
     Ok(pushing.ghosts)

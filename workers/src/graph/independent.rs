@@ -223,7 +223,7 @@ impl Selection {
                     let other = priorities[u as usize];
                     first &= mine.0 < other || compare(mine, (other, positions[u as usize])).is_lt();
                 });
-                own.swept_inside(sweep);
+                own.charge_nested_sweep(sweep);
                 first
             });
             (first, false)
@@ -239,7 +239,7 @@ impl Selection {
                 let mut out = false;
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start) as usize], |&u| out |= states[u as usize] == State::In);
-                own.swept_inside(sweep);
+                own.charge_nested_sweep(sweep);
                 out
             });
             (out, true)
@@ -273,7 +273,7 @@ impl Selection {
                         told.push((table.owners[u as usize], v));
                     }
                 });
-                own.swept_inside(sweep);
+                own.charge_nested_sweep(sweep);
             });
             let open = ends.then(|| {
                 let undecided = |&(v, out): &(u32, bool)| !out && self.states[v as usize] == State::Undecided;

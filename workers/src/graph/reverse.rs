@@ -127,7 +127,7 @@ fn announce<P: Point>(
             }
         }
         let mut cost = Cost::ZERO;
-        cost.swept(edges);
+        cost.charge_sweep(edges);
         cx.ledger.charge(Phase::Sets, leaf.id, cost, edges.items());
     }
     announcements
@@ -165,9 +165,9 @@ impl Reverse {
         let mut united = Lists::with_capacity(table.owned as usize, items);
         for ((leaf, unknown), came) in subdomain.leaves.iter().zip(unknown).zip(heard.came) {
             let mut cost = Cost::ZERO;
-            cost.delivered(came);
+            cost.charge_delivery(came);
             let place = |edge: &Edge| (edge.owned - leaf.start) as usize;
-            let own = cost.sorted_by_place(&unknown, place, leaf.owned_len() as usize);
+            let own = cost.sort_by_position(&unknown, place, leaf.owned_len() as usize);
             let owned_points: Vec<u32> = leaf.owned().collect();
             let mut rest = own.as_slice();
             cost.map_nested(&owned_points, |&owned, inner| {
@@ -176,7 +176,7 @@ impl Reverse {
                 rest = others;
                 let mut added = Sweep::default();
                 added.visit_lanes(segment.len());
-                inner.swept_inside(added);
+                inner.charge_nested_sweep(added);
                 united.push_two(nearest[owned as usize], segment.iter().map(|edge| edge.other));
             });
             cx.ledger.charge(Phase::Graph, leaf.id, cost, 0);

@@ -441,7 +441,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         for (node, sweep) in replicated {
             let mut cost = Cost::ZERO;
             let items = sweep.items();
-            cost.swept(sweep);
+            cost.charge_sweep(sweep);
             cx.ledger.charge(Phase::Sets, node, cost, items);
         }
         let owned_points = items.into_iter().take(table.owned as usize);
@@ -464,8 +464,8 @@ fn send_items<P: Point>(cx: &mut Context<P>, leaving: Leaving<P>) {
 fn unite(mut list: Vec<u32>, other: Vec<u32>, all: &mut Cost) -> Vec<u32> {
     list.extend(other);
     let mut own = Cost::ZERO;
-    own.distinct_inside(&mut list, Ord::cmp);
-    all.beside(own);
+    own.distinct_nested(&mut list, Ord::cmp);
+    all.join(own);
     list
 }
 

@@ -340,7 +340,7 @@ impl<'a, P: Point> Descent<'a, P> {
             ways.clear();
             walk.follow(start, &Probe { centre, radius2, owned: None }, &mut ways, &mut found);
             found.keep_nearest(batch.wanted as usize, radius2);
-            looked.push(i, found.numbers().iter().copied(), &ways);
+            looked.push(i, found.positions().iter().copied(), &ways);
         }
         self.tallies.add(self.subdomain, &walk.into_counts(), &mut cx.ledger);
         looked
@@ -409,7 +409,7 @@ impl<'a, P: Point> Descent<'a, P> {
             scratch.extend(part, |j| dist2(table.positions[j as usize], pending.centre));
         }
         let kth2 = scratch.keep_nearest(ask.wanted as usize, pending.radius2);
-        let list = scratch.numbers().iter().copied();
+        let list = scratch.positions().iter().copied();
         match pending.asker {
             Asker::Owned(owned) => done.push(owned, kth2, list),
             Asker::Batch { batch, query } => asked[batch as usize].answer(query, list),

@@ -102,7 +102,7 @@ pub(crate) fn walk_balls<P: Point>(ground: Ground<P>, ask: Ask, group: &[Ball], 
         }
         found.extend(own.map_or(&[], |own| own.1), |j| dist2(positions[j as usize], centre));
         let kth2 = found.keep_nearest(ask.wanted as usize, ball.radius2);
-        let list = found.numbers().iter().copied();
+        let list = found.positions().iter().copied();
         if ways.is_empty() {
             done.push(ball.owned, kth2, list);
         } else {

@@ -64,13 +64,13 @@ impl Tallies {
     pub(crate) fn into_charges(self) -> impl Iterator<Item = Charge> {
         let inner = self.inner.into_iter().map(|(node, Visits { down, both })| {
             let (mut cost, items) = (Cost::ZERO, down.items());
-            cost.swept(down);
-            cost.swept(both);
+            cost.charge_sweep(down);
+            cost.charge_sweep(both);
             Charge { node, cost, items }
         });
         let leaves = self.pairs.into_iter().map(|(node, pairs)| {
             let (mut cost, items) = (Cost::ZERO, pairs.items());
-            cost.swept(pairs);
+            cost.charge_sweep(pairs);
             Charge { node, cost, items }
         });
         inner.chain(leaves)

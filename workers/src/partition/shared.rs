@@ -239,7 +239,7 @@ fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, poin
     let mut cost = Cost::ZERO;
     let key = DrawKey { seed: cx.config.seed, node: group.node.0, attempt };
     let sampler = cx.config.sampler(key, group.child.population);
-    let samples = cost.pack(&points.positions, |&x| sampler.takes(x));
+    let samples = cost.pack(&points.positions, |&x| sampler.accepts(x));
     // Members before and after a move both charge this step: only the count step states the items.
     cx.ledger.charge(Phase::Partition, group.node, cost, 0);
     cx.send(group.leader, group.node, attempt, Body::Samples(Bulk(samples)));

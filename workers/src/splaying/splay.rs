@@ -132,7 +132,7 @@ fn retain_held<P: Point>(
     found.retain(|(_, cell, from)| {
         let (mut looks, mut cost) = (Sweep::default(), Cost::ZERO);
         looks.visit_lanes(stars.link(*from).len());
-        cost.swept_inside(looks);
+        cost.charge_nested_sweep(looks);
         costs.push((*from, cost));
         stars.position_in(*from, cell).is_some()
     });
@@ -144,7 +144,7 @@ fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterato
     let mut of_leaves: BTreeMap<u32, (Cost, u64)> = BTreeMap::new();
     for (owned, cost) in costs {
         let entry = of_leaves.entry(leaf_number(leaves, owned)).or_default();
-        entry.0.beside(cost);
+        entry.0.join(cost);
         entry.1 += 1;
     }
     for (at, (cost, items)) in of_leaves {

@@ -126,7 +126,7 @@ impl<P: Point> Chart<'_, P> {
                 let mut looked = Sweep::default();
                 let held = Sought::<P>::of(&out.fresh[fresh..], news.owned);
                 refused.retain(|cell| !held.has(cell, &mut looked));
-                cost.swept_inside(looked);
+                cost.charge_nested_sweep(looked);
             }
         }
         let changed = out.fresh.len() > fresh || out.gone.len() > gone;
@@ -152,10 +152,10 @@ impl<P: Point> Chart<'_, P> {
         let link = self.stars.link(owned);
         let (sought, mut looked) = (Sought::<P>::of(link, owned), Sweep::default());
         let mut missing: Vec<P::Cell> = news.proposed.iter().map(|p| p.1).collect();
-        cost.distinct_inside(&mut missing, Ord::cmp);
+        cost.distinct_nested(&mut missing, Ord::cmp);
         missing.retain(|cell| !sought.has(cell, &mut looked));
         let mut held: Vec<P::Cell> = news.objected.iter().map(|o| o.1).collect();
-        cost.distinct_inside(&mut held, Ord::cmp);
+        cost.distinct_nested(&mut held, Ord::cmp);
         held.retain(|cell| sought.has(cell, &mut looked));
         tools.added.clear();
         let proposed = missing.iter().flat_map(AsRef::as_ref);
@@ -165,7 +165,7 @@ impl<P: Point> Chart<'_, P> {
         let named = proposed.chain(heeded.flat_map(|o| &points[o.3.clone()])).copied();
         tools.added.extend(named.chain(news.gathered.iter().map(|g| g.1)));
         looked.visit_lanes(tools.added.len());
-        cost.swept_inside(looked);
+        cost.charge_nested_sweep(looked);
         missing
     }
 
@@ -176,11 +176,11 @@ impl<P: Point> Chart<'_, P> {
         match tools.builder.extend(&self.table.positions, owned, old, &tools.added, cost) {
             Extended::Changed => {
                 tools.builder.facets(&mut out.links);
-                tools.builder.fresh(&mut out.fresh);
-                out.gone.extend(tools.builder.gone().iter().map(|&at| old[at as usize]));
+                tools.builder.created_facets(&mut out.fresh);
+                out.gone.extend(tools.builder.removed_facets().iter().map(|&at| old[at as usize]));
                 let mut flags = Sweep::default();
                 flags.visit_lanes(out.links.len() - before + old.len());
-                cost.swept_inside(flags);
+                cost.charge_nested_sweep(flags);
             }
             Extended::Same => {}
             Extended::Open => self.build_whole(owned, tools, out, cost),
@@ -194,7 +194,7 @@ impl<P: Point> Chart<'_, P> {
         let mut candidates: Vec<u32> =
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(&tools.added);
-        cost.distinct_numbers(&mut candidates, &mut tools.seen);
+        cost.distinct_indices(&mut candidates, &mut tools.seen);
         if tools.builder.build(&self.table.positions, owned, &candidates, cost) {
             let before = out.links.len();
             tools.builder.facets(&mut out.links);
@@ -226,8 +226,8 @@ impl<P: Point> Chart<'_, P> {
             let others = self.partners(news.owned, &cell).filter(|v| tellers.iter().all(|p| p.2 != *v));
             proposals.extend(others.map(|v| (v, cell, news.owned)));
         });
-        cost.swept_inside(looked);
-        cost.swept_inside(step);
+        cost.charge_nested_sweep(looked);
+        cost.charge_nested_sweep(step);
     }
 
     /// Says to those that proposed a cell why the star does not hold it; and to those that did not object why it lost what
@@ -246,10 +246,10 @@ impl<P: Point> Chart<'_, P> {
         if present.is_empty() {
             return;
         }
-        tools.witnesses.begin(table, owned, present, &mut tests);
+        tools.witnesses.load(table, owned, present, &mut tests);
         for cell in refused {
             against.clear();
-            tools.witnesses.against(table, cell, against, &mut tests);
+            tools.witnesses.append_inside(table, cell, against, &mut tests);
             if !against.is_empty() {
                 let tellers = of_cell(news.proposed, cell, |p| p.1, &mut tests);
                 out.objections.add(tellers.iter().map(|p| p.2), cell, owned, against);
@@ -259,12 +259,12 @@ impl<P: Point> Chart<'_, P> {
             let Some(cell) = finite_cell::<P>(owned, facet) else { continue };
             let cell = in_order::<P>(&cell);
             against.clear();
-            tools.witnesses.against(table, &cell, against, &mut tests);
+            tools.witnesses.append_inside(table, &cell, against, &mut tests);
             let tellers: &[Objection<P>] = of_cell(news.objected, &cell, |o| o.1, &mut tests);
             let others = self.partners(owned, &cell).filter(|v| tellers.iter().all(|o| o.2 != *v));
             out.objections.add(others, &cell, owned, against);
         }
-        cost.swept_inside(tests);
+        cost.charge_nested_sweep(tests);
     }
 }
 

@@ -5,7 +5,7 @@ use super::corners::{Cone, Corners};
 use super::planes::{Planes, Side};
 
 use crate::complex::Complex;
-use crate::cost::{Cost, Places};
+use crate::cost::{Cost, Positions};
 use crate::point::{Point, Simplex, dist2, lex_cmp};
 use crate::predicates::{Sign, orientation, raises_dimension};
 use crate::simd::widest;
@@ -17,7 +17,7 @@ pub struct StarBuilder<P: Point> {
     pub(super) planes: Planes,
     /// Candidates by distance, and how many have been looked at.
     pub(super) order: Vec<u32>,
-    seen: usize,
+    taken: usize,
     keys: Vec<u64>,
     pub(super) centre: P,
     /// Infinity, then the candidates looked at, in order; the link's vertices are positions in here less 1.
@@ -25,14 +25,14 @@ pub struct StarBuilder<P: Point> {
     /// Facets that the candidate at hand may conflict with.
     uncertain: Vec<u32>,
     /// The cavity, where some facets were undecided.
-    dug: Vec<u32>,
+    cavity: Vec<u32>,
     /// Of every facet: what rounded arithmetic says of the candidate at hand.
     pub(super) sides: Vec<Side>,
     /// Of every facet of the link that was loaded ([`StarBuilder::extend`]): is it gone? And those that are.
     pub(super) loaded: Vec<bool>,
-    pub(super) gone: Vec<u32>,
+    pub(super) removed: Vec<u32>,
     /// Where the numbers of points stand in `points`.
-    pub(super) places: Places,
+    pub(super) positions: Positions,
 }
 
 impl<P: Point> Default for StarBuilder<P> {
@@ -41,25 +41,25 @@ impl<P: Point> Default for StarBuilder<P> {
             link: Complex::default(),
             planes: Planes::default(),
             order: Vec::new(),
-            seen: 0,
+            taken: 0,
             keys: Vec::new(),
             centre: P::default(),
             points: Vec::new(),
             uncertain: Vec::new(),
-            dug: Vec::new(),
+            cavity: Vec::new(),
             sides: Vec::new(),
             loaded: Vec::new(),
-            gone: Vec::new(),
-            places: Places::default(),
+            removed: Vec::new(),
+            positions: Positions::default(),
         }
     }
 }
 
-/// Candidates that are looked at together: then it is asked whether the rest is out of reach.
-const AT_ONCE: usize = 32;
+/// Candidates that are looked at together: then it is checks_reach whether the rest is out of reach.
+const BATCH: usize = 32;
 
 /// Candidates between two questions whether the rest is out of reach.
-const ASKED_EVERY: u32 = 4;
+const CHECK_INTERVAL: u32 = 4;
 
 impl<P: Point> StarBuilder<P> {
     /// Builds the star of `table[centre]` among the `candidates` (positions in `table`, in any order,
@@ -70,15 +70,15 @@ impl<P: Point> StarBuilder<P> {
         self.points.clear();
         self.points.push(Candidate::infinity());
         self.order.clear();
-        self.seen = 0;
+        self.taken = 0;
         self.loaded.clear();
-        self.gone.clear();
+        self.removed.clear();
         self.order.extend_from_slice(candidates);
         if candidates.contains(&centre) {
             self.order.retain(|&i| i != centre);
         }
         self.sort_by_distance(table, cost);
-        let mut more = |this: &mut Self| this.look_at_more(table);
+        let mut more = |this: &mut Self| this.take_batch(table);
         let first = self.first_simplex(&mut more, cost);
         if let Some(first) = first {
             self.start(first);
@@ -125,10 +125,10 @@ impl<P: Point> StarBuilder<P> {
     }
 
     /// Takes the next candidates in order; are there any?
-    fn look_at_more(&mut self, table: &[P]) -> bool {
-        let next = &self.order[self.seen..];
-        let next = if next.len() > 2 * AT_ONCE { &next[..AT_ONCE] } else { next };
-        self.seen += next.len();
+    fn take_batch(&mut self, table: &[P]) -> bool {
+        let next = &self.order[self.taken..];
+        let next = if next.len() > 2 * BATCH { &next[..BATCH] } else { next };
+        self.taken += next.len();
         for &id in next {
             if self.points.last().is_some_and(|last| last.id != id) {
                 self.points.push(Candidate::of(table, id, self.centre));
@@ -161,7 +161,7 @@ impl<P: Point> StarBuilder<P> {
             }
             q += 1;
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
         if found < P::DIM {
             return None;
         }
@@ -190,9 +190,9 @@ impl<P: Point> StarBuilder<P> {
                 }
             }
             if q > last || !first.as_ref().contains(&q) {
-                let asks = q % ASKED_EVERY == 0;
-                self.insert(q, asks, cost);
-                if asks && self.planes.are_out_of_reach(self.reach_of(q)) {
+                let checks_reach = q % CHECK_INTERVAL == 0;
+                self.insert(q, checks_reach, cost);
+                if checks_reach && self.planes.are_out_of_reach(self.reach_of(q)) {
                     return;
                 }
             }
@@ -205,12 +205,12 @@ impl<P: Point> StarBuilder<P> {
         length * length
     }
 
-    /// One sweep over the facets; then the cavity, if any. A facet that is `asked` says how far it reaches, too.
+    /// One sweep over the facets; then the cavity, if any. A facet that is `checks_reach` says how far it reaches, too.
     #[inline(always)]
-    pub(super) fn insert(&mut self, q: u32, asked: bool, cost: &mut Cost) {
+    pub(super) fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
-        sweep.visit_lanes(if asked { 2 * self.link.len() } else { self.link.len() });
+        sweep.visit_lanes(if checks_reach { 2 * self.link.len() } else { self.link.len() });
         self.uncertain.clear();
         let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&image.at, |facet, side| {
@@ -225,17 +225,17 @@ impl<P: Point> StarBuilder<P> {
             if undecided {
                 self.decide(q, seed);
             }
-            let (sides, cavity) = (&self.sides, if undecided { &self.dug } else { &self.uncertain });
+            let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
             let conflicts = !cavity.is_empty();
             // What single precision was not certain of, and the ridges of the facets that go.
             sweep.visit_lanes(self.uncertain.len() + P::DIM * cavity.len());
             if conflicts {
                 for &facet in cavity {
-                    if let Some(is_gone) = self.loaded.get_mut(facet as usize)
-                        && !*is_gone
+                    if let Some(is_removed) = self.loaded.get_mut(facet as usize)
+                        && !*is_removed
                     {
-                        *is_gone = true;
-                        self.gone.push(facet);
+                        *is_removed = true;
+                        self.removed.push(facet);
                     }
                 }
                 self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
@@ -252,7 +252,7 @@ impl<P: Point> StarBuilder<P> {
                 sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
             }
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
     }
 
     /// Computes the planes of new facets; no image to come is longer than `longest`.
@@ -271,13 +271,13 @@ impl<P: Point> StarBuilder<P> {
     /// Digs the cavity where some facets are undecided, and marks those of them that are in it.
     #[cold]
     fn decide(&mut self, q: u32, seed: Option<u32>) {
-        self.dug.clear();
+        self.cavity.clear();
         let Some(seed) = seed.or_else(|| self.conflict_among_undecided(q)) else { return };
         let corners = Corners { centre: self.centre, points: &self.points };
-        self.sides[seed as usize] = Side::Dug;
-        self.dug.push(seed);
+        self.sides[seed as usize] = Side::InCavity;
+        self.cavity.push(seed);
         let mut head = 0;
-        while let Some(&facet) = self.dug.get(head) {
+        while let Some(&facet) = self.cavity.get(head) {
             head += 1;
             for slot in 0..P::DIM {
                 let (next, _) = self.link.neighbour(facet, slot);
@@ -286,12 +286,12 @@ impl<P: Point> StarBuilder<P> {
                     *side = if corners.conflict(&self.link, next, q) { Side::Conflict } else { Side::Clear };
                 }
                 if *side == Side::Conflict {
-                    *side = Side::Dug;
-                    self.dug.push(next);
+                    *side = Side::InCavity;
+                    self.cavity.push(next);
                 }
             }
         }
-        for &facet in &self.dug {
+        for &facet in &self.cavity {
             self.sides[facet as usize] = Side::Conflict;
         }
     }

@@ -40,13 +40,13 @@ impl<P: Point> StarBuilder<P> {
         cost: &mut Cost,
     ) -> Extended {
         self.centre = table[centre as usize];
-        self.places.make_room(table.len());
+        self.positions.make_room(table.len());
         let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
         numbers.push(INFINITE);
         numbers.extend_from_slice(bytemuck::cast_slice(link));
         let entries = numbers.len();
         numbers.extend(added.iter().filter(|&&v| v != centre));
-        let distinct = cost.places_of(&mut numbers, &mut self.places);
+        let distinct = cost.relabel(&mut numbers, &mut self.positions);
         let known = numbers[..entries].iter().fold(0, |most, &place| most.max(place)) as usize + 1;
         self.order.clear();
         self.order.extend_from_slice(&distinct[known..]);
@@ -66,18 +66,18 @@ impl<P: Point> StarBuilder<P> {
                 }
             },
         );
-        if self.gone.is_empty() { Extended::Same } else { Extended::Changed }
+        if self.removed.is_empty() { Extended::Same } else { Extended::Changed }
     }
 
     /// The facets of the link that the last [`StarBuilder::extend`] made. Appends to `out`.
-    pub fn fresh(&self, out: &mut Vec<P::Facet>) {
+    pub fn created_facets(&self, out: &mut Vec<P::Facet>) {
         let is_old = |cell: &u32| self.loaded.get(*cell as usize) == Some(&false);
         out.extend(self.link.live_cells().filter(|cell| !is_old(cell)).map(|cell| self.named(cell)));
     }
 
     /// The positions in the given link of those facets that are gone, in the order in which they went.
-    pub fn gone(&self) -> &[u32] {
-        &self.gone
+    pub fn removed_facets(&self) -> &[u32] {
+        &self.removed
     }
 
     /// Infinity and the link's vertices, then what is added, by distance.
@@ -90,28 +90,28 @@ impl<P: Point> StarBuilder<P> {
             sweep.visit();
             self.points.push(Candidate::of(table, id, self.centre));
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
     }
 
     /// The link as a complex, with the planes of its facets.
-    fn load(&mut self, link: &[P::Facet], places: &[u32], cost: &mut Cost) -> bool {
+    fn load(&mut self, link: &[P::Facet], positions: &[u32], cost: &mut Cost) -> bool {
         let mut facets = vec![P::Facet::splat(0); link.len()];
         let mut sweep = cost.sweep();
         sweep.visit_lanes(link.len());
-        for (v, place) in bytemuck::cast_slice_mut(&mut facets).iter_mut().zip(places) {
+        for (v, place) in bytemuck::cast_slice_mut(&mut facets).iter_mut().zip(positions) {
             *v = place.wrapping_sub(1);
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
         // The machine enters all ridges, then looks for all; a processor does the one or the other for each.
         let mut joining = cost.sweep();
         joining.visit_lanes(2 * P::DIM * link.len());
-        cost.swept_inside(joining);
+        cost.charge_nested_sweep(joining);
         if link.is_empty() || !self.link.load(&facets) {
             return false;
         }
         self.loaded.clear();
         self.loaded.resize(link.len(), false);
-        self.gone.clear();
+        self.removed.clear();
         self.enter_loaded();
         true
     }

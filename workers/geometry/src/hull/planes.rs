@@ -109,7 +109,7 @@ pub(super) enum Side {
     Clear,
     Undecided,
     /// In conflict, and found on the way through the cavity.
-    Dug,
+    InCavity,
 }
 
 /// The planes of all facets of a link, by the facets' numbers.

@@ -204,9 +204,9 @@ fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
             assert_eq!(set(&new), set(&anew), "{kind}, star of {v}");
             let (old_set, new_set) = (set(&old), set(&new));
             let mut fresh = Vec::new();
-            builder.fresh(&mut fresh);
+            builder.created_facets(&mut fresh);
             assert_eq!(set(&fresh), &new_set - &old_set, "{kind}: fresh facets of {v}");
-            let gone: Vec<P::Facet> = builder.gone().iter().map(|&at| old[at as usize]).collect();
+            let gone: Vec<P::Facet> = builder.removed_facets().iter().map(|&at| old[at as usize]).collect();
             assert_eq!(set(&gone), &old_set - &new_set, "{kind}: facets of {v} that are gone");
             changed += gone.len();
             against_those_gone(&points, v, &gone, &new, &mut witnesses);
@@ -225,14 +225,14 @@ fn against_those_gone<P: Point>(
     let all = link.iter().flat_map(AsRef::as_ref).copied().filter(|&q| q != INFINITE);
     let around: Vec<u32> = all.collect::<std::collections::BTreeSet<_>>().into_iter().collect();
     let mut step = crate::cost::Sweep::default();
-    witnesses.begin(points, v, &around, &mut step);
+    witnesses.load(points, v, &around, &mut step);
     for facet in gone.iter().filter(|f| !f.as_ref().contains(&INFINITE)) {
         let mut cell = P::Cell::splat(v);
         cell.as_mut()[1..].copy_from_slice(facet.as_ref());
         cell.as_mut().swap(0, 1);
         let corners: Vec<P> = [v].iter().chain(facet.as_ref()).map(|&i| points[i as usize]).collect();
         let mut found = Vec::new();
-        witnesses.against(points, &cell, &mut found, &mut step);
+        witnesses.append_inside(points, &cell, &mut found, &mut step);
         let inside = |q: &u32| !facet.as_ref().contains(q) && in_sphere(&corners, points[*q as usize]);
         let expected: Vec<u32> = around.iter().copied().filter(inside).collect();
         assert_eq!(found, expected, "cell {facet:?} of {v}");

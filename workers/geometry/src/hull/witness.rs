@@ -30,7 +30,7 @@ impl<P: Point> Default for Witnesses<P> {
 
 impl<P: Point> Witnesses<P> {
     /// Takes the points, none of which is `table[centre]`; charged in `step`.
-    pub fn begin(&mut self, table: &[P], centre: u32, points: &[u32], step: &mut Sweep) {
+    pub fn load(&mut self, table: &[P], centre: u32, points: &[u32], step: &mut Sweep) {
         self.centre = table[centre as usize];
         self.points.clear();
         step.each(points, |&id| self.points.push(Candidate::of(table, id, self.centre)));
@@ -39,7 +39,7 @@ impl<P: Point> Witnesses<P> {
 
     /// Appends to `found` those of the points that lie in the (perturbed) circumsphere of a cell of the centre and are
     /// none of its corners. Of a flat cell none does.
-    pub fn against(&mut self, table: &[P], cell: &P::Cell, found: &mut Vec<u32>, tests: &mut Sweep) {
+    pub fn append_inside(&mut self, table: &[P], cell: &P::Cell, found: &mut Vec<u32>, tests: &mut Sweep) {
         let mut corners = [self.centre; 4];
         let mut others = [self.points.first().copied().unwrap_or_else(|| Candidate::infinity()); 3];
         let mut n = 0;

@@ -8,7 +8,7 @@ use super::read::corners;
 use super::ridges::Ridges;
 use super::ridges::ridge;
 use super::scratch::{Face, Scratch};
-use super::sphere::{KEPT, NO_SPHERE, Query, REMOVED};
+use super::sphere::{CLEARED, NO_SPHERE, Query, REMOVED};
 use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
@@ -18,7 +18,7 @@ use crate::predicates::{conflicts_infinite, in_sphere};
 const MANY: usize = 128;
 
 /// In the incidence table, the mark of a vertex that has a number in the present border.
-const NUMBERED: u32 = 1 << 31;
+const INDEXED: u32 = 1 << 31;
 
 /// The facet of a positive cell opposite `slot` behind the code across it, so that a point inside and the
 /// facet are a positive cell.
@@ -60,17 +60,17 @@ pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u
 fn conflicts_once<P: Point>(
     slots: &mut [Cell<P::Cell>],
     points: &[P],
-    kept: &mut Vec<u32>,
+    cleared: &mut Vec<u32>,
     cell: u32,
     q: P,
 ) -> bool {
-    if slots[cell as usize].radius() & KEPT != 0 {
+    if slots[cell as usize].radius() & CLEARED != 0 {
         return false;
     }
     let inside = conflicts(slots, points, cell, q);
     if !inside {
-        *slots[cell as usize].radius_mut() |= KEPT;
-        kept.push(cell);
+        *slots[cell as usize].radius_mut() |= CLEARED;
+        cleared.push(cell);
     }
     inside
 }
@@ -80,25 +80,25 @@ impl<P: Point> Incremental<P> {
     /// cells; has it?
     pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {
         let q = self.points[vertex as usize];
-        self.dig(q, query, seed);
-        if bound != INFINITE && !self.is_beside(bound) {
+        self.find_cavity(q, query, seed);
+        if bound != INFINITE && !self.keeps_insertion(bound) {
             self.last = seed;
             return false;
         }
         self.allocate();
-        self.number();
-        self.look_around(q);
-        if Ridges::is_small(self.scratch.names.len) {
+        self.index_border();
+        self.invert_vertices(q);
+        if Ridges::is_small(self.scratch.border_vertices.len) {
             self.fill_small(vertex, query);
         } else {
             self.fill_large(vertex, query);
         }
-        self.note(vertex);
+        self.set_incident(vertex);
         true
     }
 
     /// Has the cavity a vertex below `bound`, or very many cells? If not, it is filled again with what was there.
-    fn is_beside(&mut self, bound: u32) -> bool {
+    fn keeps_insertion(&mut self, bound: u32) -> bool {
         let (slots, cavity) = (&mut self.cells.slots[..], self.scratch.cavity.items());
         let has_one = |&cell: &u32| slots[cell as usize].vertices().as_ref().iter().any(|&v| v < bound);
         if cavity.len() > MANY || cavity.iter().any(has_one) {
@@ -113,9 +113,9 @@ impl<P: Point> Incremental<P> {
     /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes
     /// cannot be foreseen, so it is written to both lists, and the one that it belongs to grows.
     #[inline(never)]
-    fn dig(&mut self, q: P, query: &Query<P>, seed: u32) {
+    fn find_cavity(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
-        let Scratch { cavity, border, kept, .. } = &mut self.scratch;
+        let Scratch { cavity, border, cleared, .. } = &mut self.scratch;
         *slots[seed as usize].radius_mut() |= REMOVED;
         cavity.items[0] = seed;
         let (mut head, mut inner, mut outer) = (0, 1, 0);
@@ -144,7 +144,7 @@ impl<P: Point> Incremental<P> {
                 let slot = open.trailing_zeros();
                 open &= open - 1;
                 let code = neighbours.as_ref()[slot as usize];
-                if conflicts_once(slots, points, kept, code >> 2, q) {
+                if conflicts_once(slots, points, cleared, code >> 2, q) {
                     *slots[(code >> 2) as usize].radius_mut() |= REMOVED;
                     inside_of[inner] = code >> 2;
                     inner += 1;
@@ -155,8 +155,8 @@ impl<P: Point> Incremental<P> {
             }
         }
         (cavity.len, border.len) = (inner, outer);
-        for cell in kept.drain(..) {
-            *slots[cell as usize].radius_mut() &= !KEPT;
+        for cell in cleared.drain(..) {
+            *slots[cell as usize].radius_mut() &= !CLEARED;
         }
     }
 
@@ -184,24 +184,24 @@ impl<P: Point> Incremental<P> {
 
     /// Numbers the vertices of the border and enters the ridges.
     #[inline(never)]
-    fn number(&mut self) {
-        let Scratch { border, faces, names, ridges, .. } = &mut self.scratch;
+    fn index_border(&mut self) {
+        let Scratch { border, faces, border_vertices, ridges, .. } = &mut self.scratch;
         let incident = &mut self.incident[..];
         let slots = &self.cells.slots[..];
         let border = border.items();
         let faces_of = &mut faces.room(0, border.len())[..border.len()];
         let mut known = 1;
         for ((&(inward, outward), &cell), face) in border.iter().zip(&self.cells.created).zip(faces_of) {
-            let names_of = names.room(known, P::DIM);
+            let vertices_of = border_vertices.room(known, P::DIM);
             let removed = slots[(outward >> 2) as usize].vertices();
             let vertices = facet::<P>(removed, outward as usize & 3, inward);
             let mut numbers = [0; 3];
             for (number, &vertex) in numbers.iter_mut().zip(&vertices.as_ref()[1..]) {
                 let entry = &mut incident[vertex.wrapping_add(1) as usize];
-                let is_new = *entry & NUMBERED == 0;
-                *number = if is_new { known as u32 } else { *entry & !NUMBERED };
-                *entry = NUMBERED | *number;
-                names_of[known] = (vertex, cell);
+                let is_new = *entry & INDEXED == 0;
+                *number = if is_new { known as u32 } else { *entry & !INDEXED };
+                *entry = INDEXED | *number;
+                vertices_of[known] = (vertex, cell);
                 known = known.wrapping_add(usize::from(is_new));
             }
             for i in 0..P::DIM {
@@ -209,15 +209,15 @@ impl<P: Point> Incremental<P> {
             }
             *face = Face { vertices, numbers, cell };
         }
-        (faces.len, names.len) = (border.len(), known);
+        (faces.len, border_vertices.len) = (border.len(), known);
     }
 
     /// Sees the vertices of the border from the new one.
-    fn look_around(&mut self, q: P) {
-        let Scratch { around, names, .. } = &mut self.scratch;
+    fn invert_vertices(&mut self, q: P) {
+        let Scratch { around, border_vertices, .. } = &mut self.scratch;
         let (points, frame) = (&self.points[..], self.frame);
         around.clear();
-        around.extend(names.items().iter().map(|&(vertex, _)| {
+        around.extend(border_vertices.items().iter().map(|&(vertex, _)| {
             let to = points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
             frame.inverse(q, to)
         }));
@@ -265,9 +265,9 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Notes a cell for every vertex that was numbered, and for the new one.
-    fn note(&mut self, vertex: u32) {
+    fn set_incident(&mut self, vertex: u32) {
         let first = self.cells.created[0];
-        for &(vertex, cell) in &self.scratch.names.items()[1..] {
+        for &(vertex, cell) in &self.scratch.border_vertices.items()[1..] {
             self.incident[vertex.wrapping_add(1) as usize] = cell;
         }
         self.incident[vertex as usize + 1] = first;

@@ -8,7 +8,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::sphere::{KEPT, NO_SPHERE, REMOVED};
+use super::sphere::{CLEARED, NO_SPHERE, REMOVED};
 use crate::complex::{INFINITE, NONE};
 use crate::point::Simplex;
 
@@ -196,7 +196,7 @@ impl<S: Simplex> Cells<S> {
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             let radius = self.slots[cell as usize].radius();
-            if radius & KEPT != 0 {
+            if radius & CLEARED != 0 {
                 return Err(format!("cell {cell} is marked"));
             }
             for slot in 0..S::LEN {

@@ -7,18 +7,18 @@ use crate::point::Point;
 
 /// Which cells are kept, by slot: a bit a cell.
 #[derive(Clone, Debug, Default)]
-pub struct Kept {
+pub struct KeptCells {
     /// A bit for each slot, set where its cell is kept.
     bits: Vec<u64>,
     /// A bit for each slot, set where its cell is outer space.
     outer: Vec<u64>,
 }
 
-impl Kept {
+impl KeptCells {
     /// Nothing yet, of so many slots.
     pub fn of(slots: u32) -> Self {
         let words = slots.div_ceil(u64::BITS) as usize;
-        Kept { bits: vec![0; words], outer: vec![0; words] }
+        KeptCells { bits: vec![0; words], outer: vec![0; words] }
     }
 
     /// Keeps the cell in a slot.
@@ -66,7 +66,7 @@ impl Kept {
 /// Numbers of kept cells, counted in the order of slots: for nearly all one look at few bits a cell, which a core's
 /// caches hold.
 struct Numbers<'a> {
-    kept: &'a Kept,
+    kept: &'a KeptCells,
     /// The number of the first cell of each word of which all cells are kept; [`NONE`] for other words.
     full: Vec<u32>,
     /// The number of kept cells before each word.
@@ -75,7 +75,7 @@ struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    fn of(kept: &'a Kept, marks: [u32; 2]) -> Self {
+    fn of(kept: &'a KeptCells, marks: [u32; 2]) -> Self {
         let (mut full, mut before) =
             (Vec::with_capacity(kept.bits.len()), Vec::with_capacity(kept.bits.len()));
         let mut count = 0;
@@ -91,12 +91,12 @@ impl<'a> Numbers<'a> {
     #[inline]
     fn number(&self, slot: u32) -> u32 {
         let full = self.full[(slot / u64::BITS) as usize];
-        if full == NONE { self.beside(slot) } else { full + slot % u64::BITS }
+        if full == NONE { self.in_partial_word(slot) } else { full + slot % u64::BITS }
     }
 
     /// The same, where not all cells of a word are kept.
     #[inline]
-    fn beside(&self, slot: u32) -> u32 {
+    fn in_partial_word(&self, slot: u32) -> u32 {
         let (word, bit) = place(slot);
         let bits = self.kept.bits[word];
         if bits & bit != 0 {
@@ -108,7 +108,7 @@ impl<'a> Numbers<'a> {
 }
 
 /// The least mark of [`Incremental::into_rows`]: its bit is set in no number of a cell.
-pub const MARKS: u32 = 1 << 31;
+pub const FIRST_MARK: u32 = 1 << 31;
 
 /// The word of a slot's bit, and the bit.
 #[inline]
@@ -124,17 +124,17 @@ impl<P: Point> Incremental<P> {
 
     /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each kept cell in the order of slots. A row
     /// holds what `vertex` makes of the cell's vertices, then for each of them the number of the cell across the
-    /// opposite facet, or one of two marks, for a cell that is not kept and for outer space: numbers from [`MARKS`] on,
+    /// opposite facet, or one of two marks, for a cell that is not kept and for outer space: numbers from [`FIRST_MARK`] on,
     /// which no cell has. Returns the numbers of the rows that have a mark, too.
     ///
     /// **Work.** O(cells), in place: rows are shorter than cells, so none is written over before it is read.
     pub fn into_rows(
         self,
-        kept: &Kept,
+        kept: &KeptCells,
         marks: [u32; 2],
         vertex: impl Fn(u32) -> u32,
     ) -> (Vec<u32>, Vec<u32>) {
-        debug_assert!(marks.iter().all(|&mark| mark >= MARKS), "a mark could be a number");
+        debug_assert!(marks.iter().all(|&mark| mark >= FIRST_MARK), "a mark could be a number");
         let n = P::DIM + 1;
         let numbers = Numbers::of(kept, marks);
         let mut marked = Vec::new();
@@ -151,7 +151,7 @@ impl<P: Point> Incremental<P> {
             for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
                 *to = numbers.number(code >> 2);
             }
-            if second.iter().fold(0, |all, next| all | next) >= MARKS {
+            if second.iter().fold(0, |all, next| all | next) >= FIRST_MARK {
                 marked.push((end / (2 * n)) as u32);
             }
             end += 2 * n;
@@ -165,7 +165,7 @@ impl<P: Point> Incremental<P> {
 #[cfg(test)]
 mod tests {
     use super::super::Incremental;
-    use super::{Kept, Numbers};
+    use super::{KeptCells, Numbers};
     use glam::DVec2;
 
     /// Words of which all, some and none are kept, and one that is not full.
@@ -179,7 +179,7 @@ mod tests {
             _ => slot.is_multiple_of(2),
         };
         let slots = 6 * 64 + 37;
-        let mut kept = Kept::of(slots);
+        let mut kept = KeptCells::of(slots);
         kept.keep_word(0, u64::MAX);
         kept.keep_word(3, u64::MAX);
         for slot in (0..slots).rev() {
@@ -211,7 +211,7 @@ mod tests {
             (0..40u32).map(|i| DVec2::new(f64::from(i * 37 % 41), f64::from(i * i % 43))).collect();
         let delaunay = Incremental::new(points).unwrap();
         let complex = delaunay.complex();
-        let mut kept = Kept::of(complex.slots());
+        let mut kept = KeptCells::of(complex.slots());
         let mut expected = Vec::new();
         // One finite cell is left out: a hole between outer space and the rest.
         let without = complex.live_cells().filter(|&slot| !complex.is_infinite(slot)).nth(20).unwrap();

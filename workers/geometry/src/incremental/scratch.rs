@@ -13,10 +13,10 @@ pub(super) struct Scratch<P: Point> {
     /// The facets of the border, by their codes from inside and from outside.
     pub(super) border: List<(u32, u32)>,
     /// The cells that the exact predicates found free of conflict.
-    pub(super) kept: Vec<u32>,
+    pub(super) cleared: Vec<u32>,
     pub(super) faces: List<Face<P::Cell>>,
     /// The vertices of the border from 1 on, each with a new cell that it will be in.
-    pub(super) names: List<(u32, u32)>,
+    pub(super) border_vertices: List<(u32, u32)>,
     /// The same vertices, seen from the new one.
     pub(super) around: Vec<Inverse<P>>,
     pub(super) ridges: Ridges,
@@ -27,7 +27,7 @@ pub(super) struct Scratch<P: Point> {
 pub(super) struct Face<S> {
     /// The code of the cell outside, then the vertices so that a point inside and they make a positive cell.
     pub(super) vertices: S,
-    /// The vertices' places in `names`; the third is 0 in the plane.
+    /// The vertices' places in `border_vertices`; the third is 0 in the plane.
     pub(super) numbers: [u32; 3],
     /// The new cell.
     pub(super) cell: u32,
@@ -38,9 +38,9 @@ impl<P: Point> Default for Scratch<P> {
         Scratch {
             cavity: List::new(0),
             border: List::new((0, 0)),
-            kept: Vec::new(),
+            cleared: Vec::new(),
             faces: List::new(Face { vertices: P::Cell::splat(0), numbers: [0; 3], cell: 0 }),
-            names: List::new((INFINITE, 0)),
+            border_vertices: List::new((INFINITE, 0)),
             around: Vec::new(),
             ridges: Ridges::default(),
         }

@@ -43,7 +43,7 @@ use crate::simd::larger;
 pub(super) const REMOVED: u32 = 1 << 31;
 
 /// Mark of a cell that the exact predicates found free of conflict with the present point.
-pub(super) const KEPT: u32 = 1;
+pub(super) const CLEARED: u32 = 1;
 
 /// The radius of a cell without a sphere: not a number.
 pub(super) const NO_SPHERE: u32 = 0x7fc0_0000;
@@ -169,7 +169,7 @@ impl<P: Point> Frame<P> {
     /// The rounded radius of a sphere without its marks; not a number where there is none.
     #[inline]
     pub(super) fn rounded_radius(sphere: &P::Cell) -> f32 {
-        f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT))
+        f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | CLEARED))
     }
 
     /// The most that a rounded radius may be if twice its [`Frame::radius_bound`] is not to exceed `across`; 0, which is
@@ -259,7 +259,7 @@ impl<P: Point> Query<P> {
         for i in 0..P::DIM {
             sphere.as_mut()[i] = (at.coord(i) as f32).to_bits();
         }
-        let radius = if sound { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        let radius = if sound { (radius as f32).to_bits() & !CLEARED } else { NO_SPHERE };
         sphere.as_mut()[P::DIM] = radius;
         sphere
     }

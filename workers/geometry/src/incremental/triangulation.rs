@@ -60,7 +60,7 @@ const MOST_POINTS: usize = 1 << 26;
 const MOST_CELLS: u32 = 1 << 29;
 
 /// Points between two questions whether to go on.
-pub const ASKED_EVERY: usize = 4096;
+pub const STOP_CHECK_INTERVAL: usize = 4096;
 
 impl<P: Point> Incremental<P> {
     /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with
@@ -85,7 +85,7 @@ impl<P: Point> Incremental<P> {
         Self::build_while(points, order, &mut || true)
     }
 
-    /// The same, as long as `go_on`, which is asked every [`ASKED_EVERY`] points, answers yes.
+    /// The same, as long as `go_on`, which is asked every [`STOP_CHECK_INTERVAL`] points, answers yes.
     ///
     /// # Errors
     ///
@@ -151,7 +151,7 @@ impl<P: Point> Incremental<P> {
         };
         let first = this.start()?;
         for (count, vertex) in order.into_iter().enumerate() {
-            if count.is_multiple_of(ASKED_EVERY) && !go_on() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             if !first.as_ref().contains(&vertex) {
@@ -215,7 +215,7 @@ impl<P: Point> Incremental<P> {
     /// `TooMany`. The triangulation is then as before.
     pub fn insert(&mut self, p: P, hint: Option<u32>) -> Result<u32, IncrementalError> {
         let vertex = self.points.len() as u32;
-        self.insert_beside(p, hint, INFINITE).map(|_| vertex)
+        self.insert_if_adjacent(p, hint, INFINITE).map(|_| vertex)
     }
 
     /// The same, if one of the new vertex' neighbours is below `bound` or it undoes very many cells; else nothing changes,
@@ -228,7 +228,7 @@ impl<P: Point> Incremental<P> {
     /// # Errors
     ///
     /// As [`Incremental::insert`].
-    pub fn insert_beside(
+    pub fn insert_if_adjacent(
         &mut self,
         p: P,
         hint: Option<u32>,
@@ -247,12 +247,12 @@ impl<P: Point> Incremental<P> {
             self.points.pop();
             self.incident.pop();
         }
-        done.map(|is_beside| is_beside.then_some(vertex))
+        done.map(|is_adjacent| is_adjacent.then_some(vertex))
     }
 
     /// Adds points in the order of [`insertion_order`], each walk starting where the point before was
     /// added, and returns the vertex of each: a new one, or the one that stands there already. New
-    /// vertices are numbered in the order of insertion. `go_on` is asked every [`ASKED_EVERY`] points.
+    /// vertices are numbered in the order of insertion. `go_on` is asked every [`STOP_CHECK_INTERVAL`] points.
     ///
     /// # Errors
     ///
@@ -267,7 +267,7 @@ impl<P: Point> Incremental<P> {
         clean(&mut points)?;
         let mut vertices = vec![NONE; points.len()];
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count.is_multiple_of(ASKED_EVERY) && !go_on() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             vertices[i as usize] = match self.insert(points[i as usize], None) {

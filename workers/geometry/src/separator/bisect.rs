@@ -31,7 +31,7 @@ pub fn bisection_samples(population: u64) -> u64 {
 }
 
 /// The two numbers next to the middle of some, which are put in another order; the same one where their count is odd.
-fn middle(values: &mut [f64]) -> Option<[f64; 2]> {
+fn median_pair(values: &mut [f64]) -> Option<[f64; 2]> {
     let half = values.len() / 2;
     let odd = values.len() % 2 == 1;
     let (below, &mut upper, _) =
@@ -49,13 +49,13 @@ impl<P: Point> Separator<P> {
 
     /// The concentric sphere, or the parallel plane, that halves some points best but for ties; nothing if there is none after
     /// rounding.
-    pub(super) fn moved_to_middle(&self, points: impl Iterator<Item = P>) -> Option<Self> {
+    pub(super) fn moved_to_median(&self, points: impl Iterator<Item = P>) -> Option<Self> {
         if let Some(axis) = self.axis() {
-            let [low, high] = middle(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
+            let [low, high] = median_pair(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
             return Some(Separator::between(axis, low, high));
         }
         let mut values: Vec<f64> = points.map(|x| self.value(self.local(x))).collect();
-        let [low, high] = middle(&mut values)?;
+        let [low, high] = median_pair(&mut values)?;
         Self::from_coefficients(self.origin, self.unit, self.a, self.b, self.c - (0.5 * low + 0.5 * high))
     }
 
@@ -66,8 +66,8 @@ impl<P: Point> Separator<P> {
     }
 
     /// The same surface moved to the middle of points, in any order, or as it is if that halves them no worse.
-    pub(super) fn halving(self, points: &[P]) -> Self {
-        let moved = self.moved_to_middle(points.iter().copied());
+    pub(super) fn bisecting(self, points: &[P]) -> Self {
+        let moved = self.moved_to_median(points.iter().copied());
         moved.filter(|moved| moved.larger_side(points) < self.larger_side(points)).unwrap_or(self)
     }
 }
@@ -81,25 +81,25 @@ mod tests {
         DrawKey, DrawKind, SAMPLE_TARGET, Sampler, Separator, Side, cut_at_median, draw, draw_bisecting,
         split_bound,
     };
-    use super::{bisection_samples, middle};
+    use super::{bisection_samples, median_pair};
     use crate::cost::Cost;
     use crate::point::Point;
 
     #[test]
     fn middles_are_medians() {
-        assert_eq!(middle(&mut []), None);
-        assert_eq!(middle(&mut [3.0]), Some([3.0; 2]));
-        assert_eq!(middle(&mut [9.0, 1.0]), Some([1.0, 9.0]));
-        assert_eq!(middle(&mut [4.0, -2.0, 8.0]), Some([4.0; 2]));
-        assert_eq!(middle(&mut [7.0, 1.0, 5.0, 2.0]), Some([2.0, 5.0]));
-        assert_eq!(middle(&mut [1.0, f64::INFINITY, 2.0, f64::INFINITY]), Some([2.0, f64::INFINITY]));
+        assert_eq!(median_pair(&mut []), None);
+        assert_eq!(median_pair(&mut [3.0]), Some([3.0; 2]));
+        assert_eq!(median_pair(&mut [9.0, 1.0]), Some([1.0, 9.0]));
+        assert_eq!(median_pair(&mut [4.0, -2.0, 8.0]), Some([4.0; 2]));
+        assert_eq!(median_pair(&mut [7.0, 1.0, 5.0, 2.0]), Some([2.0, 5.0]));
+        assert_eq!(median_pair(&mut [1.0, f64::INFINITY, 2.0, f64::INFINITY]), Some([2.0, f64::INFINITY]));
     }
 
     /// Those of a set's points that a draw takes.
     fn taken<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
-        let many = Sampler::aiming(key, n, bisection_samples(n));
-        points.iter().copied().filter(|&x| many.takes(x)).collect()
+        let many = Sampler::with_target(key, n, bisection_samples(n));
+        points.iter().copied().filter(|&x| many.accepts(x)).collect()
     }
 
     /// What is drawn for a set from those.
@@ -119,8 +119,8 @@ mod tests {
             let few = Sampler::of(key, n);
             let all = taken(key, &points);
             assert_eq!(
-                points.iter().filter(|&&x| few.takes(x)).count(),
-                all.iter().filter(|&&x| few.takes(x)).count()
+                points.iter().filter(|&&x| few.accepts(x)).count(),
+                all.iter().filter(|&&x| few.accepts(x)).count()
             );
             assert!(all.len() > 13_000 && all.len() < 14_400, "{}", all.len());
             let halves = draw_bisecting(key, n, &all, &mut Cost::default());
@@ -135,7 +135,7 @@ mod tests {
             turned.rotate_left(77);
             assert_eq!(draw_bisecting(key, n, &turned, &mut Cost::default()), halves);
             assert_eq!(cut_at_median(key, n, &turned, &mut Cost::default()), planes);
-            let few: Vec<P> = all.iter().copied().filter(|&x| few.takes(x)).collect();
+            let few: Vec<P> = all.iter().copied().filter(|&x| few.accepts(x)).collect();
             let drawn = draw(key, n, &few, &mut Cost::default()).separator.unwrap();
             let sum =
                 |s: &Separator<P>| s.count_crossing(points.iter().map(|&x| (x, 0.01))).iter().sum::<u64>();
@@ -237,12 +237,12 @@ mod tests {
     fn moved_planes_cut_exactly() {
         let at = [1.0, 1.0 + f64::EPSILON, 1.0 + 2.0 * f64::EPSILON, 7e22];
         let points = at.map(|x| DVec2::new(0.25, x));
-        let plane = Separator::plane(1, 5e22).halving(&points);
+        let plane = Separator::plane(1, 5e22).bisecting(&points);
         assert_eq!(plane, Separator::plane(1, 1.0 + 2.0 * f64::EPSILON));
         assert_eq!(points.map(|x| plane.side(x) == Side::Interior), [true, true, false, false]);
         let equal = [DVec2::ONE; 3];
-        assert_eq!(plane.halving(&equal), plane);
-        assert_eq!(plane.halving(&[]), plane);
+        assert_eq!(plane.bisecting(&equal), plane);
+        assert_eq!(plane.bisecting(&[]), plane);
     }
 
     #[test]

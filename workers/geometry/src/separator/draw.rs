@@ -12,7 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 
 use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
 use super::surface::Separator;
-use crate::coordinate_arrays::Rows;
+use crate::coordinate_arrays::PairVisitor;
 use crate::cost::Cost;
 use crate::hash::mix;
 use crate::kd_blocks::KdBlocks;
@@ -23,7 +23,7 @@ pub const SAMPLE_TARGET: u64 = 400;
 /// Great circles tried in one draw.
 pub const TRIES: u64 = 10;
 /// Great circles tried in [`draw_bisecting`].
-const MORE_TRIES: u64 = 30;
+const BISECTING_TRIES: u64 = 30;
 /// Larger sides of less than this, half and two standard deviations of [`SAMPLE_TARGET`] samples, may all be halves.
 const ABOUT_HALF: f64 = 0.55;
 /// The density that scores assume.
@@ -60,7 +60,7 @@ impl DrawKey {
 /// [`SAMPLE_TARGET`]` / population` of its range; everything is a sample of a small population.
 /// Independent of workers, blocks and order.
 pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
-    Sampler::of(key, population).takes(x)
+    Sampler::of(key, population).accepts(x)
 }
 
 /// [`is_sample`] for all points of a set, or the same for another number of samples.
@@ -74,11 +74,11 @@ pub struct Sampler {
 impl Sampler {
     /// For one draw from a set of this size.
     pub fn of(key: DrawKey, population: u64) -> Self {
-        Self::aiming(key, population, SAMPLE_TARGET)
+        Self::with_target(key, population, SAMPLE_TARGET)
     }
 
     /// For an expected number of samples, which hold those for any smaller one.
-    pub fn aiming(key: DrawKey, population: u64, target: u64) -> Self {
+    pub fn with_target(key: DrawKey, population: u64, target: u64) -> Self {
         let start = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
         let share = |n: u64| ((u128::from(target) << 64) / u128::from(n)) as u64;
         Sampler { start, threshold: (population > target).then(|| share(population)) }
@@ -86,7 +86,7 @@ impl Sampler {
 
     /// Is this point a sample?
     #[inline]
-    pub fn takes<P: Point>(&self, x: P) -> bool {
+    pub fn accepts<P: Point>(&self, x: P) -> bool {
         let Some(threshold) = self.threshold else { return true };
         let mut h = self.start;
         for i in 0..P::DIM {
@@ -230,23 +230,23 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
 ///
 /// Work O(samples), in any order; it is not charged step by step, for it claims no depth.
 pub fn draw_bisecting<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    draw_from(key, population, &fewer(key, population, samples), Some(samples), cost)
+    draw_from(key, population, &draw_samples(key, population, samples), Some(samples), cost)
 }
 
 /// [`cut`], moved to the middle of all samples.
 pub fn cut_at_median<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    let mut few = fewer(key, population, samples);
+    let mut few = draw_samples(key, population, samples);
     few.sort_unstable_by(lex_cmp);
     let drawn = cut_from(key, &few, cost);
-    let Some(separator) = drawn.separator.map(|plane| plane.halving(samples)) else { return drawn };
+    let Some(separator) = drawn.separator.map(|plane| plane.bisecting(samples)) else { return drawn };
     let ratio = separator.larger_side(samples) as f64 / samples.len() as f64;
     Drawn { separator: Some(separator), score: ratio, estimated_ratio: ratio, ..drawn }
 }
 
 /// Those of more samples that a separator is drawn from.
-fn fewer<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
+fn draw_samples<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
     let sampler = Sampler::of(key, population);
-    samples.iter().copied().filter(|&x| sampler.takes(x)).collect()
+    samples.iter().copied().filter(|&x| sampler.accepts(x)).collect()
 }
 
 /// [`draw`], or with `all` samples [`draw_bisecting`].
@@ -269,12 +269,12 @@ fn draw_from<P: Point>(
     let lifted = cost.map(&judge.local, |&y| lift(y));
     let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
 
-    let tries: Vec<u64> = (0..if all.is_some() { MORE_TRIES } else { TRIES }).collect();
+    let tries: Vec<u64> = (0..if all.is_some() { BISECTING_TRIES } else { TRIES }).collect();
     let scored = cost.map_nested(&tries, |&number, own| {
         let normal = unit_vector(&mut key.stream(number), own)?;
         let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
         let drawn = judge.admit(circle, own);
-        if all.is_some() { judge.halves(circle, drawn, own) } else { drawn }
+        if all.is_some() { judge.admit_bisecting(circle, drawn, own) } else { drawn }
     });
     let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
     let (best, kind) = if let Some(best) = lowest(&scored, cost) {
@@ -285,7 +285,7 @@ fn draw_from<P: Point>(
         (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
     };
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
-    let best = all.map_or(best, |all| judge.settled(best, all, cost));
+    let best = all.map_or(best, |all| judge.bisected(best, all, cost));
     Drawn {
         separator: Some(best.separator),
         kind,
@@ -356,7 +356,7 @@ struct NearestOthers<'a, P> {
     least: f64,
 }
 
-impl<P: Point> Rows for NearestOthers<'_, P> {
+impl<P: Point> PairVisitor for NearestOthers<'_, P> {
     fn begin(&mut self, row: usize) -> f64 {
         let [this, before] = [row, row.saturating_sub(1)].map(|row| self.samples[self.order[row] as usize]);
         let square = dist2(this, before);
@@ -364,7 +364,7 @@ impl<P: Point> Rows for NearestOthers<'_, P> {
         self.least
     }
 
-    fn near(&mut self, _: usize, distance2: f64) -> f64 {
+    fn visit(&mut self, _: usize, distance2: f64) -> f64 {
         if distance2 > 0.0 {
             self.least = distance2;
         }
@@ -391,7 +391,7 @@ impl<P: Point> Judge<P> {
         let blocks = KdBlocks::of(&local);
         let squares = vec![f64::INFINITY; local.len()];
         let mut nearest = NearestOthers { samples: &local, order: blocks.order(), squares, least: 0.0 };
-        cost.pairs_in_blocks(&blocks, &mut nearest);
+        cost.all_pairs_in_blocks(&blocks, &mut nearest);
         let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest.squares).collect();
         let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
         let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
@@ -403,7 +403,7 @@ impl<P: Point> Judge<P> {
         let mut seen = cost.sweep();
         seen.visit_lanes(m);
         let [inside, across] = separator.count_inside_and_crossing(&self.balls);
-        cost.swept(seen);
+        cost.charge_sweep(seen);
         cost.close(m as u64);
         let ratio = inside.max(m - inside) as f64 / m as f64;
         let crossing = across as f64 / m as f64 * self.thinning;
@@ -418,8 +418,13 @@ impl<P: Point> Judge<P> {
 
     /// A surface as it was drawn, if it is admissible, or moved to the middle of the samples, which do not tell halves from
     /// what is nearly that: whatever scores less.
-    fn halves(&self, circle: Separator<P>, drawn: Option<Scored<P>>, cost: &mut Cost) -> Option<Scored<P>> {
-        let moved = circle.moved_to_middle(self.balls.iter().map(|ball| ball.0));
+    fn admit_bisecting(
+        &self,
+        circle: Separator<P>,
+        drawn: Option<Scored<P>>,
+        cost: &mut Cost,
+    ) -> Option<Scored<P>> {
+        let moved = circle.moved_to_median(self.balls.iter().map(|ball| ball.0));
         let moved = moved.and_then(|moved| self.admit(moved, cost));
         let about = |s: Scored<P>| Scored { score: s.ratio.max(ABOUT_HALF) + SCORE_ALPHA * s.crossing, ..s };
         lowest(&[drawn.map(about), moved.map(about)], cost)
@@ -427,14 +432,14 @@ impl<P: Point> Judge<P> {
 
     /// A surface as it is, or moved to the middle of more samples, which tell the sides of both, if it is better halved and
     /// scores less.
-    fn settled(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Scored<P> {
+    fn bisected(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Scored<P> {
         let again = |scored: Scored<P>| {
             let ratio = scored.separator.larger_side(all) as f64 / all.len() as f64;
             Scored { ratio, score: ratio + SCORE_ALPHA * scored.crossing, ..scored }
         };
         let as_it_is = again(best);
         let moved =
-            best.separator.moved_to_middle(all.iter().copied()).map(|moved| again(self.score(moved, cost)));
+            best.separator.moved_to_median(all.iter().copied()).map(|moved| again(self.score(moved, cost)));
         let is_better = |moved: &Scored<P>| moved.ratio < as_it_is.ratio && moved.score < as_it_is.score;
         moved.filter(is_better).unwrap_or(as_it_is)
     }

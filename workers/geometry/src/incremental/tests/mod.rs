@@ -302,7 +302,7 @@ fn points_left_out_change_no_star<P: Point>() {
             let Ok(mut part) = Incremental::build(points[..home].to_vec(), None) else { continue };
             let mut left_out = 0;
             for &p in &points[home..] {
-                left_out += usize::from(part.insert_beside(p, None, home as u32).unwrap().is_none());
+                left_out += usize::from(part.insert_if_adjacent(p, None, home as u32).unwrap().is_none());
             }
             check(&part);
             assert_eq!(part.vertices().len() + left_out, points.len(), "{kind}");
@@ -321,7 +321,7 @@ fn points_that_are_nobodys_neighbours_are_left_out() {
     points_left_out_change_no_star::<DVec2>();
     let far: Vec<DVec2> = (0..20).map(|i| DVec2::new(f64::from(i), f64::from(i * i % 7))).collect();
     let mut dt = Incremental::build(far[..4].to_vec(), None).unwrap();
-    let kept = far[4..].iter().filter(|&&p| dt.insert_beside(p, None, 4).unwrap().is_some()).count();
+    let kept = far[4..].iter().filter(|&&p| dt.insert_if_adjacent(p, None, 4).unwrap().is_some()).count();
     assert!(kept < 16, "{kept}");
 }
 
@@ -340,7 +340,7 @@ fn points_in_an_empty_part_do_not_all_look_at_the_same_cells() {
     }
     let before = dt.vertices().len();
     let late: Vec<DVec3> = (0..50).map(|_| in_box(2.0, 1.0)).collect();
-    let kept = late.iter().filter(|&&p| dt.insert_beside(p, None, 200).unwrap().is_some()).count();
+    let kept = late.iter().filter(|&&p| dt.insert_if_adjacent(p, None, 200).unwrap().is_some()).count();
     check(&dt);
     assert_eq!(dt.vertices().len(), before + kept);
     // The first undoes very many cells of the hull, and is let in for that alone.
