@@ -1,4 +1,4 @@
-//! Stars against brute force.
+//! Stars compared with brute force.
 
 use super::*;
 use crate::complex::INFINITE;
@@ -32,7 +32,7 @@ fn extend<P: Point>(points: &[P], pick: &mut Vec<usize>, out: &mut Vec<Vec<u32>>
     }
 }
 
-/// Every cell of a tiny set found by brute force, as sorted vertex lists.
+/// All cells of a small set by brute force, as sorted vertex lists.
 fn brute<P: Point>(points: &[P]) -> Vec<Vec<u32>> {
     let mut cells = Vec::new();
     extend(points, &mut Vec::new(), &mut cells);
@@ -102,7 +102,7 @@ fn stars_of_points_on_a_sphere_match_brute_force() {
     let lattice: Vec<DVec3> = all.filter(|p| p.dot(*p) == 9.0).collect();
     assert_eq!(lattice.len(), 30);
     check_stars(&lattice);
-    // Rounded, and with some points inside, so that stars have conflicts of every kind.
+    // Rounded, and with some points inside, so that stars have conflicts of all kinds.
     let turned = |p: &DVec3| DVec3::new(p.x + 0.3 * p.y, p.y - 0.3 * p.x, p.z * 1.09_f64.sqrt()) / 7.0;
     let mut rounded: Vec<DVec3> = lattice.iter().step_by(2).map(turned).collect();
     check_stars(&rounded);
@@ -122,8 +122,8 @@ fn flat_candidates_span_nothing() {
     assert!(!builder.build(&points, 0, &[0, 1, 2, 3], &mut Cost::default()));
 }
 
-/// Every star among all points is that of the triangulation, on sets of every kind; the sweeps end before the
-/// candidates do.
+/// On sets of every kind, each star among all points is that of the triangulation. The sweeps end before all candidates
+/// are tested.
 fn stars_are_those_of_the_triangulation<P: Point>(n: usize) {
     let sorted = |mut facets: Vec<P::Facet>| {
         for facet in &mut facets {
@@ -146,7 +146,8 @@ fn stars_are_those_of_the_triangulation<P: Point>(n: usize) {
             assert_eq!(sorted(facets), sorted(link.clone()), "{kind}, star of {v}");
         }
         if kind == "random" {
-            // A sort and two steps for every candidate but one, were none left out. (Hull facets reach everywhere.)
+            // The charge without early termination: a sort, and two steps for all candidates except one. (Hull facets
+            // are always within reach.)
             let n = points.len() as u64;
             let full = n * (2 * (n - 2) + crate::cost::ceil_log2(n));
             assert!(cost.depth() * 4 < full * 3, "{} of {full}", cost.depth());
@@ -164,15 +165,15 @@ fn stars_of_the_plane_are_those_of_the_triangulation() {
     stars_are_those_of_the_triangulation::<DVec2>(150);
 }
 
-/// A facet with its vertices in order, to be compared.
+/// A facet with its vertices in canonical order, for comparison.
 fn in_order<P: Point>(facet: &P::Facet) -> P::Facet {
     let mut facet = *facet;
     facet.as_mut().sort_unstable();
     facet
 }
 
-/// Stars of some points that get the rest are those of all; what is said to have come and gone has; and the points in
-/// the spheres of what is gone are those that the predicates find there.
+/// A star of some points that is extended by the rest equals the star of all. The reported removed and created facets
+/// are correct. The witnesses in the spheres of removed cells are those that the predicates find.
 fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
     for kind in KINDS {
         let points = set::<P>(kind, n, 5);

@@ -1,7 +1,14 @@
-//! One insertion: the cells in conflict are dug out, and the point is joined to the border.
+//! One insertion: the cavity of a point is found, and its cells are replaced.
 //!
-//! **Work.** One comparison with a sphere for each cell of the cavity and each facet of its border; one
-//! record written for each facet. The cavity's slots are filled first.
+//! **Statement** (Bowyer 1981, Watson 1981). The cells in conflict with a point form the *cavity*, a connected set
+//! whose boundary is a closed surface that is visible from the point. The new cells connect the point to the facets of
+//! the boundary. A breadth-first search from one cell in conflict finds the cavity.
+//!
+//! **Work.** One comparison with a sphere for each cell of the cavity and each facet of its boundary, and one record
+//! written for each facet.
+//!
+//! **Departures.** New cells use the slots of the cavity first. The exact predicates run only for cells that the
+//! rounded spheres leave undecided, once for each such cell.
 
 use super::cells::Cell;
 use super::read::corners;
@@ -14,14 +21,14 @@ use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{conflicts_infinite, in_sphere};
 
-/// More cells than a cavity among points that fill space evenly ever has: a point that undoes so many is let in.
+/// Cavities of evenly distributed points have fewer cells than this. An insertion with a larger cavity is always kept.
 const MANY: usize = 128;
 
-/// In the incidence table, the mark of a vertex that has a number in the present border.
+/// In the incidence table, the mark of a vertex that has an index on the current boundary.
 const INDEXED: u32 = 1 << 31;
 
-/// The facet of a positive cell opposite `slot` behind the code across it, so that a point inside and the
-/// facet are a positive cell.
+/// The facet of a positive cell opposite `slot`, preceded by the code across it. A point inside and the facet form a
+/// positive cell.
 #[inline]
 fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     let from = match (P::DIM, slot) {
@@ -40,7 +47,7 @@ fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     facet
 }
 
-/// Does `q` conflict with a cell? Exact.
+/// Returns `true` if `q` conflicts with a cell. Exact.
 pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u32, q: P) -> bool {
     let n = P::Cell::LEN;
     let vertices = slots[cell as usize].vertices();
@@ -55,7 +62,7 @@ pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u
     }
 }
 
-/// What the spheres left open. A cell found free of conflict is marked, so that it is asked once.
+/// Decides a conflict that the spheres leave undecided. A cell without a conflict is marked, so that it is tested once.
 #[cold]
 fn conflicts_once<P: Point>(
     slots: &mut [Cell<P::Cell>],
@@ -76,8 +83,8 @@ fn conflicts_once<P: Point>(
 }
 
 impl<P: Point> Incremental<P> {
-    /// Adds the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound` or very many
-    /// cells; has it?
+    /// Inserts the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound` or
+    /// more than [`MANY`] cells. Returns `true` if it was inserted.
     pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {
         let q = self.points[vertex as usize];
         self.find_cavity(q, query, seed);
@@ -97,7 +104,8 @@ impl<P: Point> Incremental<P> {
         true
     }
 
-    /// Has the cavity a vertex below `bound`, or very many cells? If not, it is filled again with what was there.
+    /// Returns `true` if the cavity has a vertex below `bound` or more than [`MANY`] cells. Otherwise restores the
+    /// cells of the cavity.
     fn keeps_insertion(&mut self, bound: u32) -> bool {
         let (slots, cavity) = (&mut self.cells.slots[..], self.scratch.cavity.items());
         let has_one = |&cell: &u32| slots[cell as usize].vertices().as_ref().iter().any(|&v| v < bound);
@@ -110,8 +118,8 @@ impl<P: Point> Incremental<P> {
         false
     }
 
-    /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes
-    /// cannot be foreseen, so it is written to both lists, and the one that it belongs to grows.
+    /// Finds the cells in conflict with `q`, a connected set, and the boundary of this set. A branch on conflicts would
+    /// be unpredictable, so each neighbour is written to both lists, and only the list that it belongs to grows.
     #[inline(never)]
     fn find_cavity(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
@@ -160,7 +168,7 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// Numbers the new cells: slots of the cavity, free ones, new ones.
+    /// Assigns slots to the new cells: first those of the cavity, then free ones, then new ones.
     #[inline(never)]
     fn allocate(&mut self) {
         let Scratch { cavity, border, .. } = &self.scratch;
@@ -182,7 +190,7 @@ impl<P: Point> Incremental<P> {
         cells.slots.resize(slots + more, empty);
     }
 
-    /// Numbers the vertices of the border and enters the ridges.
+    /// Assigns indices to the vertices of the boundary, and stores the ridges.
     #[inline(never)]
     fn index_border(&mut self) {
         let Scratch { border, faces, border_vertices, ridges, .. } = &mut self.scratch;
@@ -212,7 +220,7 @@ impl<P: Point> Incremental<P> {
         (faces.len, border_vertices.len) = (border.len(), known);
     }
 
-    /// Sees the vertices of the border from the new one.
+    /// Inverts the vertices of the boundary around the new vertex.
     fn invert_vertices(&mut self, q: P) {
         let Scratch { around, border_vertices, .. } = &mut self.scratch;
         let (points, frame) = (&self.points[..], self.frame);
@@ -223,7 +231,7 @@ impl<P: Point> Incremental<P> {
         }));
     }
 
-    /// Writes the new cells, their ridges paired by `mate(k, i, ridge)`.
+    /// Writes the new cells. `mate(k, i, ridge)` is the code across a ridge.
     #[expect(clippy::inline_always, reason = "one loop for each way of pairing")]
     #[inline(always)]
     fn fill(
@@ -264,7 +272,7 @@ impl<P: Point> Incremental<P> {
         self.fill(vertex, query, |ridges, k, i, _| ridges.paired(k, i));
     }
 
-    /// Notes a cell for every vertex that was numbered, and for the new one.
+    /// Stores a cell for the new vertex and for every vertex of the boundary.
     fn set_incident(&mut self, vertex: u32) {
         let first = self.cells.created[0];
         for &(vertex, cell) in &self.scratch.border_vertices.items()[1..] {
