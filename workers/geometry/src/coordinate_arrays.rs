@@ -7,7 +7,7 @@
 //! by the sweeps over balls.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use std::marker::PhantomData;
 use std::ops::Range;

@@ -2,8 +2,8 @@
 //!
 //! **Statement.** The set is bisected along the longest side of its bounding box, at a multiple of eight, until each
 //! part is one block (a k-d tree, Bentley 1975). If the bounding box of a block is farther than the limit, no point of
-//! the block is within it. This holds in spite of rounding: the distance to a box is computed by the expression of
-//! [`dist2`](crate::point::dist2) from gaps that are no larger than the differences of coordinates, and rounding is
+//! the block is within it. This holds in spite of rounding. The distance to a box is computed by the expression of
+//! [`dist2`](crate::point::dist2), from gaps that are no larger than the differences of coordinates, and rounding is
 //! monotone. The result is therefore that of all pairs, bit for bit.
 //!
 //! **Work and depth.** The machine tests all pairs in one vector step, and its primitives charge for all of them
@@ -13,7 +13,7 @@
 //! points of the blocks within the limit.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use std::marker::PhantomData;
 

@@ -2,7 +2,7 @@
 //!
 //! The values are rounded. They serve reports and the choice of parameters, and never decide about the triangulation.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::point::{Point, dist2};
 use crate::simd::widest;

@@ -11,7 +11,7 @@
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 pub use crate::bounds::{Bounds, bounds, box_dist2, join_bounds};
 use crate::coordinate_arrays::{CoordinateArrays, LANES, PairVisitor, one_by_one};

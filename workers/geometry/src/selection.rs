@@ -13,7 +13,7 @@
 //! were added, which may be that of blocks or of incoming replies. Callers sort the list or use it as a set.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::coordinate_arrays::LANES;
 use crate::simd::{Masks, larger, widest};

@@ -7,7 +7,7 @@
 //! The instruction set is detected once, at the first use. On x86-64 it is the baseline, AVX2 or AVX-512.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -34,7 +34,7 @@
 //! adjacent to the cavity are tested, while the cavity grows. Among cospherical points, rounded arithmetic decides no
 //! test. There this rule avoids an exact test for every facet.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 mod builder;
 mod candidate;

@@ -41,7 +41,7 @@
 //! **Departures.** Eight facets are tested at a time, as arrays. The loop has no branches and uses vector registers.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::point::Point;
 use crate::simd::{Masks, each_bit, larger};

@@ -1,8 +1,8 @@
 //! Drawing a separator from the samples of a subproblem.
 //!
-//! **Statement.** [`draw`] returns a sphere whose sides have at most [`split_bound`] of the samples each, if a great
-//! circle among [`TRIES`] random ones is admissible. Otherwise it returns an axis-aligned plane. It returns no surface
-//! only if fewer than two samples are distinct. The result is a function of the [`DrawKey`] and the set of samples.
+//! **Statement.** [`draw`] returns a sphere that satisfies [`split_bound`] on the samples, if one of [`TRIES`] random
+//! great circles does. Otherwise it returns an axis-aligned plane. It returns no surface only if fewer than two samples
+//! are distinct. The result is a function of the [`DrawKey`], the size of the population and the set of samples.
 //!
 //! **Estimator.** Let `q` be the fraction of sample balls that a surface crosses, where the ball of a sample extends to
 //! its nearest other sample. Let there be `m` samples of `n` points with the same density. Then nearest-neighbour
@@ -13,11 +13,11 @@
 //! **Score.** The larger side plus that estimate at [`SCORE_ALPHA`], both as fractions of the population: the larger
 //! child with its separator set. Lower scores are better, and ties go to the earlier draw.
 //!
-//! **Source.** Paper, Section 3; Miller, Teng, Thurston and Vavasis 1997 (see [`super`]).
+//! **Source.** Paper, Section 2; Miller, Teng, Thurston and Vavasis 1997 (see [`super`]).
 //!
 //! **Work and depth.** `O(m^2)` and `O(log m)` for `m` samples.
 //!
-//! **Departures.** Those of [`super`].
+//! **Departures.** See [`super`].
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -322,8 +322,8 @@ fn sorted_axes<P: Point>(samples: &[P], cost: &mut Cost) -> Vec<Vec<f64>> {
     })
 }
 
-/// Location and scale of the samples: the sorted coordinates of each axis, their medians as the origin, and as the unit
-/// a power of two below the inverse of twice the median distance from the origin.
+/// Location and scale of the samples. The origin has the median of each axis. The unit is a power of two below the
+/// inverse of twice the median distance from the origin.
 struct Frame<P> {
     axes: Vec<Vec<f64>>,
     origin: P,

@@ -30,7 +30,7 @@
 //! - If no circle is admissible, an axis-aligned plane cuts the samples by exact comparison. This happens if the
 //!   centrepoint lies on the sphere, for example because most samples coincide at the scale of the others.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 mod bisect;
 mod centrepoint;
