@@ -25,7 +25,7 @@ pub struct Complex<S> {
     cells: Vec<Cell<S>>,
     free: Vec<u32>,
     /// The boundary of the last cavity. Entries behind the first `sides` are unused.
-    border: Vec<Border>,
+    boundary: Vec<BoundaryRidge>,
     /// Number of ridges on the boundary of the last cavity.
     sides: usize,
     created: Vec<u32>,
@@ -47,7 +47,7 @@ struct Cell<S> {
 
 /// A ridge on a cavity's boundary: the edge from `first` to `last`, or in the plane one vertex, which is both.
 #[derive(Clone, Copy, Debug)]
-struct Border {
+struct BoundaryRidge {
     first: u32,
     last: u32,
     /// Slot of the opposite vertex in the removed cell.
@@ -56,8 +56,8 @@ struct Border {
     outer: u32,
 }
 
-impl Border {
-    const NONE: Border = Border { first: NONE, last: NONE, slot: 0, outer: NONE };
+impl BoundaryRidge {
+    const NONE: BoundaryRidge = BoundaryRidge { first: NONE, last: NONE, slot: 0, outer: NONE };
 }
 
 impl<S: Simplex> Default for Complex<S> {
@@ -65,7 +65,7 @@ impl<S: Simplex> Default for Complex<S> {
         Complex {
             cells: Vec::new(),
             free: Vec::new(),
-            border: Vec::new(),
+            boundary: Vec::new(),
             sides: 0,
             created: Vec::new(),
             starts: Vec::new(),
@@ -207,15 +207,15 @@ impl<S: Simplex> Complex<S> {
         // A branch on boundary ridges would be unpredictable. Each ridge is written; the next overwrites it if it is
         // interior.
         let room = S::LEN * cavity.len();
-        if room > self.border.len() {
-            self.border.resize(room, Border::NONE);
+        if room > self.boundary.len() {
+            self.boundary.resize(room, BoundaryRidge::NONE);
         }
         self.sides = 0;
         for &cell in cavity {
             let Cell { vertices, neighbours, .. } = self.cells[cell as usize];
             for (slot, &outer) in neighbours.as_ref().iter().enumerate() {
                 let (first, last) = ridge(vertices.as_ref(), slot);
-                self.border[self.sides] = Border { first, last, slot: slot as u32, outer };
+                self.boundary[self.sides] = BoundaryRidge { first, last, slot: slot as u32, outer };
                 self.sides += usize::from(!is_inside(outer >> 2));
             }
         }
@@ -239,15 +239,15 @@ impl<S: Simplex> Complex<S> {
     }
 
     fn fill_disc(&mut self, vertex: u32) {
-        for (border, &new) in self.border[..self.sides].iter().zip(&self.created) {
-            let start = border.first.wrapping_add(1) as usize;
+        for (boundary, &new) in self.boundary[..self.sides].iter().zip(&self.created) {
+            let start = boundary.first.wrapping_add(1) as usize;
             if start >= self.starts.len() {
                 self.starts.resize(start + 64, NONE);
             }
             self.starts[start] = new;
         }
-        for (border, &new) in self.border[..self.sides].iter().zip(&self.created) {
-            let &Border { first, last, outer, .. } = border;
+        for (boundary, &new) in self.boundary[..self.sides].iter().zip(&self.created) {
+            let &BoundaryRidge { first, last, outer, .. } = boundary;
             // Around the new vertex, the next facet shares the ridge opposite the last vertex of this facet.
             let next = self.starts[last.wrapping_add(1) as usize];
             let own = &mut self.cells[new as usize];
@@ -262,16 +262,16 @@ impl<S: Simplex> Complex<S> {
 
     fn fill_path(&mut self, vertex: u32) {
         for k in 0..2 {
-            let (border, new, other) = (self.border[k], self.created[k], self.created[1 - k]);
-            let slot = border.slot as usize;
+            let (boundary, new, other) = (self.boundary[k], self.created[k], self.created[1 - k]);
+            let slot = boundary.slot as usize;
             let own = &mut self.cells[new as usize];
             own.is_live = true;
             let (cell, neighbours) = (own.vertices.as_mut(), own.neighbours.as_mut());
-            (cell[slot], cell[1 - slot]) = (vertex, border.first);
+            (cell[slot], cell[1 - slot]) = (vertex, boundary.first);
             // In the other cell the new vertex has the other slot, so its end has this one.
-            (neighbours[slot], neighbours[1 - slot]) = (border.outer, other << 2 | slot as u32);
-            let outer = &mut self.cells[(border.outer >> 2) as usize];
-            outer.neighbours.as_mut()[(border.outer & 3) as usize] = new << 2 | slot as u32;
+            (neighbours[slot], neighbours[1 - slot]) = (boundary.outer, other << 2 | slot as u32);
+            let outer = &mut self.cells[(boundary.outer >> 2) as usize];
+            outer.neighbours.as_mut()[(boundary.outer & 3) as usize] = new << 2 | slot as u32;
         }
     }
 

@@ -212,7 +212,9 @@ impl Cost {
         &mut self,
         flags: &[u8],
         stay: u8,
-        (a, b, c): (&mut Vec<A>, &mut Vec<B>, &mut Vec<C>),
+        a: &mut Vec<A>,
+        b: &mut Vec<B>,
+        c: &mut Vec<C>,
     ) -> (Vec<A>, Vec<B>, Vec<C>) {
         self.pay(Primitive::Split, flags.len());
         (take_others(flags, stay, a), take_others(flags, stay, b), take_others(flags, stay, c))

@@ -115,20 +115,20 @@ impl<P: Point> Dependence<P> {
     /// Points that coincide, that are not finite, that are too many, or that do not span the space.
     pub fn new(points: &[P], seed: u64) -> Result<Self, IncrementalError> {
         let (order, positions) = insertion(points, seed)?;
-        let mut grower = Grower::new(&positions);
-        let mut ready = grower.start();
+        let mut builder = Builder::new(&positions);
+        let mut ready = builder.start();
         while !ready.is_empty() {
-            ready = grower.round(&ready);
+            ready = builder.round(&ready);
         }
         let name = |mut cell: P::Cell| {
             cell.as_mut().iter_mut().for_each(|v| *v = order[*v as usize]);
             cell
         };
         Ok(Dependence {
-            cells: grower.finite.into_iter().map(name).collect(),
-            hull_facets: grower.infinite,
-            clock: grower.clock,
-            rounds: grower.rounds,
+            cells: builder.finite.into_iter().map(name).collect(),
+            hull_facets: builder.infinite,
+            clock: builder.clock,
+            rounds: builder.rounds,
         })
     }
 
@@ -195,7 +195,7 @@ const MOST_POINTS: usize = 1 << 26;
 
 /// A cell with facets that are not settled.
 #[derive(Clone, Debug)]
-struct Growing<P: Point> {
+struct OpenCell<P: Point> {
     vertices: P::Cell,
     /// Later points inside the circumsphere, in the order of insertion. The first is the pivot.
     conflicts: Vec<u32>,
@@ -204,11 +204,19 @@ struct Growing<P: Point> {
     open: usize,
 }
 
-/// A facet of a cell: the cell, and the slot of the opposite vertex.
-type Half = (u32, usize);
+/// One side of a facet.
+#[derive(Clone, Copy, Debug)]
+struct Half {
+    cell: u32,
+    /// Slot of the opposite vertex.
+    slot: usize,
+}
 
 /// A facet with both of its cells.
-type Ready = (Half, Half);
+#[derive(Clone, Copy, Debug)]
+struct ReadyFacet {
+    sides: [Half; 2],
+}
 
 /// A point that may be in conflict with a cell.
 #[derive(Clone, Copy)]
@@ -221,7 +229,7 @@ struct Candidate<P: Point> {
 }
 
 /// The origin of a new cell.
-struct Made {
+struct Origin {
     /// The clock after both old cells.
     after: Clock,
     /// Cost of settling the facet.
@@ -232,9 +240,9 @@ struct Made {
     known: Option<(usize, Half)>,
 }
 
-struct Grower<'a, P: Point> {
+struct Builder<'a, P: Point> {
     points: &'a [P],
-    cells: Vec<Growing<P>>,
+    cells: Vec<OpenCell<P>>,
     /// Slots of completed cells.
     free: Vec<u32>,
     /// Facets with one cell so far, by their sorted vertices.
@@ -245,9 +253,9 @@ struct Grower<'a, P: Point> {
     rounds: Vec<Round>,
 }
 
-impl<'a, P: Point> Grower<'a, P> {
+impl<'a, P: Point> Builder<'a, P> {
     fn new(points: &'a [P]) -> Self {
-        Grower {
+        Builder {
             points,
             cells: Vec::new(),
             free: Vec::new(),
@@ -260,7 +268,7 @@ impl<'a, P: Point> Grower<'a, P> {
     }
 
     /// Creates the first simplex and the infinite cells around it, and tests every other point against each.
-    fn start(&mut self) -> Vec<Ready> {
+    fn start(&mut self) -> Vec<ReadyFacet> {
         let n = P::DIM + 1;
         let mut simplex = P::Cell::splat(0);
         simplex.as_mut().iter_mut().zip(0..).for_each(|(slot, v)| *slot = v);
@@ -279,26 +287,26 @@ impl<'a, P: Point> Grower<'a, P> {
         let mut ready = Vec::new();
         for vertices in cells {
             let others = (n as u32..self.points.len() as u32).map(|point| (point, false)).collect();
-            let made = Made { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
-            self.make(vertices, others, &made, &mut round, &mut ready);
+            let origin =
+                Origin { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
+            self.create(vertices, others, &origin, &mut round, &mut ready);
         }
         self.rounds.push(round);
         ready
     }
 
     /// Settles all ready facets. Returns the facets that become ready, for the next round.
-    fn round(&mut self, ready: &[Ready]) -> Vec<Ready> {
+    fn round(&mut self, ready: &[ReadyFacet]) -> Vec<ReadyFacet> {
         let mut round = Round { facets: ready.len() as u64, ..Round::default() };
         let mut next = Vec::new();
         for facet in ready {
             let mut settling = Cost::ZERO;
-            let verdict = settling.map(std::slice::from_ref(facet), |&(a, b)| self.verdict(a, b));
-            if let Some((old, other)) = verdict[0] {
+            let replaced = settling.map(std::slice::from_ref(facet), |facet| self.replaced_side(facet.sides));
+            if let Some((old, other)) = replaced[0] {
                 self.replace(old, other, settling, &mut round, &mut next);
             } else {
                 round.charge(settling);
-                self.release(facet.0.0);
-                self.release(facet.1.0);
+                facet.sides.iter().for_each(|side| self.release(side.cell));
             }
         }
         self.rounds.push(round);
@@ -307,8 +315,8 @@ impl<'a, P: Point> Grower<'a, P> {
 
     /// Returns the side of a facet that is replaced and the other side, or `None` if both cells remain or both are
     /// removed.
-    fn verdict(&self, a: Half, b: Half) -> Option<(Half, Half)> {
-        let pivot = |half: Half| self.cells[half.0 as usize].conflicts.first().copied();
+    fn replaced_side(&self, [a, b]: [Half; 2]) -> Option<(Half, Half)> {
+        let pivot = |half: Half| self.cells[half.cell as usize].conflicts.first().copied();
         match (pivot(a), pivot(b)) {
             (v, w) if v == w => None,
             (Some(v), Some(w)) if w < v => Some((b, a)),
@@ -318,48 +326,56 @@ impl<'a, P: Point> Grower<'a, P> {
     }
 
     /// Replaces the first cell of a facet, at this facet, by the cone from its pivot.
-    fn replace(&mut self, old: Half, other: Half, before: Cost, round: &mut Round, next: &mut Vec<Ready>) {
-        let (t, o) = (&self.cells[old.0 as usize], &self.cells[other.0 as usize]);
+    fn replace(
+        &mut self,
+        old: Half,
+        other: Half,
+        before: Cost,
+        round: &mut Round,
+        next: &mut Vec<ReadyFacet>,
+    ) {
+        let (t, o) = (&self.cells[old.cell as usize], &self.cells[other.cell as usize]);
         let mut vertices = t.vertices;
-        vertices.as_mut()[old.1] = t.conflicts[0];
+        vertices.as_mut()[old.slot] = t.conflicts[0];
         let mut union = Cost::ZERO;
         // The pivot is a vertex of the new cell, not a conflict.
         let candidates = union.unite(&t.conflicts[1..], &o.conflicts);
-        let made = Made { after: t.clock.later(o.clock), before, union, known: Some((old.1, other)) };
-        self.make(vertices, candidates, &made, round, next);
-        self.release(old.0);
+        let origin = Origin { after: t.clock.later(o.clock), before, union, known: Some((old.slot, other)) };
+        self.create(vertices, candidates, &origin, round, next);
+        self.release(old.cell);
     }
 
     /// Creates a cell from its vertices and the candidates for its conflicts.
-    fn make(
+    fn create(
         &mut self,
         vertices: P::Cell,
         candidates: Vec<(u32, bool)>,
-        made: &Made,
+        origin: &Origin,
         round: &mut Round,
-        ready: &mut Vec<Ready>,
+        ready: &mut Vec<ReadyFacet>,
     ) {
-        let number = self.free.pop().unwrap_or(self.cells.len() as u32);
-        let mut rest = made.before;
+        let index = self.free.pop().unwrap_or(self.cells.len() as u32);
+        let mut rest = origin.before;
         let conflicts = self.conflicts(&vertices, candidates, round, &mut rest);
         let slots: Vec<usize> = (0..=P::DIM).collect();
         let facets = rest.map(&slots, |&slot| facet_without::<P>(&vertices, slot));
         for (slot, facet) in facets.into_iter().enumerate() {
-            let known = made.known.filter(|k| k.0 == slot).map(|k| k.1);
+            let known = origin.known.filter(|k| k.0 == slot).map(|k| k.1);
+            let half = Half { cell: index, slot };
             let mate = known.or_else(|| self.table.remove(&facet));
             match mate {
-                Some(mate) => ready.push(((number, slot), mate)),
-                None => drop(self.table.insert(facet, (number, slot))),
+                Some(mate) => ready.push(ReadyFacet { sides: [half, mate] }),
+                None => drop(self.table.insert(facet, half)),
             }
         }
-        let clock = made.after.then(made.union, rest);
+        let clock = origin.after.then(origin.union, rest);
         self.clock = self.clock.later(clock);
         round.cells += 1;
-        rest.then(made.union);
+        rest.then(origin.union);
         round.charge(rest);
-        let cell = Growing { vertices, conflicts, clock, open: slots.len() };
-        match self.cells.get_mut(number as usize) {
-            Some(place) => *place = cell,
+        let cell = OpenCell { vertices, conflicts, clock, open: slots.len() };
+        match self.cells.get_mut(index as usize) {
+            Some(slot) => *slot = cell,
             None => self.cells.push(cell),
         }
     }
@@ -387,8 +403,8 @@ impl<'a, P: Point> Grower<'a, P> {
     }
 
     /// Settles one more facet of a cell. After the last one, the cell is part of the result or removed.
-    fn release(&mut self, number: u32) {
-        let cell = &mut self.cells[number as usize];
+    fn release(&mut self, index: u32) {
+        let cell = &mut self.cells[index as usize];
         cell.open -= 1;
         if cell.open > 0 {
             return;
@@ -400,7 +416,7 @@ impl<'a, P: Point> Grower<'a, P> {
         } else {
             self.finite.push(cell.vertices);
         }
-        self.free.push(number);
+        self.free.push(index);
     }
 
     /// Returns `true` if a later point lies inside the circumsphere of a cell, or beyond the hull facet of an infinite

@@ -26,7 +26,7 @@ use crate::point::{Point, dist2};
 struct Member<P> {
     x: P,
     r2: f64,
-    number: u32,
+    index: u32,
 }
 
 /// A box divided into equal cells.
@@ -86,7 +86,7 @@ impl<P: Point> Grid<P> {
 
     /// Visits the cells that meet the box of half side `reach` around `x`, as runs `first..=last` along the first axis.
     #[inline]
-    fn runs(&self, x: P, reach: f64, mut f: impl FnMut(usize, usize)) {
+    fn each_run(&self, x: P, reach: f64, mut f: impl FnMut(usize, usize)) {
         let range = |i: usize| {
             let ends = [x.coord(i) - reach, x.coord(i) + reach];
             ends.map(|end| self.along(i, end))
@@ -113,7 +113,7 @@ pub fn graph_by_grid<P: Point>(
     rows: usize,
     cost: &mut Cost,
 ) -> Lists<u32> {
-    let member = |&i: &u32| Member { x: table[i as usize], r2: radii2[i as usize], number: i };
+    let member = |&i: &u32| Member { x: table[i as usize], r2: radii2[i as usize], index: i };
     let members: Vec<Member<P>> = cost.map(members, member);
     let largest2 = cost.reduce(&members, 0.0, |m: f64, c| m.max(c.r2));
     let grid = Grid::of(&members, cost);
@@ -135,10 +135,10 @@ pub fn graph_by_grid<P: Point>(
     cost.map_nested(&members[..rows], |row, own| {
         let mut sweep = own.sweep();
         let mut count = 0;
-        grid.runs(row.x, rule.reach(row.r2, largest2), |first, last| {
+        grid.each_run(row.x, rule.reach(row.r2, largest2), |first, last| {
             sweep.each(&sorted[starts[first]..starts[last + 1]], |c| {
-                found[count] = c.number;
-                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) && row.number != c.number;
+                found[count] = c.index;
+                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) && row.index != c.index;
                 count += usize::from(joins);
             });
         });
@@ -159,7 +159,7 @@ mod tests {
         (*seed >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Compares with the lists of all pairs, and returns the number of pairs tested for each row.
+    /// Compares with the lists of all pairs, and returns the index of pairs tested for each row.
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let rule = Supergraph::Density { alpha: 1.0 };
@@ -179,8 +179,8 @@ mod tests {
     fn lists_are_those_of_all_pairs() {
         let mut seed = 5;
         for n in [0usize, 1, 2, 5, 40, 700] {
-            let mut place = || DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed));
-            let cloud: Vec<DVec3> = (0..n).map(|_| place()).collect();
+            let mut random_point = || DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed));
+            let cloud: Vec<DVec3> = (0..n).map(|_| random_point()).collect();
             let flat: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(0.25, p.y, p.z)).collect();
             let line: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(p.x, 2.0 * p.x, -p.x)).collect();
             let plane: Vec<DVec2> = cloud.iter().map(|p| DVec2::new(p.x, p.y * p.y)).collect();

@@ -21,7 +21,7 @@ use crate::bounds::{Bounds, bounds, join_bounds};
 use crate::coordinate_arrays::{LANES, PairVisitor};
 use crate::point::Point;
 use crate::selection::NeighbourList;
-use crate::simd::{Masks, each_bit, larger, widest};
+use crate::simd::{Interval, Masks, each_bit, larger, widest};
 
 /// Points in blocks, as positions in a slice.
 #[derive(Clone, Debug)]
@@ -125,7 +125,7 @@ impl<P: Point> KdBlocks<P> {
                         found.take_lanes(
                             distances2,
                             &numbers.map(|number: u32| start.wrapping_add(number)),
-                            (0.0, limit2),
+                            Interval { above: 0.0, limit: limit2 },
                         );
                         limit2
                     },
@@ -195,7 +195,7 @@ fn within<P: Point>(masks: Masks, sides: &Boxes, at: [f64; 3], limit2: f64) -> u
         if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
     });
     let any = gaps2.iter().fold(false, |any, &gap2| any | (gap2 <= limit2));
-    if any { masks.up_to(&gaps2, limit2) } else { 0 }
+    if any { masks.at_most(&gaps2, limit2) } else { 0 }
 }
 
 /// Bisects a set until its parts are blocks. Coordinates are compared by their leading bits only, because the last bits
@@ -237,7 +237,7 @@ mod tests {
     use crate::incremental::tests::nasty::{KINDS, set};
     use crate::point::dist2;
 
-    fn what_is_found_is_what_all_pairs_give<P: Point>() {
+    fn check_searches<P: Point>() {
         for kind in KINDS {
             for size in [1, 2, 7, 8, 9, 63, 64, 65, 200, 600] {
                 let points = set::<P>(kind, size, 3);
@@ -263,17 +263,17 @@ mod tests {
     }
 
     #[test]
-    fn in_space() {
-        what_is_found_is_what_all_pairs_give::<DVec3>();
+    fn searches_match_all_pairs_in_space() {
+        check_searches::<DVec3>();
     }
 
     #[test]
-    fn in_the_plane() {
-        what_is_found_is_what_all_pairs_give::<DVec2>();
+    fn searches_match_all_pairs_in_the_plane() {
+        check_searches::<DVec2>();
     }
 
     #[test]
-    fn of_nothing() {
+    fn an_empty_set_has_no_neighbours() {
         let blocks = KdBlocks::<DVec3>::of(&[]);
         let mut found = NeighbourList::default();
         blocks.find_within(DVec3::ZERO, f64::INFINITY, 0, &mut found);

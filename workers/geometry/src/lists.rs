@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_stand_one_behind_the_other() {
+    fn lists_are_stored_consecutively() {
         let mut lists: Lists<u32> = [vec![1, 2], vec![], vec![3]].into_iter().collect();
         lists.append([vec![], vec![4, 5]].into_iter().collect());
         assert_eq!(lists.len(), 5);

@@ -20,6 +20,7 @@ use crate::kd_blocks::KdBlocks;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
 use crate::selection::NeighbourList;
+use crate::simd::Interval;
 
 /// The nearest neighbours of many points, ties included. For each point it stores the squared distance of the `k`-th
 /// neighbour, infinite if there are fewer, and the positions of the neighbours in the caller's table. Distances are not
@@ -106,7 +107,7 @@ pub fn nearest_in_blocks<P: Point>(
 ) -> NearestLists {
     let members: Vec<u32> = blocks.order().iter().map(|i| start + i).collect();
     let mut nearest = Nearest::new(&members, &members, k, vec![f64::INFINITY; members.len()]);
-    nearest.guesses = k > 1;
+    nearest.starts_small = k > 1;
     nearest.lists = NearestLists::with_capacity(members.len(), members.len() * k.min(members.len()));
     cost.all_pairs_in_blocks(blocks, &mut nearest);
     let mut found = nearest.lists;
@@ -136,7 +137,7 @@ struct Nearest<'a> {
     hints: Vec<(f64, f64)>,
     limit2: f64,
     /// Whether a row may start with a smaller limit. If it did, `wider2` is the limit of its second visit.
-    guesses: bool,
+    starts_small: bool,
     wider2: Option<f64>,
     /// The column that is the current row; `u32::MAX` if there is none.
     own: u32,
@@ -159,7 +160,7 @@ impl<'a> Nearest<'a> {
             are_same,
             hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
             limit2: 0.0,
-            guesses: false,
+            starts_small: false,
             wider2: None,
             own: 0,
             found: NeighbourList::default(),
@@ -180,7 +181,7 @@ impl<'a> Nearest<'a> {
 }
 
 /// Squared radius of a row's first visit relative to that of its neighbour's list.
-const GUESS: f64 = 1.2;
+const FIRST_LIMIT: f64 = 1.2;
 
 /// The length at which lists are first pruned.
 fn full_at(k: usize) -> usize {
@@ -191,18 +192,18 @@ impl PairVisitor for Nearest<'_> {
     fn begin(&mut self, row: usize) -> f64 {
         self.found.clear();
         self.full = full_at(self.k);
-        let number = self.rows[row];
-        let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
+        let index = self.rows[row];
+        let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == index) };
         self.own = own.map_or(u32::MAX, |at| at as u32);
         self.limit2 = self.bounds[row];
         self.wider2 = None;
         if let Some(&(d2, radius2)) = self.hints.get(row) {
             let reach = d2.sqrt() + radius2.sqrt();
             self.limit2 = self.limit2.min(reach * reach * (1.0 + 1e-12));
-            let guess2 = GUESS * radius2;
-            if self.guesses && guess2 < self.limit2 {
+            let small2 = FIRST_LIMIT * radius2;
+            if self.starts_small && small2 < self.limit2 {
                 self.wider2 = Some(self.limit2);
-                self.limit2 = guess2;
+                self.limit2 = small2;
             }
         }
         self.limit2
@@ -227,8 +228,8 @@ impl PairVisitor for Nearest<'_> {
         if self.k == 1 || (self.own as usize).wrapping_sub(first) < LANES {
             return one_by_one(distances2, limit2, |lane, d2| self.visit(first + lane, d2));
         }
-        let numbers = std::array::from_fn(|lane| (first + lane) as u32);
-        self.found.take_lanes(distances2, &numbers, (-1.0, limit2));
+        let positions = std::array::from_fn(|lane| (first + lane) as u32);
+        self.found.take_lanes(distances2, &positions, Interval { above: -1.0, limit: limit2 });
         self.prune_if_full();
         self.limit2
     }
@@ -281,7 +282,7 @@ mod tests {
         (kth, others().filter(|&i| dist2(points[i], points[row]) <= kth).map(|i| i as u32).collect())
     }
 
-    fn lists_are_those_of_sorting<P: Point>() {
+    fn check_lists<P: Point>() {
         for kind in KINDS {
             for (size, k) in [(1, 1), (2, 1), (9, 3), (40, 1), (90, 8), (130, 48), (300, 2)] {
                 let points = set::<P>(kind, size, 5);
@@ -303,29 +304,29 @@ mod tests {
     }
 
     #[test]
-    fn in_space() {
-        lists_are_those_of_sorting::<DVec3>();
+    fn lists_match_sorting_in_space() {
+        check_lists::<DVec3>();
     }
 
     #[test]
-    fn in_the_plane() {
-        lists_are_those_of_sorting::<DVec2>();
+    fn lists_match_sorting_in_the_plane() {
+        check_lists::<DVec2>();
     }
 
     /// A row first searches little more than its neighbour's radius. If that ball has too few points, it searches the
     /// sum of radius and distance.
     #[test]
-    fn a_row_looks_again_where_its_first_look_finds_too_few() {
+    fn a_row_is_revisited_if_its_first_limit_is_too_small() {
         let members = [0, 1, 2, 3];
         let mut nearest = Nearest::new(&members, &members, 2, vec![f64::INFINITY; 4]);
-        nearest.guesses = true;
+        nearest.starts_small = true;
         assert_eq!(nearest.begin(0), f64::INFINITY);
         nearest.visit(1, 1.0);
         nearest.visit(2, 4.0);
         assert_eq!(nearest.retry(0), None, "it had no limit");
         nearest.end(0);
         for (found, enough) in [(1, false), (2, true)] {
-            assert_eq!(nearest.begin(1), GUESS * 4.0);
+            assert_eq!(nearest.begin(1), FIRST_LIMIT * 4.0);
             (0..found).for_each(|i| {
                 nearest.visit(2 * i, 1.0 + i as f64);
             });
@@ -340,7 +341,7 @@ mod tests {
 
     /// All other points have one distance from the first. They are many more than a list holds before it is pruned.
     #[test]
-    fn many_at_one_distance_all_stay() {
+    fn all_neighbours_at_one_distance_remain() {
         let whole = || (-10..=10).map(f64::from);
         let all = whole().flat_map(|x| whole().flat_map(move |y| whole().map(move |z| DVec3::new(x, y, z))));
         let points: Vec<DVec3> =

@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_named() {
+    fn invalid_coordinates_are_rejected() {
         let points = [DVec3::ONE, DVec3::new(1e-200, 0.0, 0.0)];
         assert!(matches!(scale_exponent(&points), Err(RangeError::Spread { low: 1, high: 0, .. })));
         let points = [DVec3::ONE, DVec3::new(0.0, f64::NAN, 0.0)];

@@ -16,7 +16,7 @@
 #![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::coordinate_arrays::LANES;
-use crate::simd::{Masks, larger, widest};
+use crate::simd::{Interval, Masks, NamedLanes, NamedLanesMut, larger, widest};
 
 /// A neighbour: its squared distance, and its position in the caller's table.
 pub type Neighbour = (f64, u32);
@@ -103,19 +103,21 @@ impl NeighbourList {
         self.len += positions.len();
     }
 
-    /// Adds those of eight points that are farther than the first limit and no farther than the second.
+    /// Adds those of eight points whose squared distances are wanted.
     #[inline(always)]
     pub(crate) fn take_lanes(
         &mut self,
         distances2: &[f64; LANES],
         positions: &[u32; LANES],
-        limits2: (f64, f64),
+        wanted2: Interval,
     ) {
         self.make_room(LANES);
-        let to =
+        let room =
             (self.distances2[self.len..].first_chunk_mut(), self.positions[self.len..].first_chunk_mut());
-        if let (Some(to_distances2), Some(to_positions)) = to {
-            self.len += self.masks.pack((distances2, positions), limits2, (to_distances2, to_positions));
+        if let (Some(to_distances2), Some(to_positions)) = room {
+            let from = NamedLanes { numbers: distances2, names: positions };
+            let to = NamedLanesMut { numbers: to_distances2, names: to_positions };
+            self.len += self.masks.pack(from, wanted2, to);
         }
     }
 
@@ -169,8 +171,10 @@ impl NeighbourList {
                     let to =
                         (self.distances2[kept..].first_chunk_mut(), self.positions[kept..].first_chunk_mut());
                     let (Some(to_distances2), Some(to_positions)) = to else { break };
-                    let limits = (f64::NEG_INFINITY, limit2);
-                    kept += self.masks.pack((&distances2, &positions), limits, (to_distances2, to_positions));
+                    let from = NamedLanes { numbers: &distances2, names: &positions };
+                    let to = NamedLanesMut { numbers: to_distances2, names: to_positions };
+                    let wanted2 = Interval { above: f64::NEG_INFINITY, limit: limit2 };
+                    kept += self.masks.pack(from, wanted2, to);
                 }
             },
         );
@@ -334,7 +338,7 @@ mod tests {
 
     /// With NaN input the result is unspecified; the search still terminates.
     #[test]
-    fn what_is_no_number_does_no_harm() {
+    fn selection_terminates_with_nan() {
         let few = [1.0, 1.1, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN];
         for k in 1..=8 {
             for rounds in [0, 1, ROUNDS] {
@@ -357,7 +361,7 @@ mod tests {
         let distances2 = [3.0, f64::NAN, 0.0, 1.0, 4.0, 1.0, f64::INFINITY, 2.0];
         for start in [10, 20] {
             let positions = std::array::from_fn(|lane| start + lane as u32);
-            list.take_lanes(&distances2, &positions, (0.0, 3.0));
+            list.take_lanes(&distances2, &positions, Interval { above: 0.0, limit: 3.0 });
         }
         assert_eq!(list.positions(), [9, 10, 13, 15, 17, 20, 23, 25, 27]);
         list.clear();
@@ -365,7 +369,11 @@ mod tests {
         // More points than the list has room for.
         for start in 0..100 {
             let positions = std::array::from_fn(|lane| start as u32 * 8 + lane as u32);
-            list.take_lanes(&[f64::from(start); LANES], &positions, (-1.0, f64::INFINITY));
+            list.take_lanes(
+                &[f64::from(start); LANES],
+                &positions,
+                Interval { above: -1.0, limit: f64::INFINITY },
+            );
         }
         assert!(list.positions().iter().copied().eq(0..800));
         assert_eq!((list.keep_nearest(9, f64::INFINITY), list.len()), (1.0, 16));

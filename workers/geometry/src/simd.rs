@@ -36,6 +36,27 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// The numbers above `above` and at most `limit`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval {
+    pub(crate) above: f64,
+    pub(crate) limit: f64,
+}
+
+/// Eight numbers, each with a name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NamedLanes<'a> {
+    pub(crate) numbers: &'a [f64; 8],
+    pub(crate) names: &'a [u32; 8],
+}
+
+/// Room for eight numbers and their names.
+#[derive(Debug)]
+pub(crate) struct NamedLanesMut<'a> {
+    pub(crate) numbers: &'a mut [f64; 8],
+    pub(crate) names: &'a mut [u32; 8],
+}
+
 /// Operations on eight lanes with bit masks. AVX-512 has instructions for them; other instruction sets use loops.
 /// Create it once before a loop.
 #[derive(Clone, Copy, Debug)]
@@ -67,12 +88,12 @@ impl Masks {
 
     /// The lanes that are at most `limit`.
     #[inline(always)]
-    pub(crate) fn up_to(self, lanes: &[f64; 8], limit: f64) -> u32 {
+    pub(crate) fn at_most(self, lanes: &[f64; 8], limit: f64) -> u32 {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = self.v4 {
             return u32::from(v4.cmp_le_f64x8(cast(*lanes), cast([limit; 8])).0);
         }
-        up_to(lanes, limit)
+        at_most(lanes, limit)
     }
 
     /// The lanes that are not below their limits.
@@ -113,41 +134,33 @@ impl Masks {
         can
     }
 
-    /// Moves those of eight numbers that are above `above` and at most `limit` to the front of `to_numbers`, and their
-    /// names to the front of `to_names`. The other entries are unspecified. Returns how many were moved.
+    /// Moves the wanted numbers and their names to the front of `to`. The other entries are unspecified. Returns how many
+    /// were moved.
     #[inline(always)]
-    pub(crate) fn pack(
-        self,
-        (numbers, names): (&[f64; 8], &[u32; 8]),
-        (above, limit): (f64, f64),
-        (to_numbers, to_names): (&mut [f64; 8], &mut [u32; 8]),
-    ) -> usize {
+    pub(crate) fn pack(self, from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = self.v4 {
-            let bits = self.up_to(numbers, limit) & !self.up_to(numbers, above);
-            *to_numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*numbers)));
+            let bits = self.at_most(from.numbers, wanted.limit) & !self.at_most(from.numbers, wanted.above);
+            *to.numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*from.numbers)));
             // Only the lower half is used.
-            let names = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*names; 2]));
-            *to_names = cast::<_, [[u32; 8]; 2]>(names)[0];
+            let names = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*from.names; 2]));
+            *to.names = cast::<_, [[u32; 8]; 2]>(names)[0];
             return bits.count_ones() as usize;
         }
-        pack((numbers, names), (above, limit), (to_numbers, to_names))
+        pack(from, wanted, to)
     }
 }
 
 /// The loop form of [`Masks::pack`]. Instead of branching, it writes each number and advances only if the number is
-/// wanted. Not inlined, for the reason of [`up_to`].
+/// wanted. Not inlined, for the reason of [`at_most`].
 #[inline(never)]
-fn pack(
-    (numbers, names): (&[f64; 8], &[u32; 8]),
-    (above, limit): (f64, f64),
-    (to_numbers, to_names): (&mut [f64; 8], &mut [u32; 8]),
-) -> usize {
+fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
     let mut count = 0;
     for lane in 0..8 {
-        to_numbers[count & 7] = numbers[lane];
-        to_names[count & 7] = names[lane];
-        count += usize::from((numbers[lane] <= limit) & (numbers[lane] > above));
+        let number = from.numbers[lane];
+        to.numbers[count & 7] = number;
+        to.names[count & 7] = from.names[lane];
+        count += usize::from((number <= wanted.limit) & (number > wanted.above));
     }
     count
 }
@@ -155,12 +168,12 @@ fn pack(
 /// The lanes that are at most `limit`, as a bit mask. Not inlined: inside the loop that computes the lanes, it would
 /// make the compiler process eight scalars.
 #[inline(never)]
-fn up_to(lanes: &[f64; 8], limit: f64) -> u32 {
+fn at_most(lanes: &[f64; 8], limit: f64) -> u32 {
     let bits: [u64; 8] = std::array::from_fn(|lane| if lanes[lane] <= limit { 1 << lane } else { 0 });
     bits.iter().fold(0, |all, bit| all | bit) as u32
 }
 
-/// The lanes that are not below their limits, as a bit mask. Not inlined, for the reason of [`up_to`].
+/// The lanes that are not below their limits, as a bit mask. Not inlined, for the reason of [`at_most`].
 #[inline(never)]
 fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
     let bits: [u32; 8] = std::array::from_fn(|lane| if lanes[lane] < limits[lane] { 0 } else { 1 << lane });
@@ -178,8 +191,8 @@ fn by_counting(given: &[u64], sorted: &mut [u64]) {
                 *count = count.wrapping_add(u64::from(other < number));
             }
         }
-        for (&number, &place) in block.iter().zip(&smaller).take(sorted.len() - 8 * at) {
-            sorted[place as usize] = number;
+        for (&number, &rank) in block.iter().zip(&smaller).take(sorted.len() - 8 * at) {
+            sorted[rank as usize] = number;
         }
     }
 }
@@ -213,22 +226,22 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_told_by_bits() {
+    fn masks_select_lanes() {
         for lanes in Masks::both() {
-            let told = |bits: u32| each_bit(u64::from(bits)).collect::<Vec<_>>();
+            let selected = |bits: u32| each_bit(u64::from(bits)).collect::<Vec<_>>();
             let x = [0.0, 2.0, -1.0, f64::NAN, 1.0, f64::INFINITY, 1.5, -0.0];
-            assert_eq!(told(lanes.up_to(&x, 1.0)), [0, 2, 4, 7]);
-            assert_eq!(told(lanes.up_to(&x, f64::INFINITY)), [0, 1, 2, 4, 5, 6, 7]);
-            assert_eq!(told(lanes.up_to(&x, f64::NAN)), []);
+            assert_eq!(selected(lanes.at_most(&x, 1.0)), [0, 2, 4, 7]);
+            assert_eq!(selected(lanes.at_most(&x, f64::INFINITY)), [0, 1, 2, 4, 5, 6, 7]);
+            assert_eq!(selected(lanes.at_most(&x, f64::NAN)), []);
             let limits = [0.0, 3.0, -1.0, 0.0, f32::NAN, 1.0, f32::INFINITY, 1.0];
-            assert_eq!(told(lanes.not_below(&x.map(|x| x as f32), &limits)), [0, 2, 3, 4, 5]);
+            assert_eq!(selected(lanes.not_below(&x.map(|x| x as f32), &limits)), [0, 2, 3, 4, 5]);
         }
         assert_eq!(each_bit(0).count(), 0);
         assert_eq!(each_bit(u64::MAX).collect::<Vec<_>>(), (0..64).collect::<Vec<_>>());
     }
 
     #[test]
-    fn few_are_sorted() {
+    fn short_lists_are_sorted() {
         for masks in Masks::both() {
             for len in (0..40).chain([63, 64, 65, 95, 96, 97, 200]) {
                 let number = |i: u64| if i & 1 == 0 { i } else { i.wrapping_mul(0x9E37_79B9_7F4A_7C15) };
@@ -260,8 +273,9 @@ mod tests {
                         if wanted >> lane & 1 != 0 { limit } else { others[lane % 4] }
                     });
                     let mut packed = ([0.0; 8], [0; 8]);
-                    let to = (&mut packed.0, &mut packed.1);
-                    let count = masks.pack((&numbers, &names), (above, limit), to);
+                    let from = NamedLanes { numbers: &numbers, names: &names };
+                    let to = NamedLanesMut { numbers: &mut packed.0, names: &mut packed.1 };
+                    let count = masks.pack(from, Interval { above, limit }, to);
                     let expected: Vec<usize> = each_bit(wanted).collect();
                     assert_eq!(count, expected.len(), "{numbers:?}");
                     for (to, lane) in expected.into_iter().enumerate() {
@@ -293,6 +307,6 @@ mod tests {
         );
         let fused =
             x.iter().zip(&y).filter(|&(&x, &y)| (x.mul_add(x, y * y) - x * x - y * y).abs() > 0.0).count();
-        assert!(fused > 0, "the numbers would not show it");
+        assert!(fused > 0, "the numbers do not reveal fusion");
     }
 }

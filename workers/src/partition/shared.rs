@@ -463,8 +463,9 @@ fn split_batch<P: Point>(
     stay: usize,
     cost: &mut Cost,
 ) -> [PointBatch<P>; 2] {
-    let columns = (&mut points.ids.0, &mut points.positions.0, &mut points.radii2.0);
-    let (ids, positions, radii2) = cost.split_arrays(sides, stay as u8, columns);
+    let PointBatch { ids, positions, radii2, .. } = &mut points;
+    let (ids, positions, radii2) =
+        cost.split_arrays(sides, stay as u8, &mut ids.0, &mut positions.0, &mut radii2.0);
     let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::in_transit(ids, positions) };
     if stay == 0 { [points, gone] } else { [gone, points] }
 }

@@ -154,7 +154,7 @@ proptest! {
         prop_assert_eq!(cost_of(|c| drop(c.pack(&list, |x| x % 2 == 0))), as_calls(P::Pack));
         prop_assert_eq!(cost_of(|c| drop(c.split(&list, |x| x % 2 == 0))), as_calls(P::Split));
         let arrays = cost_of(|c| {
-            c.split_arrays(&flags, 0, (&mut list.clone(), &mut Vec::<u8>::new(), &mut Vec::<u8>::new()));
+            c.split_arrays(&flags, 0, &mut list.clone(), &mut Vec::<u8>::new(), &mut Vec::<u8>::new());
         });
         prop_assert_eq!(arrays, as_calls(P::Split));
         prop_assert_eq!(cost_of(|c| c.sort(&mut list.clone(), Ord::cmp)), as_calls(P::Sort));
@@ -225,7 +225,7 @@ fn sorting_is_logarithmic_and_stable() {
 }
 
 #[test]
-fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
+fn sorting_by_keys_is_charged_as_a_sort() {
     for (n, digits) in [(0u64, 64), (1, 64), (31, 64), (97, 2), (1000, 4), (1000, 64)] {
         // With few digits most keys differ in their last ones alone.
         let key = |i: u32| 1 << 62 | u64::from(i).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
@@ -239,7 +239,7 @@ fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
 }
 
 #[test]
-fn what_is_put_in_place_is_charged_as_sorted() {
+fn counting_sorts_are_charged_as_sorts() {
     let items: Vec<(usize, u32)> = (0..50).map(|i| (i * 7 % 11, i as u32)).collect();
     let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
     all.sort(&mut expected, |a, b| a.0.cmp(&b.0));
@@ -260,7 +260,7 @@ fn distinct_indices_are_charged_as_distinct() {
 }
 
 #[test]
-fn repetitions_are_deleted_and_paid() {
+fn repetitions_are_removed_and_charged() {
     let mut cost = Cost::ZERO;
     let mut items = vec![3, 1, 3, 2, 1, 1, 9, 2];
     cost.distinct(&mut items, Ord::cmp);
@@ -271,7 +271,7 @@ fn repetitions_are_deleted_and_paid() {
 }
 
 #[test]
-fn unions_name_what_is_in_both() {
+fn unions_mark_common_items() {
     let mut cost = Cost::ZERO;
     let both = cost.unite(&[1, 4, 6], &[0, 4, 7, 9]);
     assert_eq!(both, [(0, false), (1, false), (4, true), (6, false), (7, false), (9, false)]);
@@ -283,7 +283,7 @@ fn unions_name_what_is_in_both() {
 }
 
 #[test]
-fn repeated_reads_are_refused() {
+fn repeated_reads_are_rejected() {
     let mut cost = Cost::ZERO;
     assert_eq!(cost.gather(&[10, 20, 30], &[2, 0]), Ok(vec![30, 10]));
     assert_eq!(cost.gather(&[10, 20, 30], &[2, 2]), Err(2));
@@ -305,7 +305,7 @@ fn shares_of_a_group_merge_as_one() {
 }
 
 #[test]
-fn columns_are_split_together_and_in_order() {
+fn arrays_are_split_together_and_in_order() {
     for count in [0usize, 1, 2, 7, 1000] {
         for (stay, pattern) in
             [(0u8, 0u64), (0, u64::MAX), (1, 0x9249_2492_4924_9249), (0, 0xF0F0_0001_8000_1234)]
@@ -315,7 +315,7 @@ fn columns_are_split_together_and_in_order() {
             let (mut numbers, mut pairs, mut none) = (all.clone(), Vec::new(), Vec::<f64>::new());
             pairs.extend(all.iter().map(|&i| (i, 3 * i)));
             let mut cost = Cost::ZERO;
-            let gone = cost.split_arrays(&flags, stay, (&mut numbers, &mut pairs, &mut none));
+            let gone = cost.split_arrays(&flags, stay, &mut numbers, &mut pairs, &mut none);
             let (there, away): (Vec<u64>, Vec<u64>) = all.iter().partition(|&&i| flags[i as usize] == stay);
             assert_eq!((&numbers, &gone.0), (&there, &away));
             assert!(

@@ -309,7 +309,7 @@ impl<P: Point> StarBuilder<P> {
         for &cell in &self.uncertain {
             match corners.cone(&self.link, cell, q) {
                 Cone::Beyond => return Some(cell),
-                Cone::Holds => return corners.conflict(&self.link, cell, q).then_some(cell),
+                Cone::Inside => return corners.conflict(&self.link, cell, q).then_some(cell),
                 Cone::Elsewhere => {}
             }
         }

@@ -14,7 +14,7 @@ use crate::predicates::{Sign, conflicts_infinite, in_sphere, orientation};
 /// The position of a candidate relative to the cone of a facet.
 pub(super) enum Cone {
     /// In the closed cone of a finite facet.
-    Holds,
+    Inside,
     /// Strictly beyond the hull facet of an infinite facet.
     Beyond,
     Elsewhere,
@@ -60,7 +60,7 @@ impl<P: Point> Corners<'_, P> {
             }
             points[slot] = corner;
         }
-        Cone::Holds
+        Cone::Inside
     }
 
     /// Returns the points of `(centre, facet)`, and the slot of infinity in the facet.

@@ -174,7 +174,7 @@ fn in_order<P: Point>(facet: &P::Facet) -> P::Facet {
 
 /// A star of some points that is extended by the rest equals the star of all. The reported removed and created facets
 /// are correct. The witnesses in the spheres of removed cells are those that the predicates find.
-fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
+fn check_extended_stars<P: Point>(n: usize) {
     for kind in KINDS {
         let points = set::<P>(kind, n, 5);
         let everyone: Vec<u32> = (0..points.len() as u32).collect();
@@ -210,13 +210,13 @@ fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
             let gone: Vec<P::Facet> = builder.removed_facets().iter().map(|&at| old[at as usize]).collect();
             assert_eq!(set(&gone), &old_set - &new_set, "{kind}: facets of {v} that are gone");
             changed += gone.len();
-            against_those_gone(&points, v, &gone, &new, &mut witnesses);
+            witnesses_of_removed(&points, v, &gone, &new, &mut witnesses);
         }
         assert!(changed > 0, "{kind}: no star changes");
     }
 }
 
-fn against_those_gone<P: Point>(
+fn witnesses_of_removed<P: Point>(
     points: &[P],
     v: u32,
     gone: &[P::Facet],
@@ -242,13 +242,13 @@ fn against_those_gone<P: Point>(
 }
 
 #[test]
-fn stars_of_space_grow_as_if_built_anew() {
-    stars_grow_as_if_built_anew::<DVec3>(90);
+fn extended_stars_match_rebuilt_stars_of_space() {
+    check_extended_stars::<DVec3>(90);
 }
 
 #[test]
-fn stars_of_the_plane_grow_as_if_built_anew() {
-    stars_grow_as_if_built_anew::<DVec2>(90);
+fn extended_stars_match_rebuilt_stars_of_the_plane() {
+    check_extended_stars::<DVec2>(90);
 }
 
 #[test]

@@ -93,9 +93,9 @@ impl<P: Point> Incremental<P> {
             return false;
         }
         self.allocate();
-        self.index_border();
+        self.index_boundary();
         self.invert_vertices(q);
-        if Ridges::is_small(self.scratch.border_vertices.len) {
+        if Ridges::is_small(self.scratch.boundary_vertices.len) {
             self.fill_small(vertex, query);
         } else {
             self.fill_large(vertex, query);
@@ -123,13 +123,13 @@ impl<P: Point> Incremental<P> {
     #[inline(never)]
     fn find_cavity(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
-        let Scratch { cavity, border, cleared, .. } = &mut self.scratch;
+        let Scratch { cavity, boundary, cleared, .. } = &mut self.scratch;
         *slots[seed as usize].radius_mut() |= REMOVED;
         cavity.items[0] = seed;
         let (mut head, mut inner, mut outer) = (0, 1, 0);
         while head < inner {
             let inside_of = cavity.room(inner, P::Cell::LEN);
-            let border_of = border.room(outer, P::Cell::LEN);
+            let boundary_of = boundary.room(outer, P::Cell::LEN);
             let cell = inside_of[head];
             head += 1;
             let neighbours = *slots[cell as usize].neighbours();
@@ -144,7 +144,7 @@ impl<P: Point> Incremental<P> {
                 *next.radius_mut() |= inside << 31;
                 inside_of[inner] = code >> 2;
                 inner = inner.wrapping_add(inside as usize);
-                border_of[outer] = (code, cell << 2 | slot as u32);
+                boundary_of[outer] = (code, cell << 2 | slot as u32);
                 outer = outer.wrapping_add(outside as usize);
                 open |= (live ^ inside ^ outside) << slot;
             }
@@ -157,12 +157,12 @@ impl<P: Point> Incremental<P> {
                     inside_of[inner] = code >> 2;
                     inner += 1;
                 } else {
-                    border_of[outer] = (code, cell << 2 | slot);
+                    boundary_of[outer] = (code, cell << 2 | slot);
                     outer += 1;
                 }
             }
         }
-        (cavity.len, border.len) = (inner, outer);
+        (cavity.len, boundary.len) = (inner, outer);
         for cell in cleared.drain(..) {
             *slots[cell as usize].radius_mut() &= !CLEARED;
         }
@@ -171,18 +171,18 @@ impl<P: Point> Incremental<P> {
     /// Assigns slots to the new cells: first those of the cavity, then free ones, then new ones.
     #[inline(never)]
     fn allocate(&mut self) {
-        let Scratch { cavity, border, .. } = &self.scratch;
-        let (cavity, border) = (cavity.items(), border.items());
+        let Scratch { cavity, boundary, .. } = &self.scratch;
+        let (cavity, boundary) = (cavity.items(), boundary.items());
         let cells = &mut self.cells;
         cells.created.clear();
-        let reused = cavity.len().min(border.len());
+        let reused = cavity.len().min(boundary.len());
         cells.created.extend_from_slice(&cavity[..reused]);
         cells.free.extend_from_slice(&cavity[reused..]);
-        while cells.created.len() < border.len() {
+        while cells.created.len() < boundary.len() {
             let Some(slot) = cells.free.pop() else { break };
             cells.created.push(slot);
         }
-        let more = border.len() - cells.created.len();
+        let more = boundary.len() - cells.created.len();
         let slots = cells.slots.len();
         cells.created.extend((slots..slots + more).map(|slot| slot as u32));
         let [none, infinite] = [NONE, INFINITE].map(P::Cell::splat);
@@ -192,40 +192,40 @@ impl<P: Point> Incremental<P> {
 
     /// Assigns indices to the vertices of the boundary, and stores the ridges.
     #[inline(never)]
-    fn index_border(&mut self) {
-        let Scratch { border, faces, border_vertices, ridges, .. } = &mut self.scratch;
+    fn index_boundary(&mut self) {
+        let Scratch { boundary, faces, boundary_vertices, ridges, .. } = &mut self.scratch;
         let incident = &mut self.incident[..];
         let slots = &self.cells.slots[..];
-        let border = border.items();
-        let faces_of = &mut faces.room(0, border.len())[..border.len()];
+        let boundary = boundary.items();
+        let faces_of = &mut faces.room(0, boundary.len())[..boundary.len()];
         let mut known = 1;
-        for ((&(inward, outward), &cell), face) in border.iter().zip(&self.cells.created).zip(faces_of) {
-            let vertices_of = border_vertices.room(known, P::DIM);
+        for ((&(inward, outward), &cell), face) in boundary.iter().zip(&self.cells.created).zip(faces_of) {
+            let vertices_of = boundary_vertices.room(known, P::DIM);
             let removed = slots[(outward >> 2) as usize].vertices();
             let vertices = facet::<P>(removed, outward as usize & 3, inward);
-            let mut numbers = [0; 3];
-            for (number, &vertex) in numbers.iter_mut().zip(&vertices.as_ref()[1..]) {
+            let mut indices = [0; 3];
+            for (index, &vertex) in indices.iter_mut().zip(&vertices.as_ref()[1..]) {
                 let entry = &mut incident[vertex.wrapping_add(1) as usize];
                 let is_new = *entry & INDEXED == 0;
-                *number = if is_new { known as u32 } else { *entry & !INDEXED };
-                *entry = INDEXED | *number;
+                *index = if is_new { known as u32 } else { *entry & !INDEXED };
+                *entry = INDEXED | *index;
                 vertices_of[known] = (vertex, cell);
                 known = known.wrapping_add(usize::from(is_new));
             }
             for i in 0..P::DIM {
-                ridges.enter(ridge(numbers, i), cell << 2 | (i as u32 + 1));
+                ridges.enter(ridge(indices, i), cell << 2 | (i as u32 + 1));
             }
-            *face = Face { vertices, numbers, cell };
+            *face = Face { vertices, indices, cell };
         }
-        (faces.len, border_vertices.len) = (border.len(), known);
+        (faces.len, boundary_vertices.len) = (boundary.len(), known);
     }
 
     /// Inverts the vertices of the boundary around the new vertex.
     fn invert_vertices(&mut self, q: P) {
-        let Scratch { around, border_vertices, .. } = &mut self.scratch;
+        let Scratch { around, boundary_vertices, .. } = &mut self.scratch;
         let (points, frame) = (&self.points[..], self.frame);
         around.clear();
-        around.extend(border_vertices.items().iter().map(|&(vertex, _)| {
+        around.extend(boundary_vertices.items().iter().map(|&(vertex, _)| {
             let to = points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
             frame.inverse(q, to)
         }));
@@ -243,15 +243,15 @@ impl<P: Point> Incremental<P> {
         let Scratch { faces, around, ridges, .. } = &self.scratch;
         let (slots, around) = (&mut self.cells.slots[..], &around[..]);
         for (k, face) in faces.items().iter().enumerate() {
-            let Face { mut vertices, numbers, cell } = *face;
+            let Face { mut vertices, indices, cell } = *face;
             let outer = vertices.as_ref()[0];
             vertices.as_mut()[0] = vertex;
             let mut neighbours = P::Cell::splat(outer);
             for i in 0..P::DIM {
-                neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(numbers, i));
+                neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(indices, i));
             }
             slots[(outer >> 2) as usize].neighbours_mut().as_mut()[(outer & 3) as usize] = cell << 2;
-            let sphere = query.sphere(numbers.map(|i| &around[i as usize]));
+            let sphere = query.sphere(indices.map(|i| &around[i as usize]));
             slots[cell as usize] = Cell::new(sphere, neighbours, vertices);
         }
     }
@@ -265,8 +265,8 @@ impl<P: Point> Incremental<P> {
     fn fill_large(&mut self, vertex: u32, query: &Query<P>) {
         let Scratch { faces, ridges, .. } = &mut self.scratch;
         let all = faces.items().iter().zip(0u32..).flat_map(|(face, k)| {
-            let numbers = face.numbers;
-            (0..P::DIM).map(move |i| (ridge(numbers, i), k << 2 | i as u32))
+            let indices = face.indices;
+            (0..P::DIM).map(move |i| (ridge(indices, i), k << 2 | i as u32))
         });
         ridges.pair(&self.cells.created, all);
         self.fill(vertex, query, |ridges, k, i, _| ridges.paired(k, i));
@@ -275,7 +275,7 @@ impl<P: Point> Incremental<P> {
     /// Stores a cell for the new vertex and for every vertex of the boundary.
     fn set_incident(&mut self, vertex: u32) {
         let first = self.cells.created[0];
-        for &(vertex, cell) in &self.scratch.border_vertices.items()[1..] {
+        for &(vertex, cell) in &self.scratch.boundary_vertices.items()[1..] {
             self.incident[vertex.wrapping_add(1) as usize] = cell;
         }
         self.incident[vertex as usize + 1] = first;

@@ -179,11 +179,11 @@ const fn orientations(n: u32) -> [u8; STATES * 8] {
         let (entry, axis) = (state % (1 << n), state >> n);
         let mut octant = 0;
         while octant < 1 << n {
-            let place = gray_inverse(n, turned(n, octant ^ entry, n - (axis + 1) % n));
-            let first = if place == 0 { 0 } else { gray((place - 1) & !1) };
-            let inner = entry ^ turned(n, first, axis + 1);
-            let along = (axis + along_axis(n, place) + 1) % n;
-            table[(state << 3 | octant) as usize] = ((along << n | inner) << 3 | place) as u8;
+            let position = gray_inverse(n, rotated(n, octant ^ entry, n - (axis + 1) % n));
+            let first = if position == 0 { 0 } else { gray((position - 1) & !1) };
+            let inner = entry ^ rotated(n, first, axis + 1);
+            let along = (axis + along_axis(n, position) + 1) % n;
+            table[(state << 3 | octant) as usize] = ((along << n | inner) << 3 | position) as u8;
             octant += 1;
         }
         state += 1;
@@ -196,29 +196,29 @@ const fn gray(x: u32) -> u32 {
 }
 
 const fn gray_inverse(n: u32, x: u32) -> u32 {
-    let mut place = x;
+    let mut position = x;
     let mut shift = 1;
     while shift < n {
-        place ^= x >> shift;
+        position ^= x >> shift;
         shift += 1;
     }
-    place
+    position
 }
 
 /// Rotates the `n` bits of `x` left by `by`.
-const fn turned(n: u32, x: u32, by: u32) -> u32 {
+const fn rotated(n: u32, x: u32, by: u32) -> u32 {
     let by = by % n;
     (x << by | x >> (n - by)) & ((1 << n) - 1)
 }
 
 /// The axis along which the curve runs inside the octant at this position.
-const fn along_axis(n: u32, place: u32) -> u32 {
-    if place == 0 {
+const fn along_axis(n: u32, position: u32) -> u32 {
+    if position == 0 {
         0
-    } else if place.is_multiple_of(2) {
-        (place - 1).trailing_ones() % n
+    } else if position.is_multiple_of(2) {
+        (position - 1).trailing_ones() % n
     } else {
-        place.trailing_ones() % n
+        position.trailing_ones() % n
     }
 }
 

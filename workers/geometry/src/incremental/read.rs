@@ -100,7 +100,7 @@ impl<P: Point> Incremental<P> {
     pub fn star(&self, vertex: u32, out: &mut Vec<u32>) {
         out.clear();
         out.push(self.incident[vertex as usize + 1]);
-        let mut seen = Seen::default();
+        let mut seen = CellSet::default();
         seen.add(out[0]);
         let mut head = 0;
         while head < out.len() {
@@ -155,19 +155,19 @@ impl<P: Point> Incremental<P> {
 const SHORT: usize = 128;
 
 /// A set of cells: a hash table of twice [`SHORT`] entries, and a tree for the rest.
-struct Seen {
+struct CellSet {
     table: [u32; 2 * SHORT],
     len: usize,
     rest: BTreeSet<u32>,
 }
 
-impl Default for Seen {
+impl Default for CellSet {
     fn default() -> Self {
-        Seen { table: [NONE; 2 * SHORT], len: 0, rest: BTreeSet::new() }
+        CellSet { table: [NONE; 2 * SHORT], len: 0, rest: BTreeSet::new() }
     }
 }
 
-impl Seen {
+impl CellSet {
     /// Adds a cell. Returns `true` if it was not in the set.
     fn add(&mut self, cell: u32) -> bool {
         let mut at = (cell.wrapping_mul(0x9E37_79B9) >> 24) as usize;

@@ -29,7 +29,7 @@ impl KeptCells {
     /// Adds the cell in a slot.
     #[inline]
     pub fn keep(&mut self, slot: u32) {
-        let (word, bit) = place(slot);
+        let (word, bit) = word_and_bit(slot);
         self.bits[word] |= bit;
     }
 
@@ -42,7 +42,7 @@ impl KeptCells {
     /// Marks the cell in a slot as exterior.
     #[inline]
     pub fn mark_outer(&mut self, slot: u32) {
-        let (word, bit) = place(slot);
+        let (word, bit) = word_and_bit(slot);
         self.outer[word] |= bit;
     }
 
@@ -70,7 +70,7 @@ impl KeptCells {
 
 /// Indices of kept cells, counted in the order of slots. Nearly all look-ups read only a few bits for each cell, so the
 /// tables fit in the cache of a core.
-struct Numbers<'a> {
+struct RowIndices<'a> {
     kept: &'a KeptCells,
     /// For each word of which all cells are kept, the index of its first cell; [`NONE`] for other words.
     full: Vec<u32>,
@@ -79,7 +79,7 @@ struct Numbers<'a> {
     marks: [u32; 2],
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> RowIndices<'a> {
     fn of(kept: &'a KeptCells, marks: [u32; 2]) -> Self {
         let (mut full, mut before) =
             (Vec::with_capacity(kept.bits.len()), Vec::with_capacity(kept.bits.len()));
@@ -89,20 +89,20 @@ impl<'a> Numbers<'a> {
             before.push(count);
             count += bits.count_ones();
         }
-        Numbers { kept, full, before, marks }
+        RowIndices { kept, full, before, marks }
     }
 
     /// The index of the cell in a slot. The first mark if it is not kept, and the second if it is exterior.
     #[inline]
-    fn number(&self, slot: u32) -> u32 {
+    fn index(&self, slot: u32) -> u32 {
         let full = self.full[(slot / u64::BITS) as usize];
         if full == NONE { self.in_partial_word(slot) } else { full + slot % u64::BITS }
     }
 
-    /// Computes [`Numbers::number`] for a word of which not all cells are kept.
+    /// Computes [`RowIndices::index`] for a word of which not all cells are kept.
     #[inline]
     fn in_partial_word(&self, slot: u32) -> u32 {
-        let (word, bit) = place(slot);
+        let (word, bit) = word_and_bit(slot);
         let bits = self.kept.bits[word];
         if bits & bit != 0 {
             self.before[word] + (bits & (bit - 1)).count_ones()
@@ -117,7 +117,7 @@ pub const FIRST_MARK: u32 = 1 << 31;
 
 /// The word of a slot's bit, and the bit as a mask.
 #[inline]
-fn place(slot: u32) -> (usize, u64) {
+fn word_and_bit(slot: u32) -> (usize, u64) {
     ((slot / u64::BITS) as usize, 1 << (slot % u64::BITS))
 }
 
@@ -127,7 +127,7 @@ impl<P: Point> Incremental<P> {
         self.cells.slots
     }
 
-    /// Converts the storage to rows of `2 (DIM + 1)` numbers, one row for each kept cell in the order of slots. The
+    /// Converts the storage to rows of `2 (DIM + 1)` indices, one row for each kept cell in the order of slots. The
     /// first half of a row has the cell's vertices, converted by `vertex`. The second half has, for each vertex, the
     /// index of the cell across the opposite facet or one of two marks. The first mark stands for a cell that is not
     /// kept, the second for an exterior one. Marks are at least [`FIRST_MARK`], above all indices. Also returns the
@@ -142,7 +142,7 @@ impl<P: Point> Incremental<P> {
     ) -> (Vec<u32>, Vec<u32>) {
         debug_assert!(marks.iter().all(|&mark| mark >= FIRST_MARK), "a mark could be a number");
         let n = P::DIM + 1;
-        let numbers = Numbers::of(kept, marks);
+        let indices = RowIndices::of(kept, marks);
         let mut marked = Vec::new();
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
@@ -155,7 +155,7 @@ impl<P: Point> Incremental<P> {
                 *to = vertex(v);
             }
             for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
-                *to = numbers.number(code >> 2);
+                *to = indices.index(code >> 2);
             }
             if second.iter().fold(0, |all, next| all | next) >= FIRST_MARK {
                 marked.push((end / (2 * n)) as u32);
@@ -171,12 +171,12 @@ impl<P: Point> Incremental<P> {
 #[cfg(test)]
 mod tests {
     use super::super::Incremental;
-    use super::{KeptCells, Numbers};
+    use super::{KeptCells, RowIndices};
     use glam::DVec2;
 
     /// Words of which all, some and no cells are kept, and an incomplete word.
     #[test]
-    fn numbers_count_what_is_kept_before() {
+    fn indices_count_the_kept_cells_before() {
         let is_kept = |slot: u32| match slot / 64 {
             0 | 3 => true,
             1 => slot % 3 == 1,
@@ -198,11 +198,11 @@ mod tests {
             }
         }
         let marks = [u32::MAX - 1, u32::MAX];
-        let numbers = Numbers::of(&kept, marks);
+        let indices = RowIndices::of(&kept, marks);
         let mut count = 0;
         for slot in 0..slots {
             let expected = if is_kept(slot) { count } else { marks[usize::from(slot % 5 == 0)] };
-            assert_eq!(numbers.number(slot), expected, "{slot}");
+            assert_eq!(indices.index(slot), expected, "{slot}");
             count += u32::from(is_kept(slot));
         }
         assert_eq!((kept.len(), kept.is_empty()), (count, false));

@@ -11,12 +11,12 @@ pub(super) struct Scratch<P: Point> {
     /// The cells of the cavity.
     pub(super) cavity: List<u32>,
     /// The facets of the boundary, as their codes seen from inside and from outside.
-    pub(super) border: List<(u32, u32)>,
+    pub(super) boundary: List<(u32, u32)>,
     /// The cells that the exact predicates found not to conflict.
     pub(super) cleared: Vec<u32>,
     pub(super) faces: List<Face<P::Cell>>,
     /// The vertices of the boundary from 1 on, each with a new cell that contains it.
-    pub(super) border_vertices: List<(u32, u32)>,
+    pub(super) boundary_vertices: List<(u32, u32)>,
     /// The inverse images of the same vertices around the new one.
     pub(super) around: Vec<Inverse<P>>,
     pub(super) ridges: Ridges,
@@ -27,8 +27,8 @@ pub(super) struct Scratch<P: Point> {
 pub(super) struct Face<S> {
     /// The code of the cell outside, then the vertices. A point inside and the vertices form a positive cell.
     pub(super) vertices: S,
-    /// Positions of the vertices in `border_vertices`; the third is 0 in the plane.
-    pub(super) numbers: [u32; 3],
+    /// Positions of the vertices in `boundary_vertices`; the third is 0 in the plane.
+    pub(super) indices: [u32; 3],
     /// Index of the new cell.
     pub(super) cell: u32,
 }
@@ -37,10 +37,10 @@ impl<P: Point> Default for Scratch<P> {
     fn default() -> Self {
         Scratch {
             cavity: List::new(0),
-            border: List::new((0, 0)),
+            boundary: List::new((0, 0)),
             cleared: Vec::new(),
-            faces: List::new(Face { vertices: P::Cell::splat(0), numbers: [0; 3], cell: 0 }),
-            border_vertices: List::new((INFINITE, 0)),
+            faces: List::new(Face { vertices: P::Cell::splat(0), indices: [0; 3], cell: 0 }),
+            boundary_vertices: List::new((INFINITE, 0)),
             around: Vec::new(),
             ridges: Ridges::default(),
         }

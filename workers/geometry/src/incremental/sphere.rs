@@ -180,8 +180,8 @@ impl<P: Point> Frame<P> {
     /// The largest rounded radius for which twice [`Frame::radius_bound`] is at most `across`; 0, which is not a stored
     /// radius, if there is none. The margin covers the roundings of both.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
-        let aside = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
-        let most = (0.5 * across * self.scale - aside) / (1.0 + 32.0 * SINGLE);
+        let margin = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
+        let most = (0.5 * across * self.scale - margin) / (1.0 + 32.0 * SINGLE);
         ((most * (1.0 - 2.0 * SINGLE)) as f32).max(0.0)
     }
 
@@ -258,13 +258,13 @@ impl<P: Point> Query<P> {
         let flat2 = if P::DIM == 2 { FLATTEST * longest2 } else { FLATTEST * longest2 * longest2 };
         let flat2 = flat2 * longest2;
         let height2 = height * height;
-        let sound = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
+        let is_valid = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
         let at = self.at + from;
         let mut sphere = P::Cell::splat(0);
         for i in 0..P::DIM {
             sphere.as_mut()[i] = (at.coord(i) as f32).to_bits();
         }
-        let radius = if sound { (radius as f32).to_bits() & !CLEARED } else { NO_SPHERE };
+        let radius = if is_valid { (radius as f32).to_bits() & !CLEARED } else { NO_SPHERE };
         sphere.as_mut()[P::DIM] = radius;
         sphere
     }

@@ -18,13 +18,13 @@ pub enum Stage {
 /// Counts one orientation decided at `stage`.
 #[inline]
 pub(super) fn orientation(stage: Stage) {
-    note(stage, 0);
+    count(stage, 0);
 }
 
 /// Counts one in-sphere sign decided at `stage`.
 #[inline]
 pub(super) fn in_sphere(stage: Stage) {
-    note(stage, 4);
+    count(stage, 4);
 }
 
 /// Counts one in-sphere sign that was zero.
@@ -36,7 +36,7 @@ pub(super) fn tie() {
 
 #[cfg_attr(not(feature = "stage-counts"), expect(unused_variables, reason = "nothing is counted"))]
 #[inline]
-fn note(stage: Stage, first: usize) {
+fn count(stage: Stage, first: usize) {
     #[cfg(feature = "stage-counts")]
     counters::add(first + stage as usize);
 }

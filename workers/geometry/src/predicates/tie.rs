@@ -15,11 +15,11 @@ use crate::point::{Point, lex_cmp};
 #[inline]
 pub(super) fn conflicts<P: Point>(cell: &[P], q: P, cofactors: [Sign; 4]) -> bool {
     // Raising the query moves it outside: the derivative is minus the positive orientation of the cell.
-    let (mut highest, mut verdict) = (q, false);
+    let (mut highest, mut is_conflict) = (q, false);
     for (corner, cofactor) in cell.iter().zip(cofactors) {
         if cofactor != Sign::Zero && lex_cmp(&highest, corner).is_lt() {
-            (highest, verdict) = (*corner, cofactor == Sign::Positive);
+            (highest, is_conflict) = (*corner, cofactor == Sign::Positive);
         }
     }
-    verdict
+    is_conflict
 }

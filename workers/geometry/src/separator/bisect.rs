@@ -89,7 +89,7 @@ mod tests {
     use crate::point::Point;
 
     #[test]
-    fn middles_are_medians() {
+    fn medians_are_the_middle_values() {
         assert_eq!(median_pair(&mut []), None);
         assert_eq!(median_pair(&mut [3.0]), Some([3.0; 2]));
         assert_eq!(median_pair(&mut [9.0, 1.0]), Some([1.0, 9.0]));
@@ -99,7 +99,7 @@ mod tests {
     }
 
     /// The points of a set that belong to the samples of a draw.
-    fn taken<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
+    fn samples_of<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
         let many = Sampler::with_target(key, n, bisection_samples(n));
         points.iter().copied().filter(|&x| many.accepts(x)).collect()
@@ -108,19 +108,19 @@ mod tests {
     /// The separator of a set, drawn from its samples.
     fn separator_of<P: Point>(seed: u64, points: &[P]) -> Separator<P> {
         let key = DrawKey { seed, node: 1, attempt: 0 };
-        let drawn = draw_bisecting(key, points.len() as u64, &taken(key, points), &mut Cost::default());
+        let drawn = draw_bisecting(key, points.len() as u64, &samples_of(key, points), &mut Cost::default());
         drawn.separator.unwrap()
     }
 
     /// Separators bisect the set from which the samples come, and cross no more balls than those of [`draw`].
-    fn sets_are_halved<P: Point>() {
+    fn sets_are_bisected<P: Point>() {
         let points = uniform::<P>(200_000, 3);
         let n = points.len() as u64;
         let (mut crossing, mut crossing_drawn, mut worst_drawn) = (0, 0, 0.0f64);
         for seed in 0..20 {
             let key = DrawKey { seed, node: 1, attempt: 0 };
             let few = Sampler::of(key, n);
-            let all = taken(key, &points);
+            let all = samples_of(key, &points);
             assert_eq!(
                 points.iter().filter(|&&x| few.accepts(x)).count(),
                 all.iter().filter(|&&x| few.accepts(x)).count()
@@ -151,13 +151,13 @@ mod tests {
     }
 
     #[test]
-    fn sets_are_halved_in_both_dimensions() {
-        sets_are_halved::<DVec2>();
-        sets_are_halved::<DVec3>();
+    fn sets_are_bisected_in_both_dimensions() {
+        sets_are_bisected::<DVec2>();
+        sets_are_bisected::<DVec3>();
     }
 
     /// If a gap separates the points into near halves, the separator is not moved from the gap into a cluster.
-    fn gaps_stay<P: Point>() {
+    fn separators_stay_in_gaps<P: Point>() {
         let far = |x: P| x + P::splat(40.0);
         let points: Vec<P> = uniform::<P>(2000, 8)
             .into_iter()
@@ -173,9 +173,9 @@ mod tests {
     }
 
     #[test]
-    fn gaps_stay_in_both_dimensions() {
-        gaps_stay::<DVec2>();
-        gaps_stay::<DVec3>();
+    fn separators_stay_in_gaps_in_both_dimensions() {
+        separators_stay_in_gaps::<DVec2>();
+        separators_stay_in_gaps::<DVec3>();
     }
 
     /// For every set, the sides satisfy the bound and the separator can be encoded; with all points as samples, and
@@ -219,7 +219,7 @@ mod tests {
     /// If most points nearly coincide, a plane replaces the sphere. It bisects the other points as accurately as the
     /// samples permit.
     #[test]
-    fn planes_that_stand_in_are_moved() {
+    fn fallback_planes_are_moved() {
         let points: Vec<DVec3> = uniform::<DVec3>(4000, 6)
             .into_iter()
             .map(|x| DVec3::new(x.x, 1e300 * x.y.powi(400), 0.0))

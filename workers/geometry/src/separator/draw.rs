@@ -280,16 +280,16 @@ fn draw_from<P: Point>(
         _ => {}
     }
     let frame = Frame::of(&sorted, cost);
-    let judge = Judge::of(&frame, sorted, population, cost);
-    let lifted = cost.map(&judge.local, |&y| lift(y));
+    let scorer = Scorer::of(&frame, sorted, population, cost);
+    let lifted = cost.map(&scorer.local, |&y| lift(y));
     let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
 
     let tries: Vec<u64> = (0..if all.is_some() { BISECTING_TRIES } else { TRIES }).collect();
     let scored = cost.map_nested(&tries, |&number, own| {
         let normal = unit_vector(&mut key.stream(number), own)?;
         let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
-        let drawn = judge.admit(circle, own);
-        if all.is_some() { judge.admit_bisecting(circle, drawn, own) } else { drawn }
+        let drawn = scorer.admit(circle, own);
+        if all.is_some() { scorer.admit_bisecting(circle, drawn, own) } else { drawn }
     });
     let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
     let (best, kind) = if let Some(best) = lowest(&scored, cost) {
@@ -297,10 +297,10 @@ fn draw_from<P: Point>(
     } else {
         let why =
             if has_room(centre) { PlaneReason::NoAdmissibleCircle } else { PlaneReason::CentreOnSphere };
-        (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
+        (best_plane(&frame, &scorer, cost), DrawKind::Plane { why })
     };
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
-    let best = all.map_or(best, |all| judge.bisected(best, all, cost));
+    let best = all.map_or(best, |all| scorer.bisected(best, all, cost));
     Drawn {
         separator: Some(best.separator),
         kind,
@@ -314,16 +314,16 @@ fn draw_from<P: Point>(
 
 /// The sorted coordinates of each axis.
 fn sorted_axes<P: Point>(samples: &[P], cost: &mut Cost) -> Vec<Vec<f64>> {
-    let numbers: Vec<usize> = (0..P::DIM).collect();
-    cost.map_nested(&numbers, |&axis, own| {
+    let all_axes: Vec<usize> = (0..P::DIM).collect();
+    cost.map_nested(&all_axes, |&axis, own| {
         let mut coords = own.map(samples, |p| p.coord(axis));
         own.sort(&mut coords, f64::total_cmp);
         coords
     })
 }
 
-/// Location and scale of the samples. The origin has the median of each axis. The unit is a power of two below the
-/// inverse of twice the median distance from the origin.
+/// Location and scale of the samples. The origin has the median of each axis. The unit is the inverse of the largest power
+/// of two that is at most the median distance from the origin.
 struct Frame<P> {
     axes: Vec<Vec<f64>>,
     origin: P,
@@ -392,7 +392,7 @@ impl<P: Point> PairVisitor for NearestOthers<'_, P> {
 }
 
 /// Scores surfaces by the samples and their nearest-neighbour balls.
-struct Judge<P> {
+struct Scorer<P> {
     /// Samples in local coordinates.
     local: Vec<P>,
     balls: Vec<(P, f64)>,
@@ -400,7 +400,7 @@ struct Judge<P> {
     thinning: f64,
 }
 
-impl<P: Point> Judge<P> {
+impl<P: Point> Scorer<P> {
     fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
         let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
         let blocks = KdBlocks::of(&local);
@@ -410,7 +410,7 @@ impl<P: Point> Judge<P> {
         let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest.squares).collect();
         let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
         let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
-        Judge { local, balls, thinning: root(fraction, P::DIM, cost) }
+        Scorer { local, balls, thinning: root(fraction, P::DIM, cost) }
     }
 
     fn score(&self, separator: Separator<P>, cost: &mut Cost) -> Scored<P> {
@@ -448,15 +448,17 @@ impl<P: Point> Judge<P> {
     /// Returns the surface, or the surface moved to the median of all samples if it is then better balanced and scores
     /// less. The sides of both are counted over all samples.
     fn bisected(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Scored<P> {
-        let again = |scored: Scored<P>| {
+        let rescored = |scored: Scored<P>| {
             let ratio = scored.separator.larger_side(all) as f64 / all.len() as f64;
             Scored { ratio, score: ratio + SCORE_ALPHA * scored.crossing, ..scored }
         };
-        let as_it_is = again(best);
-        let moved =
-            best.separator.moved_to_median(all.iter().copied()).map(|moved| again(self.score(moved, cost)));
-        let is_better = |moved: &Scored<P>| moved.ratio < as_it_is.ratio && moved.score < as_it_is.score;
-        moved.filter(is_better).unwrap_or(as_it_is)
+        let unmoved = rescored(best);
+        let moved = best
+            .separator
+            .moved_to_median(all.iter().copied())
+            .map(|moved| rescored(self.score(moved, cost)));
+        let is_better = |moved: &Scored<P>| moved.ratio < unmoved.ratio && moved.score < unmoved.score;
+        moved.filter(is_better).unwrap_or(unmoved)
     }
 }
 
@@ -483,11 +485,11 @@ fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Sco
 
 /// For each axis, finds the best balanced cut between two different neighbouring coordinates, and returns the cut with
 /// the lowest score. It exists if two samples differ.
-fn best_plane<P: Point>(frame: &Frame<P>, judge: &Judge<P>, cost: &mut Cost) -> Option<Scored<P>> {
-    let numbers: Vec<usize> = (0..P::DIM).collect();
-    let cuts = cost.map_nested(&numbers, |&axis, own| {
+fn best_plane<P: Point>(frame: &Frame<P>, scorer: &Scorer<P>, cost: &mut Cost) -> Option<Scored<P>> {
+    let all_axes: Vec<usize> = (0..P::DIM).collect();
+    let cuts = cost.map_nested(&all_axes, |&axis, own| {
         let (plane, _) = cut_across(&frame.axes[axis], axis, own)?;
-        Some(judge.score(plane, own))
+        Some(scorer.score(plane, own))
     });
     lowest(&cuts, cost)
 }

@@ -94,9 +94,9 @@ impl<P: Point> Separator<P> {
         let gradient = (b.norm2() - 4.0 * a * c).sqrt();
         if gradient > 0.0 && gradient < f64::INFINITY {
             let own = Separator { origin, unit, a: a / gradient, b: b / gradient, c: c / gradient };
-            let again = own.b.norm2() - 4.0 * own.a * own.c;
+            let gradient2 = own.b.norm2() - 4.0 * own.a * own.c;
             let finite = own.a.is_finite() && own.c.is_finite();
-            (finite && again > 0.5 && again < 2.0).then_some(own)
+            (finite && gradient2 > 0.5 && gradient2 < 2.0).then_some(own)
         } else {
             None
         }

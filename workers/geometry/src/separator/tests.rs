@@ -348,7 +348,7 @@ fn planes_cut_exactly() {
 }
 
 #[test]
-fn malformed_words_are_refused() {
+fn malformed_encodings_are_rejected() {
     let good = Separator::<DVec3>::plane(2, 4.0).to_array();
     assert!(Separator::<DVec3>::from_array(&good).is_some());
     for (slot, value) in [(3, 0.0), (3, 3.0), (3, -1.0), (0, f64::NAN), (8, f64::INFINITY), (7, 0.0)] {

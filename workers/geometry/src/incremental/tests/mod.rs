@@ -204,7 +204,7 @@ fn cospherical_points_agree_with_brute_force() {
 }
 
 #[test]
-fn a_grid_has_one_triangulation_whatever_the_order() {
+fn a_grid_has_one_triangulation_in_every_order() {
     let points = grid3(8);
     let dt = Incremental::new(points.clone()).unwrap();
     check(&dt);
@@ -247,7 +247,7 @@ fn random_points_satisfy_the_invariants() {
     assert_eq!(dt.cells().count(), 2 * 1500 - 2 - hull);
 }
 
-fn any_order_in_place_gives_the_same_cells<P: Point>() {
+fn check_insertion_in_place<P: Point>() {
     for kind in nasty::KINDS {
         let points = nasty::set::<P>(kind, 150, 5);
         let Ok(whole) = Incremental::new(points.clone()) else { continue };
@@ -272,9 +272,9 @@ fn any_order_in_place_gives_the_same_cells<P: Point>() {
 }
 
 #[test]
-fn points_are_inserted_where_they_stand() {
-    any_order_in_place_gives_the_same_cells::<DVec3>();
-    any_order_in_place_gives_the_same_cells::<DVec2>();
+fn insertion_in_place_gives_the_same_cells() {
+    check_insertion_in_place::<DVec3>();
+    check_insertion_in_place::<DVec2>();
 }
 
 /// The cells that have one of the first `owned` vertices, by coordinates.
@@ -294,18 +294,18 @@ fn cells_around<P: Point>(dt: &Incremental<P>, owned: usize, points: &[P]) -> Ve
     cells
 }
 
-fn points_left_out_change_no_star<P: Point>() {
+fn check_skipped_points<P: Point>() {
     for kind in nasty::KINDS {
         let points = nasty::set::<P>(kind, 150, 5);
         let Ok(whole) = Incremental::new(points.clone()) else { continue };
         for owned in [10, 40, 100].into_iter().filter(|&owned| owned < points.len()) {
             let Ok(mut part) = Incremental::build(points[..owned].to_vec(), None) else { continue };
-            let mut left_out = 0;
+            let mut skipped = 0;
             for &p in &points[owned..] {
-                left_out += usize::from(part.insert_if_adjacent(p, None, owned as u32).unwrap().is_none());
+                skipped += usize::from(part.insert_if_adjacent(p, None, owned as u32).unwrap().is_none());
             }
             check(&part);
-            assert_eq!(part.vertices().len() + left_out, points.len(), "{kind}");
+            assert_eq!(part.vertices().len() + skipped, points.len(), "{kind}");
             assert_eq!(
                 cells_around(&part, owned, &points),
                 cells_around(&whole, owned, &points),
@@ -316,9 +316,9 @@ fn points_left_out_change_no_star<P: Point>() {
 }
 
 #[test]
-fn points_that_are_nobodys_neighbours_are_left_out() {
-    points_left_out_change_no_star::<DVec3>();
-    points_left_out_change_no_star::<DVec2>();
+fn points_without_owned_neighbours_are_skipped() {
+    check_skipped_points::<DVec3>();
+    check_skipped_points::<DVec2>();
     let far: Vec<DVec2> = (0..20).map(|i| DVec2::new(f64::from(i), f64::from(i * i % 7))).collect();
     let mut dt = Incremental::build(far[..4].to_vec(), None).unwrap();
     let kept = far[4..].iter().filter(|&&p| dt.insert_if_adjacent(p, None, 4).unwrap().is_some()).count();
@@ -326,7 +326,7 @@ fn points_that_are_nobodys_neighbours_are_left_out() {
 }
 
 #[test]
-fn points_in_an_empty_part_do_not_all_look_at_the_same_cells() {
+fn points_in_an_empty_region_do_not_all_search_the_same_cells() {
     // A ball of owned points and a shell of others, then further points on the far side of the shell. The latter are
     // not adjacent to owned points.
     let mut random = Lcg(3);
@@ -366,7 +366,7 @@ fn a_star_of_many_cells_is_complete() {
 }
 
 #[test]
-fn refusals_name_their_reason() {
+fn errors_state_their_reason() {
     let flat = Incremental::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE.with_z(0.0)]);
     assert_eq!(flat.unwrap_err(), IncrementalError::Flat { dimension: 2 });
     let none = Incremental::<DVec2>::new(Vec::new());

@@ -62,13 +62,13 @@ fn corners<P: Point>(points: &[P], cell: &[u32]) -> Vec<P> {
 fn add<P: Point>(points: &[P], cells: &mut Vec<Corners>, q: u32) {
     let inside: Vec<bool> = cells.iter().map(|cell| is_in_conflict(points, cells, cell, q)).collect();
     // A boundary facet belongs to exactly one removed cell.
-    let mut border: BTreeMap<Corners, (usize, Corners)> = BTreeMap::new();
+    let mut boundary: BTreeMap<Corners, (usize, Corners)> = BTreeMap::new();
     for (cell, _) in cells.iter().zip(&inside).filter(|(_, inside)| **inside) {
         for slot in 0..=P::DIM {
             let mut facet = cell.clone();
             facet.remove(slot);
             facet.sort_unstable();
-            let entry = border.entry(facet).or_insert((0, replaced(cell, slot, q)));
+            let entry = boundary.entry(facet).or_insert((0, replaced(cell, slot, q)));
             entry.0 += 1;
         }
     }
@@ -77,7 +77,7 @@ fn add<P: Point>(points: &[P], cells: &mut Vec<Corners>, q: u32) {
         at += 1;
         !inside[at - 1]
     });
-    cells.extend(border.into_values().filter(|(count, _)| *count == 1).map(|(_, cell)| cell));
+    cells.extend(boundary.into_values().filter(|(count, _)| *count == 1).map(|(_, cell)| cell));
 }
 
 fn is_in_conflict<P: Point>(points: &[P], cells: &[Corners], cell: &[u32], q: u32) -> bool {

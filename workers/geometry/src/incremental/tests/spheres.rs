@@ -106,7 +106,7 @@ fn fine_sets_have_spheres() {
 
 /// Every radius below a threshold satisfies the distance, and the threshold admits nearly all such radii. This holds at
 /// any scale, and for cells far smaller than the set.
-fn limits_are_below_and_near<P: Point>() {
+fn check_radius_thresholds<P: Point>() {
     let mut random = Lcg(19);
     for size in [1e-300, 1e-20, 1.0, 1e20, 1e300] {
         let mut draw = || P::from_coords(&[0; 3].map(|_: i32| random.unit() * size)[..P::DIM]);
@@ -141,7 +141,7 @@ fn limits_are_below_and_near<P: Point>() {
 }
 
 #[test]
-fn limits_of_radii_are_below_and_near() {
-    limits_are_below_and_near::<DVec3>();
-    limits_are_below_and_near::<DVec2>();
+fn radius_thresholds_are_valid_and_tight() {
+    check_radius_thresholds::<DVec3>();
+    check_radius_thresholds::<DVec2>();
 }
