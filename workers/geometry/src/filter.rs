@@ -20,7 +20,7 @@
 //!
 //! - a minor has 2 differences, a product and a subtraction;
 //! - a cofactor has 3 differences, 2 products, a subtraction and 2 additions;
-//! - a lift has a difference twice, a square, and 1 addition in the plane or 2 in space.
+//! - a lift has a difference that counts twice, a square, and 1 addition in the plane or 2 in space.
 //!
 //! For in-circle and in-sphere, the first of the two additions outside the cofactors counts; the last does not.
 //!

@@ -69,8 +69,8 @@ impl<P: Point> Grid<P> {
         Grid { low, cells, scale }
     }
 
-    /// The index of the cell that contains a coordinate along an axis; outside the box, of the nearest cell. Monotone
-    /// in `x`.
+    /// The index, along one axis, of the cell that contains the coordinate `x`. A coordinate outside the box gets the
+    /// nearest cell. The index is monotone in `x`.
     #[inline]
     fn along(&self, axis: usize, x: f64) -> usize {
         (((x - self.low.coord(axis)) * self.scale[axis]) as usize).min(self.cells[axis] - 1)

@@ -77,7 +77,7 @@ impl NearestLists {
 }
 
 /// Finds, for every row, the columns no farther than its `k`-th nearest column, ties included, and at most
-/// `limit2(row)` away. Tests all pairs; lists are in the order of the columns. A column with the row's own table
+/// `limit2(row)` away. Tests all pairs. Each list is in the order of the columns. A column with the row's own table
 /// position is skipped.
 pub fn nearest_direct<P: Point>(
     table: &[P],
@@ -136,12 +136,12 @@ struct Nearest<'a> {
     /// squared radius of its list.
     hints: Vec<(f64, f64)>,
     limit2: f64,
-    /// Whether a row may start with a smaller limit. If it did, `wider2` is the limit of its second visit.
+    /// Whether a row may start with a smaller limit. After such a start, `wider2` is the limit of its second visit.
     starts_small: bool,
     wider2: Option<f64>,
     /// The column that is the current row; `u32::MAX` if there is none.
     own: u32,
-    /// Columns of the current row, by their positions.
+    /// Neighbours found for the current row, as columns.
     found: NeighbourList,
     /// Length of `found` at which it is pruned.
     full: usize,

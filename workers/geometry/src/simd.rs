@@ -107,8 +107,8 @@ impl Masks {
         if clear { 0 } else { not_below(lanes, limits) }
     }
 
-    /// Sorts distinct numbers in the storage that holds them. Up to 96 numbers are sorted by counting the smaller ones
-    /// of each, if [`Masks::can_count`]; more by a comparison sort.
+    /// Sorts distinct numbers in the storage that holds them. If [`Masks::can_count`] and there are at most 96 numbers,
+    /// it counts the smaller ones of each. Otherwise it uses a comparison sort.
     pub(crate) fn sorted(self, numbers: &mut Vec<u64>) -> &[u64] {
         let len = numbers.len();
         if !self.can_count() || len > 96 {

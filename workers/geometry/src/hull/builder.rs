@@ -302,7 +302,7 @@ impl<P: Point> StarBuilder<P> {
         }
     }
 
-    /// Finds a facet that conflicts, if any does, when no decided facet conflicts.
+    /// Finds an undecided facet in conflict, if there is one. Requires that no decided facet conflicts.
     #[cold]
     fn conflict_among_undecided(&self, q: u32) -> Option<u32> {
         let corners = Corners { centre: self.centre, points: &self.points };

@@ -201,8 +201,8 @@ impl Planes {
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
             *x = (image.coord(i) * self.scale[0]) as f32;
         }
-        // As many blocks together as have their facets in one bit mask: one loop over its bits, without a branch for
-        // each block.
+        // Each iteration processes as many blocks as one 64-bit mask covers. One loop over its bits replaces a branch
+        // for each block.
         for (k, blocks) in self.blocks.chunks(LANES).enumerate() {
             let mut uncertain = 0;
             for (shift, block) in (0u32..).step_by(LANES).zip(blocks) {

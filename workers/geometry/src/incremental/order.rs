@@ -6,8 +6,8 @@
 //!
 //! **Curve.** The Hilbert curve is followed two levels at a time by a table of its orientations. An orientation has an
 //! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has the position `w` on
-//! the curve. Here `w` is the inverse Gray code of `l ^ e` with its bits rotated by `d + 1`. There the curve enters at
-//! `e ^ entry(w)` rotated back, along the axis `d + turn(w) + 1`.
+//! the curve. Here `w` is the inverse Gray code of `l ^ e` with its bits rotated by `d + 1`. Inside that octant, the
+//! curve starts at the corner `e ^ entry(w)` rotated back, along the axis `d + turn(w) + 1`.
 //!
 //! **Source.** Rounds: Amenta, Choi and Rote, "Incremental constructions con BRIO" (2003). Curve: Hamilton and
 //! Rau-Chaplin, "Compact Hilbert indices" (2008).

@@ -68,8 +68,8 @@ impl KeptCells {
     }
 }
 
-/// Indices of kept cells, counted in the order of slots. Nearly all look-ups read only a few bits for each cell, so the
-/// tables fit in the cache of a core.
+/// Indices of kept cells, counted in the order of slots. The tables have only a few bits for each cell, so they fit in
+/// the cache of a core.
 struct RowIndices<'a> {
     kept: &'a KeptCells,
     /// For each word of which all cells are kept, the index of its first cell; [`NONE`] for other words.

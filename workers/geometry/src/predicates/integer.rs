@@ -10,8 +10,8 @@
 //! | lift | `3 * 2^(2b) < 2^(2b + 1.6)` | `2^(2b + 1)` |
 //! | determinant | `4 * 3 * 6 * 2^(5b) < 2^(5b + 6.2)` | `3 * 2 * 2 * 2^(4b) < 2^(4b + 3.6)` |
 //!
-//! An integer of `N` limbs holds values below `2^(64 N - 1)`. This gives three widths. Calls that need more go to
-//! [`super::expansion`].
+//! An integer of `N` limbs represents absolute values below `2^(64 N - 1)`. This gives three widths. Calls that need
+//! more go to [`super::expansion`].
 //!
 //! | differences | in-sphere | in-circle | orientation |
 //! | --- | --- | --- | --- |

@@ -89,7 +89,7 @@ pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     Int(limbs)
 }
 
-/// Computes the same in one limb. `unit` must not be above the last place of `x`.
+/// Computes [`integer`] in one limb. `unit` must not be above the last place of `x`.
 #[inline]
 pub(super) fn quick_integer(x: f64, unit: i32) -> Int<1> {
     let (significand, exponent) = parts(x);

@@ -21,7 +21,7 @@ use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::Point;
 
-/// Number of samples relative to the population to the power 2/3. With `s` samples of `n` points, the larger side has
+/// Number of samples divided by `n^(2/3)`, for a population of `n` points. With `s` samples, the larger side has
 /// `0.4 n / sqrt(s)` excess points on average. Each takes about 650 ns to triangulate, and a sample takes about 20 ns.
 /// The sum is smallest near this number.
 const SHARE: f64 = 4.0;
