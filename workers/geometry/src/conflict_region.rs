@@ -5,16 +5,16 @@
 //! hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set in spite of rounding. Hence "does not
 //! meet" is certain. "Meets" may be wrong because of rounding, which costs time but never affects the result.
 //!
-//! **Derivation.** Let `u = 2^-53`. The differences `e_i = p_i - p_0` have relative errors of at largest `u`. The centre
+//! **Derivation.** Let `u = 2^-53`. The differences `e_i = p_i - p_0` have relative errors of at most `u`. The centre
 //! relative to `p_0` is `N / (2 D)`. Here `D` is the determinant of the `e_i`, and `N` is the sum of cofactors times
 //! the squares `|e_i|^2` ([`Point::sphere_plane`]).
 //!
-//! 1. A sum of products of at largest three differences and one square is within `20 u` of the sum of the absolute values of
+//! 1. A sum of products of at most three differences and one square is within `20 u` of the sum of the absolute values of
 //!    its terms. The roundings are three for differences, five for the square, five for products and five for sums. The
 //!    bound includes second-order terms.
 //! 2. Let `m_k` be the largest `|e_ik|` and `S` the largest square. The absolute values of the `d!` terms add up to at
 //!    largest `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
-//! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at largest
+//! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at most
 //!    `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))`. To this come the roundings of a reciprocal, of a product
 //!    and of the sum with `p_0`.
 //! 4. With `64 u` instead of the last `20 u`, the bound grows by more than its own roundings.
@@ -74,7 +74,7 @@ impl<P: Point> ConflictRegion<P> {
             size += centre.coord(k).abs() + along;
         }
         let slack = 20.0 * U * error / (2.0 * margin) + 4.0 * U * size;
-        // Every vertex is on the sphere. So the radius is at largest the distance of the farthest vertex from the rounded
+        // Every vertex is on the sphere. So the radius is at most the distance of the farthest vertex from the rounded
         // centre, plus the error of the centre.
         let farthest2 = cell[..=P::DIM].iter().fold(0.0, |largest: f64, &p| largest.max(dist2(p, centre)));
         let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);
@@ -130,7 +130,7 @@ impl<P: Point> ConflictRegion<P> {
     }
 }
 
-/// Returns the vectors from the first corner to the product_without, and the largest absolute value of each of their
+/// Returns the vectors from the first corner to the others, and the largest absolute value of each of their
 /// coordinates.
 fn differences<P: Point>(cell: &[P]) -> ([P; 3], P) {
     let mut rel = [P::default(); 3];

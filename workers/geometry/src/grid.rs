@@ -159,7 +159,7 @@ mod tests {
         (*seed >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Compares with the lists of all pairs, and returns the index of pairs tested for each row.
+    /// Compares with the lists of all pairs, and returns the number of pairs tested for each row.
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let rule = Supergraph::Density { alpha: 1.0 };

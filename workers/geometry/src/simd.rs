@@ -140,11 +140,12 @@ impl Masks {
     pub(crate) fn pack(self, from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = self.v4 {
+            let NamedLanesMut { numbers, names } = to;
             let bits = self.at_most(from.numbers, wanted.limit) & !self.at_most(from.numbers, wanted.above);
-            *to.numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*from.numbers)));
+            *numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*from.numbers)));
             // Only the lower half is used.
-            let names = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*from.names; 2]));
-            *to.names = cast::<_, [[u32; 8]; 2]>(names)[0];
+            let packed = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*from.names; 2]));
+            *names = cast::<_, [[u32; 8]; 2]>(packed)[0];
             return bits.count_ones() as usize;
         }
         pack(from, wanted, to)
@@ -155,11 +156,12 @@ impl Masks {
 /// wanted. Not inlined, for the reason of [`at_most`].
 #[inline(never)]
 fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
+    let NamedLanesMut { numbers, names } = to;
     let mut count = 0;
     for lane in 0..8 {
         let number = from.numbers[lane];
-        to.numbers[count & 7] = number;
-        to.names[count & 7] = from.names[lane];
+        numbers[count & 7] = number;
+        names[count & 7] = from.names[lane];
         count += usize::from((number <= wanted.limit) & (number > wanted.above));
     }
     count

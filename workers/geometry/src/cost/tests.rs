@@ -28,12 +28,6 @@ impl Steps {
         }
     }
 
-    fn pack(&mut self, items: u64) {
-        self.step(items);
-        self.scan(items);
-        self.step(items);
-    }
-
     fn merge(&mut self, items: u64) {
         let mut left = items;
         while left > 0 {
@@ -42,29 +36,35 @@ impl Steps {
         }
     }
 
-    /// The price of a primitive.
-    fn of(primitive: Primitive, m: u64) -> Price {
-        let mut s = Steps::default();
-        match primitive {
-            Primitive::VectorStep => s.step(m),
-            Primitive::Scan => s.scan(m),
-            Primitive::Pack => s.pack(m),
-            Primitive::Split => {
-                [Steps::step, Steps::scan, Steps::scan, Steps::step].iter().for_each(|f| f(&mut s, m))
-            }
-            Primitive::BroadcastMap => [Steps::scan, Steps::step].iter().for_each(|f| f(&mut s, m)),
-            Primitive::Pairs => [Steps::scan, Steps::step, Steps::scan].iter().for_each(|f| f(&mut s, m)),
-            Primitive::Sweep | Primitive::Delivery if m == 0 => {}
-            Primitive::Sweep => [Steps::step, Steps::scan].iter().for_each(|f| f(&mut s, m)),
-            Primitive::Sort => s.sort(m),
-            Primitive::Distinct => [Steps::sort, Steps::pack].iter().for_each(|f| f(&mut s, m)),
-            Primitive::Delivery => [Steps::sort, Steps::scan, Steps::step, Steps::scan, Steps::step]
-                .iter()
-                .for_each(|f| f(&mut s, m)),
-            Primitive::Merge => s.merge(m),
-            Primitive::Sequential => (0..m).for_each(|_| s.step(1)),
+    fn sequential(&mut self, iterations: u64) {
+        for _ in 0..iterations {
+            self.step(1);
         }
-        Price { work: s.work, depth: s.depth, scans: s.scans }
+    }
+
+    /// The price of a primitive.
+    fn of(primitive: Primitive, items: u64) -> Price {
+        let [step, scan, sort] = [Steps::step, Steps::scan, Steps::sort];
+        let sequence: &[fn(&mut Steps, u64)] = match primitive {
+            Primitive::VectorStep => &[step],
+            Primitive::Scan => &[scan],
+            Primitive::Pack => &[step, scan, step],
+            Primitive::Split => &[step, scan, scan, step],
+            Primitive::BroadcastMap => &[scan, step],
+            Primitive::Pairs => &[scan, step, scan],
+            Primitive::Sweep | Primitive::Delivery if items == 0 => &[],
+            Primitive::Sweep => &[step, scan],
+            Primitive::Sort => &[sort],
+            Primitive::Distinct => &[sort, step, scan, step],
+            Primitive::Delivery => &[sort, scan, step, scan, step],
+            Primitive::Merge => &[Steps::merge],
+            Primitive::Sequential => &[Steps::sequential],
+        };
+        let mut steps = Steps::default();
+        for part in sequence {
+            part(&mut steps, items);
+        }
+        Price { work: steps.work, depth: steps.depth, scans: steps.scans }
     }
 }
 

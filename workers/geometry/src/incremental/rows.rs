@@ -127,7 +127,7 @@ impl<P: Point> Incremental<P> {
         self.cells.slots
     }
 
-    /// Converts the storage to rows of `2 (DIM + 1)` indices, one row for each kept cell in the order of slots. The
+    /// Converts the storage to rows of `2 (DIM + 1)` numbers, one row for each kept cell in the order of slots. The
     /// first half of a row has the cell's vertices, converted by `vertex`. The second half has, for each vertex, the
     /// index of the cell across the opposite facet or one of two marks. The first mark stands for a cell that is not
     /// kept, the second for an exterior one. Marks are at least [`FIRST_MARK`], above all indices. Also returns the
