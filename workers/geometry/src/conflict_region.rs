@@ -9,9 +9,9 @@
 //! relative to `p_0` is `N / (2 D)`. Here `D` is the determinant of the `e_i`, and `N` is the sum of cofactors times
 //! the squares `|e_i|^2` ([`Point::sphere_plane`]).
 //!
-//! 1. A sum of products of at most three differences and one square is within `20 u` of the sum of the absolute values of
-//!    its terms. The roundings are three for differences, five for the square, five for products and five for sums. The
-//!    bound includes second-order terms.
+//! 1. A sum of products of at most three differences and one square is within `20 u` of the sum of the absolute values
+//!    of its terms. The roundings are three for differences, five for the square, five for products and five for sums.
+//!    The bound includes second-order terms.
 //! 2. Let `m_k` be the largest `|e_ik|` and `S` the largest square. The absolute values of the `d!` terms add up to at
 //!    largest `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
 //! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at most

@@ -46,7 +46,7 @@ pub trait PairVisitor {
     fn end(&mut self, row: usize);
 }
 
-/// Calls `near` for each of the distances that is within the limit. Each call returns the limit for the following ones.
+/// Calls `near` for each distance within the limit. Each call returns the limit for the following ones.
 #[inline(always)]
 pub(crate) fn one_by_one(
     distances2: &[f64; LANES],

@@ -1,21 +1,22 @@
 //! Work and depth on the EREW PRAM with unit-time scans, charged by the primitives that do the work.
 //!
-//! **Model.** Blelloch's scan-vector model (*Vector Models for Data-Parallel Computing*, 1990). A problem of `m` items has
-//! `m` virtual processors, up to a stated constant factor. A vector step over `m` items costs work `m` and depth 1. If the
-//! items have costs of their own, the step costs the sum of their work and the maximum of their depths. A scan costs one
-//! step. A second depth ([`Cost::depth_log_scan`]) charges `ceil(log2 m)` for it.
+//! **Model.** Blelloch's scan-vector model (*Vector Models for Data-Parallel Computing*, 1990). A problem of `m` items
+//! has `m` virtual processors, up to a stated constant factor. A vector step over `m` items costs work `m` and depth 1.
+//! If the items have costs of their own, the step costs the sum of their work and the maximum of their depths. A scan
+//! costs one step. A second depth ([`Cost::depth_log_scan`]) charges `ceil(log2 m)` for it.
 //!
-//! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The table
-//! in [`Primitive::price`] gives the cost of the call.
+//! **Prices.** Every primitive pays through one private call, `Cost::pay`, with its name and its number of items. The
+//! table at [`Primitive`] gives the cost of the call.
 //!
-//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. Each primitive runs the loop
-//! for which it charges. A caller can therefore neither state a cost nor run an uncharged loop inside a primitive, unless that
-//! loop is a primitive itself. [`Cost::from_parts`] is the exception, for decoding.
+//! **Integrity.** The fields of [`Cost`] are private, and only the primitives below raise them. Each primitive runs the
+//! loop for which it charges. A caller can therefore neither state a cost nor run an uncharged loop inside a primitive,
+//! unless that loop is a primitive itself. There are two exceptions: [`Cost::from_parts`] decodes a cost, and the
+//! caller counts the items of a [`Sweep`].
 //!
-//! **Shared subproblems.** The clock belongs to a subproblem. If a group of workers shares it, every member charges its own
-//! share, and [`Cost::join`] merges the shares (sum of work, maximum depth). The ledger prices the scans over the number of
-//! items of the whole subproblem when it folds the shares ([`Cost::depth_log_scan`]). Hence no figure depends on the number of
-//! workers.
+//! **Shared subproblems.** The clock belongs to a subproblem. If a group of workers shares it, every member charges its
+//! own share, and [`Cost::join`] merges the shares (sum of work, maximum depth). The ledger prices the scans over the
+//! number of items of the whole subproblem when it folds the shares ([`Cost::depth_log_scan`]). Hence no figure depends
+//! on the number of workers.
 
 mod index_sets;
 mod price;
@@ -137,8 +138,8 @@ impl Cost {
         items.iter_mut().for_each(&mut f);
     }
 
-    /// Applies `f` to every item in one vector step whose items have costs of their own. The step costs the sum of their work
-    /// and the maximum of their depths; an item costs at least one unit of each.
+    /// Applies `f` to every item in one vector step whose items have costs of their own. The step costs the sum of
+    /// their work and the maximum of their depths; an item costs at least one unit of each.
     pub fn map_nested<T, U>(&mut self, items: &[T], mut f: impl FnMut(&T, &mut Cost) -> U) -> Vec<U> {
         let mut all = Cost::ZERO;
         let out = items
@@ -206,8 +207,9 @@ impl Cost {
         items.iter().map(|item| f(value, item)).collect()
     }
 
-    /// Splits records, stored as three parallel arrays, by flags from the previous vector step. Records with the flag `stay`
-    /// remain, in order; the others are returned. Any of the arrays may be empty. Costs the same as [`Cost::split`].
+    /// Splits records, stored as three parallel arrays, by flags from the previous vector step. Records with the flag
+    /// `stay` remain, in order; the others are returned. Any of the arrays may be empty. Costs the same as
+    /// [`Cost::split`].
     pub fn split_arrays<A: Copy, B: Copy, C: Copy>(
         &mut self,
         flags: &[u8],
@@ -236,8 +238,9 @@ impl Cost {
             .collect()
     }
 
-    /// Visits all pairs of a row and a column: a copy-scan replicates the columns, a vector step processes the pairs, and a
-    /// segmented reduction leaves one result for each row. `visitor` receives the columns within the limit of a row.
+    /// Visits all pairs of a row and a column: a copy-scan replicates the columns, a vector step processes the pairs,
+    /// and a segmented reduction leaves one result for each row. `visitor` receives the columns within the limit of a
+    /// row.
     pub fn all_pairs<P: Point>(
         &mut self,
         rows: &[P],
@@ -248,15 +251,15 @@ impl Cost {
         cols.each_row(rows, visitor);
     }
 
-    /// Visits all pairs of points of one set, at the cost of [`Cost::all_pairs`]. A processor tests only the pairs of a point
-    /// and the blocks within its limit.
+    /// Visits all pairs of points of one set, at the cost of [`Cost::all_pairs`]. A processor tests only the pairs of a
+    /// point and the blocks within its limit.
     pub fn all_pairs_in_blocks<P: Point>(&mut self, points: &KdBlocks<P>, visitor: &mut impl PairVisitor) {
         self.pay(Primitive::Pairs, points.len() * points.len());
         points.each_row(visitor);
     }
 
-    /// Starts a vector step whose items the caller visits one by one ([`Sweep::visit`]). It is free until it is charged, for
-    /// example by [`Cost::charge_sweep`].
+    /// Starts a vector step whose items the caller visits one by one ([`Sweep::visit`]). It is free until it is
+    /// charged, for example by [`Cost::charge_sweep`].
     pub fn sweep(&self) -> Sweep {
         Sweep::default()
     }
@@ -273,8 +276,9 @@ impl Cost {
         self.pay_nested(Primitive::Sweep, sweep.items() as usize);
     }
 
-    /// Charges the delivery of a finished sweep's items to their receivers, which drop the items that they hold already. The
-    /// items are sorted by receiver. A copy-scan brings each item what its receiver holds, and a comparison and a pack follow.
+    /// Charges the delivery of a finished sweep's items to their receivers, which drop the items that they hold
+    /// already. The items are sorted by receiver. A copy-scan brings each item what its receiver holds, and a
+    /// comparison and a pack follow.
     pub fn charge_delivery(&mut self, sweep: Sweep) {
         self.pay(Primitive::Delivery, sweep.items() as usize);
     }

@@ -3,7 +3,7 @@
 //! **Statement.** Points are inserted in random order. The *conflicts* of a cell are the later points inside its
 //! circumsphere, and its *pivot* is the first of them. A facet between two cells is *ready* as soon as both exist. It
 //! is then *settled* as follows:
-//! 1. If the pivots are equal, both cells are removed at this facet.
+//! 1. If the pivots are equal, the facet disappears together with both cells.
 //! 2. If neither cell has a pivot, both remain in the result.
 //! 3. Otherwise the cell with the earlier pivot `v` is replaced, at this facet, by the cone from `v` over it.
 //!

@@ -24,7 +24,7 @@ use crate::simd::Interval;
 
 /// The nearest neighbours of many points, ties included. For each point it stores the squared distance of the `k`-th
 /// neighbour, infinite if there are fewer, and the positions of the neighbours in the caller's table. Distances are not
-/// stored, because [`dist2`] computes them again.
+/// stored; callers recompute them by [`dist2`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NearestLists {
     /// For each point, the squared distance of its `k`-th nearest neighbour.

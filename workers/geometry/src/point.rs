@@ -243,7 +243,7 @@ impl Point for DVec3 {
 /// have been replaced by `0.0`.
 #[inline]
 pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
-    // In most calls the first coordinates differ, and this comparison suffices.
+    // In nearly all calls the first coordinates differ, and this comparison suffices. Equal ones go to the loop.
     let (x, y) = (a.coord(0), b.coord(0));
     if x < y {
         return Ordering::Less;

@@ -76,7 +76,7 @@ impl Default for Masks {
 }
 
 impl Masks {
-    /// The operations with the available instructions, and with loops.
+    /// Returns the operations with the available instructions, and with loops.
     #[cfg(test)]
     pub(crate) fn both() -> [Self; 2] {
         let loops = Masks {
@@ -134,8 +134,8 @@ impl Masks {
         can
     }
 
-    /// Moves the wanted numbers and their names to the front of `to`. The other entries are unspecified. Returns how many
-    /// were moved.
+    /// Moves the wanted numbers and their names to the front of `to`. The other entries are unspecified. Returns how
+    /// many were moved.
     #[inline(always)]
     pub(crate) fn pack(self, from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
         #[cfg(target_arch = "x86_64")]

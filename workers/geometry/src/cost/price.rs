@@ -1,29 +1,31 @@
-//! The price list of the machine: what each primitive costs, as a function of the number of its items.
+//! The price list of the machine: the cost of each primitive as a function of its number of items.
 //!
-//! **Statement.** A *vector step* over `m` items costs work `m` and depth 1. A *scan* is a vector step that also counts as
-//! one scan. Every other primitive is a fixed sequence of these. With `L = max(ceil(log2 m), 1)`:
+//! **Statement.** The table at [`Primitive`].
 //!
-//! | primitive | sequence | work | depth | scans |
-//! | --- | --- | --- | --- | --- |
-//! | vector step | one step | `m` | 1 | 0 |
-//! | scan | one scan | `m` | 1 | 1 |
-//! | pack | flag, scan, permute | `3 m` | 3 | 1 |
-//! | split | flag, two scans, permute | `4 m` | 4 | 2 |
-//! | broadcast and map | copy-scan, step | `2 m` | 2 | 1 |
-//! | pairs | copy-scan, step, segmented reduction | `3 m` | 3 | 2 |
-//! | sweep | step, scan that collects the result | `2 m` | 2 | 1 |
-//! | sort | `L` steps | `L m` | `L` | 0 |
-//! | distinct | sort, flag, scan, permute | `(L + 3) m` | `L + 3` | 1 |
-//! | delivery | sort by receiver, copy-scan, comparison, pack without its flag | `(L + 4) m` | `L + 4` | 2 |
-//! | merge | steps over `m`, `m/2` (rounded up), ..., 1 items | the sum | number of steps | 0 |
-//! | sequential loop | `m` steps over one item | `m` | `m` | 0 |
-//!
-//! A sweep, a delivery, a merge or a sequential loop without items is free. The other primitives keep their depth.
-//!
-//! **Source.** Packs, splits and copy-scans: Blelloch, *Vector Models for Data-Parallel Computing* (1990). Sort: pipelined
-//! merge sort (Cole 1988, EREW). Merge: halving merge (Blelloch 1990).
+//! **Source.** Packs, splits and copy-scans: Blelloch, *Vector Models for Data-Parallel Computing* (1990). Sort:
+//! pipelined merge sort (Cole 1988, EREW). Merge: halving merge (Blelloch 1990).
 
-/// A primitive operation of the machine.
+/// A primitive operation of the machine, priced by its number of items.
+///
+/// A *vector step* over `m` items costs work `m` and depth 1. A *scan* is a vector step that also counts as one scan.
+/// Every other primitive is a fixed sequence of these. With `L = max(ceil(log2 m), 1)`:
+///
+/// | primitive | sequence | work | depth | scans |
+/// | --- | --- | --- | --- | --- |
+/// | vector step | one step | `m` | 1 | 0 |
+/// | scan | one scan | `m` | 1 | 1 |
+/// | pack | flag, scan, permute | `3 m` | 3 | 1 |
+/// | split | flag, two scans, permute | `4 m` | 4 | 2 |
+/// | broadcast and map | copy-scan, step | `2 m` | 2 | 1 |
+/// | pairs | copy-scan, step, segmented reduction | `3 m` | 3 | 2 |
+/// | sweep | step, scan that collects the result | `2 m` | 2 | 1 |
+/// | sort | `L` steps | `L m` | `L` | 0 |
+/// | distinct | sort, flag, scan, permute | `(L + 3) m` | `L + 3` | 1 |
+/// | delivery | sort by receiver, copy-scan, comparison, scan, permute | `(L + 4) m` | `L + 4` | 2 |
+/// | merge | steps over `m`, `m/2` (rounded up), ..., 1 items | the sum | number of steps | 0 |
+/// | sequential loop | `m` steps over one item | `m` | `m` | 0 |
+///
+/// A sweep, a delivery, a merge or a sequential loop without items is free. The other primitives keep their depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Primitive {
     /// One operation on every item.

@@ -1,8 +1,9 @@
 //! Vector steps whose items are found by a traversal.
 //!
-//! **Statement.** A [`Sweep`] counts the items of one vector step while the caller visits them. It costs nothing until it is
-//! charged by [`Cost::charge_sweep`](super::Cost::charge_sweep), [`Cost::charge_nested_sweep`](super::Cost::charge_nested_sweep)
-//! or [`Cost::charge_delivery`](super::Cost::charge_delivery).
+//! **Statement.** A [`Sweep`] counts the items of one vector step while the caller visits them. It costs nothing until
+//! it is charged by [`Cost::charge_sweep`](super::Cost::charge_sweep),
+//! [`Cost::charge_nested_sweep`](super::Cost::charge_nested_sweep) or
+//! [`Cost::charge_delivery`](super::Cost::charge_delivery).
 
 use crate::coordinate_arrays::CoordinateArrays;
 use crate::kd_blocks::KdBlocks;
@@ -49,8 +50,8 @@ impl Sweep {
         points.each_within(range, centre, limit2, near);
     }
 
-    /// Finds the points within the limit of a centre (`KdBlocks::find_within`). The machine tests all points in one step, so
-    /// all are charged. A processor tests only the points of blocks within the limit.
+    /// Finds the points within the limit of a centre (`KdBlocks::find_within`). The machine tests all points in one
+    /// step, so all are charged. A processor tests only the points of blocks within the limit.
     #[inline]
     pub fn each_in_blocks<P: Point>(
         &mut self,

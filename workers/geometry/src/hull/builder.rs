@@ -36,7 +36,7 @@ pub struct StarBuilder<P: Point> {
     /// order.
     pub(super) loaded: Vec<bool>,
     pub(super) removed: Vec<u32>,
-    /// Scratch: the positions of table positions in `points`.
+    /// Scratch: maps positions in the table to positions in `points`.
     pub(super) positions: Positions,
 }
 

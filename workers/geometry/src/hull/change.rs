@@ -30,7 +30,7 @@ pub enum Extended {
 impl<P: Point> StarBuilder<P> {
     /// Builds the star of `table[centre]` among some candidates, of which its link is `link`, and the candidates
     /// `added`. These are positions in `table` in any order; repetitions and the centre are ignored. If the link
-    /// changes, [`StarBuilder::facets`] then returns what [`StarBuilder::build`] would lead to.
+    /// changes, [`StarBuilder::facets`] then returns the facets that [`StarBuilder::build`] would produce.
     pub fn extend(
         &mut self,
         table: &[P],

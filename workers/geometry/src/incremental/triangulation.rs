@@ -75,8 +75,8 @@ impl<P: Point> Incremental<P> {
     }
 
     /// Triangulates `points` in the given order (each index once), or in the order of the slice. With an order, the
-    /// points are copied, and the vertices are renumbered at the end. Points that are already sorted by
-    /// [`insertion_order`] need neither if `order` is `None`.
+    /// points are copied, and the vertices are renumbered at the end. If the points are already sorted by
+    /// [`insertion_order`], `None` avoids both.
     ///
     /// # Errors
     ///
@@ -222,9 +222,9 @@ impl<P: Point> Incremental<P> {
     /// Inserts a point as [`Incremental::insert`], if a neighbour of the new vertex is below `bound` or its cavity has
     /// very many cells. Otherwise nothing changes, and the result is `None`.
     ///
-    /// A point that is skipped never becomes a neighbour of a vertex below `bound`. For an edge remains a Delaunay edge
-    /// when other points are removed, so it would be an edge now. Points with a large cavity are inserted because
-    /// points in an empty region would otherwise all search the same large cells.
+    /// A point that is skipped never becomes a neighbour of a vertex below `bound`. Indeed, a Delaunay edge remains one
+    /// when other points are removed, so the two would be neighbours now. Points with a large cavity are inserted
+    /// because points in an empty region would otherwise all search the same large cells.
     ///
     /// # Errors
     ///

@@ -68,9 +68,9 @@ impl DrawKey {
     }
 }
 
-/// Returns `true` if `x` is a sample of the node. A hash of the key and the coordinate bits is compared with the
-/// fraction [`SAMPLE_TARGET`]` / population` of its range. In a small population every point is a sample. The result is
-/// independent of workers, blocks and order.
+/// Returns `true` if `x` is a sample of the node. A point is a sample if a hash of the key and its coordinate bits lies
+/// in the lowest fraction [`SAMPLE_TARGET`]` / population` of all hashes. In a small population every point is a
+/// sample. The result is independent of workers, blocks and order.
 pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
     Sampler::of(key, population).accepts(x)
 }
@@ -322,8 +322,8 @@ fn sorted_axes<P: Point>(samples: &[P], cost: &mut Cost) -> Vec<Vec<f64>> {
     })
 }
 
-/// Location and scale of the samples. The origin has the median of each axis. The unit is the inverse of the largest power
-/// of two that is at most the median distance from the origin.
+/// Location and scale of the samples. The origin has the median of each axis. The unit is the inverse of the largest
+/// power of two that is at most the median distance from the origin.
 struct Frame<P> {
     axes: Vec<Vec<f64>>,
     origin: P,
