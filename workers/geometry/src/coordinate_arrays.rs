@@ -141,18 +141,18 @@ impl<P: Point> CoordinateArrays<P> {
         };
         let mut first = 0;
         for ((x, y), z) in x.iter().zip(y).zip(z) {
-            let found: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
-            if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-                limit2 = near(first, &found, limit2);
+            let distances2: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
+            if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                limit2 = near(first, &distances2, limit2);
             }
             first += LANES;
         }
-        let mut found = [f64::NAN; LANES];
-        for (((d2, &x), &y), &z) in found.iter_mut().zip(x_rest).zip(y_rest).zip(z_rest) {
+        let mut distances2 = [f64::NAN; LANES];
+        for (((d2, &x), &y), &z) in distances2.iter_mut().zip(x_rest).zip(y_rest).zip(z_rest) {
             *d2 = distance2(x, y, z);
         }
-        if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-            near(first, &found, limit2);
+        if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+            near(first, &distances2, limit2);
         }
     }
 }

@@ -131,19 +131,19 @@ pub fn graph_by_grid<P: Point>(
     let mut lists = Lists::default();
     // A branch on membership would be unpredictable. Each candidate is written; the next overwrites it if it is not a
     // neighbour.
-    let mut found = vec![0; members.len() + 1];
+    let mut neighbours = vec![0; members.len() + 1];
     cost.map_nested(&members[..rows], |row, own| {
         let mut sweep = own.sweep();
         let mut count = 0;
         grid.each_run(row.x, rule.reach(row.r2, largest2), |first, last| {
             sweep.each(&sorted[starts[first]..starts[last + 1]], |c| {
-                found[count] = c.index;
+                neighbours[count] = c.index;
                 let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) && row.index != c.index;
                 count += usize::from(joins);
             });
         });
         own.charge_nested_sweep(sweep);
-        lists.push(found[..count].iter().copied());
+        lists.push(neighbours[..count].iter().copied());
     });
     lists
 }

@@ -1,10 +1,10 @@
 //! Points in blocks of eight near each other, for searches that need only a few of many points.
 //!
-//! **Statement.** The set is bisected along the longest side of its bounding box, at a multiple of eight, until each
-//! part is one block (a k-d tree, Bentley 1975). If the bounding box of a block is farther than the limit, no point of
-//! the block is within it. This holds in spite of rounding. The distance to a box is computed by the expression of
-//! [`dist2`](crate::point::dist2), from gaps that are no larger than the differences of coordinates, and rounding is
-//! monotone. The result is therefore that of all pairs, bit for bit.
+//! **Statement.** The set is bisected along the longest side of its bounding box until each part is one block (a k-d
+//! tree, Bentley 1975). The first half has a multiple of eight points. If the bounding box of a block is farther than
+//! the limit, no point of the block is within it. This holds in spite of rounding. The distance to a box is computed by
+//! the expression of [`dist2`](crate::point::dist2), from gaps that are no larger than the differences of coordinates,
+//! and rounding is monotone. The result is therefore that of all pairs, bit for bit.
 //!
 //! **Work and depth.** The machine tests all pairs in one vector step, and its primitives charge for all of them
 //! ([`Cost::all_pairs_in_blocks`](crate::cost::Cost::all_pairs_in_blocks),
@@ -155,7 +155,7 @@ impl<P: Point> KdBlocks<P> {
                 for block in each_bit(u64::from(within::<P>(masks, boxes, at, limit2))) {
                     let block = group * LANES + block;
                     let (x, y, z) = (&x[block], &y[block], &z[block]);
-                    let found: [f64; LANES] = std::array::from_fn(|i| {
+                    let distances2: [f64; LANES] = std::array::from_fn(|i| {
                         let (x, y) = (x[i] - at[0], y[i] - at[1]);
                         if P::DIM == 2 {
                             x * x + y * y
@@ -164,8 +164,8 @@ impl<P: Point> KdBlocks<P> {
                             x * x + y * y + z * z
                         }
                     });
-                    if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-                        limit2 = near(block * LANES, &found, limit2);
+                    if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                        limit2 = near(block * LANES, &distances2, limit2);
                     }
                 }
             }

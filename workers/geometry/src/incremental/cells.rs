@@ -2,9 +2,9 @@
 //!
 //! A record has the cell's vertices, its neighbours and its rounded circumsphere ([`super::sphere`]): 48 bytes in
 //! space, 36 in the plane. A neighbour is a code `4 * cell + slot`, where `slot` is that of the opposite vertex in the
-//! neighbour. The code back is therefore known without a search. Two bits of the sphere's radius are marks, because its
-//! value does not need them. The sign is set in a cell that is free or is being removed. The last bit is set in a cell
-//! that the exact predicates found not to conflict with the current point.
+//! neighbour. The neighbour's facet towards this cell is therefore known without a search. Two bits of the sphere's
+//! radius are marks, because its value does not need them. The sign is set in a cell that is free or is being removed.
+//! The last bit is set in a cell that the exact predicates found not to conflict with the current point.
 
 use bytemuck::{Pod, Zeroable};
 
