@@ -159,7 +159,7 @@ impl WorkerConfig {
     /// Who is a sample of a subproblem's attempt.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
         if self.tree.balanced {
-            Sampler::aiming(key, population, bisection_samples(population))
+            Sampler::with_target(key, population, bisection_samples(population))
         } else {
             Sampler::of(key, population)
         }

@@ -133,14 +133,14 @@ fn survey<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
     let block = |points: &[P]| {
         let is_negative_zero = |x: f64| x.to_bits() == (-0.0f64).to_bits();
         let any = |found, p: &P| (0..P::DIM).fold(found, |found, i| found | is_negative_zero(p.coord(i)));
-        (Digits::at_most(points), points.iter().fold(false, any))
+        (Digits::upper_bound(points), points.iter().fold(false, any))
     };
     let join = |a: Option<Digits>, b: Option<Digits>| a.zip(b).map(|(a, b)| a.join(b));
     let none = || Some(Digits::NONE);
     let blocks = || points.par_chunks(BLOCK);
     let (most, found) = blocks().map(block).reduce(|| (none(), false), |a, b| (join(a.0, b.0), a.1 | b.1));
     let digits = match most {
-        Some(most) if !most.fit() => blocks().map(Digits::of).reduce(none, join),
+        Some(most) if !most.fits() => blocks().map(Digits::of).reduce(none, join),
         fits => fits,
     };
     (digits, found)

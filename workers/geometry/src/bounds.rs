@@ -1,18 +1,18 @@
-//! Axis-aligned boxes around points: their corners, their unions, their distances.
+//! Axis-aligned bounding boxes of points: corners, unions and distances.
 
 use crate::point::Point;
 
-/// Low and high corner of an axis-aligned box.
+/// The low and the high corner of an axis-aligned box.
 pub type Bounds<P> = (P, P);
 
-/// The smallest box, or an empty one (infinite corners reversed), around points.
+/// Computes the bounding box of points. The box of no points is empty: its corners are infinite and reversed.
 #[inline]
 pub fn bounds<P: Point>(points: impl Iterator<Item = P>) -> Bounds<P> {
     let empty = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
     points.fold(empty, |b, p| join_bounds(b, (p, p)))
 }
 
-/// The smallest box around two boxes.
+/// Computes the bounding box of two boxes.
 #[inline]
 pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
     let (mut low, mut high) = a;
@@ -23,8 +23,8 @@ pub fn join_bounds<P: Point>(a: Bounds<P>, b: Bounds<P>) -> Bounds<P> {
     (low, high)
 }
 
-/// Squared distance of `x` to an axis-aligned box, by the expression of [`dist2`](crate::point::dist2): never larger than
-/// the distance computed to a point of the box, because rounding is monotone.
+/// Squared distance of `x` to an axis-aligned box, by the expression of [`dist2`](crate::point::dist2). It is never
+/// larger than the computed squared distance to a point of the box, because rounding is monotone.
 pub fn box_dist2<P: Point>(x: P, low: P, high: P) -> f64 {
     let mut d = P::splat(0.0);
     for i in 0..P::DIM {

@@ -1,38 +1,39 @@
-//! A closed simplicial complex with adjacency that grows by cavities: the link of a vertex. It holds no
+//! The link of a vertex: a closed simplicial complex with adjacency that is updated by cavities. It stores no
 //! coordinates.
 //!
-//! **Statement.** Bowyer (1981) and Watson (1981), one dimension down: when a point is added to a local hull,
-//! the facets of the link that it conflicts with form a ball (in the plane a path); they are removed, and
-//! the point is joined to the ball's border. Infinity is the vertex [`INFINITE`], so that the complex is
-//! always closed and a hull facet is no special case.
+//! **Statement.** The algorithm of Bowyer (1981) and Watson (1981), one dimension lower. When a point is added to a
+//! local hull, the facets of the link in conflict with it form a disc (in the plane, a path), the *cavity*. They are
+//! removed, and the point is connected to the cavity's boundary. Infinity is the vertex [`INFINITE`], so the complex is
+//! always closed, and hull facets need no special case.
 //!
-//! **Work.** O(1) for each facet removed or made. The border of a cavity is a cycle of directed edges, so the
-//! new facet that follows another around the point is the one whose edge starts where the other's ends:
-//! it is found in a table by that vertex. In the plane there are two new facets, which are neighbours.
+//! **Work.** O(1) for each facet removed or created. The boundary of a cavity is a cycle of directed edges. Around the
+//! new point, a facet is followed by the facet whose edge starts where its own edge ends. A table indexed by that
+//! vertex finds it. In the plane there are two new facets, which are neighbours.
 
 use crate::point::Simplex;
 
 /// The vertex at infinity.
 pub const INFINITE: u32 = u32::MAX;
 
-/// No cell, as a neighbour code.
+/// The neighbour code of a missing cell.
 pub const NONE: u32 = u32::MAX;
 
-/// Cells with two or three vertices and a neighbour across the ridge opposite each vertex. Neighbour codes
-/// are `cell << 2 | slot`, the slot being that of the opposite vertex in the neighbour.
+/// Cells with two or three vertices, and a neighbour across the ridge opposite each vertex. A neighbour code is
+/// `cell << 2 | slot`, where `slot` is that of the opposite vertex in the neighbour.
 #[derive(Clone, Debug)]
 pub struct Complex<S> {
     cells: Vec<Cell<S>>,
     free: Vec<u32>,
-    /// Those of the last cavity, and room behind them.
-    border: Vec<Border>,
-    /// How many sides the last cavity has.
+    /// The boundary of the last cavity. Entries behind the first `sides` are unused.
+    boundary: Vec<BoundaryRidge>,
+    /// Number of ridges on the boundary of the last cavity.
     sides: usize,
     created: Vec<u32>,
-    /// For each vertex, infinity first, the new cell whose edge starts there. Never cleared: a closed border asks
-    /// for nothing that it has not entered.
+    /// For each vertex plus 1 (modulo 2^32), the new cell whose edge starts there. Never cleared: a closed boundary
+    /// reads only entries that it has written.
     starts: Vec<u32>,
-    /// Of a loading: in places told by their ends, the codes of ridges whose other side has not come; the ridges there.
+    /// A hash table of ridges, for [`Complex::load`]: the code of the first cell at each ridge, [`MATCHED`] after the
+    /// second, and the ridge itself.
     codes: Vec<u32>,
     ridges: Vec<(u32, u32)>,
 }
@@ -44,19 +45,19 @@ struct Cell<S> {
     is_live: bool,
 }
 
-/// A ridge of a cavity's border: an edge from `first` to `last`, or one vertex, which is both.
+/// A ridge on a cavity's boundary: the edge from `first` to `last`, or in the plane one vertex, which is both.
 #[derive(Clone, Copy, Debug)]
-struct Border {
+struct BoundaryRidge {
     first: u32,
     last: u32,
-    /// The slot opposite in the removed cell.
+    /// Slot of the opposite vertex in the removed cell.
     slot: u32,
-    /// The code outside.
+    /// Code of the ridge in the cell outside.
     outer: u32,
 }
 
-impl Border {
-    const NONE: Border = Border { first: NONE, last: NONE, slot: 0, outer: NONE };
+impl BoundaryRidge {
+    const NONE: BoundaryRidge = BoundaryRidge { first: NONE, last: NONE, slot: 0, outer: NONE };
 }
 
 impl<S: Simplex> Default for Complex<S> {
@@ -64,7 +65,7 @@ impl<S: Simplex> Default for Complex<S> {
         Complex {
             cells: Vec::new(),
             free: Vec::new(),
-            border: Vec::new(),
+            boundary: Vec::new(),
             sides: 0,
             created: Vec::new(),
             starts: Vec::new(),
@@ -75,21 +76,21 @@ impl<S: Simplex> Default for Complex<S> {
 }
 
 impl<S: Simplex> Complex<S> {
-    /// Empties the complex and keeps its storage.
+    /// Removes all cells and keeps the storage.
     pub fn clear(&mut self) {
         self.cells.clear();
         self.free.clear();
         self.created.clear();
     }
 
-    /// Starts from one finite simplex: `cell` (in its given, positive orientation) and the infinite
-    /// cells on its facets, `S::LEN + 1` cells in all. Cell 0 is the finite one.
+    /// Starts from one finite simplex: `cell`, in its given positive orientation, and the infinite cells on its facets.
+    /// Cell 0 is the finite one of `S::LEN + 1` cells.
     pub fn start(&mut self, cell: S) {
         self.clear();
         let n = S::LEN;
         self.push(cell);
         for i in 0..n {
-            // Seen from outside the facet opposite i is reversed: swap two other vertices.
+            // Seen from outside, the facet opposite `i` has the reverse orientation: swap two other vertices.
             let mut outer = cell;
             outer.as_mut()[i] = INFINITE;
             let (a, b) = other_two(i, n);
@@ -101,7 +102,7 @@ impl<S: Simplex> Complex<S> {
             let slot = self.slot_of(outer, INFINITE);
             self.join(0, i, outer, slot);
             for j in 0..i {
-                // Infinite cells i+1 and j+1 share infinity and every vertex but i and j.
+                // Infinite cells `i + 1` and `j + 1` share infinity and every vertex except `i` and `j`.
                 let other = j as u32 + 1;
                 let si = self.slot_of(outer, cell.as_ref()[j]);
                 let sj = self.slot_of(other, cell.as_ref()[i]);
@@ -111,16 +112,16 @@ impl<S: Simplex> Complex<S> {
         self.created.extend(0..=n as u32);
     }
 
-    /// Takes the cells of a closed complex, oriented alike, which get the slots of their order. Across a ridge stands
-    /// the cell that has it turned round (in the plane, the cell that starts where this one ends): the first of both
-    /// leaves the ridge in a table, where the second finds it. Returns false, with no use, if some ridge has no other
-    /// side.
+    /// Loads the cells of a closed complex, which must be oriented consistently. Each cell gets the slot of its
+    /// position. Across a ridge, the neighbour has the ridge in reverse (in the plane, the neighbour starts where this
+    /// cell ends). The first of both enters the ridge in a table, where the second finds it. Returns `false`, with an
+    /// unusable complex, if some ridge has only one cell.
     pub fn load(&mut self, cells: &[S]) -> bool {
         self.clear();
         assert!(cells.len() < 1 << 30, "more than 2^30 cells in one complex");
         let neighbours = S::splat(NONE);
         self.cells.extend(cells.iter().map(|&vertices| Cell { vertices, neighbours, is_live: true }));
-        // As many places as ridges are twice as many as are ever in use.
+        // The table has at least as many slots as the cells have ridges, so at most half of them are in use.
         let places = (S::LEN * cells.len()).next_power_of_two();
         self.codes.clear();
         self.codes.resize(places, NONE);
@@ -131,16 +132,16 @@ impl<S: Simplex> Complex<S> {
             for slot in 0..S::LEN {
                 let (first, last) = ridge(cell.as_ref(), slot);
                 let code = number << 2 | slot as u32;
-                let mut at = place_of(first, last) & (places - 1);
-                // A pair that has met stays in its place, so that others that were put behind it are found.
-                while codes[at] != NONE && (ridges[at] != (last, first) || !may_meet::<S>(codes[at], slot)) {
+                let mut at = hash_of(first, last) & (places - 1);
+                // A matched pair remains in its slot, so that entries behind it are found.
+                while codes[at] != NONE && (ridges[at] != (last, first) || !may_match::<S>(codes[at], slot)) {
                     at = (at + 1) & (places - 1);
                 }
                 if codes[at] == NONE {
                     (codes[at], ridges[at]) = (code, (first, last));
                     open += 1;
                 } else {
-                    let other = std::mem::replace(&mut codes[at], MET);
+                    let other = std::mem::replace(&mut codes[at], MATCHED);
                     self.cells[number as usize].neighbours.as_mut()[slot] = other;
                     self.cells[(other >> 2) as usize].neighbours.as_mut()[(other & 3) as usize] = code;
                     open -= 1;
@@ -150,7 +151,7 @@ impl<S: Simplex> Complex<S> {
         open == 0
     }
 
-    /// Number of cell slots, dead ones included.
+    /// Number of cell slots, including unused ones.
     pub fn slots(&self) -> u32 {
         self.cells.len() as u32
     }
@@ -160,12 +161,12 @@ impl<S: Simplex> Complex<S> {
         self.cells.len() - self.free.len()
     }
 
-    /// Is there no live cell?
+    /// Returns `true` if there are no live cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Is this slot in use?
+    /// Returns `true` if the slot holds a live cell.
     #[inline]
     pub fn is_live(&self, cell: u32) -> bool {
         self.cells[cell as usize].is_live
@@ -189,7 +190,7 @@ impl<S: Simplex> Complex<S> {
         (0..self.slots()).filter(|&c| self.is_live(c))
     }
 
-    /// The cells made by the last [`Complex::replace`], or by [`Complex::start`].
+    /// The cells created by the last [`Complex::replace`] or [`Complex::start`].
     pub fn created(&self) -> &[u32] {
         &self.created
     }
@@ -199,21 +200,22 @@ impl<S: Simplex> Complex<S> {
         &self.free
     }
 
-    /// Adds `vertex`: removes the cells of `cavity`, a connected set, and joins the vertex to its border.
-    /// `is_inside` tells the cells of the cavity from others.
+    /// Adds `vertex`: removes the cells of `cavity`, a connected set, and connects the vertex to the boundary.
+    /// `is_inside` returns `true` for cells of the cavity.
     #[inline]
     pub fn replace(&mut self, vertex: u32, cavity: &[u32], is_inside: impl Fn(u32) -> bool) {
-        // Which ridges are of the border cannot be foreseen: each is written, and stays if it is.
+        // A branch on boundary ridges would be unpredictable. Each ridge is written; the next overwrites it if it is
+        // interior.
         let room = S::LEN * cavity.len();
-        if room > self.border.len() {
-            self.border.resize(room, Border::NONE);
+        if room > self.boundary.len() {
+            self.boundary.resize(room, BoundaryRidge::NONE);
         }
         self.sides = 0;
         for &cell in cavity {
             let Cell { vertices, neighbours, .. } = self.cells[cell as usize];
             for (slot, &outer) in neighbours.as_ref().iter().enumerate() {
                 let (first, last) = ridge(vertices.as_ref(), slot);
-                self.border[self.sides] = Border { first, last, slot: slot as u32, outer };
+                self.boundary[self.sides] = BoundaryRidge { first, last, slot: slot as u32, outer };
                 self.sides += usize::from(!is_inside(outer >> 2));
             }
         }
@@ -221,7 +223,7 @@ impl<S: Simplex> Complex<S> {
         if S::LEN == 2 { self.fill_path(vertex) } else { self.fill_disc(vertex) }
     }
 
-    /// Numbers the new cells: slots of the cavity, free ones, new ones.
+    /// Assigns slots to the new cells: first those of the cavity, then free ones, then new ones.
     fn allocate(&mut self, cavity: &[u32]) {
         self.created.clear();
         let reused = cavity.len().min(self.sides);
@@ -237,16 +239,16 @@ impl<S: Simplex> Complex<S> {
     }
 
     fn fill_disc(&mut self, vertex: u32) {
-        for (border, &new) in self.border[..self.sides].iter().zip(&self.created) {
-            let start = border.first.wrapping_add(1) as usize;
+        for (boundary, &new) in self.boundary[..self.sides].iter().zip(&self.created) {
+            let start = boundary.first.wrapping_add(1) as usize;
             if start >= self.starts.len() {
                 self.starts.resize(start + 64, NONE);
             }
             self.starts[start] = new;
         }
-        for (border, &new) in self.border[..self.sides].iter().zip(&self.created) {
-            let &Border { first, last, outer, .. } = border;
-            // Around the new vertex, the next facet has this one across the ridge opposite its last vertex.
+        for (boundary, &new) in self.boundary[..self.sides].iter().zip(&self.created) {
+            let &BoundaryRidge { first, last, outer, .. } = boundary;
+            // Around the new vertex, the next facet shares the ridge opposite the last vertex of this facet.
             let next = self.starts[last.wrapping_add(1) as usize];
             let own = &mut self.cells[new as usize];
             own.vertices.as_mut().copy_from_slice(&[vertex, first, last]);
@@ -260,16 +262,16 @@ impl<S: Simplex> Complex<S> {
 
     fn fill_path(&mut self, vertex: u32) {
         for k in 0..2 {
-            let (border, new, other) = (self.border[k], self.created[k], self.created[1 - k]);
-            let slot = border.slot as usize;
+            let (boundary, new, other) = (self.boundary[k], self.created[k], self.created[1 - k]);
+            let slot = boundary.slot as usize;
             let own = &mut self.cells[new as usize];
             own.is_live = true;
             let (cell, neighbours) = (own.vertices.as_mut(), own.neighbours.as_mut());
-            (cell[slot], cell[1 - slot]) = (vertex, border.first);
+            (cell[slot], cell[1 - slot]) = (vertex, boundary.first);
             // In the other cell the new vertex has the other slot, so its end has this one.
-            (neighbours[slot], neighbours[1 - slot]) = (border.outer, other << 2 | slot as u32);
-            let outer = &mut self.cells[(border.outer >> 2) as usize];
-            outer.neighbours.as_mut()[(border.outer & 3) as usize] = new << 2 | slot as u32;
+            (neighbours[slot], neighbours[1 - slot]) = (boundary.outer, other << 2 | slot as u32);
+            let outer = &mut self.cells[(boundary.outer >> 2) as usize];
+            outer.neighbours.as_mut()[(boundary.outer & 3) as usize] = new << 2 | slot as u32;
         }
     }
 
@@ -282,7 +284,7 @@ impl<S: Simplex> Complex<S> {
 
     fn slot_of(&self, cell: u32, vertex: u32) -> usize {
         let found = self.cell(cell).as_ref().iter().position(|&v| v == vertex);
-        found.expect("the vertex stands in the cell")
+        found.expect("the cell has the vertex")
     }
 
     #[inline]
@@ -291,12 +293,12 @@ impl<S: Simplex> Complex<S> {
         self.cells[b as usize].neighbours.as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
-    /// Checks that neighbours are mutual and share all but one vertex, with opposite orientation on
-    /// the shared facet left to the geometric checks. For tests.
+    /// Checks that neighbours are mutual and share all vertices except one. The orientation on the shared facet is not
+    /// checked here. For tests.
     ///
     /// # Errors
     ///
-    /// Names the first cell found wrong.
+    /// The first inconsistent cell.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             for slot in 0..S::LEN {
@@ -319,7 +321,7 @@ impl<S: Simplex> Complex<S> {
     }
 }
 
-/// The ridge of a cell opposite `slot`, in the order in which it follows the vertex there.
+/// The ridge of a cell opposite `slot`, in its cyclic order after the vertex at `slot`.
 #[inline]
 fn ridge(vertices: &[u32], slot: usize) -> (u32, u32) {
     match (vertices, slot) {
@@ -332,23 +334,24 @@ fn ridge(vertices: &[u32], slot: usize) -> (u32, u32) {
     }
 }
 
-/// In the place of a code: both sides of the ridge have come.
-const MET: u32 = NONE - 1;
+/// The table entry of a ridge whose two cells have been matched.
+const MATCHED: u32 = NONE - 1;
 
-/// Where a ridge is looked for, from either side.
+/// The hash of a ridge, equal for both directions.
 #[inline]
-fn place_of(first: u32, last: u32) -> usize {
+fn hash_of(first: u32, last: u32) -> usize {
     let (low, high) = (u64::from(first.min(last)), u64::from(first.max(last)));
     ((high << 32 | low).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
 }
 
-/// Can a ridge with this code be the other side of one opposite `slot`? In the plane a cell ends where another starts.
+/// Returns `true` if a ridge with this code can match one opposite `slot`. In the plane, one cell ends where the other
+/// starts.
 #[inline]
-fn may_meet<S: Simplex>(code: u32, slot: usize) -> bool {
-    code != MET && (S::LEN > 2 || code & 3 != slot as u32)
+fn may_match<S: Simplex>(code: u32, slot: usize) -> bool {
+    code != MATCHED && (S::LEN > 2 || code & 3 != slot as u32)
 }
 
-/// Two positions whose exchange turns a cell round without moving position `i`; of two vertices both.
+/// Two positions whose exchange reverses the orientation of a cell without moving position `i`. In the plane both move.
 fn other_two(i: usize, n: usize) -> (usize, usize) {
     match (n, i) {
         (2, _) => (0, 1),

@@ -1,21 +1,25 @@
-//! Where a new point would undo a cell: its circumscribed ball, or beyond a hull facet a half-space, rounded
-//! outwards; and whether that meets a box or the other side of a separator.
+//! Conflict regions of cells, rounded outwards, and whether they meet a box or one side of a separator.
 //!
-//! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumscribed ball
-//! (on the sphere the perturbation decides), and with an infinite cell only if it lies in the closed
-//! half-space beyond the hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set whatever the
-//! rounding, so "does not meet" is a proof; "meets" may be wrong by rounding, which costs and never harms.
+//! **Statement.** A point `q` conflicts with a finite cell iff it lies in the cell's closed circumball; on the sphere
+//! the perturbation decides. It conflicts with an infinite cell only if it lies in the closed half-space beyond the
+//! hull facet (Bowyer 1981, Watson 1981). A [`ConflictRegion`] contains that set in spite of rounding. Hence "does not
+//! meet" is certain. "Meets" may be wrong because of rounding, which costs time but never affects the result.
 //!
-//! **Derivation.** With `u = 2^-53` and differences `e_i = p_i - p_0`, each within `u` relative, the centre
-//! relative to `p_0` is `N / (2 D)`: `D` the determinant of the `e_i`, `N` the sum of cofactors times the
-//! squares `|e_i|^2` ([`Point::sphere_plane`]). A sum of products of at most three differences and one square
-//! is within `20 u` of the sum of its terms' sizes (three for differences, five for the square, five for
-//! products, five for sums; second-order terms included). Let `m_k` be the largest `|e_ik|` and `S` the largest
-//! square: the sizes of the `d!` terms add up to at most `A(D) = d! prod m_k` and
-//! `A(N_k) = d! S prod_(l /= k) m_l`. If `|D| > 64 u A(D)`, coordinate `k` of the centre is off by at most
-//! `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))` and the roundings of a reciprocal, a product and the sum
-//! with `p_0`; with `64 u` in the place of that last `20 u` it is larger by more than its own roundings. Otherwise the ball
-//! is taken to be all of space.
+//! **Derivation.** Let `u = 2^-53`. The differences `e_i = p_i - p_0` have relative errors of at most `u`. The centre
+//! relative to `p_0` is `N / (2 D)`. Here `D` is the determinant of the `e_i`, and `N` is the sum of cofactors times
+//! the squares `|e_i|^2` ([`Point::sphere_plane`]).
+//!
+//! 1. A sum of products of at most three differences and one square is within `20 u` of the sum of the absolute values
+//!    of its terms. The roundings are three for differences, five for the square, five for products and five for sums.
+//!    The bound includes second-order terms.
+//! 2. Let `m_k` be the largest `|e_ik|` and `S` the largest square. The absolute values of the `d!` terms add up to at
+//!    largest `A(D) = d! prod m_k` and `A(N_k) = d! S prod_(l /= k) m_l`.
+//! 3. Let `|D| > 64 u A(D)`. By 1 and 2, coordinate `k` of the centre has an error of at most
+//!    `20 u (A(N_k) + 2 |c_k| A(D)) / (2 (|D| - 20 u A(D)))`. To this come the roundings of a reciprocal, of a product
+//!    and of the sum with `p_0`.
+//! 4. With `64 u` instead of the last `20 u`, the bound grows by more than its own roundings.
+//!
+//! If `|D| <= 64 u A(D)`, the region is all of space.
 //!
 //! **Work and depth.** O(1).
 
@@ -23,97 +27,98 @@ use crate::neighbourhood::box_dist2;
 use crate::point::{Point, dist2};
 use crate::separator::{Separator, Side};
 
-/// The unit of rounding.
+/// The unit roundoff.
 const U: f64 = f64::EPSILON / 2.0;
 
-/// What holds every point that conflicts with a cell.
+/// A set that contains every point in conflict with a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConflictRegion<P> {
     /// A closed ball.
     Ball {
-        /// Its centre.
+        /// Centre of the ball.
         centre: P,
-        /// Its radius.
+        /// Radius of the ball.
         radius: f64,
     },
-    /// `{ x : normal . (x - anchor) + slack . |x - anchor| >= 0 }`: a half-space and its rounding.
+    /// A half-space with a margin for rounding: `{ x : normal . (x - anchor) + slack . |x - anchor| >= 0 }`.
     HalfSpace {
-        /// A point of the hull facet.
+        /// A vertex of the hull facet.
         anchor: P,
-        /// Away from the hull.
+        /// Normal vector that points away from the hull.
         normal: P,
-        /// Error of each coordinate of the normal.
+        /// Bound of the error of each coordinate of the normal.
         slack: P,
     },
-    /// The cell is too flat to tell.
+    /// All of space, for a cell that is too flat for a bound.
     Everywhere,
 }
 
 impl<P: Point> ConflictRegion<P> {
-    /// Of a finite, positively oriented cell of `DIM + 1` points.
+    /// Computes the region of a finite, positively oriented cell of `DIM + 1` points.
     pub fn of_cell(cell: &[P]) -> Self {
-        let (rel, most) = differences(cell);
+        let (rel, largest) = differences(cell);
         let (det, numerator) = P::sphere_plane(&rel[..P::DIM]);
         let factorial = if P::DIM == 3 { 6.0 } else { 2.0 };
-        let terms = factorial * (0..P::DIM).map(|k| most.coord(k)).product::<f64>();
-        let sure = det.abs() - 64.0 * U * terms;
-        if sure.is_nan() || sure <= 0.0 {
+        let terms = factorial * (0..P::DIM).map(|k| largest.coord(k)).product::<f64>();
+        let margin = det.abs() - 64.0 * U * terms;
+        if margin.is_nan() || margin <= 0.0 {
             return ConflictRegion::Everywhere;
         }
-        let square = rel.iter().fold(0.0, |most: f64, e| most.max(e.norm2()));
+        let square = rel.iter().fold(0.0, |largest: f64, e| largest.max(e.norm2()));
         let offset = numerator * (0.5 / det);
         let centre = cell[0] + offset;
         let (mut error, mut size) = (0.0, 0.0);
         for k in 0..P::DIM {
-            let (along, cofactor) = (offset.coord(k).abs(), factorial * square * others(most, k));
+            let (along, cofactor) = (offset.coord(k).abs(), factorial * square * product_without(largest, k));
             error += cofactor + 2.0 * along * terms;
             size += centre.coord(k).abs() + along;
         }
-        let slack = 20.0 * U * error / (2.0 * sure) + 4.0 * U * size;
-        // Every vertex is on the sphere: the farthest from the rounded centre, and the centre's own error.
-        let farthest2 = cell[..=P::DIM].iter().fold(0.0, |most: f64, &p| most.max(dist2(p, centre)));
+        let slack = 20.0 * U * error / (2.0 * margin) + 4.0 * U * size;
+        // Every vertex is on the sphere. So the radius is at most the distance of the farthest vertex from the rounded
+        // centre, plus the error of the centre.
+        let farthest2 = cell[..=P::DIM].iter().fold(0.0, |largest: f64, &p| largest.max(dist2(p, centre)));
         let radius = (farthest2.sqrt() + 2.0 * slack) * (1.0 + 16.0 * U);
         if radius.is_finite() { ConflictRegion::Ball { centre, radius } } else { ConflictRegion::Everywhere }
     }
 
-    /// Of an infinite cell: `facet` are the `DIM` points of its hull facet, ordered so that a point `q` beyond
-    /// makes `(facet.., q)` positive.
+    /// Computes the region of an infinite cell. `facet` has the `DIM` points of its hull facet, ordered so that
+    /// `(facet.., q)` is positive for a point `q` beyond it.
     pub fn of_facet(facet: &[P]) -> Self {
         let mut corners = [facet[0]; 4];
         corners[..P::DIM].copy_from_slice(&facet[..P::DIM]);
-        let (rel, most) = differences(&corners[..=P::DIM]);
+        let (rel, largest) = differences(&corners[..=P::DIM]);
         let mut slack = P::default();
         for k in 0..P::DIM {
-            slack.set_coord(k, 32.0 * U * others(most, k));
+            slack.set_coord(k, 32.0 * U * product_without(largest, k));
         }
         ConflictRegion::HalfSpace { anchor: facet[0], normal: P::hull_normal(&rel[..P::DIM - 1]), slack }
     }
 
-    /// May it hold a point of the box (`low` and `high` corner)?
+    /// Returns `true` if the region may contain a point of the box with the corners `low` and `high`.
     pub fn meets_box(&self, low: P, high: P) -> bool {
         match *self {
             ConflictRegion::Everywhere => true,
             ConflictRegion::Ball { centre, radius } => {
-                // Not less: whatever is not a number meets.
+                // A comparison with NaN is false, so NaN counts as "meets".
                 let clear = box_dist2(centre, low, high) > radius * radius * (1.0 + 16.0 * U);
                 !clear
             }
             ConflictRegion::HalfSpace { anchor, normal, slack } => {
-                let (mut most, mut size) = (0.0, 0.0);
+                let (mut largest, mut size) = (0.0, 0.0);
                 for i in 0..P::DIM {
                     let (n, a) = (normal.coord(i), anchor.coord(i));
                     let ends = [low.coord(i) - a, high.coord(i) - a];
                     let side = |x: f64| n * x + slack.coord(i) * x.abs();
-                    most += side(ends[0]).max(side(ends[1]));
+                    largest += side(ends[0]).max(side(ends[1]));
                     size += n.abs() * ends[0].abs().max(ends[1].abs());
                 }
-                let clear = most < -(32.0 * U) * size;
+                let clear = largest < -(32.0 * U) * size;
                 !clear
             }
         }
     }
 
-    /// May it hold a point of the box on that side of the separator?
+    /// Returns `true` if the region may contain a point of the box on the given side of the separator.
     pub fn meets(&self, separator: &Separator<P>, side: Side, low: P, high: P) -> bool {
         if !self.meets_box(low, high) {
             return false;
@@ -125,22 +130,23 @@ impl<P: Point> ConflictRegion<P> {
     }
 }
 
-/// The edges from the first corner, and the largest size of each of their coordinates.
+/// Returns the vectors from the first corner to the others, and the largest absolute value of each of their
+/// coordinates.
 fn differences<P: Point>(cell: &[P]) -> ([P; 3], P) {
     let mut rel = [P::default(); 3];
-    let mut most = P::default();
+    let mut largest = P::default();
     for (e, &p) in rel.iter_mut().zip(&cell[1..]) {
         *e = p - cell[0];
         for k in 0..P::DIM {
-            most.set_coord(k, most.coord(k).max(e.coord(k).abs()));
+            largest.set_coord(k, largest.coord(k).max(e.coord(k).abs()));
         }
     }
-    (rel, most)
+    (rel, largest)
 }
 
-/// The product of all coordinates but one.
-fn others<P: Point>(most: P, k: usize) -> f64 {
-    (0..P::DIM).filter(|&l| l != k).map(|l| most.coord(l)).product()
+/// The product of all coordinates except coordinate `k`.
+fn product_without<P: Point>(largest: P, k: usize) -> f64 {
+    (0..P::DIM).filter(|&l| l != k).map(|l| largest.coord(l)).product()
 }
 
 #[cfg(test)]
@@ -160,7 +166,7 @@ mod tests {
         p
     }
 
-    fn conflicts_are_reached<P: Point>(seed: u64) {
+    fn check_regions<P: Point>(seed: u64) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut met = 0;
         for round in 0..40_000 {
@@ -187,17 +193,17 @@ mod tests {
     }
 
     #[test]
-    fn whatever_conflicts_is_reached() {
-        conflicts_are_reached::<DVec3>(1);
-        conflicts_are_reached::<DVec2>(2);
+    fn regions_contain_all_conflicts() {
+        check_regions::<DVec3>(1);
+        check_regions::<DVec2>(2);
     }
 
     #[test]
-    fn far_boxes_are_not_met() {
+    fn distant_boxes_do_not_meet() {
         let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-        let reach = ConflictRegion::of_cell(&cell);
-        assert!(!reach.meets_box(DVec3::splat(1.1), DVec3::splat(2.0)));
-        assert!(reach.meets_box(DVec3::splat(1.0), DVec3::splat(2.0)), "the corner lies on the sphere");
+        let region = ConflictRegion::of_cell(&cell);
+        assert!(!region.meets_box(DVec3::splat(1.1), DVec3::splat(2.0)));
+        assert!(region.meets_box(DVec3::splat(1.0), DVec3::splat(2.0)), "the corner lies on the sphere");
         let below = ConflictRegion::of_facet(&[DVec3::ZERO, DVec3::Y, DVec3::X]);
         assert!(below.meets_box(DVec3::new(0., 0., -1.), DVec3::new(0., 0., -0.5)));
         assert!(!below.meets_box(DVec3::new(0., 0., 0.5), DVec3::ONE));
@@ -207,13 +213,13 @@ mod tests {
     }
 
     #[test]
-    fn separators_cut_reaches() {
+    fn separators_cut_conflict_regions() {
         let cell = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let cut = Separator::plane(0, 3.0);
         let (low, high) = (DVec3::splat(-9.0), DVec3::splat(9.0));
-        let reach = ConflictRegion::of_cell(&cell);
+        let region = ConflictRegion::of_cell(&cell);
         assert!(
-            reach.meets(&cut, Side::Interior, low, high) && !reach.meets(&cut, Side::Exterior, low, high)
+            region.meets(&cut, Side::Interior, low, high) && !region.meets(&cut, Side::Exterior, low, high)
         );
     }
 }

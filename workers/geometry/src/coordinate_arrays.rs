@@ -1,13 +1,13 @@
-//! Points in columns: the distances of one point to many, some at a time.
+//! Points as arrays of coordinates: the distances of one point to many, eight at a time.
 //!
-//! **Statement.** Every distance is that of [`dist2`](crate::point::dist2), bit for bit: the same differences,
-//! squares and sums in the same order, in the lanes of vector registers.
+//! **Statement.** Every distance equals that of [`dist2`](crate::point::dist2), bit for bit. The lanes of vector
+//! registers compute the same differences, squares and sums in the same order.
 //!
-//! **Work and depth.** A vector step over the pairs; charged by [`Cost::close_pairs`](crate::cost::Cost::near_pairs)
-//! and by the sweeps of balls.
+//! **Work and depth.** A vector step over the pairs, charged by [`Cost::all_pairs`](crate::cost::Cost::all_pairs) and
+//! by the sweeps over balls.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -15,39 +15,38 @@ use std::ops::Range;
 use crate::point::Point;
 use crate::simd::widest;
 
-/// Points whose distances are computed together.
+/// Number of points whose distances are computed together.
 pub(crate) const LANES: usize = 8;
 
-/// Points as one column of numbers for each axis.
+/// Points as one array of coordinates for each axis.
 #[derive(Clone, Debug)]
 pub struct CoordinateArrays<P> {
     axes: [Vec<f64>; 3],
     marker: PhantomData<P>,
 }
 
-/// What the rows of [`Cost::close_pairs`](crate::cost::Cost::near_pairs) keep.
-pub trait Rows {
-    /// A row begins: the squared distance beyond which no column matters to it.
+/// Receives the columns near each row in [`Cost::all_pairs`](crate::cost::Cost::all_pairs).
+pub trait PairVisitor {
+    /// Begins a row. Returns its limit: the squared distance beyond which it needs no columns.
     fn begin(&mut self, row: usize) -> f64;
-    /// A column of the row at hand is no farther than that; returns the limit from now on.
-    fn near(&mut self, column: usize, distance2: f64) -> f64;
-    /// Eight columns of the row at hand, from `first` on, some of which may be no farther than the limit; returns the
-    /// limit from now on.
+    /// Receives a column of the current row that is within the limit. Returns the new limit.
+    fn visit(&mut self, column: usize, distance2: f64) -> f64;
+    /// Receives the eight columns from `first` on, of which at least one is within the limit. Returns the new limit.
     #[inline(always)]
-    fn near_together(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
-        one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2))
+    fn visit_lanes(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
+        one_by_one(distances2, limit2, |lane, d2| self.visit(first + lane, d2))
     }
-    /// All columns within the limit were looked at. If it was too small, what was found is forgotten, and this is the limit
-    /// to look again with.
+    /// Called after all columns of the row. If the limit was too small, discards the columns received and returns a
+    /// larger limit, with which the row is visited again.
     #[inline]
-    fn again(&mut self, _row: usize) -> Option<f64> {
+    fn retry(&mut self, _row: usize) -> Option<f64> {
         None
     }
-    /// The row is over.
+    /// Ends the row.
     fn end(&mut self, row: usize);
 }
 
-/// Calls `near` with those of some distances that are no farther than the limit, which it changes.
+/// Calls `near` for each distance within the limit. Each call returns the limit for the following ones.
 #[inline(always)]
 pub(crate) fn one_by_one(
     distances2: &[f64; LANES],
@@ -63,7 +62,7 @@ pub(crate) fn one_by_one(
 }
 
 impl<P: Point> CoordinateArrays<P> {
-    /// Columns of these points, in their order.
+    /// Copies the coordinates of some points, in their order.
     #[expect(clippy::needless_pass_by_value, reason = "iterators are small, and cloned")]
     pub fn of(points: impl Iterator<Item = P> + Clone) -> Self {
         let axes = std::array::from_fn(|axis| {
@@ -77,13 +76,13 @@ impl<P: Point> CoordinateArrays<P> {
         self.axes[0].len()
     }
 
-    /// Are there none?
+    /// Returns `true` if there are no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Calls `near` with the position, counted from the beginning of `range`, and the squared distance of every
-    /// point of the range no farther than the limit, in order; `near` returns the limit for those that follow.
+    /// Calls `near` for every point of the range within the limit, in order. The arguments are its position relative to
+    /// the start of `range` and its squared distance. Each call returns the limit for the following points.
     #[inline]
     pub fn each_within(
         &self,
@@ -102,24 +101,25 @@ impl<P: Point> CoordinateArrays<P> {
         );
     }
 
-    /// The columns within the limit of row after row of points, to `keep`.
-    pub(crate) fn each_row(&self, rows: &[P], keep: &mut impl Rows) {
+    /// Passes the columns within the limit to the visitor, row after row.
+    pub(crate) fn each_row(&self, rows: &[P], visitor: &mut impl PairVisitor) {
         widest(
             #[inline(always)]
             || {
                 for (row, &at) in rows.iter().enumerate() {
-                    let limit2 = keep.begin(row);
+                    let limit2 = visitor.begin(row);
                     self.each_block(0..self.len(), at, limit2, |first, distances2, limit2| {
-                        keep.near_together(first, distances2, limit2)
+                        visitor.visit_lanes(first, distances2, limit2)
                     });
-                    keep.end(row);
+                    visitor.end(row);
                 }
             },
         );
     }
 
-    /// Calls `near` with the first position and the squared distances of eight points at a time, if one of them is no
-    /// farther than the limit; `near` returns the limit from then on. Behind the last point they are not numbers.
+    /// Calls `near` for each block of eight points of which at least one is within the limit. The arguments are the
+    /// position of the first point and the eight squared distances. Each call returns the limit for the following
+    /// blocks. NaN fills the last block.
     #[inline(always)]
     fn each_block(
         &self,
@@ -141,18 +141,18 @@ impl<P: Point> CoordinateArrays<P> {
         };
         let mut first = 0;
         for ((x, y), z) in x.iter().zip(y).zip(z) {
-            let found: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
-            if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-                limit2 = near(first, &found, limit2);
+            let distances2: [f64; LANES] = std::array::from_fn(|i| distance2(x[i], y[i], z[i]));
+            if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                limit2 = near(first, &distances2, limit2);
             }
             first += LANES;
         }
-        let mut found = [f64::NAN; LANES];
-        for (((d2, &x), &y), &z) in found.iter_mut().zip(x_rest).zip(y_rest).zip(z_rest) {
+        let mut distances2 = [f64::NAN; LANES];
+        for (((d2, &x), &y), &z) in distances2.iter_mut().zip(x_rest).zip(y_rest).zip(z_rest) {
             *d2 = distance2(x, y, z);
         }
-        if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-            near(first, &found, limit2);
+        if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+            near(first, &distances2, limit2);
         }
     }
 }

@@ -1,25 +1,30 @@
-//! The rival: parallel randomized incremental insertion, and how its steps depend on each other.
+//! The insertion baseline: parallel randomized incremental insertion, and the dependences between its steps.
 //!
 //! **Statement.** Points are inserted in random order. The *conflicts* of a cell are the later points inside its
-//! circumsphere, the *pivot* is the first of them. A facet between two cells is ready as soon as both exist.
-//! Equal pivots bury both cells; none at all leaves both in the result; else the cell with the earlier pivot
-//! `v` is replaced, at this facet, by the cone from `v` over it. The new cell depends on the two old ones alone,
-//! and its conflicts `C` obey `C(t) & C(o) <= C <= C(t) | C(o)`, so that only points in conflict with one of the two
-//! are tested. All ready facets are settled at once, a round. The longest chain of cells is O(log n) with high
-//! probability, for any points (Blelloch, Gu, Shun and Sun, "Parallelism in randomized incremental algorithms",
-//! J. ACM 67, 2020, `ParIncrementalDT`; the same authors, "Randomized incremental convex hull is highly
-//! parallel", SPAA 2020).
+//! circumsphere, and its *pivot* is the first of them. A facet between two cells is *ready* as soon as both exist. It
+//! is then *settled* as follows:
+//! 1. If the pivots are equal, the facet disappears together with both cells.
+//! 2. If neither cell has a pivot, both remain in the result.
+//! 3. Otherwise the cell with the earlier pivot `v` is replaced, at this facet, by the cone from `v` over it.
 //!
-//! **Work and depth.** O(n log n) expected in the plane and wherever samples have linear triangulations,
-//! otherwise O(n^2) in space; a chain of O(log n) cells. On the ledger's machine ([`crate::cost`]) a cell's conflicts
-//! are united by a halving merge, O(log m) steps for m points, so the steps of a chain are O(log^2 n); with a
-//! concurrent hash table in the merge's place they are O(log n), and [`Clock::hashed`] counts those.
+//! The new cell depends on the two old cells `t` and `o` alone. Its conflicts `C` satisfy
+//! `C(t) & C(o) <= C <= C(t) | C(o)`. So only points in conflict with exactly one of the two cells are tested. A
+//! *round* settles all ready facets at once. The longest chain of dependent cells is O(log n) with high probability,
+//! for any points.
 //!
-//! **Departures.** Outer space is a vertex and the first affinely independent points are inserted first, in
-//! place of a bounding simplex. The second cell of a facet is found in a table whose access counts one step,
-//! as in the paper, although an EREW machine would sort: the rival is not charged what it need not be. Drawing
-//! the order is not charged. Ties are broken as everywhere ([`crate::predicates`]), so the cells are
-//! [`crate::incremental`]'s.
+//! **Source.** Blelloch, Gu, Shun and Sun, "Parallelism in randomized incremental algorithms", J. ACM 67, 2020
+//! (`ParIncrementalDT`); the same authors, "Randomized incremental convex hull is highly parallel", SPAA 2020.
+//!
+//! **Work and depth.** O(n log n) expected in the plane, and wherever random samples have triangulations of linear
+//! size; otherwise O(n^2) in space. A chain has O(log n) cells. On the machine of [`crate::cost`], a halving merge
+//! unites the conflicts of a cell in O(log m) steps for m points. The steps of a chain are then O(log^2 n). With a
+//! concurrent hash table instead of the merge they are O(log n), and [`Clock::hashed`] counts those.
+//!
+//! **Departures.** The exterior is represented by a vertex, and the first affinely independent points are inserted
+//! first, instead of a bounding simplex. The second cell of a facet is found in a table. An access to the table counts
+//! one step, as in the paper, although an EREW machine would have to sort. The choice favours the baseline. Drawing the
+//! order is not charged. Ties are broken as everywhere ([`crate::predicates`]), so the cells are those of
+//! [`crate::incremental`].
 
 use std::collections::BTreeMap;
 
@@ -32,16 +37,17 @@ use crate::incremental::IncrementalError;
 use crate::point::{Point, Simplex, lex_cmp};
 use crate::predicates::{Sign, in_sphere, orientation, raises_dimension};
 
-/// Steps along a chain of cells.
+/// Numbers of steps along a chain of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
     /// Number of cells: the dependence depth.
     pub chain: u64,
     /// Vector steps, a scan counting 1.
     pub steps: u64,
-    /// Vector steps, a scan of m items counting `ceil(log2 m)`.
+    /// Vector steps, a scan of `m` items counting `ceil(log2 m)`.
     pub log_scan: u64,
-    /// Vector steps if a union of conflicts took one: a concurrent hash table, which the EREW machine has not.
+    /// Vector steps if uniting conflicts took one step, as with a concurrent hash table. The EREW machine has no such
+    /// table.
     pub hashed: u64,
 }
 
@@ -55,7 +61,7 @@ impl Clock {
         }
     }
 
-    /// After one more cell, which took `union` and then `rest`.
+    /// Appends one cell to the chain: its `union` of conflicts, then the `rest` of its cost.
     fn then(self, union: Cost, rest: Cost) -> Clock {
         Clock {
             chain: self.chain + 1,
@@ -66,39 +72,39 @@ impl Clock {
     }
 }
 
-/// What one round did.
+/// Counts of one round.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Round {
-    /// Ready facets.
+    /// Number of ready facets.
     pub facets: u64,
-    /// Cells made.
+    /// Number of cells created.
     pub cells: u64,
-    /// In-sphere tests, those of cells at infinity included.
+    /// Number of in-sphere tests, including those of infinite cells.
     pub tests: u64,
-    /// Operations.
+    /// Number of elementary operations.
     pub work: u64,
-    /// Vector steps of the round's longest cell.
+    /// Vector steps of the cell that took the most.
     pub steps: u64,
 }
 
 impl Round {
-    /// Adds what is done beside the rest of the round.
+    /// Adds a cost that is incurred in parallel to the rest of the round.
     fn charge(&mut self, cost: Cost) {
         self.work += cost.work();
         self.steps = self.steps.max(cost.depth());
     }
 }
 
-/// A Delaunay triangulation made by rounds of insertions, and its counts.
+/// The Delaunay triangulation, with the counts of its rounds.
 #[derive(Clone, Debug)]
 pub struct Dependence<P: Point> {
-    /// Finite cells, positively oriented, by numbers of the given points, in the order they were settled.
+    /// Finite cells, positively oriented, as indices of the given points, in the order in which they were completed.
     pub cells: Vec<P::Cell>,
-    /// Number of facets of the hull.
+    /// Number of hull facets.
     pub hull_facets: u64,
-    /// The longest chains.
+    /// Maxima over all chains.
     pub clock: Clock,
-    /// Round by round; the first tests all points against the first cells, the others settle facets.
+    /// Counts of each round. The first round tests all points against the first cells; the others settle facets.
     pub rounds: Vec<Round>,
 }
 
@@ -106,23 +112,23 @@ impl<P: Point> Dependence<P> {
     /// Triangulates distinct points, inserted in an order drawn from the seed.
     ///
     /// # Errors
-    /// Points that coincide, are not finite, are too many, or span less than the space.
+    /// Points that coincide, that are not finite, that are too many, or that do not span the space.
     pub fn new(points: &[P], seed: u64) -> Result<Self, IncrementalError> {
         let (order, positions) = insertion(points, seed)?;
-        let mut grower = Grower::new(&positions);
-        let mut ready = grower.start();
+        let mut builder = Builder::new(&positions);
+        let mut ready = builder.start();
         while !ready.is_empty() {
-            ready = grower.round(&ready);
+            ready = builder.round(&ready);
         }
         let name = |mut cell: P::Cell| {
             cell.as_mut().iter_mut().for_each(|v| *v = order[*v as usize]);
             cell
         };
         Ok(Dependence {
-            cells: grower.finite.into_iter().map(name).collect(),
-            hull_facets: grower.infinite,
-            clock: grower.clock,
-            rounds: grower.rounds,
+            cells: builder.finite.into_iter().map(name).collect(),
+            hull_facets: builder.infinite,
+            clock: builder.clock,
+            rounds: builder.rounds,
         })
     }
 
@@ -137,16 +143,16 @@ impl<P: Point> Dependence<P> {
         })
     }
 
-    /// Brent's bound on the steps with `processors`: over the rounds, the sum of
-    /// `floor((work - steps) / processors) + steps`.
+    /// Brent's bound on the number of steps with `processors` processors: the sum of
+    /// `floor((work - steps) / processors) + steps` over all rounds.
     pub fn brent(&self, processors: u64) -> u64 {
         let bound = |r: &Round| r.work.saturating_sub(r.steps) / processors.max(1) + r.steps;
         self.rounds.iter().map(bound).sum()
     }
 }
 
-/// A random order that starts with affinely independent points: their numbers, and the points in it. A
-/// function of the set and the seed, not of the numbering.
+/// Draws a random order that starts with affinely independent points. Returns the indices and the points in this order,
+/// which is a function of the set and the seed, not of the numbering.
 fn insertion<P: Point>(points: &[P], seed: u64) -> Result<(Vec<u32>, Vec<P>), IncrementalError> {
     if points.len() > MOST_POINTS {
         return Err(IncrementalError::TooMany);
@@ -184,52 +190,60 @@ fn insertion<P: Point>(points: &[P], seed: u64) -> Result<(Vec<u32>, Vec<P>), In
     Ok((first, positions))
 }
 
-/// As many as [`crate::incremental`] takes.
+/// The limit of [`crate::incremental`].
 const MOST_POINTS: usize = 1 << 26;
 
-/// A cell in progress.
+/// A cell with facets that are not settled.
 #[derive(Clone, Debug)]
-struct Growing<P: Point> {
+struct OpenCell<P: Point> {
     vertices: P::Cell,
-    /// Later points inside, in the order of insertion; the first is the pivot.
+    /// Later points inside the circumsphere, in the order of insertion. The first is the pivot.
     conflicts: Vec<u32>,
     clock: Clock,
-    /// Facets that are not settled.
+    /// Number of facets that are not settled.
     open: usize,
 }
 
-/// A facet of a cell: the cell and the slot of the opposite vertex.
-type Half = (u32, usize);
+/// One side of a facet.
+#[derive(Clone, Copy, Debug)]
+struct Half {
+    cell: u32,
+    /// Slot of the opposite vertex.
+    slot: usize,
+}
 
-/// A facet whose two cells exist.
-type Ready = (Half, Half);
+/// A facet with both of its cells.
+#[derive(Clone, Copy, Debug)]
+struct ReadyFacet {
+    sides: [Half; 2],
+}
 
 /// A point that may be in conflict with a cell.
 #[derive(Clone, Copy)]
 struct Candidate<P: Point> {
     point: u32,
-    /// In conflict with both old cells, hence with the new one.
+    /// Whether the point conflicts with both old cells, and hence with the new one.
     certain: bool,
-    /// The cell: a copy for each candidate.
+    /// The cell, copied to each candidate.
     cell: P::Cell,
 }
 
-/// How a cell comes to be.
-struct Made {
-    /// When its makers were there.
+/// The origin of a new cell.
+struct Origin {
+    /// The clock after both old cells.
     after: Clock,
-    /// What it cost to settle the facet.
+    /// Cost of settling the facet.
     before: Cost,
-    /// What it cost to unite the conflicts.
+    /// Cost of uniting the conflicts.
     union: Cost,
-    /// A slot whose facet borders on a cell that is known.
+    /// A slot whose facet has a known second cell.
     known: Option<(usize, Half)>,
 }
 
-struct Grower<'a, P: Point> {
+struct Builder<'a, P: Point> {
     points: &'a [P],
-    cells: Vec<Growing<P>>,
-    /// Places of cells that are settled.
+    cells: Vec<OpenCell<P>>,
+    /// Slots of completed cells.
     free: Vec<u32>,
     /// Facets with one cell so far, by their sorted vertices.
     table: BTreeMap<P::Facet, Half>,
@@ -239,9 +253,9 @@ struct Grower<'a, P: Point> {
     rounds: Vec<Round>,
 }
 
-impl<'a, P: Point> Grower<'a, P> {
+impl<'a, P: Point> Builder<'a, P> {
     fn new(points: &'a [P]) -> Self {
-        Grower {
+        Builder {
             points,
             cells: Vec::new(),
             free: Vec::new(),
@@ -253,8 +267,8 @@ impl<'a, P: Point> Grower<'a, P> {
         }
     }
 
-    /// The first simplex and the cells around it, every other point tested against each.
-    fn start(&mut self) -> Vec<Ready> {
+    /// Creates the first simplex and the infinite cells around it, and tests every other point against each.
+    fn start(&mut self) -> Vec<ReadyFacet> {
         let n = P::DIM + 1;
         let mut simplex = P::Cell::splat(0);
         simplex.as_mut().iter_mut().zip(0..).for_each(|(slot, v)| *slot = v);
@@ -263,7 +277,7 @@ impl<'a, P: Point> Grower<'a, P> {
         }
         let mut cells = vec![simplex];
         for slot in 0..n {
-            // Seen from beyond, a facet has the other orientation.
+            // Seen from beyond, a facet has the reverse orientation: swap two other vertices.
             let mut outer = simplex;
             outer.as_mut()[slot] = INFINITE;
             outer.as_mut().swap(0, 1);
@@ -273,35 +287,36 @@ impl<'a, P: Point> Grower<'a, P> {
         let mut ready = Vec::new();
         for vertices in cells {
             let others = (n as u32..self.points.len() as u32).map(|point| (point, false)).collect();
-            let made = Made { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
-            self.make(vertices, others, &made, &mut round, &mut ready);
+            let origin =
+                Origin { after: Clock::default(), before: Cost::ZERO, union: Cost::ZERO, known: None };
+            self.create(vertices, others, &origin, &mut round, &mut ready);
         }
         self.rounds.push(round);
         ready
     }
 
-    /// Settles all ready facets; those that become ready by it are the next round's.
-    fn round(&mut self, ready: &[Ready]) -> Vec<Ready> {
+    /// Settles all ready facets. Returns the facets that become ready, for the next round.
+    fn round(&mut self, ready: &[ReadyFacet]) -> Vec<ReadyFacet> {
         let mut round = Round { facets: ready.len() as u64, ..Round::default() };
         let mut next = Vec::new();
         for facet in ready {
             let mut settling = Cost::ZERO;
-            let verdict = settling.map(std::slice::from_ref(facet), |&(a, b)| self.verdict(a, b));
-            if let Some((old, other)) = verdict[0] {
+            let replaced = settling.map(std::slice::from_ref(facet), |facet| self.replaced_side(facet.sides));
+            if let Some((old, other)) = replaced[0] {
                 self.replace(old, other, settling, &mut round, &mut next);
             } else {
                 round.charge(settling);
-                self.release(facet.0.0);
-                self.release(facet.1.0);
+                facet.sides.iter().for_each(|side| self.release(side.cell));
             }
         }
         self.rounds.push(round);
         next
     }
 
-    /// Which side of a facet gives way, and the other one; neither, if both stay or both are buried.
-    fn verdict(&self, a: Half, b: Half) -> Option<(Half, Half)> {
-        let pivot = |half: Half| self.cells[half.0 as usize].conflicts.first().copied();
+    /// Returns the side of a facet that is replaced and the other side, or `None` if both cells remain or both are
+    /// removed.
+    fn replaced_side(&self, [a, b]: [Half; 2]) -> Option<(Half, Half)> {
+        let pivot = |half: Half| self.cells[half.cell as usize].conflicts.first().copied();
         match (pivot(a), pivot(b)) {
             (v, w) if v == w => None,
             (Some(v), Some(w)) if w < v => Some((b, a)),
@@ -310,54 +325,62 @@ impl<'a, P: Point> Grower<'a, P> {
         }
     }
 
-    /// The cone from the pivot over the facet takes the place of its first cell there.
-    fn replace(&mut self, old: Half, other: Half, before: Cost, round: &mut Round, next: &mut Vec<Ready>) {
-        let (t, o) = (&self.cells[old.0 as usize], &self.cells[other.0 as usize]);
+    /// Replaces the first cell of a facet, at this facet, by the cone from its pivot.
+    fn replace(
+        &mut self,
+        old: Half,
+        other: Half,
+        before: Cost,
+        round: &mut Round,
+        next: &mut Vec<ReadyFacet>,
+    ) {
+        let (t, o) = (&self.cells[old.cell as usize], &self.cells[other.cell as usize]);
         let mut vertices = t.vertices;
-        vertices.as_mut()[old.1] = t.conflicts[0];
+        vertices.as_mut()[old.slot] = t.conflicts[0];
         let mut union = Cost::ZERO;
-        // The pivot itself is a vertex now.
+        // The pivot is a vertex of the new cell, not a conflict.
         let candidates = union.unite(&t.conflicts[1..], &o.conflicts);
-        let made = Made { after: t.clock.later(o.clock), before, union, known: Some((old.1, other)) };
-        self.make(vertices, candidates, &made, round, next);
-        self.release(old.0);
+        let origin = Origin { after: t.clock.later(o.clock), before, union, known: Some((old.slot, other)) };
+        self.create(vertices, candidates, &origin, round, next);
+        self.release(old.cell);
     }
 
-    /// Makes a cell of vertices and candidates for its conflicts.
-    fn make(
+    /// Creates a cell from its vertices and the candidates for its conflicts.
+    fn create(
         &mut self,
         vertices: P::Cell,
         candidates: Vec<(u32, bool)>,
-        made: &Made,
+        origin: &Origin,
         round: &mut Round,
-        ready: &mut Vec<Ready>,
+        ready: &mut Vec<ReadyFacet>,
     ) {
-        let number = self.free.pop().unwrap_or(self.cells.len() as u32);
-        let mut rest = made.before;
+        let index = self.free.pop().unwrap_or(self.cells.len() as u32);
+        let mut rest = origin.before;
         let conflicts = self.conflicts(&vertices, candidates, round, &mut rest);
         let slots: Vec<usize> = (0..=P::DIM).collect();
         let facets = rest.map(&slots, |&slot| facet_without::<P>(&vertices, slot));
         for (slot, facet) in facets.into_iter().enumerate() {
-            let known = made.known.filter(|k| k.0 == slot).map(|k| k.1);
+            let known = origin.known.filter(|k| k.0 == slot).map(|k| k.1);
+            let half = Half { cell: index, slot };
             let mate = known.or_else(|| self.table.remove(&facet));
             match mate {
-                Some(mate) => ready.push(((number, slot), mate)),
-                None => drop(self.table.insert(facet, (number, slot))),
+                Some(mate) => ready.push(ReadyFacet { sides: [half, mate] }),
+                None => drop(self.table.insert(facet, half)),
             }
         }
-        let clock = made.after.then(made.union, rest);
+        let clock = origin.after.then(origin.union, rest);
         self.clock = self.clock.later(clock);
         round.cells += 1;
-        rest.then(made.union);
+        rest.then(origin.union);
         round.charge(rest);
-        let cell = Growing { vertices, conflicts, clock, open: slots.len() };
-        match self.cells.get_mut(number as usize) {
-            Some(place) => *place = cell,
+        let cell = OpenCell { vertices, conflicts, clock, open: slots.len() };
+        match self.cells.get_mut(index as usize) {
+            Some(slot) => *slot = cell,
             None => self.cells.push(cell),
         }
     }
 
-    /// The candidates inside a new cell, each told of the cell by a copy-scan.
+    /// Selects the candidates that conflict with a new cell. A copy-scan copies the cell to each candidate.
     fn conflicts(
         &self,
         vertices: &P::Cell,
@@ -379,9 +402,9 @@ impl<'a, P: Point> Grower<'a, P> {
         kept.into_iter().map(|c| c.point).collect()
     }
 
-    /// One more facet of a cell is settled; with the last, the cell is part of the result or gone.
-    fn release(&mut self, number: u32) {
-        let cell = &mut self.cells[number as usize];
+    /// Settles one more facet of a cell. After the last one, the cell is part of the result or removed.
+    fn release(&mut self, index: u32) {
+        let cell = &mut self.cells[index as usize];
         cell.open -= 1;
         if cell.open > 0 {
             return;
@@ -393,10 +416,11 @@ impl<'a, P: Point> Grower<'a, P> {
         } else {
             self.finite.push(cell.vertices);
         }
-        self.free.push(number);
+        self.free.push(index);
     }
 
-    /// Is a later point inside the circumsphere, or beyond the hull facet, of a cell?
+    /// Returns `true` if a later point lies inside the circumsphere of a cell, or beyond the hull facet of an infinite
+    /// cell.
     fn in_conflict(&self, vertices: &P::Cell, point: u32) -> bool {
         let n = P::DIM + 1;
         let q = self.points[point as usize];
@@ -408,7 +432,7 @@ impl<'a, P: Point> Grower<'a, P> {
                 None => outer = Some(slot),
             }
         }
-        // Infinity's corner holds the query already.
+        // The corner of infinity already holds the query.
         match outer.map(|slot| (slot, orientation(&corners[..n]))) {
             None => in_sphere(&corners[..n], q),
             Some((_, Sign::Positive)) => true,
@@ -417,13 +441,13 @@ impl<'a, P: Point> Grower<'a, P> {
         }
     }
 
-    /// A positively oriented cell on the inner side of a hull facet. For points in the facet's plane, which
-    /// alone ask, every such cell gives the same answer.
+    /// A positively oriented cell on the inner side of a hull facet. It is needed only for points in the plane of the
+    /// facet, and for them every such cell gives the same answer.
     fn inner_cell(&self, mut corners: [P; 4], slot: usize) -> [P; 4] {
         let n = P::DIM + 1;
         for &apex in &self.points[..n] {
             corners[slot] = apex;
-            // The first points are not all in one plane, and none lies beyond.
+            // The first points are not coplanar, and none of them lies beyond the facet.
             if orientation(&corners[..n]) == Sign::Negative {
                 break;
             }
@@ -433,7 +457,7 @@ impl<'a, P: Point> Grower<'a, P> {
     }
 }
 
-/// The vertices of a cell but for one, sorted: the name of a facet.
+/// The sorted vertices of a cell except one, which identify a facet.
 fn facet_without<P: Point>(vertices: &P::Cell, slot: usize) -> P::Facet {
     let mut facet = P::Facet::splat(INFINITE);
     let others = vertices.as_ref().iter().enumerate().filter(|v| v.0 != slot);

@@ -1,11 +1,13 @@
-//! Stage 1: determinants in rounded arithmetic, with a bound from the differences of this call.
+//! Stage 1: determinants in rounded arithmetic, with an error bound from the differences of the call.
 //!
-//! **Statement.** Let `u = 2^-53`, `n` the number of products in a determinant written out, `P` a bound of
-//! each product and `k` the most roundings that any product passes through, the last addition or
-//! subtraction of all not counted. Then the rounded determinant has the sign of the exact one wherever
-//! its size exceeds `1.05 k n u P`: every product is scaled by at most `k` factors `1 + e`, `|e| <= u`,
-//! so the operands of the last addition are off by at most `((1 + u)^k - 1) n P` together, and rounding
-//! that addition's result changes no sign (Higham 2002, section 3.1; Shewchuk 1997).
+//! **Statement.** Let `u = 2^-53`, and let `n` be the number of products in the expanded determinant. Let `P` bound
+//! each product. Let `k` be the largest number of roundings that a product passes through, not counting the last
+//! addition or subtraction. Then the rounded determinant has the sign of the exact one if its absolute value exceeds
+//! `1.05 k n u P`.
+//!
+//! *Proof.* Every product is scaled by at most `k` factors `1 + e` with `|e| <= u`. So the operands of the last
+//! addition have a total error of at most `((1 + u)^k - 1) n P`. Rounding the result of that addition changes no sign
+//! (Higham 2002, section 3.1; Shewchuk 1997). QED.
 //!
 //! | determinant | products `n` | bound `P` of one | roundings `k` |
 //! | --- | --- | --- | --- |
@@ -14,22 +16,25 @@
 //! | in-circle | 6 | `x y (x^2 + y^2)` | minor 4, lift 4, their product 1, 1 addition |
 //! | in-sphere | 24 | `x y z (x^2 + y^2 + z^2)` | cofactor 8, lift 5, their product 1, 1 addition |
 //!
-//! Here `x`, `y`, `z` are the largest rounded differences of the call on each axis. (A minor: 2
-//! differences, a product, a subtraction. A cofactor: 3 differences, 2 products, a subtraction, 2
-//! additions. A lift: twice a difference, a square, 1 addition in the plane and 2 in space. For in-circle
-//! and in-sphere the first of the two additions outside the cofactors counts, the last does not.)
+//! Here `x`, `y`, `z` are the largest rounded differences of the call on each axis. The counts of the table are sums:
 //!
-//! The bound is computed from differences that are themselves rounded, in at most 8 operations of
-//! relative error `u`, and `(1 + u)^k - 1 < 1.0001 k u`: the factor 1.05 covers both. Within
-//! [`crate::range`] no determinant loses anything to underflow, since every product is a multiple of the
-//! smallest subnormal, 2^-1074; of 2^-1070 in fact. If the *bound* falls among the subnormals, rounding
-//! it loses at most `2^-1075`, less than the 5 % of any error that is not zero: errors too are multiples
-//! of 2^-1070.
+//! - a minor has 2 differences, a product and a subtraction;
+//! - a cofactor has 3 differences, 2 products, a subtraction and 2 additions;
+//! - a lift has a difference that counts twice, a square, and 1 addition in the plane or 2 in space.
 //!
-//! **Work and depth.** O(1). The bound depends on this call alone, so that graded sets keep the filter.
+//! For in-circle and in-sphere, the first of the two additions outside the cofactors counts; the last does not.
 //!
-//! **Departures.** Shewchuk sums the sizes of all products, which is tighter (by about 4) and costs as
-//! much as the determinant again; the largest difference per axis costs little.
+//! **The factor 1.05.** The bound is computed from rounded differences, in at most 8 operations of relative error `u`.
+//! Moreover, `(1 + u)^k - 1 < 1.0001 k u`. The factor covers both.
+//!
+//! **Underflow.** Within [`crate::range`], every product is a multiple of `2^-1070`. The smallest subnormal is
+//! `2^-1074`, so underflow changes no determinant. If the *bound* is subnormal, rounding it loses at most `2^-1075`.
+//! That is less than 5 % of any nonzero error, because errors are also multiples of `2^-1070`.
+//!
+//! **Work and depth.** O(1). The bound depends on this call alone, so the filter remains effective on graded sets.
+//!
+//! **Departures.** Shewchuk adds the absolute values of all products. That bound is tighter by a factor of about 4, but
+//! computing it costs as much as the determinant. The largest difference on each axis is cheap.
 
 #![expect(clippy::inline_always, reason = "callers that need no more than the sign skip the rest")]
 
@@ -38,19 +43,19 @@ use glam::{DVec2, DVec3};
 /// A determinant in rounded arithmetic.
 #[derive(Clone, Copy, Debug)]
 pub struct Rounded {
-    /// The determinant: its sign is exact if its size is larger than `bound`.
+    /// The rounded determinant. Its sign is exact if its absolute value is larger than `bound`.
     pub det: f64,
-    /// The bound of its error.
+    /// Bound of the error of `det`.
     pub bound: f64,
-    /// Of an in-sphere determinant `sum_i |p_i - q|^2 o_i`: the factors `o_i`, the orientations of the cell
-    /// with corner `i` replaced by the query.
+    /// The factors `o_i` of an in-sphere determinant `sum_i |p_i - q|^2 o_i`: the orientations of the cell with corner
+    /// `i` replaced by the query.
     pub cofactors: [f64; 4],
-    /// The largest difference of coordinates in the determinant, rounded.
+    /// The largest absolute difference of coordinates in the determinant, rounded.
     pub reach: f64,
 }
 
 impl Rounded {
-    /// Is the sign of `det` exact?
+    /// Returns `true` if the sign of `det` is certainly exact.
     #[inline]
     pub fn is_certain(&self) -> bool {
         self.det.abs() > self.bound
@@ -79,7 +84,7 @@ fn swapped(v: DVec2) -> DVec2 {
     DVec2::new(v.y, v.x)
 }
 
-/// Orientation of three points of the plane.
+/// Computes the orientation determinant of three points of the plane.
 #[inline(always)]
 pub fn orient_plane(c: &[DVec2]) -> Rounded {
     let (a, b) = (c[0] - c[2], c[1] - c[2]);
@@ -92,7 +97,7 @@ pub fn orient_plane(c: &[DVec2]) -> Rounded {
     }
 }
 
-/// Orientation of four points of space.
+/// Computes the orientation determinant of four points of space.
 #[inline(always)]
 pub fn orient_space(c: &[DVec3]) -> Rounded {
     let (a, b, e) = (c[0] - c[3], c[1] - c[3], c[2] - c[3]);
@@ -105,7 +110,7 @@ pub fn orient_space(c: &[DVec3]) -> Rounded {
     }
 }
 
-/// The in-circle determinant of a triangle and a point of the plane.
+/// Computes the in-circle determinant of a triangle and a point of the plane.
 #[inline(always)]
 pub fn in_circle(c: &[DVec2], q: DVec2) -> Rounded {
     let (a, b, e) = (c[0] - q, c[1] - q, c[2] - q);
@@ -119,12 +124,12 @@ pub fn in_circle(c: &[DVec2], q: DVec2) -> Rounded {
     }
 }
 
-/// The in-sphere determinant of a tetrahedron and a point of space.
+/// Computes the in-sphere determinant of a tetrahedron and a point of space.
 #[inline(always)]
 pub fn in_sphere(c: &[DVec3], q: DVec3) -> Rounded {
     let (a, b, e, d) = (c[0] - q, c[1] - q, c[2] - q, c[3] - q);
     let m = a.abs().max(b.abs()).max(e.abs()).max(d.abs());
-    // Two at a time: corners 0 and 2 in one pair, 1 and 3 in the other.
+    // Corners are processed in pairs: 0 with 2, and 1 with 3.
     let (ax, ay, az) = (pair(a.x, e.x), pair(a.y, e.y), pair(a.z, e.z));
     let (bx, by, bz) = (pair(b.x, d.x), pair(b.y, d.y), pair(b.z, d.z));
     let (ea_x, ea_y, ea_z) = (swapped(ax), swapped(ay), swapped(az));

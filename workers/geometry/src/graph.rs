@@ -1,47 +1,46 @@
 //! Overlap, density and nearest-neighbour graphs of a neighbourhood system.
 //!
-//! **Statement.** Of balls `B_i` with radii `r_i`:
-//! - the `(alpha, k)`-overlap graph (paper, Definition 2.2) joins `i` and `j` iff `B_i` meets `alpha B_j`
-//!   and `alpha B_i` meets `B_j`: `|ij| <= alpha min(r_i, r_j) + max(r_i, r_j)` for `alpha >= 1`;
-//! - the `alpha`-density graph (Section 4.2), of nearest-neighbour balls, joins them iff
-//!   `|ij| <= alpha min(r_i, r_j)`. The two-sided minimum is essential: one-sided balls have degree
-//!   proportional to `n` at a singularity;
-//! - the `k`-nearest-neighbour graph (Section 4.5), of balls that reach to the `k`-th neighbour, joins them
-//!   iff `|ij| <= max(r_i, r_j)`: one is among the `k` nearest of the other, ties included.
+//! **Statement.** Let `B_i` be balls with radii `r_i`.
+//! - The `(alpha, k)`-overlap graph (paper, Definition 2.2) has the edge `ij` iff `B_i` meets `alpha B_j` and
+//!   `alpha B_i` meets `B_j`. For `alpha >= 1` this means `|ij| <= alpha min(r_i, r_j) + max(r_i, r_j)`.
+//! - The `alpha`-density graph (Section 4.2) of nearest-neighbour balls has the edge iff `|ij| <= alpha min(r_i, r_j)`.
+//!   The two-sided minimum is essential: with one-sided balls, the degree at a singularity is proportional to `n`.
+//! - The `k`-nearest-neighbour graph (Section 4.5) of balls that extend to the `k`-th neighbour has the edge iff
+//!   `|ij| <= max(r_i, r_j)`. Then one point is among the `k` nearest neighbours of the other, ties included.
 //!
-//! Each is decided by one expression, symmetric in `i` and `j`, used everywhere: by the divide and
-//! conquer, by the direct construction and by tests, so that both give the same graph edge by edge.
+//! Each condition is evaluated by one expression, symmetric in `i` and `j`, everywhere: in the divide and conquer, in
+//! the direct construction and in tests. All of them therefore yield the same graph, edge by edge.
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) steps.
 
-use crate::coordinate_arrays::{CoordinateArrays, Rows};
+use crate::coordinate_arrays::{CoordinateArrays, PairVisitor};
 use crate::cost::Cost;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
 
-/// Which supergraph of the Delaunay triangulation, with its parameter.
+/// A supergraph of the Delaunay triangulation, with its parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Supergraph {
     /// The alpha-density graph of the nearest-neighbour balls.
     Density {
-        /// At least 1.
+        /// Enlargement factor of the balls, at least 1.
         alpha: f64,
     },
     /// The (alpha, 1)-overlap graph of the nearest-neighbour balls.
     Overlap {
-        /// At least 1.
+        /// Enlargement factor of the balls, at least 1.
         alpha: f64,
     },
     /// The k-nearest-neighbour graph.
     Knn {
-        /// At least 1.
+        /// Number of nearest neighbours, at least 1.
         k: u32,
     },
 }
 
 impl Supergraph {
-    /// Is there an edge between two points at squared distance `d2` whose balls have the squared radii
-    /// `a2` and `b2`? Symmetric in the two.
+    /// Returns `true` if two points at squared distance `d2`, whose balls have squared radii `a2` and `b2`, form an
+    /// edge. Symmetric in the two.
     #[inline]
     pub fn joins(self, d2: f64, a2: f64, b2: f64) -> bool {
         match self {
@@ -51,8 +50,8 @@ impl Supergraph {
         }
     }
 
-    /// The farthest that an edge of a point with squared radius `r2` can reach into a set whose largest
-    /// squared radius is `max2`, rounded up.
+    /// Upper bound of the length of an edge from a point with squared radius `r2` to a point of a set whose largest
+    /// squared radius is `max2`. Rounded up.
     pub fn reach(self, r2: f64, max2: f64) -> f64 {
         let up = 1.0 + 1e-12;
         match self {
@@ -64,9 +63,8 @@ impl Supergraph {
         }
     }
 
-    /// The radius of the ball that decides whether a point belongs to the separator set of a sphere:
-    /// every edge across the sphere has an endpoint whose ball of this radius meets it (for the density
-    /// graph, both endpoints).
+    /// The radius of the ball that decides whether a point belongs to the separator set of a sphere. Every edge that
+    /// crosses the sphere has an endpoint whose ball of this radius meets it. In the density graph, both endpoints do.
     pub fn separator_radius(self, r2: f64) -> f64 {
         let up = 1.0 + 1e-12;
         match self {
@@ -75,7 +73,7 @@ impl Supergraph {
         }
     }
 
-    /// Name on the command line.
+    /// Name of the supergraph on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Supergraph::Density { .. } => "density",
@@ -84,7 +82,7 @@ impl Supergraph {
         }
     }
 
-    /// How many neighbours the balls reach to: `k`, else 1.
+    /// The neighbour to which the balls extend: the `k`-th, or the first.
     pub fn ball_order(self) -> usize {
         match self {
             Supergraph::Knn { k } => k as usize,
@@ -93,7 +91,8 @@ impl Supergraph {
     }
 }
 
-/// The graph neighbours of every row among the columns, by all pairs; positions in the table.
+/// Finds the graph neighbours of every row among the columns, testing all pairs. Rows, columns and neighbours are
+/// positions in the table.
 pub fn graph_direct<P: Point>(
     rule: Supergraph,
     table: &[P],
@@ -118,16 +117,17 @@ pub fn graph_direct<P: Point>(
         list: Vec::new(),
         lists: Lists::default(),
     };
-    cost.close_pairs(&points, &columns, &mut edges);
+    cost.all_pairs(&points, &columns, &mut edges);
     edges.lists
 }
 
-/// The graph neighbours of row after row; of rows and columns squared radius and number.
+/// Collects the graph neighbours of each row. Rows and columns are pairs of squared radius and position.
 struct Edges {
     rule: Supergraph,
     rows: Vec<(f64, u32)>,
     cols: Vec<(f64, u32)>,
-    /// No edge of a row is longer than its reach into the largest ball: one comparison drops most pairs.
+    /// Largest squared radius of the columns. No edge of a row is longer than its reach into that ball, so one
+    /// comparison excludes most pairs.
     largest2: f64,
     row: (f64, u32),
     limit2: f64,
@@ -135,7 +135,7 @@ struct Edges {
     lists: Lists<u32>,
 }
 
-impl Rows for Edges {
+impl PairVisitor for Edges {
     fn begin(&mut self, row: usize) -> f64 {
         self.row = self.rows[row];
         let reach = self.rule.reach(self.row.0, self.largest2);
@@ -144,7 +144,7 @@ impl Rows for Edges {
     }
 
     #[inline]
-    fn near(&mut self, column: usize, d2: f64) -> f64 {
+    fn visit(&mut self, column: usize, d2: f64) -> f64 {
         let (r2, number) = self.cols[column];
         if self.rule.joins(d2, self.row.0, r2) && self.row.1 != number {
             self.list.push(number);
@@ -157,8 +157,8 @@ impl Rows for Edges {
     }
 }
 
-/// Density of an embedding (Section 2): the largest ratio, over vertices, of the longest edge to the
-/// distance of the nearest neighbour. `edges` are pairs of positions; `radii2` squared nearest distances.
+/// Density of an embedding (Section 2): the maximum, over all vertices, of the longest edge relative to the distance of
+/// the nearest neighbour. `edges` are pairs of positions, and `radii2` are the squared nearest-neighbour distances.
 pub fn embedding_density<P: Point>(points: &[P], radii2: &[f64], edges: &[(u32, u32)]) -> f64 {
     edges
         .iter()
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn the_overlap_edge_that_one_sided_sets_lose() {
-        // A counterexample: an edge whose inner end's enlarged ball does not cross the line.
+        // A counterexample: the enlarged ball of the edge's inner endpoint does not cross the line.
         let rule = Supergraph::Overlap { alpha: 2.0 };
         let (i, j) = (1.05f64, 0.0f64);
         assert!(rule.joins((i - j) * (i - j), 0.05 * 0.05, 1.05 * 1.05));

@@ -1,45 +1,45 @@
-//! The graph neighbours of a leaf's points through a grid, where balls are small beside the leaf.
+//! The graph neighbours of a leaf's points by a grid, for balls that are small relative to the leaf.
 //!
-//! **Statement.** An edge of `i` is no longer than its reach `R_i` ([`Supergraph::reach`]) into the largest ball. The
-//! box of the members is divided into `m` to `2m` equal cells, its longest side always halved first, so that a flat or
-//! thin set has a flat or thin grid. All neighbours of `i` lie in the cells that the box of half side `R_i` around
-//! it meets, and each of their members is compared by the one symmetric expression of the graph: the lists are those
-//! of [`graph_direct`](crate::graph::graph_direct), edge by edge.
+//! **Statement.** An edge of `i` is no longer than `R_i`, its reach ([`Supergraph::reach`]) into the largest ball. The
+//! bounding box of the `m` members is divided into `m` to `2m` equal cells. Its longest side is always bisected first,
+//! so a flat or thin set has a flat or thin grid. All neighbours of `i` lie in the cells that meet the box of half side
+//! `R_i` around `i`. Each member of these cells is tested by the symmetric expression of the graph. The lists are
+//! therefore those of [`graph_direct`](crate::graph::graph_direct), edge by edge.
 //!
-//! *No neighbour is missed by rounding.* Where `|x - y| <= R` for two floats, rounded `x - R` is at most y, for y is a
-//! float itself and rounding is monotone; the number of a cell is a monotone function of the coordinate. The reach is
-//! rounded up by more than the rounding of a distance.
+//! *Rounding misses no neighbour.* Let `|x - y| <= R` for floats `x` and `y`. Then `x - R <= y`. Since `y` is a float
+//! and rounding is monotone, the rounded `x - R` is also at most `y`. The index of a cell is a monotone function of the
+//! coordinate. The reach is rounded up by more than the rounding error of a distance.
 //!
 //! **Source.** Cells of fixed size for near neighbours: Bentley, Stanat and Williams (1977).
 //!
-//! **Work and depth.** `O(m log m)` for the order of the cells, and the members of the cells that are met: a constant
-//! number a point where members are spread evenly at the scale of the balls, and never more than all. Depth
-//! `O(log m)`, of the sort; all else is a constant number of steps.
+//! **Work and depth.** Work `O(m log m)` for sorting the members by cells, plus the members of the cells that are
+//! searched. This is O(1) for each point if the members are evenly spread at the scale of the balls, and never more
+//! than `m`. Depth `O(log m)` for the sort; all other phases take O(1) steps.
 
 use crate::cost::Cost;
 use crate::graph::Supergraph;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
 
-/// A member, laid out for the search.
+/// A member in the layout of the search.
 #[derive(Clone, Copy)]
 struct Member<P> {
     x: P,
     r2: f64,
-    number: u32,
+    index: u32,
 }
 
-/// Equal cells over a box.
+/// A box divided into equal cells.
 struct Grid<P> {
     low: P,
-    /// Cells along each axis: powers of two, 1 beyond the dimension.
+    /// Number of cells along each axis: a power of two; 1 for an axis beyond the dimension.
     cells: [usize; 3],
-    /// Cells a unit of length.
+    /// Number of cells for each unit of length.
     scale: [f64; 3],
 }
 
 impl<P: Point> Grid<P> {
-    /// One to two cells for each member.
+    /// Divides the bounding box into one to two cells for each member.
     fn of(members: &[Member<P>], cost: &mut Cost) -> Self {
         let start = (P::splat(f64::INFINITY), P::splat(f64::NEG_INFINITY));
         let (low, high) = cost.reduce(members, start, |(mut low, mut high), m| {
@@ -69,7 +69,8 @@ impl<P: Point> Grid<P> {
         Grid { low, cells, scale }
     }
 
-    /// The cell of a coordinate along an axis; monotone, and the nearest one for what lies outside.
+    /// The index, along one axis, of the cell that contains the coordinate `x`. A coordinate outside the box gets the
+    /// nearest cell. The index is monotone in `x`.
     #[inline]
     fn along(&self, axis: usize, x: f64) -> usize {
         (((x - self.low.coord(axis)) * self.scale[axis]) as usize).min(self.cells[axis] - 1)
@@ -83,9 +84,9 @@ impl<P: Point> Grid<P> {
         self.cells.iter().product()
     }
 
-    /// The cells that the box of half side `reach` around `x` meets, as runs `first..=last` along the first axis.
+    /// Visits the cells that meet the box of half side `reach` around `x`, as runs `first..=last` along the first axis.
     #[inline]
-    fn runs(&self, x: P, reach: f64, mut f: impl FnMut(usize, usize)) {
+    fn each_run(&self, x: P, reach: f64, mut f: impl FnMut(usize, usize)) {
         let range = |i: usize| {
             let ends = [x.coord(i) - reach, x.coord(i) + reach];
             ends.map(|end| self.along(i, end))
@@ -102,8 +103,8 @@ impl<P: Point> Grid<P> {
     }
 }
 
-/// The graph neighbours, among the `members`, of the first `rows` of them; positions in the table, in the order of
-/// cells.
+/// Finds the graph neighbours, among the `members`, of the first `rows` of them. The neighbours are positions in the
+/// table, in the order of the cells.
 pub fn graph_by_grid<P: Point>(
     rule: Supergraph,
     table: &[P],
@@ -112,12 +113,12 @@ pub fn graph_by_grid<P: Point>(
     rows: usize,
     cost: &mut Cost,
 ) -> Lists<u32> {
-    let member = |&i: &u32| Member { x: table[i as usize], r2: radii2[i as usize], number: i };
+    let member = |&i: &u32| Member { x: table[i as usize], r2: radii2[i as usize], index: i };
     let members: Vec<Member<P>> = cost.map(members, member);
     let largest2 = cost.reduce(&members, 0.0, |m: f64, c| m.max(c.r2));
     let grid = Grid::of(&members, cost);
     let numbered: Vec<(u64, &Member<P>)> = (0..).zip(&members).collect();
-    // Members of a cell in their own order.
+    // Members of the same cell keep their order.
     let mut keys = cost.map(&numbered, |(i, m)| (grid.cell(m.x) as u64) << 32 | i);
     cost.sort(&mut keys, Ord::cmp);
     let sorted = cost.map(&keys, |&key| members[key as u32 as usize]);
@@ -128,20 +129,21 @@ pub fn graph_by_grid<P: Point>(
     let (starts, _) = cost.scan(&counts);
 
     let mut lists = Lists::default();
-    // Which members join is not foreseen by anything: each is written, and the next over it if it does not.
-    let mut found = vec![0; members.len() + 1];
+    // A branch on membership would be unpredictable. Each candidate is written; the next overwrites it if it is not a
+    // neighbour.
+    let mut neighbours = vec![0; members.len() + 1];
     cost.map_nested(&members[..rows], |row, own| {
         let mut sweep = own.sweep();
         let mut count = 0;
-        grid.runs(row.x, rule.reach(row.r2, largest2), |first, last| {
+        grid.each_run(row.x, rule.reach(row.r2, largest2), |first, last| {
             sweep.each(&sorted[starts[first]..starts[last + 1]], |c| {
-                found[count] = c.number;
-                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) && row.number != c.number;
+                neighbours[count] = c.index;
+                let joins = rule.joins(dist2(row.x, c.x), row.r2, c.r2) && row.index != c.index;
                 count += usize::from(joins);
             });
         });
-        own.swept_inside(sweep);
-        lists.push(found[..count].iter().copied());
+        own.charge_nested_sweep(sweep);
+        lists.push(neighbours[..count].iter().copied());
     });
     lists
 }
@@ -157,7 +159,7 @@ mod tests {
         (*seed >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// The lists of all pairs, and how many pairs were looked at for each row.
+    /// Compares with the lists of all pairs, and returns the number of pairs tested for each row.
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
         let members: Vec<u32> = (0..points.len() as u32).collect();
         let rule = Supergraph::Density { alpha: 1.0 };
@@ -177,8 +179,8 @@ mod tests {
     fn lists_are_those_of_all_pairs() {
         let mut seed = 5;
         for n in [0usize, 1, 2, 5, 40, 700] {
-            let mut place = || DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed));
-            let cloud: Vec<DVec3> = (0..n).map(|_| place()).collect();
+            let mut random_point = || DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed));
+            let cloud: Vec<DVec3> = (0..n).map(|_| random_point()).collect();
             let flat: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(0.25, p.y, p.z)).collect();
             let line: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(p.x, 2.0 * p.x, -p.x)).collect();
             let plane: Vec<DVec2> = cloud.iter().map(|p| DVec2::new(p.x, p.y * p.y)).collect();
@@ -211,7 +213,7 @@ mod tests {
 
     #[test]
     fn distances_of_exactly_a_radius_are_found() {
-        // A grid of cells that coincide with the points' own.
+        // A grid whose cells coincide with those of the points.
         let points: Vec<DVec2> =
             (0..4096).map(|i| DVec2::new(f64::from(i % 64), f64::from(i / 64)) * 0.1).collect();
         checked(&points, &vec![dist2(points[0], points[1]); 4096], 4096);

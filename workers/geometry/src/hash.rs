@@ -1,6 +1,7 @@
-//! One hash of 64 bits for draws, priorities and orders: functions of the data, not of numbers or workers.
+//! A 64-bit hash for samples, priorities and orders, which depend on the data and not on indices or workers.
 
-/// The finaliser of splitmix64 (Steele, Lea and Flood 2014): a bijection in which every bit depends on all bits.
+/// The finalizer of splitmix64 (Steele, Lea and Flood 2014): a bijection in which every output bit depends on all input
+/// bits.
 #[inline]
 pub fn finalise(z: u64) -> u64 {
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -8,7 +9,7 @@ pub fn finalise(z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Takes a value into a hash: a step of splitmix64 from their exclusive or.
+/// Adds a value to a hash: one step of splitmix64 from their exclusive or.
 #[inline]
 pub fn mix(hash: u64, value: u64) -> u64 {
     finalise((hash ^ value).wrapping_add(0x9e37_79b9_7f4a_7c15))
@@ -18,7 +19,7 @@ pub fn mix(hash: u64, value: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The first numbers of splitmix64 from the seed 1234567 (Vigna's reference implementation).
+    /// Compares with the first numbers of splitmix64 from the seed 1234567 (Vigna's reference implementation).
     #[test]
     fn mixing_is_splitmix64() {
         let step = 0x9e37_79b9_7f4a_7c15_u64;

@@ -1,19 +1,19 @@
 //! The sequential kernel: incremental Delaunay triangulation in the plane and in space.
 //!
-//! **Statement.** Bowyer (1981) and Watson (1981): the cells whose circumsphere contains a new point
-//! form a ball around it; replacing them by the cone from the point over the ball's boundary gives the
-//! Delaunay triangulation of the larger set. One of them is found by a walk (`search`), the others
-//! by going from neighbour to neighbour (`cavity`); nearly all questions are answered by rounded
-//! spheres (`sphere`), the others by [`crate::predicates`].
+//! **Statement** (Bowyer 1981, Watson 1981). The cells whose circumspheres contain a new point form a topological ball,
+//! the *cavity*, around it. Replacing them by the cone from the point over the boundary of the cavity yields the
+//! Delaunay triangulation of the larger set. A walk finds one of these cells (`search`). A breadth-first search from
+//! neighbour to neighbour finds the others (`cavity`). Rounded spheres decide nearly all conflict tests (`sphere`), and
+//! [`crate::predicates`] the others.
 //!
-//! **Work.** In the order of [`insertion_order`] (biased random rounds along a curve: Amenta, Choi and
-//! Rote 2003) O(n log n) expected for points whose samples have linear triangulations; in the plane
-//! always; in space O(n^2) at worst, which is the size of the result.
+//! **Work.** O(n log n) expected in the order of [`insertion_order`], for points whose random samples have
+//! triangulations of linear size. Sets in the plane always do. In space O(n^2) at worst, which is the size of the
+//! result. The order is biased random rounds along a curve (Amenta, Choi and Rote 2003).
 //!
-//! **Departures.** Outer space is a vertex, so a point outside the hull needs no special step. Points
-//! are stored in the order in which they are inserted, and cells take the slots of those they replace.
-//! Since ties are perturbed by coordinates, the set of cells is a function of the set of points:
-//! neither order nor numbering matters.
+//! **Departures.** The exterior is represented by an infinite vertex, so a point outside the hull needs no special
+//! step. Points are stored in the order of their insertion, and new cells use the slots of those that they replace.
+//! Ties are perturbed by coordinates. The set of cells is therefore a function of the set of points, independent of
+//! order and numbering.
 
 mod cavity;
 mod cells;
@@ -29,8 +29,8 @@ mod triangulation;
 pub use cells::Cells;
 pub use order::{insertion_order, insertion_round};
 pub use read::facet_without;
-pub use rows::{Kept, MARKS};
-pub use triangulation::{ASKED_EVERY, Incremental, IncrementalError};
+pub use rows::{FIRST_MARK, KeptCells};
+pub use triangulation::{Incremental, IncrementalError, STOP_CHECK_INTERVAL};
 
 #[cfg(test)]
 pub(crate) mod tests;

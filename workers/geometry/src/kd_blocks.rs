@@ -1,47 +1,49 @@
-//! Points in blocks of eight that lie together: the few of many that are near a point.
+//! Points in blocks of eight near each other, for searches that need only a few of many points.
 //!
-//! **Statement.** A set is halved along the longest side of its bounding box, at a multiple of eight, until a part is
-//! one block (a k-d tree, Bentley 1975). A block whose box is farther than the limit holds no point within it: the
-//! distance to a box is found by the expression of [`dist2`](crate::point::dist2) from gaps that are no larger than the
-//! differences of coordinates, and rounding is monotone. So what is found is what all pairs would give, bit for bit.
+//! **Statement.** The set is bisected along the longest side of its bounding box until each part is one block (a k-d
+//! tree, Bentley 1975). The first half has a multiple of eight points. If the bounding box of a block is farther than
+//! the limit, no point of the block is within it. This holds in spite of rounding. The distance to a box is computed by
+//! the expression of [`dist2`](crate::point::dist2), from gaps that are no larger than the differences of coordinates,
+//! and rounding is monotone. The result is therefore that of all pairs, bit for bit.
 //!
-//! **Work and depth.** The machine looks at all pairs in one vector step, and that is what its primitives charge
-//! ([`Cost::pairs_in_blocks`](crate::cost::Cost::pairs_in_blocks), [`Sweep::each_in_blocks`](crate::cost::Sweep::each_in_blocks)).
-//! A processor looks at boxes of eight blocks, eight of them at a time, then at those of the blocks in the ones within the
-//! limit, and at the blocks within it.
+//! **Work and depth.** The machine tests all pairs in one vector step, and its primitives charge for all of them
+//! ([`Cost::all_pairs_in_blocks`](crate::cost::Cost::all_pairs_in_blocks),
+//! [`Sweep::each_in_blocks`](crate::cost::Sweep::each_in_blocks)). A processor first tests the bounding boxes of groups
+//! of eight blocks, eight at a time. It then tests the boxes of the blocks in the groups within the limit, and the
+//! points of the blocks within the limit.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use std::marker::PhantomData;
 
 use crate::bounds::{Bounds, bounds, join_bounds};
-use crate::coordinate_arrays::{LANES, Rows};
+use crate::coordinate_arrays::{LANES, PairVisitor};
 use crate::point::Point;
 use crate::selection::NeighbourList;
-use crate::simd::{Masks, each_bit, larger, widest};
+use crate::simd::{Interval, Masks, each_bit, larger, widest};
 
-/// Points in blocks, by their positions in a slice.
+/// Points in blocks, as positions in a slice.
 #[derive(Clone, Debug)]
 pub struct KdBlocks<P> {
     /// Number of points.
     len: usize,
-    /// Position of each point in the slice, block by block, and zeros that fill the last one.
+    /// Position of each point in the slice, block after block. Zeros fill the last block.
     order: Vec<u32>,
-    /// Coordinates in that order; behind the last point, and in blocks that are not, no numbers.
+    /// Coordinates in that order. NaN fills the last block and the blocks of the last group.
     axes: [Vec<f64>; 3],
-    /// Boxes of the blocks, in groups of eight.
+    /// Bounding boxes of the blocks, in groups of eight.
     boxes: Vec<Boxes>,
-    /// Boxes of those groups, eight together.
+    /// Bounding boxes of the groups, eight together.
     groups: Vec<Boxes>,
     marker: PhantomData<P>,
 }
 
-/// Least and greatest coordinates of eight boxes; infinite for those that are none.
+/// Minimum and maximum coordinates of eight boxes; infinite for unused boxes.
 type Boxes = [[f64; LANES]; 6];
 
 impl<P: Point> KdBlocks<P> {
-    /// Puts points into blocks.
+    /// Divides points into blocks.
     pub fn of(points: &[P]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         divide(points, &mut order, &mut Vec::new());
@@ -68,24 +70,25 @@ impl<P: Point> KdBlocks<P> {
         self.len
     }
 
-    /// Are there none?
+    /// Returns `true` if there are no points.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The points' positions in the slice, block by block.
+    /// Positions of the points in the slice, block after block.
     pub fn order(&self) -> &[u32] {
         &self.order[..self.len]
     }
 
-    /// The points within the limit of each point in turn, to `keep`: rows and columns are places in [`KdBlocks::order`].
-    pub(crate) fn each_row(&self, keep: &mut impl Rows) {
+    /// Passes the points within the limit of each point to the visitor. Rows and columns are positions in
+    /// [`KdBlocks::order`].
+    pub(crate) fn each_row(&self, visitor: &mut impl PairVisitor) {
         let masks = Masks::default();
         widest(
             #[inline(always)]
             || {
                 for row in 0..self.len() {
-                    let mut limit = Some(keep.begin(row));
+                    let mut limit = Some(visitor.begin(row));
                     let at = [0, 1, 2].map(|axis| if axis < P::DIM { self.axes[axis][row] } else { 0.0 });
                     while let Some(limit2) = limit {
                         self.each_block(
@@ -93,18 +96,18 @@ impl<P: Point> KdBlocks<P> {
                             at,
                             limit2,
                             #[inline(always)]
-                            |first, distances2, limit2| keep.near_together(first, distances2, limit2),
+                            |first, distances2, limit2| visitor.visit_lanes(first, distances2, limit2),
                         );
-                        limit = keep.again(row);
+                        limit = visitor.retry(row);
                     }
-                    keep.end(row);
+                    visitor.end(row);
                 }
             },
         );
     }
 
-    /// Appends the points no farther than the limit, but for those at `centre` itself: squared distance, and position in
-    /// the slice, counted from `start`.
+    /// Appends the points no farther than the limit, except those at `centre`. A point's position is its position in
+    /// the slice plus `start`.
     pub(crate) fn find_within(&self, centre: P, limit2: f64, start: u32, found: &mut NeighbourList) {
         let at = [0, 1, 2].map(|axis| if axis < P::DIM { centre.coord(axis) } else { 0.0 });
         let masks = Masks::default();
@@ -117,12 +120,12 @@ impl<P: Point> KdBlocks<P> {
                     limit2,
                     #[inline(always)]
                     |first, distances2, limit2| {
-                        // The last block is filled up.
+                        // The last block has padding: its distances are NaN, and its positions 0.
                         let numbers = self.order[first..].first_chunk().copied().unwrap_or_default();
                         found.take_lanes(
                             distances2,
                             &numbers.map(|number: u32| start.wrapping_add(number)),
-                            (0.0, limit2),
+                            Interval { above: 0.0, limit: limit2 },
                         );
                         limit2
                     },
@@ -131,8 +134,8 @@ impl<P: Point> KdBlocks<P> {
         );
     }
 
-    /// Calls `near` with the place of the first point and the squared distances of each block that has one no farther than
-    /// the limit; `near` returns the limit from then on.
+    /// Calls `near` for each block with a point within the limit. The arguments are the position of the block's first
+    /// point in the order and the eight squared distances. Each call returns the limit for the following blocks.
     #[inline(always)]
     fn each_block(
         &self,
@@ -147,12 +150,12 @@ impl<P: Point> KdBlocks<P> {
         for (many, sides) in self.groups.iter().enumerate() {
             for group in each_bit(u64::from(within::<P>(masks, sides, at, limit2))) {
                 let group = many * LANES + group;
-                // An endless limit takes in what is none.
+                // An infinite limit also selects unused groups.
                 let Some(boxes) = self.boxes.get(group) else { continue };
                 for block in each_bit(u64::from(within::<P>(masks, boxes, at, limit2))) {
                     let block = group * LANES + block;
                     let (x, y, z) = (&x[block], &y[block], &z[block]);
-                    let found: [f64; LANES] = std::array::from_fn(|i| {
+                    let distances2: [f64; LANES] = std::array::from_fn(|i| {
                         let (x, y) = (x[i] - at[0], y[i] - at[1]);
                         if P::DIM == 2 {
                             x * x + y * y
@@ -161,8 +164,8 @@ impl<P: Point> KdBlocks<P> {
                             x * x + y * y + z * z
                         }
                     });
-                    if found.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
-                        limit2 = near(block * LANES, &found, limit2);
+                    if distances2.iter().fold(false, |any, &d2| any | (d2 <= limit2)) {
+                        limit2 = near(block * LANES, &distances2, limit2);
                     }
                 }
             }
@@ -170,7 +173,7 @@ impl<P: Point> KdBlocks<P> {
     }
 }
 
-/// Boxes of points, eight together.
+/// Arranges bounding boxes in groups of eight.
 fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes> {
     let mut boxes = vec![[[f64::INFINITY; LANES]; 6]; all.len().div_ceil(LANES)];
     for (number, (low, high)) in all.iter().enumerate() {
@@ -183,7 +186,7 @@ fn boxes_of<P: Point>(all: &[Bounds<P>]) -> Vec<Boxes> {
     boxes
 }
 
-/// Those of eight boxes that are no farther than the limit, as the bits of a number.
+/// Returns the boxes within the limit as a bit mask.
 #[inline(always)]
 fn within<P: Point>(masks: Masks, sides: &Boxes, at: [f64; 3], limit2: f64) -> u32 {
     let gaps2: [f64; LANES] = std::array::from_fn(|i| {
@@ -192,11 +195,11 @@ fn within<P: Point>(masks: Masks, sides: &Boxes, at: [f64; 3], limit2: f64) -> u
         if P::DIM == 2 { x * x + y * y } else { x * x + y * y + gap(2) * gap(2) }
     });
     let any = gaps2.iter().fold(false, |any, &gap2| any | (gap2 <= limit2));
-    if any { masks.up_to(&gaps2, limit2) } else { 0 }
+    if any { masks.at_most(&gaps2, limit2) } else { 0 }
 }
 
-/// Halves a set until its parts are blocks. Coordinates are compared by their leading bits, the last ones being the
-/// places of the points: any division will do.
+/// Bisects a set until its parts are blocks. Coordinates are compared by their leading bits only, because the last bits
+/// of a key hold the position of the point. Any division would be correct.
 fn divide<P: Point>(points: &[P], order: &mut [u32], keys: &mut Vec<u64>) {
     if order.len() <= LANES {
         return;
@@ -205,18 +208,18 @@ fn divide<P: Point>(points: &[P], order: &mut [u32], keys: &mut Vec<u64>) {
     let side = |axis: usize| high.coord(axis) - low.coord(axis);
     let axis = (1..P::DIM).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
     let half = order.len().div_ceil(LANES).div_ceil(2) * LANES;
-    let places = order.len().next_power_of_two() as u64 - 1;
+    let position_bits = order.len().next_power_of_two() as u64 - 1;
     keys.clear();
-    keys.extend((0u64..).zip(order.iter()).map(|(place, &i)| {
+    keys.extend((0u64..).zip(order.iter()).map(|(at, &i)| {
         let bits = points[i as usize].coord(axis).to_bits();
-        // In the order of the coordinates: the bits of negative ones turned round.
+        // Negative numbers have all bits inverted, so that keys are ordered as the coordinates are.
         let ordered = if bits >> 63 == 0 { bits | 1 << 63 } else { !bits };
-        ordered & !places | place
+        ordered & !position_bits | at
     }));
     keys.select_nth_unstable(half);
-    // The places are taken by the points that they name.
+    // Positions are replaced by the points at them.
     for key in keys.iter_mut() {
-        *key = u64::from(order[(*key & places) as usize]);
+        *key = u64::from(order[(*key & position_bits) as usize]);
     }
     for (i, &key) in order.iter_mut().zip(keys.iter()) {
         *i = key as u32;
@@ -234,14 +237,14 @@ mod tests {
     use crate::incremental::tests::nasty::{KINDS, set};
     use crate::point::dist2;
 
-    fn what_is_found_is_what_all_pairs_give<P: Point>() {
+    fn check_searches<P: Point>() {
         for kind in KINDS {
             for size in [1, 2, 7, 8, 9, 63, 64, 65, 200, 600] {
                 let points = set::<P>(kind, size, 3);
                 let blocks = KdBlocks::of(&points);
-                let mut places = blocks.order().to_vec();
-                places.sort_unstable();
-                assert!(places.into_iter().eq(0..points.len() as u32), "{kind}");
+                let mut positions = blocks.order().to_vec();
+                positions.sort_unstable();
+                assert!(positions.into_iter().eq(0..points.len() as u32), "{kind}");
                 for (i, &centre) in points.iter().enumerate() {
                     for limit2 in [0.0, dist2(centre, points[i * 7 % points.len()]), f64::INFINITY] {
                         let mut list = NeighbourList::default();
@@ -260,17 +263,17 @@ mod tests {
     }
 
     #[test]
-    fn in_space() {
-        what_is_found_is_what_all_pairs_give::<DVec3>();
+    fn searches_match_all_pairs_in_space() {
+        check_searches::<DVec3>();
     }
 
     #[test]
-    fn in_the_plane() {
-        what_is_found_is_what_all_pairs_give::<DVec2>();
+    fn searches_match_all_pairs_in_the_plane() {
+        check_searches::<DVec2>();
     }
 
     #[test]
-    fn of_nothing() {
+    fn an_empty_set_has_no_neighbours() {
         let blocks = KdBlocks::<DVec3>::of(&[]);
         let mut found = NeighbourList::default();
         blocks.find_within(DVec3::ZERO, f64::INFINITY, 0, &mut found);

@@ -1,14 +1,15 @@
-//! Lists of many items, one behind the other.
+//! Many lists in one block of memory.
 //!
-//! **Statement.** The lists stand in one block of memory, so that a list costs no allocation of its own.
+//! **Statement.** The items of all lists lie in one vector, list after list. A list therefore needs no allocation of
+//! its own.
 
 use std::ops::Index;
 
-/// Lists in the order in which they were added.
+/// Lists, in the order in which they were added.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lists<T> {
     items: Vec<T>,
-    /// One past the last item of each list.
+    /// For each list, the position behind its last item.
     ends: Vec<usize>,
 }
 
@@ -19,7 +20,7 @@ impl<T> Default for Lists<T> {
 }
 
 impl<T> Lists<T> {
-    /// No lists, with room for so many of so many items in all.
+    /// Creates an empty collection with room for `lists` lists and `items` items in total.
     pub fn with_capacity(lists: usize, items: usize) -> Self {
         Lists { items: Vec::with_capacity(items), ends: Vec::with_capacity(lists) }
     }
@@ -34,19 +35,19 @@ impl<T> Lists<T> {
         self.ends.len()
     }
 
-    /// Is there no list?
+    /// Returns `true` if there are no lists.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// Adds a list.
+    /// Appends a list.
     #[inline]
     pub fn push(&mut self, list: impl IntoIterator<Item = T>) {
         self.items.extend(list);
         self.ends.push(self.items.len());
     }
 
-    /// Adds a list of two parts.
+    /// Appends a list that is the concatenation of two parts.
     #[inline]
     pub fn push_two(&mut self, first: &[T], second: impl IntoIterator<Item = T>)
     where
@@ -56,19 +57,19 @@ impl<T> Lists<T> {
         self.push(second);
     }
 
-    /// Adds all lists of another.
+    /// Appends all lists of another collection.
     pub fn append(&mut self, mut other: Lists<T>) {
         let before = self.items.len();
         self.items.append(&mut other.items);
         self.ends.extend(other.ends.into_iter().map(|end| before + end));
     }
 
-    /// All items, list by list.
+    /// Returns all items, list after list.
     pub fn into_items(self) -> Vec<T> {
         self.items
     }
 
-    /// All lists, in order.
+    /// Iterates over the lists, in order.
     pub fn iter(&self) -> impl Iterator<Item = &[T]> + '_ {
         (0..self.len()).map(|at| &self[at])
     }
@@ -97,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_stand_one_behind_the_other() {
+    fn lists_are_stored_consecutively() {
         let mut lists: Lists<u32> = [vec![1, 2], vec![], vec![3]].into_iter().collect();
         lists.append([vec![], vec![4, 5]].into_iter().collect());
         assert_eq!(lists.len(), 5);

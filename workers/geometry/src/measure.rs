@@ -1,12 +1,15 @@
-//! Measures of cells: circumradius, shortest edge, radius-edge ratio (paper, Section 1). Rounded; for
-//! reports and for the choice of parameters, never for a decision about the triangulation.
+//! Measures of cells: circumradius, shortest edge and radius-edge ratio (paper, Section 1).
+//!
+//! The values are rounded. They serve reports and the choice of parameters, and never decide about the triangulation.
+//!
+//! **Work and depth.** O(1) for each cell.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::point::{Point, dist2};
 use crate::simd::widest;
 
-/// Squared circumradius of a cell of `DIM + 1` points; infinite for a flat one.
+/// Squared circumradius of a cell of `DIM + 1` points; infinite for a flat cell.
 pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
     let mut rel = [P::default(); 3];
     for i in 0..P::DIM {
@@ -18,23 +21,24 @@ pub fn circumradius2<P: Point>(cell: &[P]) -> f64 {
     if r.is_nan() { f64::INFINITY } else { r }
 }
 
-/// Cells whose circumspheres are measured together: a star has seldom more.
+/// Number of cells that are measured together. Few stars have more.
 const TOGETHER: usize = 32;
 
-/// So many of them in one register, at most: what is measured is a multiple of this.
+/// Largest number of lanes in one register. The number of cells measured is rounded up to a multiple of this.
 const LANES: usize = 4;
 
 /// Measures the cells of stars, in reused storage.
 #[derive(Debug, Default)]
 pub struct Diameters {
-    /// Corners of cells but the first, one column for each coordinate of each.
+    /// Coordinates of the corners of the cells, except the first corner: one array for each corner and axis.
     corners: [[[f64; TOGETHER]; 3]; 3],
     squares: [f64; TOGETHER],
 }
 
 impl Diameters {
-    /// Is the diameter of every circumsphere at most `length`, which is finite, of the cells that `table[centre]` forms
-    /// with these facets, all finite? With one division each; never if one is flat.
+    /// Returns `true` if no circumsphere has a diameter above the finite `length`. The cells are those of
+    /// `table[centre]` with the facets of `link`, all finite. Uses one division for each cell. Returns `false` if a
+    /// cell is flat.
     pub fn are_at_most<P: Point>(
         &mut self,
         table: &[P],
@@ -52,7 +56,7 @@ impl Diameters {
         })
     }
 
-    /// The squared diameters for a few facets, and some more numbers up to a multiple of [`LANES`].
+    /// Computes the squared diameters for at most [`TOGETHER`] facets, and unused values up to a multiple of [`LANES`].
     #[inline(always)]
     fn measure<P: Point>(&mut self, table: &[P], at: P, facets: &[P::Facet]) {
         for (lane, facet) in facets.iter().enumerate().take(TOGETHER) {
@@ -70,13 +74,13 @@ impl Diameters {
                 x - at
             });
             let (w, v) = P::sphere_plane(&rel[..P::DIM]);
-            // The circumcentre relative to the first point is v / (2 w); not a number, or infinite, where w is zero.
+            // The circumcentre relative to the first point is v / (2 w). If w is zero, the result is infinite or NaN.
             self.squares[lane] = (v * (1.0 / w)).norm2();
         }
     }
 }
 
-/// Circumcentre of a cell of `DIM + 1` points; not finite for a flat one.
+/// Circumcentre of a cell of `DIM + 1` points; not finite for a flat cell.
 pub fn circumcentre<P: Point>(cell: &[P]) -> P {
     let mut rel = [P::default(); 3];
     for i in 0..P::DIM {
@@ -86,7 +90,7 @@ pub fn circumcentre<P: Point>(cell: &[P]) -> P {
     cell[0] + v / (2.0 * w)
 }
 
-/// Centre and squared radius of the smallest ball through three points; not finite if they are on a line.
+/// Centre and squared radius of the smallest circumscribed ball of three points; not finite if they are collinear.
 pub fn circumcircle<P: Point>([a, b, c]: [P; 3]) -> (P, f64) {
     let (u, v) = (b - a, c - a);
     let (uu, vv, uv) = (u.norm2(), v.norm2(), u.dot(v));
@@ -106,7 +110,7 @@ pub fn shortest_edge2<P: Point>(cell: &[P]) -> f64 {
     least
 }
 
-/// Circumradius over shortest edge: `1 / sqrt 3` for an equilateral triangle, `sqrt(3/8)` for a regular
+/// Circumradius divided by shortest edge: `1 / sqrt 3` for an equilateral triangle, `sqrt(3/8)` for a regular
 /// tetrahedron, infinite for a flat cell.
 pub fn radius_edge_ratio<P: Point>(cell: &[P]) -> f64 {
     (circumradius2(cell) / shortest_edge2(cell)).sqrt()
@@ -134,7 +138,7 @@ mod tests {
         assert!(!diameters.are_at_most(&[DVec2::ZERO, DVec2::X, DVec2::X * 2.0], 0, &[[1, 2]], 1e9));
         for unit in [1.0, 1e45, 1e-45] {
             let (t, width) = (t.map(|x| x * unit), 12f64.sqrt() * unit);
-            // As many cells as fill some registers, and some more.
+            // Numbers of cells that fill registers exactly or not.
             for cells in [1, 3, 4, 31, 32, 33, 70] {
                 let mut link = vec![[1, 2, 3]; cells];
                 assert!(diameters.are_at_most(&t, 0, &link, width * 1.0001));

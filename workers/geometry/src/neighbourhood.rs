@@ -1,59 +1,61 @@
 //! Neighbourhood systems: a ball for every point.
 //!
-//! **Statement** (paper, Section 2). A `k`-ply neighbourhood system of `p_1..p_n` is a set of closed balls
-//! `B_i` centred at `p_i` such that no point lies strictly inside more than `k` of them. The balls that
-//! reach to the `k`-th nearest neighbour have ply at most `tau_d k`, `tau_d` the kissing number (Miller,
-//! Teng, Thurston and Vavasis 1997).
+//! **Statement** (paper, Section 2). A `k`-ply neighbourhood system of `p_1..p_n` is a set of closed balls `B_i`
+//! centred at `p_i` such that no point lies strictly inside more than `k` of them. The balls that extend to the `k`-th
+//! nearest neighbour have ply at most `tau_d k`, where `tau_d` is the kissing number (Miller, Teng, Thurston and
+//! Vavasis 1997).
 //!
-//! Balls are kept by their squared radius, computed by [`dist2`] and nothing else, so that a point at
-//! the very distance of the radius is inside on every worker. Lists of nearest neighbours keep *all*
-//! points no farther than the `k`-th ([`crate::selection`]), so that lists of parts can be merged in any order.
+//! A ball is stored by its squared radius, which [`dist2`] computes. Hence every worker agrees that a point at exactly
+//! the distance of the radius is inside. Lists of nearest neighbours keep *all* points no farther than the `k`-th
+//! ([`crate::selection`]), so lists of parts can be merged in any order.
 //!
 //! **Work and depth.** Direct: `m^2` pairs, O(1) vector steps and segmented scans.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 pub use crate::bounds::{Bounds, bounds, box_dist2, join_bounds};
-use crate::coordinate_arrays::{CoordinateArrays, LANES, Rows, one_by_one};
+use crate::coordinate_arrays::{CoordinateArrays, LANES, PairVisitor, one_by_one};
 use crate::cost::Cost;
 use crate::kd_blocks::KdBlocks;
 use crate::lists::Lists;
 use crate::point::{Point, dist2};
 use crate::selection::NeighbourList;
+use crate::simd::Interval;
 
-/// The nearest points of many, ties included: for each the squared distance of the last that was wanted, infinite if
-/// there are fewer, and their positions in the caller's table. Distances are not kept: there is one expression for them.
+/// The nearest neighbours of many points, ties included. For each point it stores the squared distance of the `k`-th
+/// neighbour, infinite if there are fewer, and the positions of the neighbours in the caller's table. Distances are not
+/// stored; callers recompute them by [`dist2`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NearestLists {
-    /// Squared distances of the `k`-th nearest.
+    /// For each point, the squared distance of its `k`-th nearest neighbour.
     pub kth2: Vec<f64>,
-    /// The nearest of each, in some order.
+    /// The lists of neighbours; each is unordered.
     lists: Lists<u32>,
-    /// Where each point's list stands among them; nothing if they stand in the order of the points.
-    places: Vec<u32>,
+    /// For each point, the position of its list in `lists`. Empty if the lists are in the order of the points.
+    positions: Vec<u32>,
 }
 
 impl NearestLists {
-    /// No lists, with room for so many of so many numbers in all.
+    /// Creates an empty collection with room for `lists` lists and `items` neighbours in total.
     pub fn with_capacity(lists: usize, items: usize) -> Self {
         let (kth2, lists) = (Vec::with_capacity(lists), Lists::with_capacity(lists, items));
-        NearestLists { kth2, lists, places: Vec::new() }
+        NearestLists { kth2, lists, positions: Vec::new() }
     }
 
-    /// Adds what one point has.
+    /// Appends the list of one point, and the squared distance of its `k`-th neighbour.
     #[inline]
     pub fn push(&mut self, kth2: f64, list: impl IntoIterator<Item = u32>) {
         self.kth2.push(kth2);
         self.lists.push(list);
     }
 
-    /// Squared distance of the `k`-th, and the nearest, of one point.
+    /// The squared distance of the `k`-th neighbour of a point, and its neighbours.
     pub fn of(&self, point: u32) -> (f64, &[u32]) {
-        let place = self.places.get(point as usize).map_or(point, |&place| place);
-        (self.kth2[point as usize], &self.lists[place as usize])
+        let position = self.positions.get(point as usize).map_or(point, |&position| position);
+        (self.kth2[point as usize], &self.lists[position as usize])
     }
 
-    /// Number of items in all lists.
+    /// Number of neighbours in all lists.
     pub fn items(&self) -> usize {
         self.lists.items()
     }
@@ -63,20 +65,20 @@ impl NearestLists {
         self.kth2.len()
     }
 
-    /// Are there none?
+    /// Returns `true` if there are no points.
     pub fn is_empty(&self) -> bool {
         self.kth2.is_empty()
     }
 
-    /// Squared distance of the `k`-th, and the nearest, of each.
+    /// Iterates over the points: the squared distance of the `k`-th neighbour, and the neighbours.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[u32])> {
         (0..self.len() as u32).map(|point| self.of(point))
     }
 }
 
-/// For every row point, the columns within the `k`-th nearest other column (ties included), at most
-/// `limit2(row)` away, by all pairs: in the order of the columns. A column equal to its row's own position is left
-/// out.
+/// Finds, for every row, the columns no farther than its `k`-th nearest column, ties included, and at most
+/// `limit2(row)` away. Tests all pairs. Each list is in the order of the columns. A column with the row's own table
+/// position is skipped.
 pub fn nearest_direct<P: Point>(
     table: &[P],
     rows: &[u32],
@@ -90,12 +92,13 @@ pub fn nearest_direct<P: Point>(
     let columns = CoordinateArrays::of(cols.iter().map(at));
     let bounds = (0..rows.len()).map(limit2).collect();
     let mut nearest = Nearest::new(rows, cols, k, bounds);
-    cost.close_pairs(&points, &columns, &mut nearest);
+    cost.all_pairs(&points, &columns, &mut nearest);
     nearest.lists
 }
 
-/// For every point of a set the `k` nearest others, ties included, as [`nearest_direct`] of the set with itself; in
-/// the order of the slice that the blocks were made of, whose first point has this number.
+/// Finds, for every point of a set, its `k` nearest neighbours, ties included, as [`nearest_direct`] of the set with
+/// itself. Lists are in the order of the slice from which the blocks were made. The first point of that slice has the
+/// table position `start`.
 pub fn nearest_in_blocks<P: Point>(
     blocks: &KdBlocks<P>,
     start: u32,
@@ -104,42 +107,43 @@ pub fn nearest_in_blocks<P: Point>(
 ) -> NearestLists {
     let members: Vec<u32> = blocks.order().iter().map(|i| start + i).collect();
     let mut nearest = Nearest::new(&members, &members, k, vec![f64::INFINITY; members.len()]);
-    nearest.guesses = k > 1;
+    nearest.starts_small = k > 1;
     nearest.lists = NearestLists::with_capacity(members.len(), members.len() * k.min(members.len()));
-    cost.pairs_in_blocks(blocks, &mut nearest);
+    cost.all_pairs_in_blocks(blocks, &mut nearest);
     let mut found = nearest.lists;
-    let (mut kth2, mut places) = (vec![0.0; members.len()], vec![0; members.len()]);
-    for (place, (&i, &of_place)) in (0u32..).zip(blocks.order().iter().zip(&found.kth2)) {
-        (kth2[i as usize], places[i as usize]) = (of_place, place);
+    let (mut kth2, mut positions) = (vec![0.0; members.len()], vec![0; members.len()]);
+    for (position, (&i, &of_place)) in (0u32..).zip(blocks.order().iter().zip(&found.kth2)) {
+        (kth2[i as usize], positions[i as usize]) = (of_place, position);
     }
-    (found.kth2, found.places) = (kth2, places);
+    (found.kth2, found.positions) = (kth2, positions);
     found
 }
 
-/// The `k` nearest columns of row after row.
+/// Selects the `k` nearest columns of each row.
 ///
-/// Where the rows are the columns, a row's list bounds its neighbours': within `r + d` of a point at distance `d`
-/// lie as many others as within `r` of this one. Most have as many within little more than `r`, so where it may look
-/// again a row looks there first.
+/// If the rows are the columns, the list of one row bounds those of its neighbours. Let the list of a row have radius
+/// `r`, and let another row be at distance `d` from it. The ball of radius `r + d` around the second row contains as
+/// many other points as the ball of radius `r` around the first. Most rows have enough neighbours within little more
+/// than `r`. So a row that may be visited twice starts with that smaller limit.
 struct Nearest<'a> {
     k: usize,
     rows: &'a [u32],
     cols: &'a [u32],
-    /// Squared distances beyond which a row asks for nothing.
+    /// For each row, the squared distance beyond which it needs no columns.
     bounds: Vec<f64>,
     are_same: bool,
-    /// Of every row the nearest other one whose list has been seen and holds it: squared distance, and squared
-    /// radius of that list.
+    /// For each row, the nearest other row whose list is complete and contains it: its squared distance, and the
+    /// squared radius of its list.
     hints: Vec<(f64, f64)>,
     limit2: f64,
-    /// Where a row looks again if it finds too few within its first limit: is it asked to, and how far.
-    guesses: bool,
+    /// Whether a row may start with a smaller limit. After such a start, `wider2` is the limit of its second visit.
+    starts_small: bool,
     wider2: Option<f64>,
-    /// The column that the row at hand is itself.
+    /// The column that is the current row; `u32::MAX` if there is none.
     own: u32,
-    /// Columns found for the row at hand, by their positions.
+    /// Neighbours found for the current row, as columns.
     found: NeighbourList,
-    /// Its length when it is pruned next.
+    /// Length of `found` at which it is pruned.
     full: usize,
     lists: NearestLists,
 }
@@ -156,7 +160,7 @@ impl<'a> Nearest<'a> {
             are_same,
             hints: if are_same { vec![unknown; rows.len()] } else { Vec::new() },
             limit2: 0.0,
-            guesses: false,
+            starts_small: false,
             wider2: None,
             own: 0,
             found: NeighbourList::default(),
@@ -165,8 +169,8 @@ impl<'a> Nearest<'a> {
         }
     }
 
-    /// A list as long as it may get before it is pruned. Of many at the same distance all stay: the next time is when there
-    /// are twice as many.
+    /// Prunes the list when it reaches its length limit. Tied neighbours all remain, so the limit then grows to twice
+    /// the length.
     #[inline]
     fn prune_if_full(&mut self) {
         if self.found.len() >= self.full {
@@ -176,37 +180,37 @@ impl<'a> Nearest<'a> {
     }
 }
 
-/// The squared radius of a row's first look, to that of its neighbour's list.
-const GUESS: f64 = 1.2;
+/// Squared radius of a row's first visit relative to that of its neighbour's list.
+const FIRST_LIMIT: f64 = 1.2;
 
-/// Lists are pruned at this length.
+/// The length at which lists are first pruned.
 fn full_at(k: usize) -> usize {
     4 * k + 16
 }
 
-impl Rows for Nearest<'_> {
+impl PairVisitor for Nearest<'_> {
     fn begin(&mut self, row: usize) -> f64 {
         self.found.clear();
         self.full = full_at(self.k);
-        let number = self.rows[row];
-        let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == number) };
+        let index = self.rows[row];
+        let own = if self.are_same { Some(row) } else { self.cols.iter().position(|&c| c == index) };
         self.own = own.map_or(u32::MAX, |at| at as u32);
         self.limit2 = self.bounds[row];
         self.wider2 = None;
         if let Some(&(d2, radius2)) = self.hints.get(row) {
             let reach = d2.sqrt() + radius2.sqrt();
             self.limit2 = self.limit2.min(reach * reach * (1.0 + 1e-12));
-            let guess2 = GUESS * radius2;
-            if self.guesses && guess2 < self.limit2 {
+            let small2 = FIRST_LIMIT * radius2;
+            if self.starts_small && small2 < self.limit2 {
                 self.wider2 = Some(self.limit2);
-                self.limit2 = guess2;
+                self.limit2 = small2;
             }
         }
         self.limit2
     }
 
     #[inline]
-    fn near(&mut self, column: usize, d2: f64) -> f64 {
+    fn visit(&mut self, column: usize, d2: f64) -> f64 {
         if column as u32 == self.own {
             return self.limit2;
         }
@@ -220,18 +224,18 @@ impl Rows for Nearest<'_> {
     }
 
     #[inline(always)]
-    fn near_together(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
+    fn visit_lanes(&mut self, first: usize, distances2: &[f64; LANES], limit2: f64) -> f64 {
         if self.k == 1 || (self.own as usize).wrapping_sub(first) < LANES {
-            return one_by_one(distances2, limit2, |lane, d2| self.near(first + lane, d2));
+            return one_by_one(distances2, limit2, |lane, d2| self.visit(first + lane, d2));
         }
-        let numbers = std::array::from_fn(|lane| (first + lane) as u32);
-        self.found.take_lanes(distances2, &numbers, (-1.0, limit2));
+        let positions = std::array::from_fn(|lane| (first + lane) as u32);
+        self.found.take_lanes(distances2, &positions, Interval { above: -1.0, limit: limit2 });
         self.prune_if_full();
         self.limit2
     }
 
     #[inline]
-    fn again(&mut self, _row: usize) -> Option<f64> {
+    fn retry(&mut self, _row: usize) -> Option<f64> {
         let wider2 = self.wider2.take()?;
         if self.found.len() >= self.k {
             return None;
@@ -251,12 +255,12 @@ impl Rows for Nearest<'_> {
                 }
             }
         }
-        self.lists.push(kth, self.found.numbers().iter().map(|&column| self.cols[column as usize]));
+        self.lists.push(kth, self.found.positions().iter().map(|&column| self.cols[column as usize]));
     }
 }
 
-/// The largest number of balls (squared radii) strictly containing one of the centres: a lower bound
-/// of the system's ply that is within a factor of a constant of it. O(n^2); for measurements.
+/// The largest number of balls (given by squared radii) that strictly contain one centre. It is a lower bound of the
+/// ply, within a constant factor of it. Takes O(n^2) time; for measurements.
 pub fn ply_at_centres<P: Point>(points: &[P], radii2: &[f64]) -> usize {
     let inside = |&x: &P| points.iter().zip(radii2).filter(|&(&c, &r2)| dist2(x, c) < r2).count();
     points.iter().map(inside).max().unwrap_or(0)
@@ -269,7 +273,7 @@ mod tests {
     use super::*;
     use crate::incremental::tests::nasty::{KINDS, set};
 
-    /// By sorting all: the `k`-th squared distance, and the others no farther.
+    /// Sorts all distances: the `k`-th squared distance, and the other points no farther.
     fn by_sorting<P: Point>(points: &[P], row: usize, k: usize) -> (f64, Vec<u32>) {
         let others = || (0..points.len()).filter(|&i| i != row);
         let mut all: Vec<f64> = others().map(|i| dist2(points[i], points[row])).collect();
@@ -278,7 +282,7 @@ mod tests {
         (kth, others().filter(|&i| dist2(points[i], points[row]) <= kth).map(|i| i as u32).collect())
     }
 
-    fn lists_are_those_of_sorting<P: Point>() {
+    fn check_lists<P: Point>() {
         for kind in KINDS {
             for (size, k) in [(1, 1), (2, 1), (9, 3), (40, 1), (90, 8), (130, 48), (300, 2)] {
                 let points = set::<P>(kind, size, 5);
@@ -300,44 +304,44 @@ mod tests {
     }
 
     #[test]
-    fn in_space() {
-        lists_are_those_of_sorting::<DVec3>();
+    fn lists_match_sorting_in_space() {
+        check_lists::<DVec3>();
     }
 
     #[test]
-    fn in_the_plane() {
-        lists_are_those_of_sorting::<DVec2>();
+    fn lists_match_sorting_in_the_plane() {
+        check_lists::<DVec2>();
     }
 
-    /// A row looks within little more than its neighbour's radius first, and within the sum of both distances if that
-    /// holds too few.
+    /// A row first searches little more than its neighbour's radius. If that ball has too few points, it searches the
+    /// sum of radius and distance.
     #[test]
-    fn a_row_looks_again_where_its_first_look_finds_too_few() {
+    fn a_row_is_revisited_if_its_first_limit_is_too_small() {
         let members = [0, 1, 2, 3];
         let mut nearest = Nearest::new(&members, &members, 2, vec![f64::INFINITY; 4]);
-        nearest.guesses = true;
+        nearest.starts_small = true;
         assert_eq!(nearest.begin(0), f64::INFINITY);
-        nearest.near(1, 1.0);
-        nearest.near(2, 4.0);
-        assert_eq!(nearest.again(0), None, "it had no limit");
+        nearest.visit(1, 1.0);
+        nearest.visit(2, 4.0);
+        assert_eq!(nearest.retry(0), None, "it had no limit");
         nearest.end(0);
         for (found, enough) in [(1, false), (2, true)] {
-            assert_eq!(nearest.begin(1), GUESS * 4.0);
+            assert_eq!(nearest.begin(1), FIRST_LIMIT * 4.0);
             (0..found).for_each(|i| {
-                nearest.near(2 * i, 1.0 + i as f64);
+                nearest.visit(2 * i, 1.0 + i as f64);
             });
-            let again = nearest.again(1);
+            let again = nearest.retry(1);
             assert_eq!(again.is_none(), enough);
             if let Some(limit2) = again {
                 assert!((9.0..9.0 + 1e-9).contains(&limit2) && nearest.found.is_empty());
-                assert_eq!(nearest.again(1), None, "once");
+                assert_eq!(nearest.retry(1), None, "once");
             }
         }
     }
 
-    /// All the others are at one distance from the first: far more than a list holds before it is pruned.
+    /// All other points have one distance from the first. They are many more than a list holds before it is pruned.
     #[test]
-    fn many_at_one_distance_all_stay() {
+    fn all_neighbours_at_one_distance_remain() {
         let whole = || (-10..=10).map(f64::from);
         let all = whole().flat_map(|x| whole().flat_map(move |y| whole().map(move |z| DVec3::new(x, y, z))));
         let points: Vec<DVec3> =

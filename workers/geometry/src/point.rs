@@ -1,8 +1,8 @@
-//! Points, their coordinates and the one total order on them.
+//! Points, their coordinates and the total order on them.
 //!
-//! A dimension is one implementation of [`Point`] (for [`DVec2`] and [`DVec3`]); every algorithm of
-//! the project is written once, over that trait. Ties of all kinds are broken by the lexicographic
-//! order of coordinates ([`lex_cmp`]), so no result depends on the numbering of the input.
+//! A dimension is one implementation of [`Point`] (for [`DVec2`] and [`DVec3`]). Every algorithm of the project is
+//! written once, over that trait. The lexicographic order of coordinates ([`lex_cmp`]) breaks ties of all kinds, so no
+//! result depends on the numbering of the input.
 
 use std::cmp::Ordering;
 use std::fmt::Debug;
@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use crate::filter::{self, Rounded};
 
-/// A vector of a small fixed dimension with 64-bit floating-point coordinates.
+/// A vector of a small fixed dimension with `f64` coordinates.
 pub trait Vector:
     Copy
     + Debug
@@ -28,9 +28,9 @@ pub trait Vector:
 {
     /// Number of coordinates.
     const LEN: usize;
-    /// All coordinates equal to `value`.
+    /// Creates a vector with all coordinates equal to `value`.
     fn splat(value: f64) -> Self;
-    /// The `i`-th coordinate, `i < LEN`.
+    /// Returns the `i`-th coordinate, `i < LEN`.
     fn coord(&self, i: usize) -> f64;
     /// Replaces the `i`-th coordinate, `i < LEN`.
     fn set_coord(&mut self, i: usize, value: f64);
@@ -69,13 +69,13 @@ vector!(DVec2, 2);
 vector!(DVec3, 3);
 vector!(DVec4, 4);
 
-/// A fixed-size tuple of vertex numbers: `[u32; N]`.
+/// A fixed-size tuple of vertex indices: `[u32; N]`.
 pub trait Simplex:
     Copy + Debug + Eq + Ord + std::hash::Hash + Send + Sync + 'static + Pod + AsRef<[u32]> + AsMut<[u32]>
 {
     /// Number of vertices.
     const LEN: usize;
-    /// All entries equal to `v`.
+    /// Creates a simplex with all entries equal to `v`.
     fn splat(v: u32) -> Self;
 }
 
@@ -92,7 +92,7 @@ where
 mod sealed {
     use glam::{DVec2, DVec3};
 
-    /// Keeps the traits of points to the types that they are implemented for here.
+    /// Prevents implementations of the point traits outside this module.
     pub trait Sealed {}
 
     impl Sealed for DVec2 {}
@@ -101,9 +101,9 @@ mod sealed {
     impl Sealed for [f64; 3] {}
 }
 
-/// Points as callers hold them: a slice of `[f64; 2]`, `[f64; 3]`, [`DVec2`] or [`DVec3`].
+/// Point types that callers use in slices: `[f64; 2]`, `[f64; 3]`, [`DVec2`] and [`DVec3`].
 pub trait Coordinates: Sized + sealed::Sealed {
-    /// The same memory as points of the plane or of space.
+    /// Reinterprets the same memory as points of the plane or of space.
     fn points(slice: &[Self]) -> PointSlice<'_>;
 }
 
@@ -138,36 +138,35 @@ impl Coordinates for [f64; 3] {
     }
 }
 
-/// A point of the plane or of space: the single place where a dimension is defined.
+/// A point of the plane or of space: the only definition of a dimension.
 ///
-/// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1`
-/// points. Signs of these determinants are not exact: [`crate::predicates`] makes them so.
+/// Predicates take slices because their arity depends on the dimension: a *cell* has `DIM + 1` points. The signs of
+/// these determinants are rounded; [`crate::predicates`] computes exact signs.
 pub trait Point: Vector + Pod + Default + sealed::Sealed {
-    /// 2 or 3.
+    /// The dimension: 2 or 3.
     const DIM: usize;
-    /// The vectors one dimension up, where the stereographic lift lives.
+    /// Vectors one dimension higher, for the stereographic lift.
     type Lifted: Vector;
-    /// `[u32; DIM]`: a facet of a cell, or of a vertex' link.
+    /// `[u32; DIM]`: a facet of a cell, or of the link of a vertex.
     type Facet: Simplex;
     /// `[u32; DIM + 1]`: a cell (triangle or tetrahedron).
     type Cell: Simplex;
-    /// `[u64; DIM + 1]`: a cell by input indices, a row of a file.
+    /// `[u64; DIM + 1]`: a cell by input indices, as a row of a file.
     type Row: Pod + Ord + Send + Sync + AsMut<[u64]> + AsRef<[u64]>;
 
-    /// The orientation determinant of `DIM + 1` points in rounded arithmetic: positive for
-    /// counter-clockwise triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
+    /// The orientation determinant of `DIM + 1` points in rounded arithmetic. It is positive for counter-clockwise
+    /// triangles and for tetrahedra with `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
     fn rounded_orientation(cell: &[Self]) -> Rounded;
-    /// The in-sphere determinant in rounded arithmetic: positive when `q` lies strictly inside the
-    /// circumsphere of the positively oriented `cell`.
+    /// The in-sphere determinant in rounded arithmetic. It is positive if `q` lies strictly inside the circumsphere of
+    /// the positively oriented `cell`.
     fn rounded_in_sphere(cell: &[Self], q: Self) -> Rounded;
-    /// The half-space form of "inside the circumsphere through the origin and `rel`":
-    /// returns `(w, v)` such that for a positively oriented cell `(0, rel..)` a point `q` lies inside
-    /// iff `w |q|^2 - v . q < 0`. Rounded. `rel` has `DIM` vectors.
+    /// The circumsphere through the origin and the `DIM` vectors of `rel`, in rounded arithmetic. Returns `(w, v)` such
+    /// that, for a positively oriented cell `(0, rel..)`, a point `q` lies inside iff `w |q|^2 - v . q < 0`.
     fn sphere_plane(rel: &[Self]) -> (f64, Self);
-    /// The normal `n` of the hyperplane through the origin and the `DIM - 1` vectors of `rel`,
-    /// such that `n . q` has the sign of the orientation of `(0, rel.., q)`. Rounded.
+    /// The normal `n` of the hyperplane through the origin and the `DIM - 1` vectors of `rel`, in rounded arithmetic.
+    /// The sign of `n . q` is the orientation of `(0, rel.., q)`.
     fn hull_normal(rel: &[Self]) -> Self;
-    /// Copies `DIM` coordinates out of a slice.
+    /// Creates a point from the first `DIM` numbers of a slice.
     fn from_coords(coords: &[f64]) -> Self;
 }
 
@@ -240,11 +239,11 @@ impl Point for DVec3 {
     }
 }
 
-/// Lexicographic order of the coordinates: the rank that breaks every tie. Coordinates must be
-/// finite and `-0.0` already read as `0.0`.
+/// Compares coordinates lexicographically. This order breaks every tie. Coordinates must be finite, and `-0.0` must
+/// have been replaced by `0.0`.
 #[inline]
 pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
-    // Nearly always the first coordinates differ, and they are no special numbers.
+    // In nearly all calls the first coordinates differ, and this comparison suffices. Equal ones go to the loop.
     let (x, y) = (a.coord(0), b.coord(0));
     if x < y {
         return Ordering::Less;
@@ -261,15 +260,15 @@ pub fn lex_cmp<P: Point>(a: &P, b: &P) -> Ordering {
     Ordering::Equal
 }
 
-/// Is `a` before `b` in the order of [`lex_cmp`]? Where first coordinates are rarely equal, without a branch that no
-/// processor foresees.
+/// Returns `true` if `a` precedes `b` in the order of [`lex_cmp`]. Avoids an unpredictable branch if first coordinates
+/// are rarely equal.
 #[inline]
 pub fn is_lex_smaller<P: Point>(a: &P, b: &P) -> bool {
     let (x, y) = (a.coord(0), b.coord(0));
     if x == y { lex_cmp(a, b).is_lt() } else { x < y }
 }
 
-/// Squared distance, by the one expression used everywhere (symmetric in its arguments).
+/// Squared distance, by the only expression for distances. Symmetric in its arguments.
 #[inline]
 pub fn dist2<P: Point>(a: P, b: P) -> f64 {
     (a - b).norm2()

@@ -1,33 +1,36 @@
-//! The range in which the predicates are exact, and the power of two that brings a set into it.
+//! The range in which the predicates are exact, and the power of two that scales a set into it.
 //!
-//! **Statement.** If every coordinate is a multiple of `2^g` and below `2^m` in size, every intermediate
+//! **Statement.** Let every coordinate be a multiple of `2^g` with absolute value below `2^m`. Then every intermediate
 //! term of the in-sphere determinant in `d` dimensions is a multiple of `2^((d+2) g)` and below about
-//! `2^((d+2) m + 12)`. Shewchuk's expansions are exact if nothing underflows or overflows: `(d+2) g >=
-//! -1074` and `(d+2) m + 12 <= 1023`, less the 28 bits that splitting needs. We use the bounds of space
-//! in both dimensions: `g >= -214` and `m <= 196`.
+//! `2^((d+2) m + 12)`. Shewchuk's expansions are exact if nothing underflows or overflows. This holds if
+//! `(d+2) g >= -1074` and `(d+2) m + 12 <= 1023 - 28`, since splitting needs 28 bits. Both dimensions use the bounds of
+//! space: `g >= -214` and `m <= 196`.
 //!
-//! So the guard is on the *lowest set bit*, not on magnitudes. Coordinates are multiplied by one power of
-//! two, which is exact and changes no sign; a set whose bits spread over more than 410 positions is
-//! refused by name.
+//! The guard therefore tests the *lowest set bit*, not magnitudes. Coordinates are multiplied by one power of two,
+//! which is exact and changes no sign. A set whose bits spread over more than 410 positions is rejected with an error.
+//!
+//! **Source.** Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates" (1997).
+//!
+//! **Work and depth.** O(1) for each coordinate; a reduction over the points.
 
 use thiserror::Error;
 
 use crate::point::Point;
 
-/// Lowest admitted exponent of a set bit.
+/// Lowest admissible exponent of a set bit.
 pub const LOWEST: i32 = -214;
-/// Admitted exponent above every coordinate.
+/// Admissible exponent of a power of two above every coordinate.
 pub const HIGHEST: i32 = 196;
 
-/// Why coordinates cannot be decided exactly.
+/// Why signs cannot be computed exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum RangeError {
-    /// A coordinate is not a number, or infinite.
+    /// A coordinate is infinite or not a number.
     #[error("point {index}: coordinate {value} is not finite")]
     NotFinite {
         /// Position of the point.
         index: usize,
-        /// The coordinate.
+        /// Value of the coordinate.
         value: f64,
     },
     /// The bits of the coordinates spread too far for exact signs.
@@ -45,7 +48,7 @@ pub enum RangeError {
     },
 }
 
-/// `(g, m)` of one nonzero finite number: its lowest set bit is `2^g`, its size is below `2^m`.
+/// Returns `(g, m)` of a nonzero finite number: its lowest set bit is `2^g`, and its absolute value is below `2^m`.
 fn bit_range(x: f64) -> (i32, i32) {
     let bits = x.to_bits();
     let biased = ((bits >> 52) & 0x7ff) as i32;
@@ -57,7 +60,7 @@ fn bit_range(x: f64) -> (i32, i32) {
     (low, high)
 }
 
-/// The binary digits that coordinates use: from the lowest set bit of any to above the highest.
+/// The binary digits that a set of coordinates uses: from their lowest set bit to above their highest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digits {
     low: i32,
@@ -65,10 +68,10 @@ pub struct Digits {
 }
 
 impl Digits {
-    /// None.
+    /// The digits of an empty set.
     pub const NONE: Digits = Digits { low: i32::MAX, high: i32::MIN };
 
-    /// Those of the coordinates of `points`. Nothing if one of them is not finite.
+    /// Computes the digits of the coordinates of `points`. Returns `None` if one of them is not finite.
     pub fn of<P: Point>(points: &[P]) -> Option<Self> {
         let (mut digits, mut finite) = (Digits::NONE, true);
         for p in points {
@@ -85,15 +88,15 @@ impl Digits {
         finite.then_some(digits)
     }
 
-    /// The same or more, with one comparison a coordinate: all that a coordinate of this size may use. Nothing if one of
-    /// them is not finite.
-    pub fn at_most<P: Point>(points: &[P]) -> Option<Self> {
+    /// Computes a superset of these digits with one comparison for each coordinate: all digits that a coordinate of its
+    /// magnitude may use. Returns `None` if one of them is not finite.
+    pub fn upper_bound<P: Point>(points: &[P]) -> Option<Self> {
         let (mut least, mut most) = (u64::MAX, 0);
         for p in points {
             for i in 0..P::DIM {
                 let size = p.coord(i).abs().to_bits();
                 most = most.max(size);
-                // Zero, which uses none, becomes the largest number.
+                // Zero uses no digits. It becomes the largest number.
                 least = least.min(size.wrapping_sub(1));
             }
         }
@@ -107,24 +110,25 @@ impl Digits {
         Some(Digits { low: biased(least + 1) - 1075, high: biased(most) - 1022 })
     }
 
-    /// Are they in the exact range?
-    pub fn fit(self) -> bool {
+    /// Returns `true` if the digits lie in the exact range.
+    pub fn fits(self) -> bool {
         self == Digits::NONE || (self.low >= LOWEST && self.high <= HIGHEST)
     }
 
-    /// Those of both.
+    /// Returns the smallest interval of digits that contains both.
     #[must_use]
     pub fn join(self, other: Digits) -> Self {
         Digits { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The power of two that brings the coordinates of `points`, whose digits these are, into the exact range.
+    /// The exponent of the power of two that scales `points` into the exact range. The digits must be those of
+    /// `points`.
     ///
     /// # Errors
-    /// A spread that no scaling brings into the range; it names the first point that has the lowest bit and the
-    /// last that has the highest.
+    /// A spread of bits that no scaling brings into the range. The error names the first point with the lowest bit and
+    /// the last point with the highest bit.
     pub fn exponent<P: Point>(self, points: &[P]) -> Result<i32, RangeError> {
-        if self.fit() {
+        if self.fits() {
             return Ok(0);
         }
         let bits = self.high - self.low;
@@ -136,15 +140,15 @@ impl Digits {
             let high = points.iter().rposition(|p| has(p, &|r| r.1 == self.high)).unwrap_or(0);
             return Err(RangeError::Spread { bits, low, high });
         }
-        // Centre the set's bits in the range.
+        // Centre the digits in the range.
         Ok(i32::midpoint(LOWEST, HIGHEST) - self.low.midpoint(self.high))
     }
 }
 
-/// The first coordinate that is not finite, by its point.
+/// Checks that all coordinates are finite.
 ///
 /// # Errors
-/// That coordinate.
+/// The first coordinate that is not finite, with the position of its point.
 pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
     for (index, p) in points.iter().enumerate() {
         if let Some(value) = (0..P::DIM).map(|i| p.coord(i)).find(|x| !x.is_finite()) {
@@ -154,7 +158,7 @@ pub fn all_finite<P: Point>(points: &[P]) -> Result<(), RangeError> {
     Ok(())
 }
 
-/// The power of two that brings every coordinate into the exact range: 0 where they lie in it already.
+/// The exponent of the power of two that scales every coordinate into the exact range; 0 if they lie in it.
 ///
 /// # Errors
 /// A coordinate that is not finite, or a spread of bits that no scaling brings into the range.
@@ -165,7 +169,7 @@ pub fn scale_exponent<P: Point>(points: &[P]) -> Result<i32, RangeError> {
     }
 }
 
-/// Multiplies by `2^exponent`, exactly for what [`scale_exponent`] admitted.
+/// Multiplies by `2^exponent`. The product is exact if [`scale_exponent`] returned the exponent.
 pub fn scale<P: Point>(p: P, exponent: i32) -> P {
     let half = exponent / 2;
     let two_to = |e: i32| f64::from_bits(((1023 + i64::from(e)) as u64) << 52);
@@ -194,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_named() {
+    fn invalid_coordinates_are_rejected() {
         let points = [DVec3::ONE, DVec3::new(1e-200, 0.0, 0.0)];
         assert!(matches!(scale_exponent(&points), Err(RangeError::Spread { low: 1, high: 0, .. })));
         let points = [DVec3::ONE, DVec3::new(0.0, f64::NAN, 0.0)];

@@ -1,72 +1,74 @@
-//! What was found near a point, and the nearest of it.
+//! Lists of neighbours of a point, and the selection of the nearest ones.
 //!
-//! **Statement.** The `k` nearest are those no farther than the `k`-th, ties included: then they do not depend on how ties
-//! are numbered. The `k`-th is selected between bounds that are drawn together: the numbers up to a bound are counted,
-//! eight in one step, and the next bound is the one between that would split them right if they were spread evenly (the
-//! search by interpolation, Peterson 1957). After a few rounds it is selected as such (Hoare 1961) among those that are left
-//! between them; where nothing compares eight numbers in one step, among all.
+//! **Statement.** The `k` nearest neighbours are those no farther than the `k`-th, ties included. Hence they do not
+//! depend on the indices of tied points.
 //!
-//! **Work.** O(1) for each point found or looked at, linear for the nearest. Those that are kept stand in the order in which
-//! they were found, which is that of blocks of points, or in which answers came: whoever uses them sorts them, or does not
-//! ask for an order.
+//! The `k`-th squared distance is selected between a lower and an upper bound that converge. Each round counts the
+//! distances up to a value between the bounds, eight in one step. The value is the one that would leave `k` below it if
+//! distances were evenly spread (interpolation search, Peterson 1957). After a few rounds, quickselect (Hoare 1961)
+//! finds the `k`-th among the distances between the bounds. Without an instruction set that compares eight numbers in
+//! one step, quickselect runs on all distances.
+//!
+//! **Work.** O(1) for each point added or tested; linear for the selection. The list keeps the order in which points
+//! were added, which may be that of blocks or of incoming replies. Callers sort the list or use it as a set.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::coordinate_arrays::LANES;
-use crate::simd::{Masks, larger, widest};
+use crate::simd::{Interval, Masks, NamedLanes, NamedLanesMut, larger, widest};
 
-/// A point found: squared distance, and position in the caller's table.
+/// A neighbour: its squared distance, and its position in the caller's table.
 pub type Neighbour = (f64, u32);
 
-/// Points found, in reused storage.
+/// A list of neighbours, in reused storage.
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList {
     masks: Masks,
-    /// Squared distances and positions of those found, and room behind them.
+    /// Squared distances and positions. Entries behind the first `len` are unused.
     distances2: Vec<f64>,
-    numbers: Vec<u32>,
+    positions: Vec<u32>,
     len: usize,
-    /// Those between the bounds, by their bits, which are in the order of the numbers.
+    /// Scratch: the distances between the bounds as bit patterns, which have the order of the distances.
     between: Vec<u64>,
 }
 
-/// How often the bounds are drawn together at most, and of how many between them it is selected at once.
+/// Largest number of rounds that narrow the bounds, and the number of distances between them at which rounds end.
 const ROUNDS: u32 = 6;
 const FEW: usize = 2;
 
 impl NeighbourList {
-    /// Forgets them.
+    /// Removes all neighbours.
     pub fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// Number of points.
+    /// Number of neighbours.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Are there none?
+    /// Returns `true` if there are no neighbours.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Squared distances of all of them, in the order in which they were found.
+    /// Squared distances of the neighbours, in the order in which they were added.
     pub fn distances2(&self) -> &[f64] {
         &self.distances2[..self.len]
     }
 
-    /// Positions of all of them, in that order.
-    pub fn numbers(&self) -> &[u32] {
-        &self.numbers[..self.len]
+    /// Positions of the neighbours, in the same order.
+    pub fn positions(&self) -> &[u32] {
+        &self.positions[..self.len]
     }
 
-    /// All of them, in that order.
+    /// Iterates over the neighbours, in the same order.
     pub fn iter(&self) -> impl Iterator<Item = Neighbour> {
-        self.distances2().iter().copied().zip(self.numbers().iter().copied())
+        self.distances2().iter().copied().zip(self.positions().iter().copied())
     }
 
-    /// Room for so many more.
+    /// Makes room for `more` further neighbours.
     #[inline(always)]
     fn make_room(&mut self, more: usize) {
         if self.distances2.len() - self.len < more {
@@ -78,46 +80,49 @@ impl NeighbourList {
     fn grow(&mut self, more: usize) {
         let room = (self.len + more).max(8 * LANES).next_power_of_two();
         self.distances2.resize(room, 0.0);
-        self.numbers.resize(room, 0);
+        self.positions.resize(room, 0);
     }
 
-    /// Adds a point.
+    /// Adds one neighbour.
     #[inline]
-    pub fn push(&mut self, (distance2, number): Neighbour) {
+    pub fn push(&mut self, (distance2, position): Neighbour) {
         self.make_room(1);
-        (self.distances2[self.len], self.numbers[self.len]) = (distance2, number);
+        (self.distances2[self.len], self.positions[self.len]) = (distance2, position);
         self.len += 1;
     }
 
-    /// Adds points by their positions, with what tells their squared distances.
+    /// Adds neighbours by their positions; `distance2` computes their squared distances.
     #[inline]
-    pub fn extend(&mut self, numbers: &[u32], distance2: impl Fn(u32) -> f64) {
-        self.make_room(numbers.len());
-        let added = self.len..self.len + numbers.len();
-        self.numbers[added.clone()].copy_from_slice(numbers);
-        for (d2, &number) in self.distances2[added].iter_mut().zip(numbers) {
+    pub fn extend(&mut self, positions: &[u32], distance2: impl Fn(u32) -> f64) {
+        self.make_room(positions.len());
+        let added = self.len..self.len + positions.len();
+        self.positions[added.clone()].copy_from_slice(positions);
+        for (d2, &number) in self.distances2[added].iter_mut().zip(positions) {
             *d2 = distance2(number);
         }
-        self.len += numbers.len();
+        self.len += positions.len();
     }
 
-    /// Adds those of eight points that are farther than the first limit and no farther than the second.
+    /// Adds those of eight points whose squared distances are wanted.
     #[inline(always)]
     pub(crate) fn take_lanes(
         &mut self,
         distances2: &[f64; LANES],
-        numbers: &[u32; LANES],
-        limits2: (f64, f64),
+        positions: &[u32; LANES],
+        wanted2: Interval,
     ) {
         self.make_room(LANES);
-        let to = (self.distances2[self.len..].first_chunk_mut(), self.numbers[self.len..].first_chunk_mut());
-        if let (Some(to_distances2), Some(to_numbers)) = to {
-            self.len += self.masks.pack((distances2, numbers), limits2, (to_distances2, to_numbers));
+        let room =
+            (self.distances2[self.len..].first_chunk_mut(), self.positions[self.len..].first_chunk_mut());
+        if let (Some(to_distances2), Some(to_positions)) = room {
+            let from = NamedLanes { numbers: distances2, names: positions };
+            let to = NamedLanesMut { numbers: to_distances2, names: to_positions };
+            self.len += self.masks.pack(from, wanted2, to);
         }
     }
 
-    /// Keeps those no farther than the `k`-th nearest, ties included, and no farther than `limit2`. Returns the `k`-th
-    /// squared distance, or infinity if there are fewer than `k`, or `k` is 0.
+    /// Keeps the neighbours no farther than the `k`-th nearest, ties included, and no farther than `limit2`. Returns
+    /// the `k`-th squared distance, or infinity if there are fewer than `k` or `k` is 0.
     pub fn keep_nearest(&mut self, k: usize, limit2: f64) -> f64 {
         if self.distances2().iter().fold(false, |any, &d2| any | (d2 > limit2)) {
             self.keep(limit2);
@@ -125,8 +130,8 @@ impl NeighbourList {
         self.keep_kth(k)
     }
 
-    /// Keeps those no farther than the `k`-th nearest, and returns its squared distance; all and infinity if there are
-    /// fewer.
+    /// Keeps the neighbours no farther than the `k`-th nearest, and returns its squared distance. If there are fewer
+    /// than `k`, keeps all and returns infinity.
     pub(crate) fn keep_kth(&mut self, k: usize) -> f64 {
         if k == 0 || self.len < k {
             return f64::INFINITY;
@@ -141,7 +146,7 @@ impl NeighbourList {
     /// The `k`-th smallest squared distance.
     fn kth(&mut self, k: usize) -> f64 {
         self.make_room(LANES);
-        // What is no number is never counted.
+        // Comparisons with NaN are false, so the padding is never counted.
         self.distances2[self.len..self.len + LANES].fill(f64::NAN);
         let (all, _) = self.distances2[..self.len.next_multiple_of(LANES)].as_chunks::<LANES>();
         let (len, between) = (self.len, &mut self.between);
@@ -152,7 +157,7 @@ impl NeighbourList {
         )
     }
 
-    /// Keeps those no farther than the limit, in their order.
+    /// Keeps the neighbours no farther than the limit, in their order.
     fn keep(&mut self, limit2: f64) {
         self.make_room(LANES);
         self.distances2[self.len..self.len + LANES].fill(f64::NAN);
@@ -161,13 +166,15 @@ impl NeighbourList {
             #[inline(always)]
             || {
                 for at in (0..self.len).step_by(LANES) {
-                    let from = (self.distances2[at..].first_chunk(), self.numbers[at..].first_chunk());
-                    let (Some(&distances2), Some(&numbers)) = from else { break };
+                    let from = (self.distances2[at..].first_chunk(), self.positions[at..].first_chunk());
+                    let (Some(&distances2), Some(&positions)) = from else { break };
                     let to =
-                        (self.distances2[kept..].first_chunk_mut(), self.numbers[kept..].first_chunk_mut());
-                    let (Some(to_distances2), Some(to_numbers)) = to else { break };
-                    let limits = (f64::NEG_INFINITY, limit2);
-                    kept += self.masks.pack((&distances2, &numbers), limits, (to_distances2, to_numbers));
+                        (self.distances2[kept..].first_chunk_mut(), self.positions[kept..].first_chunk_mut());
+                    let (Some(to_distances2), Some(to_positions)) = to else { break };
+                    let from = NamedLanes { numbers: &distances2, names: &positions };
+                    let to = NamedLanesMut { numbers: to_distances2, names: to_positions };
+                    let wanted2 = Interval { above: f64::NEG_INFINITY, limit: limit2 };
+                    kept += self.masks.pack(from, wanted2, to);
                 }
             },
         );
@@ -175,14 +182,13 @@ impl NeighbourList {
     }
 }
 
-/// The `k`-th smallest of `len` numbers of at least 0 in blocks of eight, of which the last is filled up with what is no
-/// number.
+/// The `k`-th smallest of `len` nonnegative numbers in blocks of eight. NaN fills the last block.
 #[inline(always)]
 fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between: &mut Vec<u64>) -> f64 {
     let most = largest(all, f64::INFINITY);
-    // `below` are up to `low`, at least k up to `high`. None are below 0.
+    // `below` numbers are at most `low`; `within >= k` are at most `high`. No number is negative.
     let (mut low, mut below, mut high, mut within) = (-1.0, 0, most, len);
-    // Between what points spread evenly in the plane and in space would ask for.
+    // The first value lies between the exact ones for points that are evenly spread in the plane and in space.
     let part = k as f64 / len as f64;
     let mut middle = most * part * (1.5 - 0.5 * part);
     for _ in 0..rounds {
@@ -208,12 +214,12 @@ fn kth_between(all: &[[f64; LANES]], len: usize, k: usize, rounds: u32, between:
         let is_between = |d2: &&f64| **d2 > low && **d2 <= high;
         between.extend(all.as_flattened().iter().filter(is_between).map(|d2| d2.to_bits()));
     }
-    // At least one is, for `high` is; there are too few if some are no numbers.
+    // At least `high` is between the bounds. If the input has NaN, there may be fewer than `k - below`.
     let last = between.len() - 1;
     f64::from_bits(*between.select_nth_unstable((k - below - 1).min(last)).1)
 }
 
-/// How many are no larger than the limit.
+/// Number of values that are at most `limit`.
 #[inline(always)]
 fn count_up_to(all: &[[f64; LANES]], limit: f64) -> usize {
     let mut counts = [0u64; LANES];
@@ -225,7 +231,7 @@ fn count_up_to(all: &[[f64; LANES]], limit: f64) -> usize {
     counts.iter().sum::<u64>() as usize
 }
 
-/// The largest that is no larger than the limit.
+/// The largest value that is at most `limit`.
 #[inline(always)]
 fn largest(all: &[[f64; LANES]], limit: f64) -> f64 {
     let mut most = [0.0; LANES];
@@ -241,7 +247,7 @@ fn largest(all: &[[f64; LANES]], limit: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A squared distance, in no order, with ties.
+    /// A squared distance: not monotone in `i`, and with ties.
     fn distance2(i: u32) -> f64 {
         f64::from(i * 7 % 13)
     }
@@ -262,7 +268,7 @@ mod tests {
     }
 
     fn the_nearest_are_those_of_a_sorted_list_with(masks: Masks) {
-        // One list for all, in storage that was longer.
+        // One list for all cases, so that its storage was longer before.
         let mut list = NeighbourList { masks, ..NeighbourList::default() };
         fill(&mut list, 200);
         for count in 0..40 {
@@ -279,7 +285,7 @@ mod tests {
                     assert_eq!(kth, expected.unwrap_or(f64::INFINITY), "{count} {k} {limit2}");
                     within.retain(|f| f.0 <= kth);
                     assert_eq!(list.iter().collect::<Vec<_>>(), within, "{count} {k} {limit2}");
-                    // The nearest of the nearest are the same.
+                    // A second selection changes nothing.
                     assert_eq!(list.keep_nearest(k, limit2), kth, "{count} {k} {limit2}");
                     assert_eq!(list.iter().collect::<Vec<_>>(), within, "{count} {k} {limit2}");
                 }
@@ -287,7 +293,7 @@ mod tests {
         }
     }
 
-    /// Sizes of all orders, evenly spread or not, with ties, zeros, infinities and what is no number.
+    /// Values of all magnitudes, evenly spread or not, with ties, zeros, infinities and NaN.
     #[test]
     fn the_kth_is_that_of_a_sorted_list() {
         let mut seed = 1u64;
@@ -330,9 +336,9 @@ mod tests {
         }
     }
 
-    /// Of what is no number nothing is known, but that it ends.
+    /// With NaN input the result is unspecified; the search still terminates.
     #[test]
-    fn what_is_no_number_does_no_harm() {
+    fn selection_terminates_with_nan() {
         let few = [1.0, 1.1, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN];
         for k in 1..=8 {
             for rounds in [0, 1, ROUNDS] {
@@ -354,18 +360,22 @@ mod tests {
         list.push((9.0, 9));
         let distances2 = [3.0, f64::NAN, 0.0, 1.0, 4.0, 1.0, f64::INFINITY, 2.0];
         for start in [10, 20] {
-            let numbers = std::array::from_fn(|lane| start + lane as u32);
-            list.take_lanes(&distances2, &numbers, (0.0, 3.0));
+            let positions = std::array::from_fn(|lane| start + lane as u32);
+            list.take_lanes(&distances2, &positions, Interval { above: 0.0, limit: 3.0 });
         }
-        assert_eq!(list.numbers(), [9, 10, 13, 15, 17, 20, 23, 25, 27]);
+        assert_eq!(list.positions(), [9, 10, 13, 15, 17, 20, 23, 25, 27]);
         list.clear();
-        assert!(list.is_empty() && list.numbers().is_empty() && list.distances2().is_empty());
-        // More than there was room for.
+        assert!(list.is_empty() && list.positions().is_empty() && list.distances2().is_empty());
+        // More points than the list has room for.
         for start in 0..100 {
-            let numbers = std::array::from_fn(|lane| start as u32 * 8 + lane as u32);
-            list.take_lanes(&[f64::from(start); LANES], &numbers, (-1.0, f64::INFINITY));
+            let positions = std::array::from_fn(|lane| start as u32 * 8 + lane as u32);
+            list.take_lanes(
+                &[f64::from(start); LANES],
+                &positions,
+                Interval { above: -1.0, limit: f64::INFINITY },
+            );
         }
-        assert!(list.numbers().iter().copied().eq(0..800));
+        assert!(list.positions().iter().copied().eq(0..800));
         assert_eq!((list.keep_nearest(9, f64::INFINITY), list.len()), (1.0, 16));
     }
 }

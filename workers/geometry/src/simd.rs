@@ -1,13 +1,13 @@
-//! Loops over lanes, compiled for the registers of several processors and run with the widest at hand.
+//! Loops over lanes, compiled for several register widths and dispatched to the widest available one.
 //!
-//! **Statement.** The instructions differ, the results do not: each lane does the same additions, subtractions,
-//! products and comparisons in double or single precision in the same order, rounded alike (IEEE 754), and no
-//! product and addition are fused, since the compiler does that only where it is told to.
+//! **Statement.** The instructions differ, but the results do not. Each lane performs the same additions, subtractions,
+//! products and comparisons in the same order and precision, with the same rounding (IEEE 754). Products and additions
+//! are never fused, because the compiler fuses them only on request.
 //!
-//! The choice is made once, when it is first asked for (of x86-64: its baseline, AVX2, AVX-512).
+//! The instruction set is detected once, at the first use. On x86-64 it is the baseline, AVX2 or AVX-512.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,27 +17,48 @@ use pulp::{cast, x86::V4};
 
 static BASELINE: AtomicBool = AtomicBool::new(false);
 
-/// What begins from now on in this process uses the registers that every processor of its kind has: to compare, and to count
-/// instructions that do not depend on the machine. Results are the same.
+/// Restricts this process from now on to the registers of the baseline instruction set. Results are the same. This
+/// allows comparisons, and instruction counts that do not depend on the machine.
 pub fn use_baseline_registers() {
     BASELINE.store(true, Ordering::Relaxed);
 }
 
-/// Runs `f` compiled for the widest registers at hand: `f` and what it calls gain only if they are inlined, so both want
-/// `#[inline(always)]`.
+/// Runs `f` compiled for the widest available registers. `f` and the functions that it calls benefit only if they are
+/// inlined, so both should be `#[inline(always)]`.
 #[inline]
 pub(crate) fn widest<R>(f: impl FnOnce() -> R) -> R {
     if BASELINE.load(Ordering::Relaxed) { f() } else { Arch::new().dispatch(f) }
 }
 
-/// The larger of two numbers, or the second if one is not a number: one instruction.
+/// The larger of two numbers, or the second if one is NaN. It compiles to one instruction.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// What is told of eight lanes as the bits of a number, and done by such bits: AVX-512 has instructions for it, others
-/// are given loops. Told once before a loop.
+/// The numbers above `above` and at most `limit`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval {
+    pub(crate) above: f64,
+    pub(crate) limit: f64,
+}
+
+/// Eight numbers, each with a name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NamedLanes<'a> {
+    pub(crate) numbers: &'a [f64; 8],
+    pub(crate) names: &'a [u32; 8],
+}
+
+/// Room for eight numbers and their names.
+#[derive(Debug)]
+pub(crate) struct NamedLanesMut<'a> {
+    pub(crate) numbers: &'a mut [f64; 8],
+    pub(crate) names: &'a mut [u32; 8],
+}
+
+/// Operations on eight lanes with bit masks. AVX-512 has instructions for them; other instruction sets use loops.
+/// Create it once before a loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Masks {
     #[cfg(target_arch = "x86_64")]
@@ -45,7 +66,7 @@ pub(crate) struct Masks {
 }
 
 impl Default for Masks {
-    /// With the instructions at hand, unless others are asked for.
+    /// Uses AVX-512 if available, unless [`use_baseline_registers`] was called.
     fn default() -> Self {
         Masks {
             #[cfg(target_arch = "x86_64")]
@@ -55,7 +76,7 @@ impl Default for Masks {
 }
 
 impl Masks {
-    /// With the instructions at hand, and with the loops.
+    /// Returns the operations with the available instructions, and with loops.
     #[cfg(test)]
     pub(crate) fn both() -> [Self; 2] {
         let loops = Masks {
@@ -65,14 +86,14 @@ impl Masks {
         [Masks::default(), loops]
     }
 
-    /// The lanes that are no larger than a limit.
+    /// The lanes that are at most `limit`.
     #[inline(always)]
-    pub(crate) fn up_to(self, lanes: &[f64; 8], limit: f64) -> u32 {
+    pub(crate) fn at_most(self, lanes: &[f64; 8], limit: f64) -> u32 {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = self.v4 {
             return u32::from(v4.cmp_le_f64x8(cast(*lanes), cast([limit; 8])).0);
         }
-        up_to(lanes, limit)
+        at_most(lanes, limit)
     }
 
     /// The lanes that are not below their limits.
@@ -86,8 +107,8 @@ impl Masks {
         if clear { 0 } else { not_below(lanes, limits) }
     }
 
-    /// Different numbers in their order, in the storage in which they are given: a few, up to 96, by counting the smaller
-    /// ones of each. Where that is slow, and for more of them, they are sorted as such.
+    /// Sorts distinct numbers in the storage that holds them. If [`Masks::can_count`] and there are at most 96 numbers,
+    /// it counts the smaller ones of each. Otherwise it uses a comparison sort.
     pub(crate) fn sorted(self, numbers: &mut Vec<u64>) -> &[u64] {
         let len = numbers.len();
         if !self.can_count() || len > 96 {
@@ -104,7 +125,7 @@ impl Masks {
         sorted
     }
 
-    /// Are numbers compared eight at a time, so that counting what is smaller is no detour?
+    /// Returns `true` if one instruction compares eight numbers, so that counting smaller numbers is fast.
     pub(crate) fn can_count(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         let can = self.v4.is_some();
@@ -113,62 +134,56 @@ impl Masks {
         can
     }
 
-    /// Puts those of eight numbers that are larger than the first limit and no larger than the second to the front of a
-    /// place for eight, and their names; what stands behind them is left open. Returns how many there are.
+    /// Moves the wanted numbers and their names to the front of `to`. The other entries are unspecified. Returns how
+    /// many were moved.
     #[inline(always)]
-    pub(crate) fn pack(
-        self,
-        (numbers, names): (&[f64; 8], &[u32; 8]),
-        (above, limit): (f64, f64),
-        (to_numbers, to_names): (&mut [f64; 8], &mut [u32; 8]),
-    ) -> usize {
+    pub(crate) fn pack(self, from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
         #[cfg(target_arch = "x86_64")]
         if let Some(v4) = self.v4 {
-            let bits = self.up_to(numbers, limit) & !self.up_to(numbers, above);
-            *to_numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*numbers)));
-            // The upper half is not looked at.
-            let names = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*names; 2]));
-            *to_names = cast::<_, [[u32; 8]; 2]>(names)[0];
+            let NamedLanesMut { numbers, names } = to;
+            let bits = self.at_most(from.numbers, wanted.limit) & !self.at_most(from.numbers, wanted.above);
+            *numbers = cast(v4.avx512f._mm512_maskz_compress_pd(bits as u8, cast(*from.numbers)));
+            // Only the lower half is used.
+            let packed = v4.avx512f._mm512_maskz_compress_epi32(bits as u16, cast([*from.names; 2]));
+            *names = cast::<_, [[u32; 8]; 2]>(packed)[0];
             return bits.count_ones() as usize;
         }
-        pack((numbers, names), (above, limit), (to_numbers, to_names))
+        pack(from, wanted, to)
     }
 }
 
-/// Puts those of eight numbers that are wanted, and their names, to the front: without a branch, each is written and stays
-/// if it is wanted. Not inlined, like [`up_to`].
+/// The loop form of [`Masks::pack`]. Instead of branching, it writes each number and advances only if the number is
+/// wanted. Not inlined, for the reason of [`at_most`].
 #[inline(never)]
-fn pack(
-    (numbers, names): (&[f64; 8], &[u32; 8]),
-    (above, limit): (f64, f64),
-    (to_numbers, to_names): (&mut [f64; 8], &mut [u32; 8]),
-) -> usize {
+fn pack(from: NamedLanes<'_>, wanted: Interval, to: NamedLanesMut<'_>) -> usize {
+    let NamedLanesMut { numbers, names } = to;
     let mut count = 0;
     for lane in 0..8 {
-        to_numbers[count & 7] = numbers[lane];
-        to_names[count & 7] = names[lane];
-        count += usize::from((numbers[lane] <= limit) & (numbers[lane] > above));
+        let number = from.numbers[lane];
+        numbers[count & 7] = number;
+        names[count & 7] = from.names[lane];
+        count += usize::from((number <= wanted.limit) & (number > wanted.above));
     }
     count
 }
 
-/// The lanes that are no larger than a limit, as the bits of a number. Not inlined: in the loop that computes the lanes
-/// it would turn them into eight single numbers.
+/// The lanes that are at most `limit`, as a bit mask. Not inlined: inside the loop that computes the lanes, it would
+/// make the compiler process eight scalars.
 #[inline(never)]
-fn up_to(lanes: &[f64; 8], limit: f64) -> u32 {
+fn at_most(lanes: &[f64; 8], limit: f64) -> u32 {
     let bits: [u64; 8] = std::array::from_fn(|lane| if lanes[lane] <= limit { 1 << lane } else { 0 });
     bits.iter().fold(0, |all, bit| all | bit) as u32
 }
 
-/// The lanes that are not below their limits, as the bits of a number. Not inlined, like [`up_to`].
+/// The lanes that are not below their limits, as a bit mask. Not inlined, for the reason of [`at_most`].
 #[inline(never)]
 fn not_below(lanes: &[f32; 8], limits: &[f32; 8]) -> u32 {
     let bits: [u32; 8] = std::array::from_fn(|lane| if lanes[lane] < limits[lane] { 0 } else { 1 << lane });
     bits.iter().fold(0, |all, bit| all | bit)
 }
 
-/// Puts the first of some different numbers, as many as there is room for, into their order; the others fill the last
-/// block of eight.
+/// Sorts distinct numbers by counting. The first `sorted.len()` entries of `given` are the numbers; the others are
+/// padding up to a multiple of eight.
 #[inline(always)]
 fn by_counting(given: &[u64], sorted: &mut [u64]) {
     for (at, block) in given.as_chunks::<8>().0.iter().enumerate() {
@@ -178,13 +193,13 @@ fn by_counting(given: &[u64], sorted: &mut [u64]) {
                 *count = count.wrapping_add(u64::from(other < number));
             }
         }
-        for (&number, &place) in block.iter().zip(&smaller).take(sorted.len() - 8 * at) {
-            sorted[place as usize] = number;
+        for (&number, &rank) in block.iter().zip(&smaller).take(sorted.len() - 8 * at) {
+            sorted[rank as usize] = number;
         }
     }
 }
 
-/// The numbers of the bits that are set, in order.
+/// The positions of the bits that are set, in ascending order.
 #[inline(always)]
 pub(crate) fn each_bit(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(
@@ -201,7 +216,7 @@ pub(crate) fn each_bit(mut bits: u64) -> impl Iterator<Item = usize> {
 mod tests {
     use super::*;
 
-    /// Sums of products whose last digits show whether anything was fused.
+    /// Sums of products whose last bits reveal a fused operation.
     #[inline(always)]
     fn products(x: &[f64], y: &[f64], z: &[f64]) -> Vec<u64> {
         x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z - x * y).to_bits()).collect()
@@ -213,22 +228,22 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_told_by_bits() {
+    fn masks_select_lanes() {
         for lanes in Masks::both() {
-            let told = |bits: u32| each_bit(u64::from(bits)).collect::<Vec<_>>();
+            let selected = |bits: u32| each_bit(u64::from(bits)).collect::<Vec<_>>();
             let x = [0.0, 2.0, -1.0, f64::NAN, 1.0, f64::INFINITY, 1.5, -0.0];
-            assert_eq!(told(lanes.up_to(&x, 1.0)), [0, 2, 4, 7]);
-            assert_eq!(told(lanes.up_to(&x, f64::INFINITY)), [0, 1, 2, 4, 5, 6, 7]);
-            assert_eq!(told(lanes.up_to(&x, f64::NAN)), []);
+            assert_eq!(selected(lanes.at_most(&x, 1.0)), [0, 2, 4, 7]);
+            assert_eq!(selected(lanes.at_most(&x, f64::INFINITY)), [0, 1, 2, 4, 5, 6, 7]);
+            assert_eq!(selected(lanes.at_most(&x, f64::NAN)), []);
             let limits = [0.0, 3.0, -1.0, 0.0, f32::NAN, 1.0, f32::INFINITY, 1.0];
-            assert_eq!(told(lanes.not_below(&x.map(|x| x as f32), &limits)), [0, 2, 3, 4, 5]);
+            assert_eq!(selected(lanes.not_below(&x.map(|x| x as f32), &limits)), [0, 2, 3, 4, 5]);
         }
         assert_eq!(each_bit(0).count(), 0);
         assert_eq!(each_bit(u64::MAX).collect::<Vec<_>>(), (0..64).collect::<Vec<_>>());
     }
 
     #[test]
-    fn few_are_sorted() {
+    fn short_lists_are_sorted() {
         for masks in Masks::both() {
             for len in (0..40).chain([63, 64, 65, 95, 96, 97, 200]) {
                 let number = |i: u64| if i & 1 == 0 { i } else { i.wrapping_mul(0x9E37_79B9_7F4A_7C15) };
@@ -253,15 +268,16 @@ mod tests {
         for masks in Masks::both() {
             for wanted in 0..256 {
                 for (above, limit) in edges.windows(2).map(|edges| (edges[0], edges[1])) {
-                    // The lanes that are wanted stand at the upper limit, the others at the lower one, beyond or nowhere.
+                    // Wanted lanes are at the upper limit. The others are at the lower limit, beyond a limit, or NaN.
                     let numbers = std::array::from_fn(|lane| {
                         let beyond = if limit.is_finite() { limit.next_up() } else { f64::NAN };
                         let others = [above, beyond, f64::NAN, above - 1.0];
                         if wanted >> lane & 1 != 0 { limit } else { others[lane % 4] }
                     });
                     let mut packed = ([0.0; 8], [0; 8]);
-                    let to = (&mut packed.0, &mut packed.1);
-                    let count = masks.pack((&numbers, &names), (above, limit), to);
+                    let from = NamedLanes { numbers: &numbers, names: &names };
+                    let to = NamedLanesMut { numbers: &mut packed.0, names: &mut packed.1 };
+                    let count = masks.pack(from, Interval { above, limit }, to);
                     let expected: Vec<usize> = each_bit(wanted).collect();
                     assert_eq!(count, expected.len(), "{numbers:?}");
                     for (to, lane) in expected.into_iter().enumerate() {
@@ -293,6 +309,6 @@ mod tests {
         );
         let fused =
             x.iter().zip(&y).filter(|&(&x, &y)| (x.mul_add(x, y * y) - x * x - y * y).abs() > 0.0).count();
-        assert!(fused > 0, "the numbers would not show it");
+        assert!(fused > 0, "the numbers do not reveal fusion");
     }
 }

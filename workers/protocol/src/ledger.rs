@@ -313,7 +313,7 @@ impl LedgerPart {
         }
         for (account, charge) in &other.charges {
             let entry = self.charges.entry(*account).or_default();
-            entry.cost.beside(charge.cost);
+            entry.cost.join(charge.cost);
             entry.items += charge.items;
         }
         for (node, facts) in &other.nodes {

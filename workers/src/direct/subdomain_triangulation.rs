@@ -7,7 +7,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::incremental::{
-    ASKED_EVERY, Incremental, Kept, MARKS, facet_without, insertion_order, insertion_round,
+    STOP_CHECK_INTERVAL, Incremental, KeptCells, FIRST_MARK, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::Phase;
@@ -27,7 +27,7 @@ use crate::state::table::Table;
 pub const HULL: u32 = u32::MAX;
 
 /// A neighbour entry of [`CellRows`]: the neighbour belongs to another worker. Indices of cells are smaller.
-pub const SEAM: u32 = MARKS;
+pub const SEAM: u32 = FIRST_MARK;
 
 /// The Delaunay triangulation of a worker's owned points and ghosts. The owned points are its first vertices, in the order
 /// of their local indices.
@@ -39,7 +39,7 @@ pub(crate) struct SubdomainTriangulation<P: Point> {
     /// Number of owned points.
     owned: u32,
     /// The cells that belong to this worker; empty before the scan.
-    kept: Kept,
+    kept: KeptCells,
     /// The counts of the owned stars; zero before the scan.
     merged: Merged,
 }
@@ -82,20 +82,20 @@ impl<P: Point> SubdomainTriangulation<P> {
         points.extend(ghosts.iter().map(|&v| positions[v as usize]));
         let order = in_rounds(&points, owned as usize);
         let delaunay = Incremental::build_in_place(points, order, &mut || !stop.is_raised()).ok()?;
-        let (kept, merged) = (Kept::default(), Merged::default());
+        let (kept, merged) = (KeptCells::default(), Merged::default());
         Some(SubdomainTriangulation { delaunay, ghosts, owned, kept, merged })
     }
 
     /// Inserts late ghosts, given as local indices. Skips a ghost that would have no owned neighbour, because later points
-    /// cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_beside`]). Ghosts that are
+    /// cannot give it one. The exception is a ghost with a large cavity ([`Incremental::insert_if_adjacent`]). Ghosts that are
     /// vertices already change nothing. Returns early if the run is stopped.
     pub(super) fn add(&mut self, ghosts: &[u32], positions: &[P], stop: &Stop) {
         let points: Vec<P> = ghosts.iter().map(|&g| positions[g as usize]).collect();
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count.is_multiple_of(ASKED_EVERY) && stop.is_raised() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && stop.is_raised() {
                 return;
             }
-            if let Ok(Some(_)) = self.delaunay.insert_beside(points[i as usize], None, self.owned) {
+            if let Ok(Some(_)) = self.delaunay.insert_if_adjacent(points[i as usize], None, self.owned) {
                 self.ghosts.push(ghosts[i as usize]);
             }
         }
@@ -179,7 +179,7 @@ impl<P: Point> SubdomainTriangulation<P> {
     /// ghosts, as local indices, and with its smallest vertex.
     pub(crate) fn scan(&mut self, positions: &[P], mixed: impl FnMut(&P::Cell, u32)) {
         let firsts = FirstCoordinates::new(positions);
-        let mut kept = Kept::of(self.slots());
+        let mut kept = KeptCells::of(self.slots());
         // The last entry represents all vertices that are not owned. No bit is ever set in it.
         let mut seen = vec![0u8; self.owned as usize + 1];
         let others = self.scan_owned(&firsts, &mut seen, &mut kept);
@@ -196,7 +196,7 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 
     /// Scans the cells whose vertices are all owned. Returns the slots of the others.
-    fn scan_owned(&self, firsts: &FirstCoordinates<'_, P>, seen: &mut [u8], kept: &mut Kept) -> Vec<u32> {
+    fn scan_owned(&self, firsts: &FirstCoordinates<'_, P>, seen: &mut [u8], kept: &mut KeptCells) -> Vec<u32> {
         let cells = self.delaunay.complex();
         let mut others = Vec::new();
         for word in 0..self.slots().div_ceil(u64::BITS) {
@@ -229,7 +229,7 @@ impl<P: Point> SubdomainTriangulation<P> {
         others: &[u32],
         firsts: &FirstCoordinates<'_, P>,
         seen: &mut [u8],
-        kept: &mut Kept,
+        kept: &mut KeptCells,
         mut mixed: impl FnMut(&P::Cell, u32),
     ) -> u64 {
         let mut hull_facets = 0;

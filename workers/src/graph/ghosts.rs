@@ -44,7 +44,7 @@ pub(crate) async fn push_ghosts<P: Point>(
     for (node, sweep) in push.sweeps {
         let mut cost = Cost::ZERO;
         let items = sweep.items();
-        cost.swept(sweep);
+        cost.charge_sweep(sweep);
         cx.charge(Account::member(Phase::Sets, node), cost, items);
     }
     Ok(push.ghosts)

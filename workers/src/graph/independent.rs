@@ -238,7 +238,7 @@ impl Selection {
                     let other = priorities[u as usize];
                     first &= mine.0 < other || compare(mine, (other, positions[u as usize])).is_lt();
                 });
-                own.swept_inside(sweep);
+                own.charge_nested_sweep(sweep);
                 first
             })
         });
@@ -253,7 +253,7 @@ impl Selection {
                 let mut out = false;
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start()) as usize], |&u| out |= states[u as usize] == State::In);
-                own.swept_inside(sweep);
+                own.charge_nested_sweep(sweep);
                 out
             })
         });
@@ -288,7 +288,7 @@ impl Selection {
                         informed.push(Informed { rank: table.owners()[u as usize], point: v });
                     }
                 });
-                own.swept_inside(sweep);
+                own.charge_nested_sweep(sweep);
             });
             let open = (decision == State::Out).then(|| {
                 let undecided = |&(v, out): &(u32, bool)| !out && self.states[v as usize] == State::Undecided;

@@ -131,7 +131,7 @@ fn announce<P: Point>(
             }
         }
         let mut cost = Cost::ZERO;
-        cost.swept(edges);
+        cost.charge_sweep(edges);
         cx.charge(Account::member(Phase::Sets, leaf.id()), cost, edges.items());
     }
     announcements
@@ -166,11 +166,11 @@ impl BothEnds {
             new[announced.leaf_of[edge.point as usize] as usize].push(edge);
         }
         let mut united = Lists::with_capacity(table.owned_len() as usize, items);
-        for ((leaf, new), delivered) in subdomain.leaves().iter().zip(new).zip(announced.at_leaf) {
+        for ((leaf, new), charge_delivery) in subdomain.leaves().iter().zip(new).zip(announced.at_leaf) {
             let mut cost = Cost::ZERO;
-            cost.delivered(delivered);
+            cost.charge_delivery(charge_delivery);
             let row = |edge: &Edge| (edge.point - leaf.start()) as usize;
-            let own = cost.sorted_by_place(&new, row, leaf.owned_len() as usize);
+            let own = cost.sort_by_position(&new, row, leaf.owned_len() as usize);
             let points: Vec<u32> = leaf.owned().collect();
             let mut rest = own.as_slice();
             cost.map_nested(&points, |&point, inner| {
@@ -179,7 +179,7 @@ impl BothEnds {
                 rest = others;
                 let mut added = Sweep::default();
                 added.visit_lanes(segment.len());
-                inner.swept_inside(added);
+                inner.charge_nested_sweep(added);
                 united.push_two(nearest[point as usize], segment.iter().map(|edge| edge.other));
             });
             cx.charge(Account::member(Phase::Graph, leaf.id()), cost, 0);

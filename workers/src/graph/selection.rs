@@ -157,7 +157,7 @@ fn balls_of_sample<P: Point>(
     for (at, leaf) in subdomain.leaves().iter().enumerate() {
         let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
-        let sample = cost.pack(&members, |&point| sampler.takes(positions[point as usize]));
+        let sample = cost.pack(&members, |&point| sampler.accepts(positions[point as usize]));
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
         let items = leaf.owned_len() * (sample.len() as u64).max(1);

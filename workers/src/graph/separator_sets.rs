@@ -465,7 +465,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         for (node, sweep) in replicated {
             let mut cost = Cost::ZERO;
             let items = sweep.items();
-            cost.swept(sweep);
+            cost.charge_sweep(sweep);
             cx.charge(Account::member(Phase::Sets, node), cost, items);
         }
         let owned = items.into_iter().take(table.owned_len() as usize);
@@ -488,8 +488,8 @@ fn send_items<P: Point>(cx: &mut Context<P>, leaving: Leaving<P>) {
 fn unite(mut list: Vec<u32>, other: Vec<u32>, all: &mut Cost) -> Vec<u32> {
     list.extend(other);
     let mut own = Cost::ZERO;
-    own.distinct_inside(&mut list, Ord::cmp);
-    all.beside(own);
+    own.distinct_nested(&mut list, Ord::cmp);
+    all.join(own);
     list
 }
 

@@ -76,7 +76,7 @@ impl Reach {
             let entry = reached.entry((self.origin, node)).or_default();
             entry.balls += 1;
             entry.entries += nearest.len() as u64;
-            entry.points.extend(nearest.numbers());
+            entry.points.extend(nearest.positions());
         }
     }
 }

@@ -354,7 +354,7 @@ impl<'a, P: Point> Descent<'a, P> {
             ways.clear();
             walk.follow(start, &MovingBall { centre, radius2, own_leaf: None }, &mut ways, &mut found);
             found.keep_nearest(batch.wanted as usize, radius2);
-            walked.push(i, found.numbers().iter().copied(), &ways);
+            walked.push(i, found.positions().iter().copied(), &ways);
         }
         self.tallies.add(cx, self.subdomain, &walk.into_counts());
         walked
@@ -423,7 +423,7 @@ impl<'a, P: Point> Descent<'a, P> {
             scratch.extend(part, |j| dist2(table.positions()[j as usize], pending.centre));
         }
         let kth2 = scratch.keep_nearest(search.wanted as usize, pending.radius2);
-        let list = scratch.numbers().iter().copied();
+        let list = scratch.positions().iter().copied();
         match pending.origin {
             Origin::Owned(point) => complete.push(point, kth2, list),
             Origin::Batch { batch, query } => received[batch as usize].complete(query, list),

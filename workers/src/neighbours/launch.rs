@@ -122,7 +122,7 @@ pub(crate) fn walk_balls<P: Point>(
         }
         found.extend(own.map_or(&[], |own| own.1), |j| dist2(positions[j as usize], centre));
         let kth2 = found.keep_nearest(search.wanted as usize, ball.radius2);
-        let list = found.numbers().iter().copied();
+        let list = found.positions().iter().copied();
         if ways.is_empty() {
             complete.push(ball.point, kth2, list);
         } else {

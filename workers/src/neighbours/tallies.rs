@@ -65,13 +65,13 @@ impl Tallies {
     pub(crate) fn into_charges(self) -> impl Iterator<Item = NodeCharge> {
         let inner = self.inner.into_iter().map(|(node, Visits { down, both })| {
             let (mut cost, items) = (Cost::ZERO, down.items());
-            cost.swept(down);
-            cost.swept(both);
+            cost.charge_sweep(down);
+            cost.charge_sweep(both);
             NodeCharge { node, cost, items }
         });
         let leaves = self.pairs.into_iter().map(|(node, pairs)| {
             let (mut cost, items) = (Cost::ZERO, pairs.items());
-            cost.swept(pairs);
+            cost.charge_sweep(pairs);
             NodeCharge { node, cost, items }
         });
         inner.chain(leaves)

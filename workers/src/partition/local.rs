@@ -104,7 +104,7 @@ impl<P: Point> Builder<'_, P> {
         while found.is_none() && attempts < MAX_ATTEMPTS {
             let key = DrawKey { seed: self.config.seed, node: node.0, attempt: attempts };
             let sampler = self.config.sampler(key, population);
-            let mut samples = cost.pack(&points, |&x| sampler.takes(x));
+            let mut samples = cost.pack(&points, |&x| sampler.accepts(x));
             if self.config.shown.record_tasks {
                 let all = self.positions.len() as u64;
                 grown.samples.push(record_samples(key, population, members, &points, all));

@@ -241,7 +241,7 @@ fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, poin
     let mut cost = Cost::ZERO;
     let key = DrawKey { seed: cx.config().seed, node: group.node.0, attempt };
     let sampler = cx.config().sampler(key, group.child.population);
-    let samples = cost.pack(&points.positions, |&x| sampler.takes(x));
+    let samples = cost.pack(&points.positions, |&x| sampler.accepts(x));
     // Members before and after a move both charge this step: only the count step states the items.
     cx.charge(Account::member(Phase::Partition, group.node), cost, 0);
     cx.contribute(group, attempt, Body::Samples(Bulk(samples)));
@@ -457,8 +457,9 @@ fn split_batch<P: Point>(
     stay: usize,
     cost: &mut Cost,
 ) -> [PointBatch<P>; 2] {
-    let columns = (&mut points.ids.0, &mut points.positions.0, &mut points.radii2.0);
-    let (ids, positions, radii2) = cost.split_arrays(sides, stay as u8, columns);
+    let PointBatch { ids, positions, radii2, .. } = &mut points;
+    let (ids, positions, radii2) =
+        cost.split_arrays(sides, stay as u8, &mut ids.0, &mut positions.0, &mut radii2.0);
     let gone = PointBatch { radii2: Bulk(radii2), ..PointBatch::in_transit(ids, positions) };
     if stay == 0 { [points, gone] } else { [gone, points] }
 }

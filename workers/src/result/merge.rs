@@ -186,7 +186,7 @@ fn merge_leaves<P: Point>(
     }
     for (leaf, (_, sweep)) in leaves.iter().zip(&merged) {
         let mut cost = Cost::ZERO;
-        cost.swept(*sweep);
+        cost.charge_sweep(*sweep);
         cx.charge(Account::member(pass.payer(), leaf.id()), cost, sweep.items());
     }
     merged.into_iter().map(|m| m.0).collect()

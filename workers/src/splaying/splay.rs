@@ -144,7 +144,7 @@ fn retain_present<P: Point>(
     found.retain(|proposal| {
         let (mut sweep, mut cost) = (Sweep::default(), Cost::ZERO);
         sweep.visit_lanes(stars.link(proposal.from).len());
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
         costs.push((proposal.from, cost));
         stars.position_in(proposal.from, &proposal.cell).is_some()
     });
@@ -156,7 +156,7 @@ fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterato
     let mut of_leaves: BTreeMap<u32, (Cost, u64)> = BTreeMap::new();
     for (vertex, cost) in costs {
         let entry = of_leaves.entry(leaf_number(leaves, vertex)).or_default();
-        entry.0.beside(cost);
+        entry.0.join(cost);
         entry.1 += 1;
     }
     for (at, (cost, items)) in of_leaves {

@@ -154,7 +154,7 @@ impl<'a, P: Point> StarStep<'a, P> {
                 let mut sweep = Sweep::default();
                 let gained = LinkSearch::<P>::new(&self.out.gained[self.start.gained..], vertex);
                 rejected.retain(|cell| !gained.contains(cell, &mut sweep));
-                self.cost.swept_inside(sweep);
+                self.cost.charge_nested_sweep(sweep);
             }
         }
         self.propose_gained();
@@ -175,10 +175,10 @@ impl<'a, P: Point> StarStep<'a, P> {
         let StarInbox { vertex, proposals, objections, gathered, .. } = self.inbox;
         let (link, mut sweep) = (LinkSearch::<P>::new(self.old_link(), vertex), Sweep::default());
         let mut missing: Vec<P::Cell> = proposals.iter().map(|p| p.cell).collect();
-        self.cost.distinct_inside(&mut missing, Ord::cmp);
+        self.cost.distinct_nested(&mut missing, Ord::cmp);
         missing.retain(|cell| !link.contains(cell, &mut sweep));
         let mut present: Vec<P::Cell> = objections.iter().map(|o| o.cell).collect();
-        self.cost.distinct_inside(&mut present, Ord::cmp);
+        self.cost.distinct_nested(&mut present, Ord::cmp);
         present.retain(|cell| link.contains(cell, &mut sweep));
         // Each cell marks its run of the sorted objections.
         sweep.visit_lanes(objections.len());
@@ -189,7 +189,7 @@ impl<'a, P: Point> StarStep<'a, P> {
         added.extend(valid.flat_map(|o| self.inbox.witnesses(o)));
         added.extend(gathered.iter().map(|g| g.point));
         sweep.visit_lanes(added.len());
-        self.cost.swept_inside(sweep);
+        self.cost.charge_nested_sweep(sweep);
         missing
     }
 
@@ -201,11 +201,11 @@ impl<'a, P: Point> StarStep<'a, P> {
         match tools.builder.extend(positions, vertex, old, &tools.added, cost) {
             Extended::Changed => {
                 tools.builder.facets(&mut out.links);
-                tools.builder.fresh(&mut out.gained);
-                out.lost.extend(tools.builder.gone().iter().map(|&at| old[at as usize]));
+                tools.builder.created_facets(&mut out.gained);
+                out.lost.extend(tools.builder.removed_facets().iter().map(|&at| old[at as usize]));
                 let mut flags = Sweep::default();
                 flags.visit_lanes(out.links.len() - start.links + old.len());
-                cost.swept_inside(flags);
+                cost.charge_nested_sweep(flags);
             }
             Extended::Same => {}
             Extended::Open => self.rebuild_link(),
@@ -221,7 +221,7 @@ impl<'a, P: Point> StarStep<'a, P> {
         let mut candidates: Vec<u32> =
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(&tools.added);
-        cost.distinct_numbers(&mut candidates, &mut tools.seen);
+        cost.distinct_indices(&mut candidates, &mut tools.seen);
         if tools.builder.build(positions, vertex, &candidates, cost) {
             tools.builder.facets(&mut out.links);
             let change = difference::<P>(old, &out.links[start.links..], cost);
@@ -245,8 +245,8 @@ impl<'a, P: Point> StarStep<'a, P> {
             let others = receivers(view, vertex, &cell).filter(|v| senders.iter().all(|p| p.from != *v));
             out.proposals.extend(others.map(|to| Proposal { to, cell, from: vertex }));
         });
-        self.cost.swept_inside(sweep);
-        self.cost.swept_inside(step);
+        self.cost.charge_nested_sweep(sweep);
+        self.cost.charge_nested_sweep(step);
     }
 
     /// Sends objections: for each rejected proposal to its proposers, for each lost cell to the stars that must agree on it.
@@ -262,10 +262,10 @@ impl<'a, P: Point> StarStep<'a, P> {
             return;
         }
         let (mut sweep, against) = (Sweep::default(), &mut tools.against);
-        tools.witnesses.begin(positions, vertex, &points, &mut sweep);
+        tools.witnesses.load(positions, vertex, &points, &mut sweep);
         for cell in rejected {
             against.clear();
-            tools.witnesses.against(positions, cell, against, &mut sweep);
+            tools.witnesses.append_inside(positions, cell, against, &mut sweep);
             if !against.is_empty() {
                 let proposers = with_cell(proposals, cell, |p| p.cell, &mut sweep);
                 out.objections.add(proposers.iter().map(|p| p.from), *cell, vertex, against);
@@ -275,12 +275,12 @@ impl<'a, P: Point> StarStep<'a, P> {
             let Some(cell) = finite_cell::<P>(vertex, facet) else { continue };
             let cell = in_order::<P>(&cell);
             against.clear();
-            tools.witnesses.against(positions, &cell, against, &mut sweep);
+            tools.witnesses.append_inside(positions, &cell, against, &mut sweep);
             let objectors = with_cell(objections, &cell, |o| o.cell, &mut sweep);
             let others = receivers(view, vertex, &cell).filter(|v| objectors.iter().all(|o| o.from != *v));
             out.objections.add(others, cell, vertex, against);
         }
-        self.cost.swept_inside(sweep);
+        self.cost.charge_nested_sweep(sweep);
     }
 }
 

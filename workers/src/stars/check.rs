@@ -136,7 +136,7 @@ fn sum_all<P: Point>(
     for (leaf, sweep) in sweeps {
         let mut cost = Cost::ZERO;
         let items = sweep.items();
-        cost.swept(sweep);
+        cost.charge_sweep(sweep);
         cx.charge(Account::member(Phase::Check, leaf), cost, items);
     }
     stars.set_sums(all);

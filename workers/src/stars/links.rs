@@ -85,7 +85,7 @@ impl<'a, P: Point> LinkSearch<'a, P> {
 /// Returns the finite vertices of a link, each once.
 pub(crate) fn link_points<P: Point>(link: &[P::Facet], seen: &mut Marks, cost: &mut Cost) -> Vec<u32> {
     let mut points = bytemuck::cast_slice::<_, u32>(link).to_vec();
-    cost.distinct_numbers(&mut points, seen);
+    cost.distinct_indices(&mut points, seen);
     points.retain(|&v| v != INFINITE);
     points
 }

@@ -1,4 +1,196 @@
+use proptest::prelude::*;
+
 use super::*;
+use crate::selection::NeighbourList;
+
+/// The charges of the machine, step by step: every primitive as its sequence of vector steps and scans.
+#[derive(Default)]
+struct Steps {
+    work: u64,
+    depth: u64,
+    scans: u64,
+}
+
+impl Steps {
+    fn step(&mut self, items: u64) {
+        self.work += items;
+        self.depth += 1;
+    }
+
+    fn scan(&mut self, items: u64) {
+        self.step(items);
+        self.scans += 1;
+    }
+
+    fn sort(&mut self, items: u64) {
+        for _ in 0..ceil_log2(items).max(1) {
+            self.step(items);
+        }
+    }
+
+    fn merge(&mut self, items: u64) {
+        let mut left = items;
+        while left > 0 {
+            self.step(left);
+            left = if left == 1 { 0 } else { left.div_ceil(2) };
+        }
+    }
+
+    fn sequential(&mut self, iterations: u64) {
+        for _ in 0..iterations {
+            self.step(1);
+        }
+    }
+
+    /// The price of a primitive.
+    fn of(primitive: Primitive, items: u64) -> Price {
+        let [step, scan, sort] = [Steps::step, Steps::scan, Steps::sort];
+        let sequence: &[fn(&mut Steps, u64)] = match primitive {
+            Primitive::VectorStep => &[step],
+            Primitive::Scan => &[scan],
+            Primitive::Pack => &[step, scan, step],
+            Primitive::Split => &[step, scan, scan, step],
+            Primitive::BroadcastMap => &[scan, step],
+            Primitive::Pairs => &[scan, step, scan],
+            Primitive::Sweep | Primitive::Delivery if items == 0 => &[],
+            Primitive::Sweep => &[step, scan],
+            Primitive::Sort => &[sort],
+            Primitive::Distinct => &[sort, step, scan, step],
+            Primitive::Delivery => &[sort, scan, step, scan, step],
+            Primitive::Merge => &[Steps::merge],
+            Primitive::Sequential => &[Steps::sequential],
+        };
+        let mut steps = Steps::default();
+        for part in sequence {
+            part(&mut steps, items);
+        }
+        Price { work: steps.work, depth: steps.depth, scans: steps.scans }
+    }
+}
+
+const ALL: [Primitive; 12] = [
+    Primitive::VectorStep,
+    Primitive::Scan,
+    Primitive::Pack,
+    Primitive::Split,
+    Primitive::BroadcastMap,
+    Primitive::Pairs,
+    Primitive::Sweep,
+    Primitive::Sort,
+    Primitive::Distinct,
+    Primitive::Delivery,
+    Primitive::Merge,
+    Primitive::Sequential,
+];
+
+/// The cost of one call of a method.
+fn cost_of(call: impl FnOnce(&mut Cost)) -> Cost {
+    let mut cost = Cost::ZERO;
+    call(&mut cost);
+    cost
+}
+
+/// The cost of consecutive calls of primitives.
+fn paid(calls: &[(Primitive, usize)]) -> Cost {
+    cost_of(|cost| {
+        for &(primitive, items) in calls {
+            let Price { work, depth, scans } = Steps::of(primitive, items as u64);
+            cost.then(Cost::from_parts([work, depth, scans, 0]));
+        }
+    })
+}
+
+/// The same, with all scans over `items` items.
+fn paid_nested(calls: &[(Primitive, usize)], items: usize) -> Cost {
+    let mut cost = paid(calls);
+    let log = ceil_log2(items as u64).max(1) - 1;
+    cost.inner_log = cost.scans * log;
+    cost.scans = 0;
+    cost
+}
+
+fn swept(items: usize) -> Sweep {
+    let mut sweep = Sweep::default();
+    sweep.visit_lanes(items);
+    sweep
+}
+
+struct Ignore;
+
+impl PairVisitor for Ignore {
+    fn begin(&mut self, _: usize) -> f64 {
+        0.0
+    }
+    fn visit(&mut self, _: usize, _: f64) -> f64 {
+        0.0
+    }
+    fn end(&mut self, _: usize) {}
+}
+
+proptest! {
+    /// The price list equals the sum over the steps of each primitive.
+    #[test]
+    fn prices_are_sums_of_steps(items in prop_oneof![0u64..70, 0u64..100_000]) {
+        for primitive in ALL {
+            prop_assert_eq!(primitive.price(items), Steps::of(primitive, items), "{:?}", primitive);
+        }
+    }
+
+    /// Every method charges the primitives of its documentation.
+    #[test]
+    fn methods_charge_their_primitives(mut list in prop::collection::vec(0u32..40, 0..130), other in 0u32..60) {
+        use Primitive as P;
+        let m = list.len();
+        let as_calls = |p: Primitive| paid(&[(p, m)]);
+        let flags: Vec<u8> = list.iter().map(|x| (x % 2) as u8).collect();
+        let counts: Vec<usize> = list.iter().map(|&x| x as usize).collect();
+        prop_assert_eq!(cost_of(|c| drop(c.map(&list, |x| x + 1))), as_calls(P::VectorStep));
+        prop_assert_eq!(cost_of(|c| c.update(&mut list.clone(), |x| *x += 1)), as_calls(P::VectorStep));
+        prop_assert_eq!(cost_of(|c| drop(c.gather(&list, &(0..m as u32).collect::<Vec<_>>()))), as_calls(P::VectorStep));
+        prop_assert_eq!(cost_of(|c| _ = c.reduce(&list, 0, |a, x| a + x)), as_calls(P::Scan));
+        prop_assert_eq!(cost_of(|c| drop(c.scan(&counts))), as_calls(P::Scan));
+        prop_assert_eq!(cost_of(|c| c.broadcast(&mut list.clone(), |x| *x = 0)), as_calls(P::Scan));
+        prop_assert_eq!(cost_of(|c| drop(c.map_with(3, &list, |v, x| v + x))), as_calls(P::BroadcastMap));
+        prop_assert_eq!(cost_of(|c| drop(c.pack(&list, |x| x % 2 == 0))), as_calls(P::Pack));
+        prop_assert_eq!(cost_of(|c| drop(c.split(&list, |x| x % 2 == 0))), as_calls(P::Split));
+        let arrays = cost_of(|c| {
+            c.split_arrays(&flags, 0, &mut list.clone(), &mut Vec::<u8>::new(), &mut Vec::<u8>::new());
+        });
+        prop_assert_eq!(arrays, as_calls(P::Split));
+        prop_assert_eq!(cost_of(|c| c.sort(&mut list.clone(), Ord::cmp)), as_calls(P::Sort));
+        prop_assert_eq!(cost_of(|c| c.distinct(&mut list.clone(), Ord::cmp)), as_calls(P::Distinct));
+        let nested = paid_nested(&[(P::Distinct, m)], m);
+        prop_assert_eq!(cost_of(|c| c.distinct_nested(&mut list.clone(), Ord::cmp)), nested);
+        let mut relabelled = nested;
+        relabelled.then(as_calls(P::VectorStep));
+        let mut positions = Positions::default();
+        positions.make_room(40);
+        prop_assert_eq!(cost_of(|c| drop(c.relabel(&mut list.clone(), &mut positions))), relabelled);
+        prop_assert_eq!(cost_of(|c| c.charge_sweep(swept(m))), as_calls(P::Sweep));
+        prop_assert_eq!(cost_of(|c| c.charge_nested_sweep(swept(m))), paid_nested(&[(P::Sweep, m)], m));
+        prop_assert_eq!(cost_of(|c| c.charge_delivery(swept(m))), as_calls(P::Delivery));
+        prop_assert_eq!(cost_of(|c| c.sequential(m, (), |(), _| ())), as_calls(P::Sequential));
+        list.sort_unstable();
+        list.dedup();
+        let both: Vec<u32> = (0..other).collect();
+        let merged = paid(&[(P::Merge, list.len() + both.len())]);
+        prop_assert_eq!(cost_of(|c| drop(c.unite(&list, &both))), merged);
+        let points: Vec<glam::DVec2> = list.iter().map(|&x| glam::DVec2::splat(f64::from(x))).collect();
+        let pairs = paid(&[(P::Pairs, points.len() * points.len())]);
+        let columns = CoordinateArrays::of(points.iter().copied());
+        prop_assert_eq!(cost_of(|c| c.all_pairs(&points, &columns, &mut Ignore)), pairs);
+        prop_assert_eq!(cost_of(|c| c.all_pairs_in_blocks(&KdBlocks::of(&points), &mut Ignore)), pairs);
+    }
+}
+
+#[test]
+fn sweeps_count_all_items_that_the_machine_tests() {
+    let points: Vec<glam::DVec2> = (0..100).map(|i| glam::DVec2::splat(f64::from(i))).collect();
+    let mut sweep = Sweep::default();
+    sweep.each_in_blocks(&KdBlocks::of(&points), points[0], 2.0, 0, &mut NeighbourList::default());
+    sweep.each_distance(&CoordinateArrays::of(points.iter().copied()), 10..30, points[0], 2.0, |_, _| 2.0);
+    assert_eq!(sweep.items(), 120);
+}
 
 #[test]
 fn vector_steps_and_scans() {
@@ -33,7 +225,7 @@ fn sorting_is_logarithmic_and_stable() {
 }
 
 #[test]
-fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
+fn sorting_by_keys_is_charged_as_a_sort() {
     for (n, digits) in [(0u64, 64), (1, 64), (31, 64), (97, 2), (1000, 4), (1000, 64)] {
         // With few digits most keys differ in their last ones alone.
         let key = |i: u32| 1 << 62 | u64::from(i).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - digits);
@@ -47,39 +239,39 @@ fn sorting_by_keys_is_sorting_and_is_charged_as_that() {
 }
 
 #[test]
-fn what_is_put_in_place_is_charged_as_sorted() {
+fn counting_sorts_are_charged_as_sorts() {
     let items: Vec<(usize, u32)> = (0..50).map(|i| (i * 7 % 11, i as u32)).collect();
     let (mut expected, mut cost, mut all) = (items.clone(), Cost::ZERO, Cost::ZERO);
     all.sort(&mut expected, |a, b| a.0.cmp(&b.0));
-    assert_eq!((cost.sorted_by_place(&items, |item| item.0, 11), cost), (expected, all));
+    assert_eq!((cost.sort_by_position(&items, |item| item.0, 11), cost), (expected, all));
 }
 
 #[test]
-fn distinct_numbers_are_charged_as_distinct() {
+fn distinct_indices_are_charged_as_distinct() {
     let mut seen = Marks::new(10);
     for numbers in [vec![3, 1, 3, 2, 1, 1, 9, 2, u32::MAX, u32::MAX], vec![3, 3], vec![]] {
         let (mut own, mut cost, mut all) = (numbers.clone(), Cost::ZERO, Cost::ZERO);
         let mut expected = numbers;
-        all.distinct_inside(&mut expected, Ord::cmp);
-        cost.distinct_numbers(&mut own, &mut seen);
+        all.distinct_nested(&mut expected, Ord::cmp);
+        cost.distinct_indices(&mut own, &mut seen);
         own.sort_unstable();
         assert_eq!((own, cost), (expected, all));
     }
 }
 
 #[test]
-fn repetitions_are_deleted_and_paid() {
+fn repetitions_are_removed_and_charged() {
     let mut cost = Cost::ZERO;
     let mut items = vec![3, 1, 3, 2, 1, 1, 9, 2];
     cost.distinct(&mut items, Ord::cmp);
     assert_eq!((items, cost.work(), cost.depth(), cost.scans()), (vec![1, 2, 3, 9], 6 * 8, 6, 1));
     let mut cost = Cost::ZERO;
-    cost.distinct_inside(&mut vec![1, 1, 2, 2], Ord::cmp);
+    cost.distinct_nested(&mut vec![1, 1, 2, 2], Ord::cmp);
     assert_eq!((cost.depth(), cost.scans(), cost.depth_log_scan(1 << 20)), (5, 0, 6));
 }
 
 #[test]
-fn unions_name_what_is_in_both() {
+fn unions_mark_common_items() {
     let mut cost = Cost::ZERO;
     let both = cost.unite(&[1, 4, 6], &[0, 4, 7, 9]);
     assert_eq!(both, [(0, false), (1, false), (4, true), (6, false), (7, false), (9, false)]);
@@ -91,7 +283,7 @@ fn unions_name_what_is_in_both() {
 }
 
 #[test]
-fn repeated_reads_are_refused() {
+fn repeated_reads_are_rejected() {
     let mut cost = Cost::ZERO;
     assert_eq!(cost.gather(&[10, 20, 30], &[2, 0]), Ok(vec![30, 10]));
     assert_eq!(cost.gather(&[10, 20, 30], &[2, 2]), Err(2));
@@ -106,14 +298,14 @@ fn shares_of_a_group_merge_as_one() {
     for part in items.chunks(7) {
         let mut own = Cost::ZERO;
         own.pack(part, |x| x % 2 == 0);
-        merged.beside(own);
+        merged.join(own);
     }
     assert_eq!(whole, merged);
     assert_eq!(ceil_log2(1000), 10);
 }
 
 #[test]
-fn columns_are_split_together_and_in_order() {
+fn arrays_are_split_together_and_in_order() {
     for count in [0usize, 1, 2, 7, 1000] {
         for (stay, pattern) in
             [(0u8, 0u64), (0, u64::MAX), (1, 0x9249_2492_4924_9249), (0, 0xF0F0_0001_8000_1234)]
@@ -123,7 +315,7 @@ fn columns_are_split_together_and_in_order() {
             let (mut numbers, mut pairs, mut none) = (all.clone(), Vec::new(), Vec::<f64>::new());
             pairs.extend(all.iter().map(|&i| (i, 3 * i)));
             let mut cost = Cost::ZERO;
-            let gone = cost.split_arrays(&flags, stay, (&mut numbers, &mut pairs, &mut none));
+            let gone = cost.split_arrays(&flags, stay, &mut numbers, &mut pairs, &mut none);
             let (there, away): (Vec<u64>, Vec<u64>) = all.iter().partition(|&&i| flags[i as usize] == stay);
             assert_eq!((&numbers, &gone.0), (&there, &away));
             assert!(

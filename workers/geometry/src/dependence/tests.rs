@@ -1,4 +1,4 @@
-//! The rival against the sequential kernel, and its counts against each other.
+//! The insertion baseline compared with the sequential kernel, and consistency of its counts.
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
@@ -15,28 +15,29 @@ fn sorted<C: Simplex>(cells: impl Iterator<Item = C>) -> Vec<C> {
     cells
 }
 
-/// The same cells as the kernel's, positively oriented, and counts that fit each other.
+/// The cells equal those of the kernel and are positively oriented, and the counts are consistent.
 fn check<P: Point>(points: &[P], seed: u64) -> Dependence<P> {
     let kernel = Incremental::new(points.to_vec()).unwrap();
-    let rival = Dependence::new(points, seed).unwrap();
-    assert!(sorted(rival.cells.iter().copied()) == sorted(kernel.cells()), "other cells");
-    for cell in &rival.cells {
+    let baseline = Dependence::new(points, seed).unwrap();
+    assert!(sorted(baseline.cells.iter().copied()) == sorted(kernel.cells()), "other cells");
+    for cell in &baseline.cells {
         let corners: Vec<P> = cell.as_ref().iter().map(|&v| points[v as usize]).collect();
         assert_eq!(orientation(&corners), Sign::Positive);
     }
     let infinite = kernel.complex().live_cells().filter(|&c| kernel.complex().infinite_slot(c).is_some());
-    assert_eq!(rival.hull_facets, infinite.count() as u64);
-    // A cell is made in the round after its later maker: the chain is the number of rounds that make cells.
-    let making = rival.rounds.iter().filter(|r| r.cells > 0).count() as u64;
-    assert_eq!(rival.clock.chain, making);
-    let total = rival.total();
-    assert!(total.cells >= rival.cells.len() as u64 + rival.hull_facets);
-    assert!(rival.clock.hashed <= rival.clock.steps && rival.clock.steps <= rival.clock.log_scan);
-    assert_eq!(rival.rounds.last().map(|r| r.cells), Some(0));
-    // Rounds wait for each other, chains do not.
-    assert!(rival.clock.steps <= total.steps && total.tests <= total.work);
-    assert!(rival.brent(1) == total.work && rival.brent(u64::MAX) == total.steps);
-    rival
+    assert_eq!(baseline.hull_facets, infinite.count() as u64);
+    // A cell is created in the round after the later of its two old cells. So the longest chain is the number of rounds
+    // that create cells.
+    let making = baseline.rounds.iter().filter(|r| r.cells > 0).count() as u64;
+    assert_eq!(baseline.clock.chain, making);
+    let total = baseline.total();
+    assert!(total.cells >= baseline.cells.len() as u64 + baseline.hull_facets);
+    assert!(baseline.clock.hashed <= baseline.clock.steps && baseline.clock.steps <= baseline.clock.log_scan);
+    assert_eq!(baseline.rounds.last().map(|r| r.cells), Some(0));
+    // Rounds wait for their slowest cell; chains do not.
+    assert!(baseline.clock.steps <= total.steps && total.tests <= total.work);
+    assert!(baseline.brent(1) == total.work && baseline.brent(u64::MAX) == total.steps);
+    baseline
 }
 
 fn random(n: u64, seed: u64) -> impl Iterator<Item = f64> {
@@ -67,7 +68,7 @@ fn ties_of_every_kind() {
     let grid: Vec<DVec3> =
         (0..343u32).map(|i| DVec3::new((i % 7).into(), (i / 7 % 7).into(), (i / 49).into())).collect();
     let flat: Vec<DVec2> = (0..400u32).map(|i| DVec2::new((i % 20).into(), (i / 20).into())).collect();
-    // Most of the first points of the order lie in one plane.
+    // Most of the first points of the order are coplanar.
     let mut sheet: Vec<DVec3> = flat.iter().map(|p| p.extend(0.0)).collect();
     sheet.push(DVec3::new(3.5, 4.25, 1.0));
     for seed in 0..3 {
@@ -80,8 +81,8 @@ fn ties_of_every_kind() {
 #[test]
 fn one_simplex_and_less() {
     let simplex = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    let rival = check(&simplex, 1);
-    assert_eq!((rival.cells.len(), rival.hull_facets, rival.clock.chain), (1, 4, 1));
+    let baseline = check(&simplex, 1);
+    assert_eq!((baseline.cells.len(), baseline.hull_facets, baseline.clock.chain), (1, 4, 1));
     let flat = |dimension| IncrementalError::Flat { dimension };
     assert_eq!(Dependence::new(&simplex[..3], 1).unwrap_err(), flat(2));
     assert_eq!(Dependence::<DVec2>::new(&[], 1).unwrap_err(), flat(-1));
@@ -102,8 +103,8 @@ fn counts_are_functions_of_the_set_and_the_seed() {
     assert_ne!(a.rounds, other.rounds);
 }
 
-/// The chain of 2^k points grows by about the same for each doubling, far below any power of n: 2^6 to 2^13
-/// points give 20 to 60 cells in the plane.
+/// The longest chain for 2^k points grows by about the same amount with each doubling, far below any power of n. Sets
+/// of 2^6 to 2^13 points in the plane have chains of 20 to 60 cells.
 #[test]
 fn the_chain_is_logarithmic() {
     for k in [6, 9, 12] {

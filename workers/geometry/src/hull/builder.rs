@@ -1,38 +1,43 @@
-//! Builds the link of a star: one sweep over its facets for each candidate.
+//! Construction of the link of a star: one sweep over its facets for each candidate.
+//!
+//! **Statement.** After each candidate, the link is that of the star among the candidates so far (see [`super`]).
+//!
+//! **Work and depth.** Those of [`super`], plus a sort of the candidates.
 
 use super::candidate::{Candidate, candidate};
 use super::corners::{Cone, Corners};
 use super::planes::{Planes, Side};
 
 use crate::complex::Complex;
-use crate::cost::{Cost, Places};
+use crate::cost::{Cost, Positions};
 use crate::point::{Point, Simplex, dist2, lex_cmp};
 use crate::predicates::{Sign, orientation, raises_dimension};
 use crate::simd::widest;
 
-/// Builds stars, one after the other, in reused storage.
+/// Builds stars one after the other, in reused storage.
 #[derive(Debug)]
 pub struct StarBuilder<P: Point> {
     pub(super) link: Complex<P::Facet>,
     pub(super) planes: Planes,
-    /// Candidates by distance, and how many have been looked at.
+    /// Candidates by distance, and the number of those already taken into `points`.
     pub(super) order: Vec<u32>,
-    seen: usize,
+    taken: usize,
     keys: Vec<u64>,
     pub(super) centre: P,
-    /// Infinity, then the candidates looked at, in order; the link's vertices are positions in here less 1.
+    /// Infinity, then the candidates taken, in order. Vertex `v` of the link is entry `v + 1`.
     pub(super) points: Vec<Candidate<P>>,
-    /// Facets that the candidate at hand may conflict with.
+    /// Facets that the current candidate may conflict with.
     uncertain: Vec<u32>,
-    /// The cavity, where some facets were undecided.
-    dug: Vec<u32>,
-    /// Of every facet: what rounded arithmetic says of the candidate at hand.
+    /// The cavity, if some facets were undecided.
+    cavity: Vec<u32>,
+    /// For each facet, its side for the current candidate in rounded arithmetic.
     pub(super) sides: Vec<Side>,
-    /// Of every facet of the link that was loaded ([`StarBuilder::extend`]): is it gone? And those that are.
+    /// For each facet of the link that [`StarBuilder::extend`] loaded, whether it was removed; and the removed ones in
+    /// order.
     pub(super) loaded: Vec<bool>,
-    pub(super) gone: Vec<u32>,
-    /// Where the numbers of points stand in `points`.
-    pub(super) places: Places,
+    pub(super) removed: Vec<u32>,
+    /// Scratch: maps positions in the table to positions in `points`.
+    pub(super) positions: Positions,
 }
 
 impl<P: Point> Default for StarBuilder<P> {
@@ -41,44 +46,44 @@ impl<P: Point> Default for StarBuilder<P> {
             link: Complex::default(),
             planes: Planes::default(),
             order: Vec::new(),
-            seen: 0,
+            taken: 0,
             keys: Vec::new(),
             centre: P::default(),
             points: Vec::new(),
             uncertain: Vec::new(),
-            dug: Vec::new(),
+            cavity: Vec::new(),
             sides: Vec::new(),
             loaded: Vec::new(),
-            gone: Vec::new(),
-            places: Places::default(),
+            removed: Vec::new(),
+            positions: Positions::default(),
         }
     }
 }
 
-/// Candidates that are looked at together: then it is asked whether the rest is out of reach.
-const AT_ONCE: usize = 32;
+/// Number of candidates taken together. After each batch, the construction ends if the rest is out of reach.
+const BATCH: usize = 32;
 
-/// Candidates between two questions whether the rest is out of reach.
-const ASKED_EVERY: u32 = 4;
+/// Number of candidates between two tests whether the rest is out of reach.
+const CHECK_INTERVAL: u32 = 4;
 
 impl<P: Point> StarBuilder<P> {
-    /// Builds the star of `table[centre]` among the `candidates` (positions in `table`, in any order,
-    /// repeats and the centre itself ignored). Returns false, with no link, if the candidates and the
-    /// centre span no cell.
+    /// Builds the star of `table[centre]` among the `candidates`. These are positions in `table` in any order;
+    /// repetitions and the centre are ignored. Returns `false`, with an empty link, if the candidates and the centre
+    /// span no cell.
     pub fn build(&mut self, table: &[P], centre: u32, candidates: &[u32], cost: &mut Cost) -> bool {
         self.centre = table[centre as usize];
         self.points.clear();
         self.points.push(Candidate::infinity());
         self.order.clear();
-        self.seen = 0;
+        self.taken = 0;
         self.loaded.clear();
-        self.gone.clear();
+        self.removed.clear();
         self.order.extend_from_slice(candidates);
         if candidates.contains(&centre) {
             self.order.retain(|&i| i != centre);
         }
         self.sort_by_distance(table, cost);
-        let mut more = |this: &mut Self| this.look_at_more(table);
+        let mut more = |this: &mut Self| this.take_batch(table);
         let first = self.first_simplex(&mut more, cost);
         if let Some(first) = first {
             self.start(first);
@@ -92,13 +97,13 @@ impl<P: Point> StarBuilder<P> {
         first.is_some()
     }
 
-    /// The link's facets as positions in the table, infinite ones included, oriented so that
-    /// `(centre, facet)` is positive. Appends to `out`.
+    /// Appends the facets of the link to `out`, infinite ones included, as positions in the table. They are oriented so
+    /// that `(centre, facet)` is positive.
     pub fn facets(&self, out: &mut Vec<P::Facet>) {
         out.extend(self.link.live_cells().map(|cell| self.named(cell)));
     }
 
-    /// A facet by positions in the table.
+    /// Converts a facet to positions in the table.
     #[inline]
     pub(super) fn named(&self, cell: u32) -> P::Facet {
         let mut facet = *self.link.cell(cell);
@@ -113,10 +118,10 @@ impl<P: Point> StarBuilder<P> {
         self.link.len()
     }
 
-    /// Sorts the candidates by their distances from the centre, then by rank.
+    /// Sorts the candidates by distance from the centre, then lexicographically.
     pub(super) fn sort_by_distance(&mut self, table: &[P], cost: &mut Cost) {
         let c = self.centre;
-        // The bits of squared distances are in the order of the distances.
+        // The bit patterns of squared distances have the order of the distances.
         let distance2 = |i: u32| dist2(table[i as usize], c).to_bits();
         cost.sort_keyed(&mut self.order, &mut self.keys, distance2, |&a, &b| {
             let by_rank = || lex_cmp(&table[a as usize], &table[b as usize]);
@@ -124,11 +129,11 @@ impl<P: Point> StarBuilder<P> {
         });
     }
 
-    /// Takes the next candidates in order; are there any?
-    fn look_at_more(&mut self, table: &[P]) -> bool {
-        let next = &self.order[self.seen..];
-        let next = if next.len() > 2 * AT_ONCE { &next[..AT_ONCE] } else { next };
-        self.seen += next.len();
+    /// Takes the next batch of candidates. Returns `true` if there were any.
+    fn take_batch(&mut self, table: &[P]) -> bool {
+        let next = &self.order[self.taken..];
+        let next = if next.len() > 2 * BATCH { &next[..BATCH] } else { next };
+        self.taken += next.len();
         for &id in next {
             if self.points.last().is_some_and(|last| last.id != id) {
                 self.points.push(Candidate::of(table, id, self.centre));
@@ -137,7 +142,7 @@ impl<P: Point> StarBuilder<P> {
         !next.is_empty()
     }
 
-    /// The first candidates, in order, that span a cell with the centre, positively oriented.
+    /// Finds the first candidates, in order, that span a cell with the centre. The facet is positively oriented.
     fn first_simplex(
         &mut self,
         more: &mut impl FnMut(&mut Self) -> bool,
@@ -151,7 +156,7 @@ impl<P: Point> StarBuilder<P> {
             if q == self.points.len() && !more(self) {
                 break;
             }
-            // The next run may have held nothing but repeats.
+            // The batch may have contained only repetitions.
             let Some(p) = self.points.get(q) else { continue };
             sweep.visit();
             if raises_dimension(&basis[..=found], p.at) {
@@ -161,7 +166,7 @@ impl<P: Point> StarBuilder<P> {
             }
             q += 1;
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
         if found < P::DIM {
             return None;
         }
@@ -179,7 +184,7 @@ impl<P: Point> StarBuilder<P> {
         self.enter_created(longest);
     }
 
-    /// Adds the candidates beside the `first` one by one, as far as any facet reaches.
+    /// Adds the candidates that are not in `first` one by one, until the rest is out of reach of every facet.
     #[inline(always)]
     fn sweep_all(&mut self, first: P::Facet, more: &mut impl FnMut(&mut Self) -> bool, cost: &mut Cost) {
         let last = first.as_ref().iter().fold(0, |last, &q| q.max(last));
@@ -190,27 +195,28 @@ impl<P: Point> StarBuilder<P> {
                 }
             }
             if q > last || !first.as_ref().contains(&q) {
-                let asks = q % ASKED_EVERY == 0;
-                self.insert(q, asks, cost);
-                if asks && self.planes.are_out_of_reach(self.reach_of(q)) {
+                let checks_reach = q % CHECK_INTERVAL == 0;
+                self.insert(q, checks_reach, cost);
+                if checks_reach && self.planes.are_out_of_reach(self.reach_of(q)) {
                     return;
                 }
             }
         }
     }
 
-    /// The squared length of a candidate's image, which none to come is longer than.
+    /// The squared length of a candidate's image. No later image is longer.
     fn reach_of(&self, q: u32) -> f64 {
         let length = candidate(&self.points, q).image.length;
         length * length
     }
 
-    /// One sweep over the facets; then the cavity, if any. A facet that is `asked` says how far it reaches, too.
+    /// Sweeps over the facets, and replaces the cavity if there is one. `checks_reach` charges the sweep also for the
+    /// test of each facet's reach.
     #[inline(always)]
-    pub(super) fn insert(&mut self, q: u32, asked: bool, cost: &mut Cost) {
+    pub(super) fn insert(&mut self, q: u32, checks_reach: bool, cost: &mut Cost) {
         let image = candidate(&self.points, q).image;
         let mut sweep = cost.sweep();
-        sweep.visit_lanes(if asked { 2 * self.link.len() } else { self.link.len() });
+        sweep.visit_lanes(if checks_reach { 2 * self.link.len() } else { self.link.len() });
         self.uncertain.clear();
         let (mut seed, mut undecided) = (None, false);
         self.planes.each_uncertain(&image.at, |facet, side| {
@@ -225,17 +231,17 @@ impl<P: Point> StarBuilder<P> {
             if undecided {
                 self.decide(q, seed);
             }
-            let (sides, cavity) = (&self.sides, if undecided { &self.dug } else { &self.uncertain });
+            let (sides, cavity) = (&self.sides, if undecided { &self.cavity } else { &self.uncertain });
             let conflicts = !cavity.is_empty();
-            // What single precision was not certain of, and the ridges of the facets that go.
+            // The facets that single precision left uncertain, and the ridges of the removed facets.
             sweep.visit_lanes(self.uncertain.len() + P::DIM * cavity.len());
             if conflicts {
                 for &facet in cavity {
-                    if let Some(is_gone) = self.loaded.get_mut(facet as usize)
-                        && !*is_gone
+                    if let Some(is_removed) = self.loaded.get_mut(facet as usize)
+                        && !*is_removed
                     {
-                        *is_gone = true;
-                        self.gone.push(facet);
+                        *is_removed = true;
+                        self.removed.push(facet);
                     }
                 }
                 self.link.replace(q, cavity, |facet| sides[facet as usize] == Side::Conflict);
@@ -248,14 +254,14 @@ impl<P: Point> StarBuilder<P> {
             }
             if conflicts {
                 self.enter_created(image.length);
-                // Their planes, and their ridges.
+                // The planes of the new facets, and their ridges.
                 sweep.visit_lanes((1 + P::DIM) * self.link.created().len());
             }
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
     }
 
-    /// Computes the planes of new facets; no image to come is longer than `longest`.
+    /// Computes the planes of the new facets. No later image is longer than `longest`.
     #[inline(always)]
     fn enter_created(&mut self, longest: f64) {
         let slots = self.link.slots() as usize;
@@ -268,16 +274,16 @@ impl<P: Point> StarBuilder<P> {
         }
     }
 
-    /// Digs the cavity where some facets are undecided, and marks those of them that are in it.
+    /// Finds the cavity if some facets are undecided, and marks its undecided facets as conflicts.
     #[cold]
     fn decide(&mut self, q: u32, seed: Option<u32>) {
-        self.dug.clear();
+        self.cavity.clear();
         let Some(seed) = seed.or_else(|| self.conflict_among_undecided(q)) else { return };
         let corners = Corners { centre: self.centre, points: &self.points };
-        self.sides[seed as usize] = Side::Dug;
-        self.dug.push(seed);
+        self.sides[seed as usize] = Side::InCavity;
+        self.cavity.push(seed);
         let mut head = 0;
-        while let Some(&facet) = self.dug.get(head) {
+        while let Some(&facet) = self.cavity.get(head) {
             head += 1;
             for slot in 0..P::DIM {
                 let (next, _) = self.link.neighbour(facet, slot);
@@ -286,24 +292,24 @@ impl<P: Point> StarBuilder<P> {
                     *side = if corners.conflict(&self.link, next, q) { Side::Conflict } else { Side::Clear };
                 }
                 if *side == Side::Conflict {
-                    *side = Side::Dug;
-                    self.dug.push(next);
+                    *side = Side::InCavity;
+                    self.cavity.push(next);
                 }
             }
         }
-        for &facet in &self.dug {
+        for &facet in &self.cavity {
             self.sides[facet as usize] = Side::Conflict;
         }
     }
 
-    /// A facet that conflicts, if any does, where the decided ones do not.
+    /// Finds an undecided facet in conflict, if there is one. Requires that no decided facet conflicts.
     #[cold]
     fn conflict_among_undecided(&self, q: u32) -> Option<u32> {
         let corners = Corners { centre: self.centre, points: &self.points };
         for &cell in &self.uncertain {
             match corners.cone(&self.link, cell, q) {
                 Cone::Beyond => return Some(cell),
-                Cone::Holds => return corners.conflict(&self.link, cell, q).then_some(cell),
+                Cone::Inside => return corners.conflict(&self.link, cell, q).then_some(cell),
                 Cone::Elsewhere => {}
             }
         }

@@ -1,11 +1,11 @@
-//! A star that gets more candidates.
+//! Updating a star by further candidates.
 //!
-//! **Statement.** The hull of some candidates and more is that of the first hull's vertices and the others. So a
-//! star that is known by its link need not be built again: the link is taken as a complex, and the others are added
-//! as in [`super`].
+//! **Statement.** The hull of two sets of candidates is the hull of the first set's hull vertices and the second set.
+//! So a star that is known by its link need not be rebuilt. The link is loaded as a complex, and the other candidates
+//! are added as in [`super`].
 //!
-//! **Work and depth.** With `l` facets and `m` others: the link's vertices are found in O(log l) steps, facets and
-//! neighbours in O(1); then a sweep for each of the `m`. Work O((l + m) log(l + m) + m l).
+//! **Work and depth.** For `l` facets and `m` further candidates, the link's vertices are found in O(log l) steps, and
+//! its facets and adjacency in O(1). Then each of the `m` candidates takes one sweep. Work O((l + m) log(l + m) + m l).
 
 use super::builder::{StarBuilder, enter};
 use super::candidate::Candidate;
@@ -15,22 +15,22 @@ use crate::cost::Cost;
 use crate::point::{Point, Simplex};
 use crate::simd::widest;
 
-/// What becomes of a link that gets more candidates.
+/// The effect of further candidates on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extended {
-    /// None conflicts, or none is new to it, in which case it is not looked at further: it stays as it is, closed or
-    /// not.
+    /// The link is unchanged. Either no candidate conflicts, or none is new; in the latter case the link is not checked
+    /// to be closed.
     Same,
-    /// Some facets go and others come.
+    /// Facets were removed and created.
     Changed,
-    /// It is empty, or gets others and is no closed complex: nothing was done.
+    /// The link is empty, or it is not a closed complex and some candidate is new. Nothing was done.
     Open,
 }
 
 impl<P: Point> StarBuilder<P> {
-    /// Builds the star of `table[centre]`, whose link among some candidates is `link`, among those and `added`
-    /// (positions in `table`, in any order, repeats and the centre itself ignored). Where the
-    /// link changes, [`StarBuilder::facets`] gives then what [`StarBuilder::build`] would lead to.
+    /// Builds the star of `table[centre]` among some candidates, of which its link is `link`, and the candidates
+    /// `added`. These are positions in `table` in any order; repetitions and the centre are ignored. If the link
+    /// changes, [`StarBuilder::facets`] then returns the facets that [`StarBuilder::build`] would produce.
     pub fn extend(
         &mut self,
         table: &[P],
@@ -40,13 +40,13 @@ impl<P: Point> StarBuilder<P> {
         cost: &mut Cost,
     ) -> Extended {
         self.centre = table[centre as usize];
-        self.places.make_room(table.len());
+        self.positions.make_room(table.len());
         let mut numbers = Vec::with_capacity(1 + P::DIM * link.len() + added.len());
         numbers.push(INFINITE);
         numbers.extend_from_slice(bytemuck::cast_slice(link));
         let entries = numbers.len();
         numbers.extend(added.iter().filter(|&&v| v != centre));
-        let distinct = cost.places_of(&mut numbers, &mut self.places);
+        let distinct = cost.relabel(&mut numbers, &mut self.positions);
         let known = numbers[..entries].iter().fold(0, |most, &place| most.max(place)) as usize + 1;
         self.order.clear();
         self.order.extend_from_slice(&distinct[known..]);
@@ -66,21 +66,21 @@ impl<P: Point> StarBuilder<P> {
                 }
             },
         );
-        if self.gone.is_empty() { Extended::Same } else { Extended::Changed }
+        if self.removed.is_empty() { Extended::Same } else { Extended::Changed }
     }
 
-    /// The facets of the link that the last [`StarBuilder::extend`] made. Appends to `out`.
-    pub fn fresh(&self, out: &mut Vec<P::Facet>) {
+    /// Appends to `out` the facets that the last [`StarBuilder::extend`] created.
+    pub fn created_facets(&self, out: &mut Vec<P::Facet>) {
         let is_old = |cell: &u32| self.loaded.get(*cell as usize) == Some(&false);
         out.extend(self.link.live_cells().filter(|cell| !is_old(cell)).map(|cell| self.named(cell)));
     }
 
-    /// The positions in the given link of those facets that are gone, in the order in which they went.
-    pub fn gone(&self) -> &[u32] {
-        &self.gone
+    /// The positions, in the given link, of the facets that were removed, in the order of their removal.
+    pub fn removed_facets(&self) -> &[u32] {
+        &self.removed
     }
 
-    /// Infinity and the link's vertices, then what is added, by distance.
+    /// Sets `points` to infinity, the link's vertices, and the added candidates by distance.
     fn take_points(&mut self, table: &[P], vertices: &[u32], cost: &mut Cost) {
         self.sort_by_distance(table, cost);
         self.points.clear();
@@ -90,33 +90,34 @@ impl<P: Point> StarBuilder<P> {
             sweep.visit();
             self.points.push(Candidate::of(table, id, self.centre));
         }
-        cost.swept_inside(sweep);
+        cost.charge_nested_sweep(sweep);
     }
 
-    /// The link as a complex, with the planes of its facets.
-    fn load(&mut self, link: &[P::Facet], places: &[u32], cost: &mut Cost) -> bool {
+    /// Loads the link as a complex, with the planes of its facets. Returns `false` if it is empty or not closed.
+    fn load(&mut self, link: &[P::Facet], positions: &[u32], cost: &mut Cost) -> bool {
         let mut facets = vec![P::Facet::splat(0); link.len()];
         let mut sweep = cost.sweep();
         sweep.visit_lanes(link.len());
-        for (v, place) in bytemuck::cast_slice_mut(&mut facets).iter_mut().zip(places) {
+        for (v, place) in bytemuck::cast_slice_mut(&mut facets).iter_mut().zip(positions) {
             *v = place.wrapping_sub(1);
         }
-        cost.swept_inside(sweep);
-        // The machine enters all ridges, then looks for all; a processor does the one or the other for each.
+        cost.charge_nested_sweep(sweep);
+        // The machine enters all ridges and then looks all of them up. A processor does one or the other for each
+        // ridge.
         let mut joining = cost.sweep();
         joining.visit_lanes(2 * P::DIM * link.len());
-        cost.swept_inside(joining);
+        cost.charge_nested_sweep(joining);
         if link.is_empty() || !self.link.load(&facets) {
             return false;
         }
         self.loaded.clear();
         self.loaded.resize(link.len(), false);
-        self.gone.clear();
+        self.removed.clear();
         self.enter_loaded();
         true
     }
 
-    /// The planes of all facets.
+    /// Computes the planes of all facets.
     fn enter_loaded(&mut self) {
         let longest =
             |points: &[Candidate<P>]| points.iter().fold(0.0, |most: f64, p| most.max(p.image.length));

@@ -1,15 +1,21 @@
-//! The exact tests of a link's facets.
+//! Exact tests of the facets of a link.
+//!
+//! **Statement.** A candidate conflicts with a finite facet iff it lies in the perturbed circumsphere of the centre and
+//! the facet. It conflicts with an infinite facet under the rule of [`conflicts_infinite`]. The *cone* of a finite
+//! facet is the set of rays from the centre through it.
+//!
+//! **Work and depth.** O(1) predicates for each test.
 
 use super::candidate::{Candidate, candidate};
 use crate::complex::{Complex, INFINITE};
 use crate::point::Point;
 use crate::predicates::{Sign, conflicts_infinite, in_sphere, orientation};
 
-/// Where a candidate lies with respect to the cone of a facet.
+/// The position of a candidate relative to the cone of a facet.
 pub(super) enum Cone {
     /// In the closed cone of a finite facet.
-    Holds,
-    /// Strictly beyond the hull facet of an infinite one.
+    Inside,
+    /// Strictly beyond the hull facet of an infinite facet.
     Beyond,
     Elsewhere,
 }
@@ -21,7 +27,7 @@ pub(super) struct Corners<'a, P> {
 }
 
 impl<P: Point> Corners<'_, P> {
-    /// The exact test of one facet.
+    /// Returns `true` if the candidate conflicts with the facet. Exact.
     #[cold]
     pub(super) fn conflict(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> bool {
         let q = candidate(self.points, q).at;
@@ -37,7 +43,7 @@ impl<P: Point> Corners<'_, P> {
         }
     }
 
-    /// Where a candidate lies. Exact.
+    /// Locates a candidate relative to the cone of a facet. Exact.
     pub(super) fn cone(&self, link: &Complex<P::Facet>, cell: u32, q: u32) -> Cone {
         let q = candidate(self.points, q).at;
         let (mut points, infinite) = self.of(link, cell);
@@ -54,10 +60,10 @@ impl<P: Point> Corners<'_, P> {
             }
             points[slot] = corner;
         }
-        Cone::Holds
+        Cone::Inside
     }
 
-    /// The points of `(centre, facet)`, and the facet's infinite slot.
+    /// Returns the points of `(centre, facet)`, and the slot of infinity in the facet.
     fn of(&self, link: &Complex<P::Facet>, cell: u32) -> ([P; 4], Option<usize>) {
         let mut points = [self.centre; 4];
         let mut infinite = None;

@@ -1,41 +1,47 @@
-//! The facets of a link as planes among inverted points: the rounded test of a candidate.
+//! The facets of a link as planes among inverted points, for the rounded test of a candidate.
 //!
-//! **Statement.** Inversion in the unit sphere around the centre takes the spheres through the centre to
-//! planes, and their insides to the far sides; infinity goes to the centre itself. So the facets that a
-//! candidate conflicts with are those that its inverse image lies beyond, and the link is the convex hull of
-//! the inverse images and the origin (Brown 1979). A hull facet is a plane through the origin and no special
-//! case. With the images `a, b, c` of a facet,
-//! `n = (b - a) x (c - a)` (in the plane `b - a` turned) and `g = n . a`, an image `k` is beyond iff
+//! **Statement.** Inversion in the unit sphere around the centre maps spheres through the centre to planes, and their
+//! interiors to the far sides. It maps infinity to the centre. So a candidate conflicts with a facet iff its inverse
+//! image lies beyond the facet's plane. The link is the convex hull of the inverse images and the origin (Brown 1979).
+//! A hull facet is a plane through the origin and needs no special case. Let `a, b, c` be the images of a facet. Let
+//! `n = (b - a) x (c - a)` (in the plane, `b - a` rotated), and `g = n . a`. An image `k` lies beyond the facet iff
 //! `n . k > g`.
 //!
-//! **Error bound.** Images carry a relative error of at most `8 u` each, `u = 2^-53` (a difference 1, a squared
-//! length 5, a reciprocal and a product 1 each). Let `a` be the base, `B = max(|a|, |b|)`, `C = max(|a|, |c|)`.
-//! Then `b - a` and `c - a` are at most `2 B` and `2 C` long and wrong by `18 u B` and `18 u C`; `n` is wrong by
-//! `84 u B C`, of which `12` is the rounding of the product; `n . a` by `(84 + 32 + 12) u B C |a|` and `n . k` by
-//! as much with `|k|` for `|a|`. So the sign of `n . k - g` is certain beyond `136 u B C (|a| + |k|)`, which
-//! covers the roundings of the bound itself and of `g` with the bound added. In the plane all is smaller, and
-//! `C` is 1. Since candidates come in order of distance, images come in falling order of length, and the
-//! longest to come, which is that of the latest candidate, can stand for `|k|`: the bound is one number for
-//! each facet. With that candidate as the base it is in proportion to the product of the facet's three
-//! lengths, which keeps it small for facets with one near and two far vertices. The first facets are made
-//! before some nearer candidates come: there the longest image of all stands for `|k|`.
+//! **Error bound.** Let `u = 2^-53`, `B = max(|a|, |b|)` and `C = max(|a|, |c|)`, with `a` as the base.
+//! 1. Images have relative errors of at most `8 u`: a difference 1, a squared length 5, a reciprocal and a product 1
+//!    each.
+//! 2. So `b - a` and `c - a` have lengths of at most `2 B` and `2 C`, and errors of at most `18 u B` and `18 u C`.
+//! 3. The error of `n` is at most `84 u B C`, of which `12` is the rounding of the product.
+//! 4. The error of `n . a` is at most `(84 + 32 + 12) u B C |a|`. That of `n . k` is the same with `|k|` for `|a|`.
+//! 5. Hence the sign of `n . k - g` is certain beyond `136 u B C (|a| + |k|)`. This covers the rounding of the bound
+//!    and of its sum with `g`.
 //!
-//! If `|n| |k| < g - bound`, no candidate from `k` on is beyond: the facet is *out of reach*. When all are, the
-//! rest of the candidates need not be looked at. The square of the reach is computed in products that cannot
-//! overflow in the range that [`crate::range`] admits, and made smaller by more than its rounding.
+//! In the plane all errors are smaller, and `C = 1`.
 //!
-//! **In single precision first.** With `v = 2^-24`, a product of a normal and an image, both rounded to single
-//! precision and multiplied there, passes five roundings a term: it is wrong by at most `5 v |n| |k|`, and the
-//! threshold, when it is rounded, by `v` of itself. As `|n| <= 4 B C`, a rounded product below
-//! `g - (136 u + 24 v) B C (|a| + |k|)` belongs to an exact one below `g - 136 u B C (|a| + |k|)`: the facet is clear.
-//! Only the others are looked at in double precision. All is multiplied by the power of two that makes the longest
-//! image about 1 long, so that nothing overflows; what falls among single precision's subnormals loses less than
-//! `2^-144` altogether, and the threshold is lowered by `2^-140`. A product that is no number is looked at, too.
+//! Candidates are added in order of distance, so images have decreasing lengths. The longest image still to come is
+//! that of the latest candidate, and its length can replace `|k|`. The bound is then one number for each facet. With
+//! the latest candidate as the base, it is proportional to the product of the facet's three lengths. It is therefore
+//! small for facets with one near and two distant vertices. The first facets are created before some nearer candidates
+//! are added. For these, the longest image of all replaces `|k|`.
 //!
-//! **Departures.** Eight facets at a time, in columns: the loop has no branches and uses vector registers.
+//! **Reach.** If `|n| |k| < g - bound`, no candidate from `k` on lies beyond: the facet is *out of reach*. If all
+//! facets are, the remaining candidates need no test. The square of the reach is a product that cannot overflow in the
+//! range of [`crate::range`], and it is reduced by more than its rounding.
+//!
+//! **Single precision first.** Let `v = 2^-24`. Round a normal and an image to single precision, and multiply them
+//! there. Each term passes five roundings, so the error of the product is at most `5 v |n| |k|`. Rounding the threshold
+//! adds a relative error of `v`. Since `|n| <= 4 B C`, a rounded product below `g - (136 u + 24 v) B C (|a| + |k|)`
+//! implies an exact one below `g - 136 u B C (|a| + |k|)`. The facet is then clear of the candidate. Only the other
+//! facets are tested in double precision.
+//!
+//! All values are multiplied by the power of two that scales the longest image to a length of about 1, so that nothing
+//! overflows. Subnormal values in single precision lose less than `2^-144` in total, and the threshold is reduced by
+//! `2^-140`. If a product is NaN, the facet is tested in double precision.
+//!
+//! **Departures.** Eight facets are tested at a time, as arrays. The loop has no branches and uses vector registers.
 
 #![expect(clippy::needless_bitwise_bool, reason = "a fold without branches becomes vector instructions")]
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 use crate::point::Point;
 use crate::simd::{Masks, each_bit, larger};
@@ -49,33 +55,33 @@ const SINGLE: f64 = 24.0 * (f32::EPSILON as f64 / 2.0);
 /// `2^-140`.
 const SUBNORMAL: f64 = f64::from_bits((1023 - 140) << 52);
 
-/// What the squared reach loses to be certain: more than 16 roundings.
+/// Factor that reduces the squared reach by more than 16 roundings.
 const SURE: f64 = 1.0 - 32.0 * f64::EPSILON;
 
 /// The image of a point under inversion in the unit sphere around the centre.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Image<P> {
     pub(super) at: P,
-    /// Its distance from the centre.
+    /// Distance of the image from the centre.
     pub(super) length: f64,
 }
 
 impl<P: Point> Image<P> {
-    /// Of a point by its vector from the centre and the square of its length.
+    /// Computes the image of a point from its vector from the centre and its squared length.
     #[inline]
     pub(super) fn of(rel: P, length2: f64) -> Self {
         let inverse2 = 1.0 / length2;
         Image { at: rel * inverse2, length: inverse2.sqrt() }
     }
 
-    /// Of infinity: the centre.
+    /// The image of infinity, which is the centre.
     #[inline]
     pub(super) fn of_infinity() -> Self {
         Image { at: P::splat(0.0), length: 0.0 }
     }
 }
 
-/// Facets in one block.
+/// Number of facets in one block.
 const LANES: usize = 8;
 
 type Lanes = [f32; LANES];
@@ -84,60 +90,60 @@ type Lanes = [f32; LANES];
 #[derive(Clone, Copy, Debug)]
 struct Block {
     normal: [Lanes; 3],
-    /// Below this a product with the normal is certain not to be beyond the plane; infinite without a facet.
+    /// Products with the normal below this threshold are certainly not beyond the plane. Infinite without a facet.
     low: Lanes,
 }
 
 const EMPTY: Block = Block { normal: [[0.0; LANES]; 3], low: [f32::INFINITY; LANES] };
 
-/// A facet in double precision: asked only if single precision is not certain.
+/// A facet in double precision, for candidates that single precision leaves uncertain.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: [f64; 3],
-    /// Below this a product with the normal is certain not to be beyond the plane; infinite without a facet.
+    /// Products with the normal below this threshold are certainly not beyond the plane. Infinite without a facet.
     low: f64,
-    /// Above this a product is certain to be beyond.
+    /// Products above this threshold are certainly beyond the plane.
     high: f64,
 }
 
 const NO_PLANE: Plane = Plane { normal: [0.0; 3], low: f64::INFINITY, high: f64::INFINITY };
 
-/// What rounded arithmetic says of a candidate and a facet.
+/// The side of a facet's plane on which a candidate lies, in rounded arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Conflict,
     Clear,
     Undecided,
-    /// In conflict, and found on the way through the cavity.
-    Dug,
+    /// In conflict, and already in the cavity.
+    InCavity,
 }
 
-/// The planes of all facets of a link, by the facets' numbers.
+/// The planes of all facets of a link, indexed by facet.
 #[derive(Debug, Default)]
 pub(super) struct Planes {
     masks: Masks,
     blocks: Vec<Block>,
     rows: Vec<Plane>,
-    /// The squared length of the longest image from which on all are certain not to be beyond.
+    /// For each facet, the squared length below which images are certainly not beyond its plane.
     reach2: Vec<f64>,
-    /// The power of two, its square and its cube that images, normals and thresholds are multiplied by in single
-    /// precision.
+    /// The power of two by which images are scaled in single precision, its square for normals and its cube for
+    /// thresholds.
     scale: [f64; 3],
 }
 
 impl Planes {
-    /// No facets. The longest image of all is this long.
+    /// Removes all facets. `longest` is the length of the longest image of all.
     pub(super) fn clear(&mut self, longest: f64) {
         self.blocks.clear();
         self.rows.clear();
         self.reach2.clear();
-        // The exponent turned round.
+        // The inverse power of two: its exponent is negated.
         let exponent = (longest.to_bits() >> 52) & 0x7ff;
         let scale = f64::from_bits((2046 - exponent.clamp(1, 2045)) << 52);
         self.scale = [scale, scale * scale, scale * scale * scale];
     }
 
-    /// Makes room for facets of so many numbers, and for those that fill their last block; returns for how many.
+    /// Makes room for `facets` facets, rounded up to whole blocks. Returns the number of facets that fit.
     pub(super) fn make_room(&mut self, facets: usize) -> usize {
         let blocks = facets.div_ceil(LANES);
         if blocks > self.blocks.len() {
@@ -148,15 +154,14 @@ impl Planes {
         blocks * LANES
     }
 
-    /// No facet has this number, for the time being.
+    /// Removes a facet. Its index may be used again.
     pub(super) fn remove(&mut self, facet: u32) {
         self.blocks[facet as usize / LANES].low[facet as usize % LANES] = f32::INFINITY;
         self.rows[facet as usize].low = f64::INFINITY;
         self.reach2[facet as usize] = f64::INFINITY;
     }
 
-    /// Enters a facet with these images, in positive order; `longest` bounds the lengths of those still to
-    /// come.
+    /// Enters a facet with these images, in positive order. `longest` bounds the lengths of later images.
     #[inline(always)]
     pub(super) fn set<P: Point>(&mut self, facet: u32, [a, b, c]: [&Image<P>; 3], longest: f64) {
         let facet = facet as usize;
@@ -165,7 +170,7 @@ impl Planes {
         if P::DIM == 3 {
             sizes *= larger(a.length, c.length);
         }
-        // In the plane the turned vector points to the other side.
+        // In the plane, the rotated vector points to the other side.
         let normal = if P::DIM == 3 { normal } else { normal * -1.0 };
         let unit = sizes * (a.length + longest);
         let bound = UNIT * unit;
@@ -183,20 +188,21 @@ impl Planes {
         self.reach2[facet] = if low > 0.0 { low / normal.norm2() * low * SURE } else { 0.0 };
     }
 
-    /// Are all facets out of reach of images no longer than that with the squared length `length2`?
+    /// Returns `true` if all facets are out of reach of images with a squared length of at most `length2`.
     #[inline]
     pub(super) fn are_out_of_reach(&self, length2: f64) -> bool {
         !self.reach2.iter().fold(false, |within, &reach2| within | (reach2 <= length2))
     }
 
-    /// Calls `f` for every facet that a candidate is not certain to be clear of, with what is certain.
+    /// Calls `f` for every facet that is not certainly clear of a candidate, with the side that is known.
     #[inline(always)]
     pub(super) fn each_uncertain<P: Point>(&self, image: &P, mut f: impl FnMut(u32, Side)) {
         let mut at = [0.0; 3];
         for (i, x) in at[..P::DIM].iter_mut().enumerate() {
             *x = (image.coord(i) * self.scale[0]) as f32;
         }
-        // As many blocks at a time as their facets have bits in one number: without a branch for each.
+        // Each iteration processes as many blocks as one 64-bit mask covers. One loop over its bits replaces a branch
+        // for each block.
         for (k, blocks) in self.blocks.chunks(LANES).enumerate() {
             let mut uncertain = 0;
             for (shift, block) in (0u32..).step_by(LANES).zip(blocks) {
@@ -217,7 +223,7 @@ impl Planes {
         }
     }
 
-    /// What double precision says of a candidate and a facet.
+    /// Tests a candidate against a facet in double precision.
     #[inline]
     pub(super) fn side<P: Point>(&self, facet: usize, image: &P) -> Side {
         let Plane { normal, low, high } = &self.rows[facet];

@@ -1,4 +1,4 @@
-//! Stars against brute force.
+//! Stars compared with brute force.
 
 use super::*;
 use crate::complex::INFINITE;
@@ -32,7 +32,7 @@ fn extend<P: Point>(points: &[P], pick: &mut Vec<usize>, out: &mut Vec<Vec<u32>>
     }
 }
 
-/// Every cell of a tiny set found by brute force, as sorted vertex lists.
+/// All cells of a small set by brute force, as sorted vertex lists.
 fn brute<P: Point>(points: &[P]) -> Vec<Vec<u32>> {
     let mut cells = Vec::new();
     extend(points, &mut Vec::new(), &mut cells);
@@ -102,7 +102,7 @@ fn stars_of_points_on_a_sphere_match_brute_force() {
     let lattice: Vec<DVec3> = all.filter(|p| p.dot(*p) == 9.0).collect();
     assert_eq!(lattice.len(), 30);
     check_stars(&lattice);
-    // Rounded, and with some points inside, so that stars have conflicts of every kind.
+    // Rounded, and with some points inside, so that stars have conflicts of all kinds.
     let turned = |p: &DVec3| DVec3::new(p.x + 0.3 * p.y, p.y - 0.3 * p.x, p.z * 1.09_f64.sqrt()) / 7.0;
     let mut rounded: Vec<DVec3> = lattice.iter().step_by(2).map(turned).collect();
     check_stars(&rounded);
@@ -122,8 +122,8 @@ fn flat_candidates_span_nothing() {
     assert!(!builder.build(&points, 0, &[0, 1, 2, 3], &mut Cost::default()));
 }
 
-/// Every star among all points is that of the triangulation, on sets of every kind; the sweeps end before the
-/// candidates do.
+/// On sets of every kind, each star among all points is that of the triangulation. The sweeps end before all candidates
+/// are tested.
 fn stars_are_those_of_the_triangulation<P: Point>(n: usize) {
     let sorted = |mut facets: Vec<P::Facet>| {
         for facet in &mut facets {
@@ -146,7 +146,8 @@ fn stars_are_those_of_the_triangulation<P: Point>(n: usize) {
             assert_eq!(sorted(facets), sorted(link.clone()), "{kind}, star of {v}");
         }
         if kind == "random" {
-            // A sort and two steps for every candidate but one, were none left out. (Hull facets reach everywhere.)
+            // The charge without early termination: a sort, and two steps for all candidates except one. (Hull facets
+            // are always within reach.)
             let n = points.len() as u64;
             let full = n * (2 * (n - 2) + crate::cost::ceil_log2(n));
             assert!(cost.depth() * 4 < full * 3, "{} of {full}", cost.depth());
@@ -164,16 +165,16 @@ fn stars_of_the_plane_are_those_of_the_triangulation() {
     stars_are_those_of_the_triangulation::<DVec2>(150);
 }
 
-/// A facet with its vertices in order, to be compared.
+/// A facet with its vertices in canonical order, for comparison.
 fn in_order<P: Point>(facet: &P::Facet) -> P::Facet {
     let mut facet = *facet;
     facet.as_mut().sort_unstable();
     facet
 }
 
-/// Stars of some points that get the rest are those of all; what is said to have come and gone has; and the points in
-/// the spheres of what is gone are those that the predicates find there.
-fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
+/// A star of some points that is extended by the rest equals the star of all. The reported removed and created facets
+/// are correct. The witnesses in the spheres of removed cells are those that the predicates find.
+fn check_extended_stars<P: Point>(n: usize) {
     for kind in KINDS {
         let points = set::<P>(kind, n, 5);
         let everyone: Vec<u32> = (0..points.len() as u32).collect();
@@ -204,18 +205,18 @@ fn stars_grow_as_if_built_anew<P: Point>(n: usize) {
             assert_eq!(set(&new), set(&anew), "{kind}, star of {v}");
             let (old_set, new_set) = (set(&old), set(&new));
             let mut fresh = Vec::new();
-            builder.fresh(&mut fresh);
+            builder.created_facets(&mut fresh);
             assert_eq!(set(&fresh), &new_set - &old_set, "{kind}: fresh facets of {v}");
-            let gone: Vec<P::Facet> = builder.gone().iter().map(|&at| old[at as usize]).collect();
+            let gone: Vec<P::Facet> = builder.removed_facets().iter().map(|&at| old[at as usize]).collect();
             assert_eq!(set(&gone), &old_set - &new_set, "{kind}: facets of {v} that are gone");
             changed += gone.len();
-            against_those_gone(&points, v, &gone, &new, &mut witnesses);
+            witnesses_of_removed(&points, v, &gone, &new, &mut witnesses);
         }
         assert!(changed > 0, "{kind}: no star changes");
     }
 }
 
-fn against_those_gone<P: Point>(
+fn witnesses_of_removed<P: Point>(
     points: &[P],
     v: u32,
     gone: &[P::Facet],
@@ -225,14 +226,14 @@ fn against_those_gone<P: Point>(
     let all = link.iter().flat_map(AsRef::as_ref).copied().filter(|&q| q != INFINITE);
     let around: Vec<u32> = all.collect::<std::collections::BTreeSet<_>>().into_iter().collect();
     let mut step = crate::cost::Sweep::default();
-    witnesses.begin(points, v, &around, &mut step);
+    witnesses.load(points, v, &around, &mut step);
     for facet in gone.iter().filter(|f| !f.as_ref().contains(&INFINITE)) {
         let mut cell = P::Cell::splat(v);
         cell.as_mut()[1..].copy_from_slice(facet.as_ref());
         cell.as_mut().swap(0, 1);
         let corners: Vec<P> = [v].iter().chain(facet.as_ref()).map(|&i| points[i as usize]).collect();
         let mut found = Vec::new();
-        witnesses.against(points, &cell, &mut found, &mut step);
+        witnesses.append_inside(points, &cell, &mut found, &mut step);
         let inside = |q: &u32| !facet.as_ref().contains(q) && in_sphere(&corners, points[*q as usize]);
         let expected: Vec<u32> = around.iter().copied().filter(inside).collect();
         assert_eq!(found, expected, "cell {facet:?} of {v}");
@@ -241,13 +242,13 @@ fn against_those_gone<P: Point>(
 }
 
 #[test]
-fn stars_of_space_grow_as_if_built_anew() {
-    stars_grow_as_if_built_anew::<DVec3>(90);
+fn extended_stars_match_rebuilt_stars_of_space() {
+    check_extended_stars::<DVec3>(90);
 }
 
 #[test]
-fn stars_of_the_plane_grow_as_if_built_anew() {
-    stars_grow_as_if_built_anew::<DVec2>(90);
+fn extended_stars_match_rebuilt_stars_of_the_plane() {
+    check_extended_stars::<DVec2>(90);
 }
 
 #[test]

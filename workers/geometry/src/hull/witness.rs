@@ -1,11 +1,11 @@
-//! Points of a star against cells of its centre.
+//! Points of a star tested against cells of its centre.
 //!
-//! **Statement.** A cell of the centre is a facet beside it; the point of a link lies in the cell's circumsphere iff
-//! its inverse image lies beyond the facet's plane (see [`super::planes`]). The images of a link's points serve all
-//! cells.
+//! **Statement.** A cell of the centre is the centre and a facet. A point lies in the circumsphere of the cell iff its
+//! inverse image lies beyond the plane of the facet (see [`super::planes`]). The images of a link's points are computed
+//! once and serve for all cells.
 //!
-//! **Work and depth.** A vector step over the points for each cell. What rounded arithmetic does not decide goes to
-//! the exact predicates.
+//! **Work and depth.** A vector step over the points for each cell. The exact predicates decide if rounded arithmetic
+//! does not.
 
 use super::candidate::Candidate;
 use super::planes::{Planes, Side};
@@ -29,17 +29,17 @@ impl<P: Point> Default for Witnesses<P> {
 }
 
 impl<P: Point> Witnesses<P> {
-    /// Takes the points, none of which is `table[centre]`; charged in `step`.
-    pub fn begin(&mut self, table: &[P], centre: u32, points: &[u32], step: &mut Sweep) {
+    /// Loads the points, none of which is `table[centre]`. Charged to `step`.
+    pub fn load(&mut self, table: &[P], centre: u32, points: &[u32], step: &mut Sweep) {
         self.centre = table[centre as usize];
         self.points.clear();
         step.each(points, |&id| self.points.push(Candidate::of(table, id, self.centre)));
         self.longest = self.points.iter().fold(0.0, |most, p| most.max(p.image.length));
     }
 
-    /// Appends to `found` those of the points that lie in the (perturbed) circumsphere of a cell of the centre and are
-    /// none of its corners. Of a flat cell none does.
-    pub fn against(&mut self, table: &[P], cell: &P::Cell, found: &mut Vec<u32>, tests: &mut Sweep) {
+    /// Appends to `found` the points that lie in the perturbed circumsphere of a cell of the centre, except its
+    /// corners. A flat cell contains no points.
+    pub fn append_inside(&mut self, table: &[P], cell: &P::Cell, found: &mut Vec<u32>, tests: &mut Sweep) {
         let mut corners = [self.centre; 4];
         let mut others = [self.points.first().copied().unwrap_or_else(|| Candidate::infinity()); 3];
         let mut n = 0;
@@ -62,7 +62,7 @@ impl<P: Point> Witnesses<P> {
         let longest = others[..P::DIM].iter().fold(self.longest, |most, p| most.max(p.image.length));
         self.plane.clear(longest);
         self.plane.make_room(1);
-        // In the plane the third is the first again, and not looked at.
+        // In the plane, the third image repeats the first and is not used.
         let [a, b, c] = [0, 1, 2 % P::DIM].map(|i| &others[i].image);
         self.plane.set(0, [a, b, c], longest);
         tests.each(&self.points, |p| {

@@ -1,27 +1,34 @@
-//! One insertion: the cells in conflict are dug out, and the point is joined to the border.
+//! One insertion: the cavity of a point is found, and its cells are replaced.
 //!
-//! **Work.** One comparison with a sphere for each cell of the cavity and each facet of its border; one
-//! record written for each facet. The cavity's slots are filled first.
+//! **Statement** (Bowyer 1981, Watson 1981). The cells in conflict with a point form the *cavity*, a connected set
+//! whose boundary is a closed surface that is visible from the point. The new cells connect the point to the facets of
+//! the boundary. A breadth-first search from one cell in conflict finds the cavity.
+//!
+//! **Work.** One comparison with a sphere for each cell of the cavity and each facet of its boundary, and one record
+//! written for each facet.
+//!
+//! **Departures.** New cells use the slots of the cavity first. The exact predicates run only for cells that the
+//! rounded spheres leave undecided, once for each such cell.
 
 use super::cells::Cell;
 use super::read::corners;
 use super::ridges::Ridges;
 use super::ridges::ridge;
 use super::scratch::{Face, Scratch};
-use super::sphere::{KEPT, NO_SPHERE, Query, REMOVED};
+use super::sphere::{CLEARED, NO_SPHERE, Query, REMOVED};
 use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{conflicts_infinite, in_sphere};
 
-/// More cells than a cavity among points that fill space evenly ever has: a point that undoes so many is let in.
+/// Cavities of evenly distributed points have fewer cells than this. An insertion with a larger cavity is always kept.
 const MANY: usize = 128;
 
-/// In the incidence table, the mark of a vertex that has a number in the present border.
-const NUMBERED: u32 = 1 << 31;
+/// In the incidence table, the mark of a vertex that has an index on the current boundary.
+const INDEXED: u32 = 1 << 31;
 
-/// The facet of a positive cell opposite `slot` behind the code across it, so that a point inside and the
-/// facet are a positive cell.
+/// The facet of a positive cell opposite `slot`, preceded by the code across it. A point inside and the facet form a
+/// positive cell.
 #[inline]
 fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     let from = match (P::DIM, slot) {
@@ -40,7 +47,7 @@ fn facet<P: Point>(vertices: &P::Cell, slot: usize, code: u32) -> P::Cell {
     facet
 }
 
-/// Does `q` conflict with a cell? Exact.
+/// Returns `true` if `q` conflicts with a cell. Exact.
 pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u32, q: P) -> bool {
     let n = P::Cell::LEN;
     let vertices = slots[cell as usize].vertices();
@@ -55,50 +62,51 @@ pub(super) fn conflicts<P: Point>(slots: &[Cell<P::Cell>], points: &[P], cell: u
     }
 }
 
-/// What the spheres left open. A cell found free of conflict is marked, so that it is asked once.
+/// Decides a conflict that the spheres leave undecided. A cell without a conflict is marked, so that it is tested once.
 #[cold]
 fn conflicts_once<P: Point>(
     slots: &mut [Cell<P::Cell>],
     points: &[P],
-    kept: &mut Vec<u32>,
+    cleared: &mut Vec<u32>,
     cell: u32,
     q: P,
 ) -> bool {
-    if slots[cell as usize].radius() & KEPT != 0 {
+    if slots[cell as usize].radius() & CLEARED != 0 {
         return false;
     }
     let inside = conflicts(slots, points, cell, q);
     if !inside {
-        *slots[cell as usize].radius_mut() |= KEPT;
-        kept.push(cell);
+        *slots[cell as usize].radius_mut() |= CLEARED;
+        cleared.push(cell);
     }
     inside
 }
 
 impl<P: Point> Incremental<P> {
-    /// Adds the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound` or very many
-    /// cells; has it?
+    /// Inserts the vertex `vertex`, which conflicts with the cell `seed`, if the cavity has a vertex below `bound` or
+    /// more than [`MANY`] cells. Returns `true` if it was inserted.
     pub(super) fn replace(&mut self, vertex: u32, query: &Query<P>, seed: u32, bound: u32) -> bool {
         let q = self.points[vertex as usize];
-        self.dig(q, query, seed);
-        if bound != INFINITE && !self.is_beside(bound) {
+        self.find_cavity(q, query, seed);
+        if bound != INFINITE && !self.keeps_insertion(bound) {
             self.last = seed;
             return false;
         }
         self.allocate();
-        self.number();
-        self.look_around(q);
-        if Ridges::is_small(self.scratch.names.len) {
+        self.index_boundary();
+        self.invert_vertices(q);
+        if Ridges::is_small(self.scratch.boundary_vertices.len) {
             self.fill_small(vertex, query);
         } else {
             self.fill_large(vertex, query);
         }
-        self.note(vertex);
+        self.set_incident(vertex);
         true
     }
 
-    /// Has the cavity a vertex below `bound`, or very many cells? If not, it is filled again with what was there.
-    fn is_beside(&mut self, bound: u32) -> bool {
+    /// Returns `true` if the cavity has a vertex below `bound` or more than [`MANY`] cells. Otherwise restores the
+    /// cells of the cavity.
+    fn keeps_insertion(&mut self, bound: u32) -> bool {
         let (slots, cavity) = (&mut self.cells.slots[..], self.scratch.cavity.items());
         let has_one = |&cell: &u32| slots[cell as usize].vertices().as_ref().iter().any(|&v| v < bound);
         if cavity.len() > MANY || cavity.iter().any(has_one) {
@@ -110,18 +118,18 @@ impl<P: Point> Incremental<P> {
         false
     }
 
-    /// Finds the cells in conflict with `q`, a connected set, and its border. Which way a neighbour goes
-    /// cannot be foreseen, so it is written to both lists, and the one that it belongs to grows.
+    /// Finds the cells in conflict with `q`, a connected set, and the boundary of this set. A branch on conflicts would
+    /// be unpredictable, so each neighbour is written to both lists, and only the list that it belongs to grows.
     #[inline(never)]
-    fn dig(&mut self, q: P, query: &Query<P>, seed: u32) {
+    fn find_cavity(&mut self, q: P, query: &Query<P>, seed: u32) {
         let (slots, points) = (&mut self.cells.slots[..], &self.points[..]);
-        let Scratch { cavity, border, kept, .. } = &mut self.scratch;
+        let Scratch { cavity, boundary, cleared, .. } = &mut self.scratch;
         *slots[seed as usize].radius_mut() |= REMOVED;
         cavity.items[0] = seed;
         let (mut head, mut inner, mut outer) = (0, 1, 0);
         while head < inner {
             let inside_of = cavity.room(inner, P::Cell::LEN);
-            let border_of = border.room(outer, P::Cell::LEN);
+            let boundary_of = boundary.room(outer, P::Cell::LEN);
             let cell = inside_of[head];
             head += 1;
             let neighbours = *slots[cell as usize].neighbours();
@@ -136,7 +144,7 @@ impl<P: Point> Incremental<P> {
                 *next.radius_mut() |= inside << 31;
                 inside_of[inner] = code >> 2;
                 inner = inner.wrapping_add(inside as usize);
-                border_of[outer] = (code, cell << 2 | slot as u32);
+                boundary_of[outer] = (code, cell << 2 | slot as u32);
                 outer = outer.wrapping_add(outside as usize);
                 open |= (live ^ inside ^ outside) << slot;
             }
@@ -144,37 +152,37 @@ impl<P: Point> Incremental<P> {
                 let slot = open.trailing_zeros();
                 open &= open - 1;
                 let code = neighbours.as_ref()[slot as usize];
-                if conflicts_once(slots, points, kept, code >> 2, q) {
+                if conflicts_once(slots, points, cleared, code >> 2, q) {
                     *slots[(code >> 2) as usize].radius_mut() |= REMOVED;
                     inside_of[inner] = code >> 2;
                     inner += 1;
                 } else {
-                    border_of[outer] = (code, cell << 2 | slot);
+                    boundary_of[outer] = (code, cell << 2 | slot);
                     outer += 1;
                 }
             }
         }
-        (cavity.len, border.len) = (inner, outer);
-        for cell in kept.drain(..) {
-            *slots[cell as usize].radius_mut() &= !KEPT;
+        (cavity.len, boundary.len) = (inner, outer);
+        for cell in cleared.drain(..) {
+            *slots[cell as usize].radius_mut() &= !CLEARED;
         }
     }
 
-    /// Numbers the new cells: slots of the cavity, free ones, new ones.
+    /// Assigns slots to the new cells: first those of the cavity, then free ones, then new ones.
     #[inline(never)]
     fn allocate(&mut self) {
-        let Scratch { cavity, border, .. } = &self.scratch;
-        let (cavity, border) = (cavity.items(), border.items());
+        let Scratch { cavity, boundary, .. } = &self.scratch;
+        let (cavity, boundary) = (cavity.items(), boundary.items());
         let cells = &mut self.cells;
         cells.created.clear();
-        let reused = cavity.len().min(border.len());
+        let reused = cavity.len().min(boundary.len());
         cells.created.extend_from_slice(&cavity[..reused]);
         cells.free.extend_from_slice(&cavity[reused..]);
-        while cells.created.len() < border.len() {
+        while cells.created.len() < boundary.len() {
             let Some(slot) = cells.free.pop() else { break };
             cells.created.push(slot);
         }
-        let more = border.len() - cells.created.len();
+        let more = boundary.len() - cells.created.len();
         let slots = cells.slots.len();
         cells.created.extend((slots..slots + more).map(|slot| slot as u32));
         let [none, infinite] = [NONE, INFINITE].map(P::Cell::splat);
@@ -182,48 +190,48 @@ impl<P: Point> Incremental<P> {
         cells.slots.resize(slots + more, empty);
     }
 
-    /// Numbers the vertices of the border and enters the ridges.
+    /// Assigns indices to the vertices of the boundary, and stores the ridges.
     #[inline(never)]
-    fn number(&mut self) {
-        let Scratch { border, faces, names, ridges, .. } = &mut self.scratch;
+    fn index_boundary(&mut self) {
+        let Scratch { boundary, faces, boundary_vertices, ridges, .. } = &mut self.scratch;
         let incident = &mut self.incident[..];
         let slots = &self.cells.slots[..];
-        let border = border.items();
-        let faces_of = &mut faces.room(0, border.len())[..border.len()];
+        let boundary = boundary.items();
+        let faces_of = &mut faces.room(0, boundary.len())[..boundary.len()];
         let mut known = 1;
-        for ((&(inward, outward), &cell), face) in border.iter().zip(&self.cells.created).zip(faces_of) {
-            let names_of = names.room(known, P::DIM);
+        for ((&(inward, outward), &cell), face) in boundary.iter().zip(&self.cells.created).zip(faces_of) {
+            let vertices_of = boundary_vertices.room(known, P::DIM);
             let removed = slots[(outward >> 2) as usize].vertices();
             let vertices = facet::<P>(removed, outward as usize & 3, inward);
-            let mut numbers = [0; 3];
-            for (number, &vertex) in numbers.iter_mut().zip(&vertices.as_ref()[1..]) {
+            let mut indices = [0; 3];
+            for (index, &vertex) in indices.iter_mut().zip(&vertices.as_ref()[1..]) {
                 let entry = &mut incident[vertex.wrapping_add(1) as usize];
-                let is_new = *entry & NUMBERED == 0;
-                *number = if is_new { known as u32 } else { *entry & !NUMBERED };
-                *entry = NUMBERED | *number;
-                names_of[known] = (vertex, cell);
+                let is_new = *entry & INDEXED == 0;
+                *index = if is_new { known as u32 } else { *entry & !INDEXED };
+                *entry = INDEXED | *index;
+                vertices_of[known] = (vertex, cell);
                 known = known.wrapping_add(usize::from(is_new));
             }
             for i in 0..P::DIM {
-                ridges.enter(ridge(numbers, i), cell << 2 | (i as u32 + 1));
+                ridges.enter(ridge(indices, i), cell << 2 | (i as u32 + 1));
             }
-            *face = Face { vertices, numbers, cell };
+            *face = Face { vertices, indices, cell };
         }
-        (faces.len, names.len) = (border.len(), known);
+        (faces.len, boundary_vertices.len) = (boundary.len(), known);
     }
 
-    /// Sees the vertices of the border from the new one.
-    fn look_around(&mut self, q: P) {
-        let Scratch { around, names, .. } = &mut self.scratch;
+    /// Inverts the vertices of the boundary around the new vertex.
+    fn invert_vertices(&mut self, q: P) {
+        let Scratch { around, boundary_vertices, .. } = &mut self.scratch;
         let (points, frame) = (&self.points[..], self.frame);
         around.clear();
-        around.extend(names.items().iter().map(|&(vertex, _)| {
+        around.extend(boundary_vertices.items().iter().map(|&(vertex, _)| {
             let to = points.get(vertex as usize).copied().unwrap_or(P::splat(f64::NAN));
             frame.inverse(q, to)
         }));
     }
 
-    /// Writes the new cells, their ridges paired by `mate(k, i, ridge)`.
+    /// Writes the new cells. `mate(k, i, ridge)` is the code across a ridge.
     #[expect(clippy::inline_always, reason = "one loop for each way of pairing")]
     #[inline(always)]
     fn fill(
@@ -235,15 +243,15 @@ impl<P: Point> Incremental<P> {
         let Scratch { faces, around, ridges, .. } = &self.scratch;
         let (slots, around) = (&mut self.cells.slots[..], &around[..]);
         for (k, face) in faces.items().iter().enumerate() {
-            let Face { mut vertices, numbers, cell } = *face;
+            let Face { mut vertices, indices, cell } = *face;
             let outer = vertices.as_ref()[0];
             vertices.as_mut()[0] = vertex;
             let mut neighbours = P::Cell::splat(outer);
             for i in 0..P::DIM {
-                neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(numbers, i));
+                neighbours.as_mut()[i + 1] = mate(ridges, k, i, ridge(indices, i));
             }
             slots[(outer >> 2) as usize].neighbours_mut().as_mut()[(outer & 3) as usize] = cell << 2;
-            let sphere = query.sphere(numbers.map(|i| &around[i as usize]));
+            let sphere = query.sphere(indices.map(|i| &around[i as usize]));
             slots[cell as usize] = Cell::new(sphere, neighbours, vertices);
         }
     }
@@ -257,17 +265,17 @@ impl<P: Point> Incremental<P> {
     fn fill_large(&mut self, vertex: u32, query: &Query<P>) {
         let Scratch { faces, ridges, .. } = &mut self.scratch;
         let all = faces.items().iter().zip(0u32..).flat_map(|(face, k)| {
-            let numbers = face.numbers;
-            (0..P::DIM).map(move |i| (ridge(numbers, i), k << 2 | i as u32))
+            let indices = face.indices;
+            (0..P::DIM).map(move |i| (ridge(indices, i), k << 2 | i as u32))
         });
         ridges.pair(&self.cells.created, all);
         self.fill(vertex, query, |ridges, k, i, _| ridges.paired(k, i));
     }
 
-    /// Notes a cell for every vertex that was numbered, and for the new one.
-    fn note(&mut self, vertex: u32) {
+    /// Stores a cell for the new vertex and for every vertex of the boundary.
+    fn set_incident(&mut self, vertex: u32) {
         let first = self.cells.created[0];
-        for &(vertex, cell) in &self.scratch.names.items()[1..] {
+        for &(vertex, cell) in &self.scratch.boundary_vertices.items()[1..] {
             self.incident[vertex.wrapping_add(1) as usize] = cell;
         }
         self.incident[vertex as usize + 1] = first;

@@ -1,37 +1,37 @@
-//! The storage of a triangulation: one record for each cell, with all that a search reads of it.
+//! The storage of a triangulation: one record for each cell, with all data that a search reads.
 //!
-//! A record holds the cell's vertices, its neighbours and its circumsphere, rounded
-//! ([`super::sphere`]): 48 bytes in space, 36 in the plane. A neighbour is a code `4 * cell + slot`, the
-//! slot being that of the opposite vertex in the neighbour, so that the way back is known without a
-//! search. The two bits of the sphere's radius that its value does not need are marks: the sign is set
-//! in a cell that is being removed or is free, the last bit in one that was found to stay.
+//! A record has the cell's vertices, its neighbours and its rounded circumsphere ([`super::sphere`]): 48 bytes in
+//! space, 36 in the plane. A neighbour is a code `4 * cell + slot`, where `slot` is that of the opposite vertex in the
+//! neighbour. The neighbour's facet towards this cell is therefore known without a search. Two bits of the sphere's
+//! radius are marks, because its value does not need them. The sign is set in a cell that is free or is being removed.
+//! The last bit is set in a cell that the exact predicates found not to conflict with the current point.
 
 use bytemuck::{Pod, Zeroable};
 
-use super::sphere::{KEPT, NO_SPHERE, REMOVED};
+use super::sphere::{CLEARED, NO_SPHERE, REMOVED};
 use crate::complex::{INFINITE, NONE};
 use crate::point::Simplex;
 
-/// A cell: its sphere, its neighbours and its vertices, each an array `S` of `DIM + 1` numbers. Nothing else, so
-/// that the storage can be written over with rows ([`super::rows`]).
+/// A cell: its sphere, its neighbours and its vertices, each an array `S` of `DIM + 1` numbers. It has no other fields,
+/// so rows can overwrite the storage ([`super::rows`]).
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(transparent)]
 pub(super) struct Cell<S>([S; 3]);
 
 impl<S: Simplex> Cell<S> {
-    /// A cell without marks.
+    /// Creates a cell without marks.
     #[inline]
     pub(super) fn new(sphere: S, neighbours: S, vertices: S) -> Self {
         Cell([sphere, neighbours, vertices])
     }
 
-    /// The centre's coordinates and the radius, as the bits of `f32`.
+    /// The coordinates of the centre and the radius, as bits of `f32`.
     #[inline]
     pub(super) fn sphere(&self) -> &S {
         &self.0[0]
     }
 
-    /// Codes of the cells across the facets opposite to the vertices.
+    /// Codes of the cells across the facets opposite the vertices.
     #[inline]
     pub(super) fn neighbours(&self) -> &S {
         &self.0[1]
@@ -53,7 +53,7 @@ impl<S: Simplex> Cell<S> {
         &mut self.0[2]
     }
 
-    /// The bits of the radius, with the marks.
+    /// The bits of the radius, including the marks.
     #[inline]
     pub(super) fn radius(&self) -> u32 {
         self.sphere().as_ref()[S::LEN - 1]
@@ -70,24 +70,24 @@ impl<S: Simplex> Cell<S> {
     }
 }
 
-/// The cells of a triangulation, infinite ones included, by number. Outer space is the vertex
+/// The cells of a triangulation, including infinite ones, by index. The exterior is represented by the vertex
 /// [`INFINITE`], so that every facet has two cells.
 #[derive(Clone, Debug)]
 pub struct Cells<S> {
     pub(super) slots: Vec<Cell<S>>,
-    /// Slots without a cell, last first in use.
+    /// Slots without a cell; the last one is used first.
     pub(super) free: Vec<u32>,
-    /// The cells made by the last insertion.
+    /// The cells created by the last insertion.
     pub(super) created: Vec<u32>,
 }
 
 impl<S: Simplex> Cells<S> {
-    /// No cells, and room for so many.
+    /// Creates an empty triangulation with room for `cells` cells.
     pub(super) fn with_capacity(cells: usize) -> Self {
         Cells { slots: Vec::with_capacity(cells), free: Vec::new(), created: Vec::new() }
     }
 
-    /// One finite cell, which is number 0, and the infinite cells on its facets.
+    /// Starts with one finite cell, which has index 0, and the infinite cells on its facets.
     pub(super) fn start(&mut self, cell: S) {
         let n = S::LEN;
         self.free.clear();
@@ -96,7 +96,7 @@ impl<S: Simplex> Cells<S> {
         self.slots.clear();
         self.slots.push(Cell::new(S::splat(NO_SPHERE), S::splat(NONE), cell));
         for i in 0..n {
-            // Seen from outside the facet opposite i is reversed: swap two other vertices.
+            // Seen from outside, the facet opposite `i` has the reverse orientation: swap two other vertices.
             let mut vertices = cell;
             vertices.as_mut()[i] = INFINITE;
             let (a, b) = ((i + 1) % n, (i + 2) % n);
@@ -107,7 +107,7 @@ impl<S: Simplex> Cells<S> {
             let outer = i as u32 + 1;
             self.join(0, i, outer, i);
             for j in 0..i {
-                // The infinite cells i+1 and j+1 share infinity and every vertex but i and j.
+                // The infinite cells `i + 1` and `j + 1` share infinity and every vertex except `i` and `j`.
                 let (si, sj) =
                     (self.slot_of(outer, cell.as_ref()[j]), self.slot_of(j as u32 + 1, cell.as_ref()[i]));
                 self.join(outer, si, j as u32 + 1, sj);
@@ -124,22 +124,22 @@ impl<S: Simplex> Cells<S> {
         self.slots[b as usize].neighbours_mut().as_mut()[slot_b] = a << 2 | slot_a as u32;
     }
 
-    /// Number of slots, free ones included: every cell's number is smaller.
+    /// Number of slots, including free ones. Every cell index is smaller.
     pub fn slots(&self) -> u32 {
         self.slots.len() as u32
     }
 
-    /// Number of cells, infinite ones included.
+    /// Number of cells, including infinite ones.
     pub fn len(&self) -> usize {
         self.slots.len() - self.free.len()
     }
 
-    /// Is there no cell?
+    /// Returns `true` if there are no cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Is there a cell in this slot?
+    /// Returns `true` if the slot holds a cell.
     #[inline]
     pub fn is_live(&self, cell: u32) -> bool {
         !self.slots[cell as usize].is_removed()
@@ -151,7 +151,7 @@ impl<S: Simplex> Cells<S> {
         self.slots[cell as usize].vertices()
     }
 
-    /// The neighbours of a cell as codes `4 * cell + slot`, across the facets opposite to its vertices.
+    /// The neighbours of a cell as codes `4 * cell + slot`, across the facets opposite its vertices.
     #[inline]
     pub fn neighbours(&self, cell: u32) -> &S {
         self.slots[cell as usize].neighbours()
@@ -164,39 +164,38 @@ impl<S: Simplex> Cells<S> {
         (code >> 2, (code & 3) as usize)
     }
 
-    /// The slot in which a cell holds infinity, if any.
+    /// The slot of infinity in a cell, if any.
     #[inline]
     pub fn infinite_slot(&self, cell: u32) -> Option<usize> {
         self.cell(cell).as_ref().iter().position(|&v| v == INFINITE)
     }
 
-    /// Does a cell hold infinity?
+    /// Returns `true` if infinity is a vertex of the cell.
     #[inline]
     pub fn is_infinite(&self, cell: u32) -> bool {
         self.infinite_slot(cell).is_some()
     }
 
-    /// All cells in the order of their slots.
+    /// Iterates over all cells in the order of their slots.
     pub fn live_cells(&self) -> impl Iterator<Item = u32> + '_ {
         (0u32..).zip(&self.slots).filter(|(_, cell)| !cell.is_removed()).map(|(number, _)| number)
     }
 
-    /// All cells in the order of their slots: number, vertices and neighbour codes.
+    /// Iterates over all cells in the order of their slots: index, vertices and neighbour codes.
     pub fn entries(&self) -> impl Iterator<Item = (u32, &S, &S)> + '_ {
         let live = (0u32..).zip(&self.slots).filter(|(_, cell)| !cell.is_removed());
         live.map(|(number, cell)| (number, cell.vertices(), cell.neighbours()))
     }
 
-    /// Checks that neighbours are mutual and share all but one vertex, and that no mark was left behind.
-    /// For tests.
+    /// Checks that neighbours are mutual and share all vertices except one, and that no mark remains. For tests.
     ///
     /// # Errors
     ///
-    /// Names the first cell found wrong.
+    /// The first inconsistent cell.
     pub fn check(&self) -> Result<(), String> {
         for cell in self.live_cells() {
             let radius = self.slots[cell as usize].radius();
-            if radius & KEPT != 0 {
+            if radius & CLEARED != 0 {
                 return Err(format!("cell {cell} is marked"));
             }
             for slot in 0..S::LEN {

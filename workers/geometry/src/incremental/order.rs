@@ -1,33 +1,36 @@
 //! The order of insertion: random rounds, each along a Hilbert curve.
 //!
-//! **Statement.** A biased randomized insertion order (Amenta, Choi and Rote, "Incremental
-//! constructions con BRIO", 2003) puts every point into the last round with probability `1 - 1/8`, of
-//! the others again `7/8` into the round before, and so on. Whatever the order inside the rounds, the
-//! expected work is that of a random order; along a space-filling curve the walks are short as well.
-//! The curve is Hilbert's, followed two levels at a time by a table of its orientations, as in Hamilton and
-//! Rau-Chaplin ("Compact Hilbert indices", 2008): in an orientation with entry corner `e` and axis `d` the
-//! octant `l` (a bit for each axis) comes at place `w`, the inverse Gray code of `l ^ e` with its bits
-//! turned by `d + 1`; there the curve enters at `e ^ entry(w)` turned back, along the axis `d + turn(w) + 1`.
+//! **Statement.** In a biased randomized insertion order, every point is in the last round with probability `1 - 1/8`,
+//! each remaining point is in the round before with probability `7/8`, and so on. For any order inside the rounds, the
+//! expected work is that of a random order. Along a space-filling curve, the walks are short as well.
 //!
-//! **Work.** O(n log n): 64-bit keys are put into buckets by their first bits, and each bucket is sorted.
+//! **Curve.** The Hilbert curve is followed two levels at a time by a table of its orientations. An orientation has an
+//! entry corner `e` and an axis `d`. In this orientation, octant `l` (one bit for each axis) has the position `w` on
+//! the curve. Here `w` is the inverse Gray code of `l ^ e` with its bits rotated by `d + 1`. Inside that octant, the
+//! curve starts at the corner `e ^ entry(w)` rotated back, along the axis `d + turn(w) + 1`.
 //!
-//! **Departures.** The coin of a point is a hash of its coordinates, so the order depends on nothing
-//! but the coordinates. Points in one cell of the curve's grid follow each other lexicographically.
+//! **Source.** Rounds: Amenta, Choi and Rote, "Incremental constructions con BRIO" (2003). Curve: Hamilton and
+//! Rau-Chaplin, "Compact Hilbert indices" (2008).
+//!
+//! **Work.** O(n log n). The leading bits of 64-bit keys assign points to buckets, and each bucket is sorted.
+//!
+//! **Departures.** The random choice for a point is a hash of its coordinates, so the order depends on the coordinates
+//! only. Points in one cell of the curve's grid are ordered lexicographically.
 
 use crate::hash::mix;
 use crate::point::{Point, lex_cmp};
 
-/// Bits of a key for the round; the others are the place on the curve.
+/// Number of key bits for the round. The other bits are the position on the curve.
 const ROUND_BITS: u32 = 4;
 const CURVE_BITS: u32 = 64 - ROUND_BITS;
 
-/// Bits of one coordinate on the curve.
+/// Number of bits of one coordinate on the curve.
 const fn bits(dimension: usize) -> u32 {
     CURVE_BITS / dimension as u32
 }
 
-/// The positions of `points` in order of insertion. A function of the coordinates only: permuted
-/// input gives the same sequence of points (coincident points in the order of their numbers).
+/// The positions of `points` in the order of insertion, which depends only on the coordinates. Permuted input yields
+/// the same sequence of points; coincident points are ordered by position.
 pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     let curve = Curve::over(points);
     let key = |p: &P| insertion_round(p) << CURVE_BITS | curve.key(p);
@@ -40,11 +43,12 @@ pub fn insertion_order<P: Point>(points: &[P]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Points in a bucket, if they are evenly spread along the curve, and most bits that number buckets.
+/// Number of points in a bucket if they are evenly spread along the curve, and largest number of bits of a bucket
+/// index.
 const BUCKET: usize = 64;
 const MOST_BUCKET_BITS: u32 = 16;
 
-/// The keys in order, each with its position.
+/// Sorts the keys, each with its position.
 fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     let bits = (keys.len() / BUCKET + 1).ilog2() + ROUND_BITS;
     let shift = 64 - bits.min(MOST_BUCKET_BITS);
@@ -55,7 +59,7 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     for i in 1..ends.len() {
         ends[i] += ends[i - 1];
     }
-    // Where the next of each bucket goes: at last where the bucket ends.
+    // `ends` is used as the position of the next key of each bucket, and finally marks the end of the bucket.
     let mut keyed = vec![(0, 0); keys.len()];
     for (&key, i) in keys.iter().zip(0u32..) {
         let next = &mut ends[(key >> shift) as usize];
@@ -72,7 +76,7 @@ fn by_key(keys: &[u64]) -> Vec<(u64, u32)> {
     keyed
 }
 
-/// The round in which a point is inserted, 0 the first of 16: `7/8` of all points are in the last.
+/// The round in which a point is inserted, 0 to 15. The last round has `7/8` of all points.
 pub fn insertion_round<P: Point>(p: &P) -> u64 {
     let mut hash = 0x243F_6A88_85A3_08D3_u64;
     for i in 0..P::DIM {
@@ -103,12 +107,12 @@ impl<P: Point> Curve<P> {
         Curve { low, scale: if scale.is_finite() { scale } else { 0.0 } }
     }
 
-    /// The place of `p` along the curve.
+    /// The position of `p` along the curve.
     #[inline]
     fn key(&self, p: &P) -> u64 {
         let mut octants = 0;
         for i in 0..P::DIM {
-            // A cast saturates: whatever the rounding, the value stays a place.
+            // The cast saturates, so rounding cannot produce an invalid position.
             let at = ((p.coord(i) - self.low.coord(i)) * self.scale) as u32;
             octants |= spread(P::DIM, at.min((1 << bits(P::DIM)) - 1)) << i;
         }
@@ -125,7 +129,7 @@ impl<P: Point> Curve<P> {
     }
 }
 
-/// Moves the bits of a coordinate apart, `dimension - 1` zeros between them.
+/// Inserts `dimension - 1` zeros between the bits of a coordinate.
 #[inline]
 fn spread(dimension: usize, x: u32) -> u64 {
     let x = u64::from(x);
@@ -144,10 +148,10 @@ fn spread(dimension: usize, x: u32) -> u64 {
     }
 }
 
-/// Orientations of the curve, rounded up to a power of two: in space 8 entry corners and 3 axes.
+/// Number of orientations, rounded up to a power of two. In space there are 8 entry corners and 3 axes.
 const STATES: usize = 32;
 
-/// For each orientation and two levels of octants: the place on the curve, and the orientation there, times 64.
+/// For each orientation and two levels of octants, the position on the curve plus 64 times the orientation there.
 static PLANE: [u16; STATES * 64] = two_levels(2);
 static SPACE: [u16; STATES * 64] = two_levels(3);
 
@@ -167,7 +171,7 @@ const fn two_levels(n: u32) -> [u16; STATES * 64] {
     table
 }
 
-/// The same for one level, times 8.
+/// The same for one level: the position on the curve plus 8 times the orientation there.
 const fn orientations(n: u32) -> [u8; STATES * 8] {
     let mut table = [0; STATES * 8];
     let mut state = 0;
@@ -175,11 +179,11 @@ const fn orientations(n: u32) -> [u8; STATES * 8] {
         let (entry, axis) = (state % (1 << n), state >> n);
         let mut octant = 0;
         while octant < 1 << n {
-            let place = gray_inverse(n, turned(n, octant ^ entry, n - (axis + 1) % n));
-            let first = if place == 0 { 0 } else { gray((place - 1) & !1) };
-            let inner = entry ^ turned(n, first, axis + 1);
-            let along = (axis + along_axis(n, place) + 1) % n;
-            table[(state << 3 | octant) as usize] = ((along << n | inner) << 3 | place) as u8;
+            let position = gray_inverse(n, rotated(n, octant ^ entry, n - (axis + 1) % n));
+            let first = if position == 0 { 0 } else { gray((position - 1) & !1) };
+            let inner = entry ^ rotated(n, first, axis + 1);
+            let along = (axis + along_axis(n, position) + 1) % n;
+            table[(state << 3 | octant) as usize] = ((along << n | inner) << 3 | position) as u8;
             octant += 1;
         }
         state += 1;
@@ -192,29 +196,29 @@ const fn gray(x: u32) -> u32 {
 }
 
 const fn gray_inverse(n: u32, x: u32) -> u32 {
-    let mut place = x;
+    let mut position = x;
     let mut shift = 1;
     while shift < n {
-        place ^= x >> shift;
+        position ^= x >> shift;
         shift += 1;
     }
-    place
+    position
 }
 
-/// The `n` bits of `x`, turned left by `by`.
-const fn turned(n: u32, x: u32, by: u32) -> u32 {
+/// Rotates the `n` bits of `x` left by `by`.
+const fn rotated(n: u32, x: u32, by: u32) -> u32 {
     let by = by % n;
     (x << by | x >> (n - by)) & ((1 << n) - 1)
 }
 
-/// The axis along which the curve runs inside the octant at this place.
-const fn along_axis(n: u32, place: u32) -> u32 {
-    if place == 0 {
+/// The axis along which the curve runs inside the octant at this position.
+const fn along_axis(n: u32, position: u32) -> u32 {
+    if position == 0 {
         0
-    } else if place.is_multiple_of(2) {
-        (place - 1).trailing_ones() % n
+    } else if position.is_multiple_of(2) {
+        (position - 1).trailing_ones() % n
     } else {
-        place.trailing_ones() % n
+        position.trailing_ones() % n
     }
 }
 

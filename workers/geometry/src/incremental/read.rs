@@ -1,4 +1,10 @@
-//! What a triangulation tells: its cells, stars, links and nearest vertices.
+//! Queries of a triangulation: cells, stars, links and nearest vertices.
+//!
+//! **Statement.** The cells of a star are connected by facets that contain the vertex, so a breadth-first search finds
+//! them. A vertex that is not nearest to a point has a Delaunay neighbour nearer to it, so a descent along edges ends
+//! at a nearest vertex.
+//!
+//! **Work.** Linear in the size of the star; for the nearest vertex, in the sizes of the stars on the way.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +14,7 @@ use super::triangulation::Incremental;
 use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex, dist2};
 
-/// The points of a cell; infinity stands as some finite point.
+/// The points of a cell. The entry for infinity is some finite point.
 #[inline]
 pub(super) fn corners<P: Point>(points: &[P], vertices: &P::Cell) -> [P; 4] {
     let mut out = [P::default(); 4];
@@ -21,7 +27,7 @@ pub(super) fn corners<P: Point>(points: &[P], vertices: &P::Cell) -> [P; 4] {
 }
 
 impl<P: Point> Incremental<P> {
-    /// The coordinates of every vertex, by number.
+    /// The coordinates of all vertices, by index.
     pub fn vertices(&self) -> &[P] {
         &self.points
     }
@@ -31,52 +37,54 @@ impl<P: Point> Incremental<P> {
         &self.cells
     }
 
-    /// The finite cells, positively oriented, in slot order.
+    /// The finite cells, positively oriented, in the order of their slots.
     pub fn cells(&self) -> impl Iterator<Item = P::Cell> + '_ {
         let vertices = self.cells.entries().map(|(_, vertices, _)| *vertices);
         vertices.filter(|vertices| !vertices.as_ref().contains(&INFINITE))
     }
 
-    /// The coordinates of a finite cell, in its first `DIM + 1` entries.
+    /// The corners of a finite cell, in the first `DIM + 1` entries.
     pub fn corners(&self, cell: u32) -> [P; 4] {
         corners(&self.points, self.cells.cell(cell))
     }
 
-    /// A ball that holds the circumball of a finite cell, a little larger: centre and squared radius.
-    /// `None` for infinite cells, and for cells so flat that their ball is not known well: nothing but
-    /// the exact predicates says what conflicts with them.
+    /// A ball that contains the circumball of a finite cell and is slightly larger: centre and squared radius. `None`
+    /// for infinite cells, and for cells that are too flat for a bound. Conflicts with such cells require the exact
+    /// predicates.
     pub fn ball(&self, cell: u32) -> Option<(P, f64)> {
         self.frame.ball(self.cells.slots[cell as usize].sphere())
     }
 
-    /// No vertex is farther than this from the origin of the rounded spheres, each coordinate of which is a median of
-    /// the first points'.
+    /// Largest distance of a vertex from the origin of the rounded spheres. Each coordinate of that origin is the
+    /// median of a sample of the points.
     pub fn extent(&self) -> f64 {
         self.frame.extent()
     }
 
-    /// A number that no circumradius of a finite cell exceeds, known without a square root: all of its circumball is
-    /// within twice that of each of its vertices. Not a number where [`Incremental::ball`] knows none.
+    /// An upper bound of the circumradius of a finite cell, computed without a square root. The circumball lies within
+    /// twice this distance of each vertex of the cell. NaN if [`Incremental::ball`] has no bound.
     #[inline]
     pub fn radius_bound(&self, cell: u32) -> f64 {
         self.frame.radius_bound(self.cells.slots[cell as usize].sphere())
     }
 
-    /// The radius of a finite cell's rounded sphere, in units of its own, to be compared with
-    /// [`Incremental::radius_within`]. Not a number where [`Incremental::ball`] knows none.
+    /// The radius of a finite cell's rounded sphere, in internal units, for comparison with
+    /// [`Incremental::radius_within`]. NaN if [`Incremental::ball`] has no bound.
     #[inline]
     pub fn rounded_radius(&self, cell: u32) -> f32 {
         Frame::<P>::rounded_radius(self.cells.slots[cell as usize].sphere())
     }
 
-    /// A rounded radius up to which all of a finite cell's circumball is within `across` of each of its vertices (twice its
-    /// [`Incremental::radius_bound`] at most); 0, which none has, if there is none.
+    /// A threshold for [`Incremental::rounded_radius`]. If a finite cell's radius is at most this, its circumball lies
+    /// within `across` of each of its vertices: twice its [`Incremental::radius_bound`] is at most `across`. The
+    /// threshold is 0, below every radius, if no radius satisfies this.
     pub fn radius_within(&self, across: f64) -> f32 {
         self.frame.radius_within(across)
     }
 
-    /// Which of the slots from `64 * word` on have a cell, and which pass a test of a cell's vertices: a bit each, the first
-    /// slot's the lowest. All are asked, those without a cell too, for no branch depends on it.
+    /// Two bit masks over the 64 slots from `64 * word` on, lowest bit first: the slots that have a cell, and the slots
+    /// whose vertices pass a test. The test runs on all slots, including those without a cell, because a branch would
+    /// be slower.
     #[inline]
     pub fn masks(&self, word: usize, test: impl Fn(&P::Cell) -> bool) -> (u64, u64) {
         let (slots, first) = (&self.cells.slots, word * u64::BITS as usize);
@@ -88,11 +96,11 @@ impl<P: Point> Incremental<P> {
         (live, passing)
     }
 
-    /// Replaces `out` by the cells around `vertex`, infinite ones included.
+    /// Replaces `out` by the cells around `vertex`, including infinite ones.
     pub fn star(&self, vertex: u32, out: &mut Vec<u32>) {
         out.clear();
         out.push(self.incident[vertex as usize + 1]);
-        let mut seen = Seen::default();
+        let mut seen = CellSet::default();
         seen.add(out[0]);
         let mut head = 0;
         while head < out.len() {
@@ -107,8 +115,8 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// Replaces `out` by the facets of the link of `vertex`, infinite ones included: each is a cell
-    /// without the vertex, ordered so that `(vertex, facet..)` is oriented as the cell is.
+    /// Replaces `out` by the facets of the link of `vertex`, including infinite ones. Each facet is a cell without the
+    /// vertex, ordered so that `(vertex, facet..)` has the orientation of the cell.
     pub fn link_of(&self, vertex: u32, out: &mut Vec<P::Facet>) {
         let mut star = Vec::with_capacity(SHORT);
         self.star(vertex, &mut star);
@@ -116,8 +124,7 @@ impl<P: Point> Incremental<P> {
         out.extend(star.iter().map(|&cell| facet_without::<P>(self.cells.cell(cell), vertex)));
     }
 
-    /// A vertex nearest to `q` (one of them), the walk starting as in [`Incremental::locate`].
-    /// Distances are compared as rounded.
+    /// A vertex nearest to `q`. The walk starts as in [`Incremental::locate`].
     pub fn nearest_vertex(&self, q: P, hint: Option<u32>) -> u32 {
         let distance = |v: u32| dist2(self.points[v as usize], q);
         let corners = *self.cells.cell(self.locate(q, hint));
@@ -126,7 +133,7 @@ impl<P: Point> Incremental<P> {
             best = corners.as_ref()[1];
         }
         let mut star = Vec::with_capacity(SHORT);
-        // Some neighbour of a vertex is nearer to q, unless none is: a descent without valleys.
+        // If a vertex is not nearest to `q`, one of its neighbours is nearer. So the descent has no local minima.
         loop {
             let before = best;
             self.star(before, &mut star);
@@ -147,21 +154,21 @@ impl<P: Point> Incremental<P> {
 /// Stars up to this size need no allocation.
 const SHORT: usize = 128;
 
-/// A set of cells: an open table of twice [`SHORT`] entries, and a tree for what goes beyond.
-struct Seen {
+/// A set of cells: a hash table of twice [`SHORT`] entries, and a tree for the rest.
+struct CellSet {
     table: [u32; 2 * SHORT],
     len: usize,
     rest: BTreeSet<u32>,
 }
 
-impl Default for Seen {
+impl Default for CellSet {
     fn default() -> Self {
-        Seen { table: [NONE; 2 * SHORT], len: 0, rest: BTreeSet::new() }
+        CellSet { table: [NONE; 2 * SHORT], len: 0, rest: BTreeSet::new() }
     }
 }
 
-impl Seen {
-    /// Adds a cell; was it new?
+impl CellSet {
+    /// Adds a cell. Returns `true` if it was not in the set.
     fn add(&mut self, cell: u32) -> bool {
         let mut at = (cell.wrapping_mul(0x9E37_79B9) >> 24) as usize;
         while self.table[at] != NONE {
@@ -179,7 +186,7 @@ impl Seen {
     }
 }
 
-/// A cell without one of its vertices, ordered so that `(vertex, facet..)` is oriented as the cell.
+/// Removes a vertex from a cell. The facet is ordered so that `(vertex, facet..)` has the orientation of the cell.
 pub fn facet_without<P: Point>(cell: &P::Cell, vertex: u32) -> P::Facet {
     let mut facet = P::Facet::splat(INFINITE);
     let mut odd = false;

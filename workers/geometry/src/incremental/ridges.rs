@@ -1,24 +1,24 @@
-//! Which new cells are neighbours: the ridges of a cavity's border, paired.
+//! Adjacency of new cells: pairing the ridges on the boundary of a cavity.
 //!
-//! **Statement.** The border of a cavity is a closed oriented surface (in the plane: curve). Two of its
-//! facets that share a ridge run through it in opposite directions; so if each facet enters itself
-//! under its directed ridges, its neighbour is found under the reversed ones. In the plane a ridge is one
-//! vertex; with a fixed vertex 0 before or after it, it is directed as well.
+//! **Statement.** The boundary of a cavity is a closed oriented surface (in the plane, a closed curve). Two of its
+//! facets that share a ridge traverse it in opposite directions. So if each facet is entered under its directed ridges,
+//! its neighbours are found under the reversed ones. In the plane a ridge is one vertex. With a fixed vertex 0 before
+//! or after it, it is directed as well.
 //!
-//! **Work.** One store and one load for each facet and ridge, while a border has fewer than [`SIDE`]
-//! vertices; else a sort of its ridges.
+//! **Work.** One store and one load for each facet and ridge, if the boundary has fewer than [`SIDE`] vertices.
+//! Otherwise a sort of its ridges.
 
-/// Vertices of a border that the table has room for, the vertex 0 included.
+/// Number of boundary vertices that the table has room for, including the vertex 0.
 const SIDE: usize = 64;
 
-/// Pairs directed ridges. Reused from cavity to cavity; nothing needs to be cleared, since a closed
-/// border asks for nothing that it has not entered.
+/// Pairs directed ridges. Reused for all cavities without clearing: a closed boundary reads only entries that it has
+/// written.
 #[derive(Clone, Debug)]
 pub(super) struct Ridges {
     table: Box<[u32; SIDE * SIDE]>,
-    /// For large borders: ends in rising order, and the ridge's number.
+    /// For large boundaries: the ends of each ridge in ascending order, and the index of the ridge.
     sorted: Vec<(u32, u32, u32)>,
-    /// For large borders: the code across each ridge.
+    /// For large boundaries: the code across each ridge.
     mates: Vec<u32>,
 }
 
@@ -28,7 +28,7 @@ impl Default for Ridges {
     }
 }
 
-/// The directed ridge of a facet with vertices `at` (the third is 0 in the plane), opposite vertex `i`.
+/// The directed ridge opposite vertex `i` of a facet with vertices `at`, of which the third is 0 in the plane.
 #[inline]
 pub(super) fn ridge(at: [u32; 3], i: usize) -> (u32, u32) {
     (at[(i + 1) % 3], at[(i + 2) % 3])
@@ -40,26 +40,26 @@ fn position(from: u32, to: u32) -> usize {
 }
 
 impl Ridges {
-    /// Is there room in the table for vertices `0..vertices`?
+    /// Returns `true` if the table has room for the vertices `0..vertices`.
     #[inline]
     pub(super) fn is_small(vertices: usize) -> bool {
         vertices <= SIDE
     }
 
-    /// Enters a code under a directed ridge.
+    /// Stores a code under a directed ridge.
     #[inline]
     pub(super) fn enter(&mut self, (from, to): (u32, u32), code: u32) {
         self.table[position(from, to)] = code;
     }
 
-    /// The code entered under the reversed ridge.
+    /// The code stored under the reversed ridge.
     #[inline]
     pub(super) fn mate(&self, (from, to): (u32, u32)) -> u32 {
         self.table[position(to, from)]
     }
 
-    /// Pairs the ridges of a border too large for the table: facet `k` is that of the cell `cells[k]`, and its
-    /// ridge opposite vertex `i` has the number `4 k + i`.
+    /// Pairs the ridges of a boundary that is too large for the table. Facet `k` belongs to the cell `cells[k]`, and
+    /// its ridge opposite vertex `i` has the index `4 k + i`.
     #[cold]
     pub(super) fn pair(&mut self, cells: &[u32], ridges: impl Iterator<Item = ((u32, u32), u32)>) {
         self.sorted.clear();
@@ -74,7 +74,7 @@ impl Ridges {
         }
     }
 
-    /// The code of the new cell across the ridge of facet `k` opposite vertex `i`, where they were paired.
+    /// The code of the new cell across the ridge of facet `k` opposite vertex `i`, after [`Ridges::pair`].
     pub(super) fn paired(&self, k: usize, i: usize) -> u32 {
         self.mates[k << 2 | i]
     }

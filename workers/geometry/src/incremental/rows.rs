@@ -1,57 +1,62 @@
-//! A triangulation taken apart into what is kept of it: rows of vertices and neighbours.
+//! Conversion of a triangulation to rows of vertices and neighbours of selected cells.
+//!
+//! **Statement.** Row `i` belongs to the `i`-th kept cell in the order of slots. Its neighbours are indices of rows, or
+//! marks for cells without a row.
+//!
+//! **Work.** O(slots), in place.
 
 use super::cells::Cell;
 use super::triangulation::Incremental;
 use crate::complex::NONE;
 use crate::point::Point;
 
-/// Which cells are kept, by slot: a bit a cell.
+/// The set of kept cells: one bit for each slot.
 #[derive(Clone, Debug, Default)]
-pub struct Kept {
-    /// A bit for each slot, set where its cell is kept.
+pub struct KeptCells {
+    /// One bit for each slot, set if its cell is kept.
     bits: Vec<u64>,
-    /// A bit for each slot, set where its cell is outer space.
+    /// One bit for each slot, set if its cell belongs to the exterior.
     outer: Vec<u64>,
 }
 
-impl Kept {
-    /// Nothing yet, of so many slots.
+impl KeptCells {
+    /// Creates an empty set for `slots` slots.
     pub fn of(slots: u32) -> Self {
         let words = slots.div_ceil(u64::BITS) as usize;
-        Kept { bits: vec![0; words], outer: vec![0; words] }
+        KeptCells { bits: vec![0; words], outer: vec![0; words] }
     }
 
-    /// Keeps the cell in a slot.
+    /// Adds the cell in a slot.
     #[inline]
     pub fn keep(&mut self, slot: u32) {
-        let (word, bit) = place(slot);
+        let (word, bit) = word_and_bit(slot);
         self.bits[word] |= bit;
     }
 
-    /// Keeps those cells of the slots from `64 * word` on whose bits are set, the lowest for the first.
+    /// Adds the cells of the slots from `64 * word` on whose bits are set, lowest bit first.
     #[inline]
     pub fn keep_word(&mut self, word: usize, bits: u64) {
         self.bits[word] |= bits;
     }
 
-    /// Marks the cell in a slot as outer space.
+    /// Marks the cell in a slot as exterior.
     #[inline]
     pub fn mark_outer(&mut self, slot: u32) {
-        let (word, bit) = place(slot);
+        let (word, bit) = word_and_bit(slot);
         self.outer[word] |= bit;
     }
 
-    /// Number of cells kept.
+    /// Number of kept cells.
     pub fn len(&self) -> u32 {
         self.bits.iter().map(|bits| bits.count_ones()).sum()
     }
 
-    /// Is none kept?
+    /// Returns `true` if no cell is kept.
     pub fn is_empty(&self) -> bool {
         self.bits.iter().all(|&bits| bits == 0)
     }
 
-    /// Calls `f` with the slots of all cells kept, in their order.
+    /// Calls `f` with the slots of all kept cells, in ascending order.
     fn each_slot(&self, mut f: impl FnMut(usize)) {
         for (word, &bits) in self.bits.iter().enumerate() {
             let mut rest = bits;
@@ -63,19 +68,19 @@ impl Kept {
     }
 }
 
-/// Numbers of kept cells, counted in the order of slots: for nearly all one look at few bits a cell, which a core's
-/// caches hold.
-struct Numbers<'a> {
-    kept: &'a Kept,
-    /// The number of the first cell of each word of which all cells are kept; [`NONE`] for other words.
+/// Indices of kept cells, counted in the order of slots. The tables have only a few bits for each cell, so they fit in
+/// the cache of a core.
+struct RowIndices<'a> {
+    kept: &'a KeptCells,
+    /// For each word of which all cells are kept, the index of its first cell; [`NONE`] for other words.
     full: Vec<u32>,
-    /// The number of kept cells before each word.
+    /// For each word, the number of kept cells before it.
     before: Vec<u32>,
     marks: [u32; 2],
 }
 
-impl<'a> Numbers<'a> {
-    fn of(kept: &'a Kept, marks: [u32; 2]) -> Self {
+impl<'a> RowIndices<'a> {
+    fn of(kept: &'a KeptCells, marks: [u32; 2]) -> Self {
         let (mut full, mut before) =
             (Vec::with_capacity(kept.bits.len()), Vec::with_capacity(kept.bits.len()));
         let mut count = 0;
@@ -84,20 +89,20 @@ impl<'a> Numbers<'a> {
             before.push(count);
             count += bits.count_ones();
         }
-        Numbers { kept, full, before, marks }
+        RowIndices { kept, full, before, marks }
     }
 
-    /// The number of the cell in a slot; the first mark if it is not kept, the second if it is outer space.
+    /// The index of the cell in a slot. The first mark if it is not kept, and the second if it is exterior.
     #[inline]
-    fn number(&self, slot: u32) -> u32 {
+    fn index(&self, slot: u32) -> u32 {
         let full = self.full[(slot / u64::BITS) as usize];
-        if full == NONE { self.beside(slot) } else { full + slot % u64::BITS }
+        if full == NONE { self.in_partial_word(slot) } else { full + slot % u64::BITS }
     }
 
-    /// The same, where not all cells of a word are kept.
+    /// Computes [`RowIndices::index`] for a word of which not all cells are kept.
     #[inline]
-    fn beside(&self, slot: u32) -> u32 {
-        let (word, bit) = place(slot);
+    fn in_partial_word(&self, slot: u32) -> u32 {
+        let (word, bit) = word_and_bit(slot);
         let bits = self.kept.bits[word];
         if bits & bit != 0 {
             self.before[word] + (bits & (bit - 1)).count_ones()
@@ -107,36 +112,37 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// The least mark of [`Incremental::into_rows`]: its bit is set in no number of a cell.
-pub const MARKS: u32 = 1 << 31;
+/// The smallest mark of [`Incremental::into_rows`]. No cell index has this bit.
+pub const FIRST_MARK: u32 = 1 << 31;
 
-/// The word of a slot's bit, and the bit.
+/// The word of a slot's bit, and the bit as a mask.
 #[inline]
-fn place(slot: u32) -> (usize, u64) {
+fn word_and_bit(slot: u32) -> (usize, u64) {
     ((slot / u64::BITS) as usize, 1 << (slot % u64::BITS))
 }
 
 impl<P: Point> Incremental<P> {
-    /// The cells alone.
+    /// Returns the storage of the cells.
     fn into_slots(self) -> Vec<Cell<P::Cell>> {
         self.cells.slots
     }
 
-    /// Turns the storage into rows of `2 (DIM + 1)` numbers, one for each kept cell in the order of slots. A row
-    /// holds what `vertex` makes of the cell's vertices, then for each of them the number of the cell across the
-    /// opposite facet, or one of two marks, for a cell that is not kept and for outer space: numbers from [`MARKS`] on,
-    /// which no cell has. Returns the numbers of the rows that have a mark, too.
+    /// Converts the storage to rows of `2 (DIM + 1)` numbers, one row for each kept cell in the order of slots. The
+    /// first half of a row has the cell's vertices, converted by `vertex`. The second half has, for each vertex, the
+    /// index of the cell across the opposite facet or one of two marks. The first mark stands for a cell that is not
+    /// kept, the second for an exterior one. Marks are at least [`FIRST_MARK`], above all indices. Also returns the
+    /// indices of the rows that have a mark.
     ///
-    /// **Work.** O(cells), in place: rows are shorter than cells, so none is written over before it is read.
+    /// **Work.** O(cells), in place. Rows are shorter than cells, so every cell is read before it is overwritten.
     pub fn into_rows(
         self,
-        kept: &Kept,
+        kept: &KeptCells,
         marks: [u32; 2],
         vertex: impl Fn(u32) -> u32,
     ) -> (Vec<u32>, Vec<u32>) {
-        debug_assert!(marks.iter().all(|&mark| mark >= MARKS), "a mark could be a number");
+        debug_assert!(marks.iter().all(|&mark| mark >= FIRST_MARK), "a mark could be a number");
         let n = P::DIM + 1;
-        let numbers = Numbers::of(kept, marks);
+        let indices = RowIndices::of(kept, marks);
         let mut marked = Vec::new();
         let mut words: Vec<u32> = bytemuck::cast_vec(self.into_slots());
         let mut end = 0;
@@ -149,9 +155,9 @@ impl<P: Point> Incremental<P> {
                 *to = vertex(v);
             }
             for (to, &code) in second.iter_mut().zip(neighbours.as_ref()) {
-                *to = numbers.number(code >> 2);
+                *to = indices.index(code >> 2);
             }
-            if second.iter().fold(0, |all, next| all | next) >= MARKS {
+            if second.iter().fold(0, |all, next| all | next) >= FIRST_MARK {
                 marked.push((end / (2 * n)) as u32);
             }
             end += 2 * n;
@@ -165,12 +171,12 @@ impl<P: Point> Incremental<P> {
 #[cfg(test)]
 mod tests {
     use super::super::Incremental;
-    use super::{Kept, Numbers};
+    use super::{KeptCells, RowIndices};
     use glam::DVec2;
 
-    /// Words of which all, some and none are kept, and one that is not full.
+    /// Words of which all, some and no cells are kept, and an incomplete word.
     #[test]
-    fn numbers_count_what_is_kept_before() {
+    fn indices_count_the_kept_cells_before() {
         let is_kept = |slot: u32| match slot / 64 {
             0 | 3 => true,
             1 => slot % 3 == 1,
@@ -179,7 +185,7 @@ mod tests {
             _ => slot.is_multiple_of(2),
         };
         let slots = 6 * 64 + 37;
-        let mut kept = Kept::of(slots);
+        let mut kept = KeptCells::of(slots);
         kept.keep_word(0, u64::MAX);
         kept.keep_word(3, u64::MAX);
         for slot in (0..slots).rev() {
@@ -192,11 +198,11 @@ mod tests {
             }
         }
         let marks = [u32::MAX - 1, u32::MAX];
-        let numbers = Numbers::of(&kept, marks);
+        let indices = RowIndices::of(&kept, marks);
         let mut count = 0;
         for slot in 0..slots {
             let expected = if is_kept(slot) { count } else { marks[usize::from(slot % 5 == 0)] };
-            assert_eq!(numbers.number(slot), expected, "{slot}");
+            assert_eq!(indices.index(slot), expected, "{slot}");
             count += u32::from(is_kept(slot));
         }
         assert_eq!((kept.len(), kept.is_empty()), (count, false));
@@ -211,9 +217,9 @@ mod tests {
             (0..40u32).map(|i| DVec2::new(f64::from(i * 37 % 41), f64::from(i * i % 43))).collect();
         let delaunay = Incremental::new(points).unwrap();
         let complex = delaunay.complex();
-        let mut kept = Kept::of(complex.slots());
+        let mut kept = KeptCells::of(complex.slots());
         let mut expected = Vec::new();
-        // One finite cell is left out: a hole between outer space and the rest.
+        // One finite cell is omitted: a hole between the exterior and the rest.
         let without = complex.live_cells().filter(|&slot| !complex.is_infinite(slot)).nth(20).unwrap();
         for (slot, vertices, _) in complex.entries() {
             if complex.is_infinite(slot) {

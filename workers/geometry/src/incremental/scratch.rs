@@ -1,35 +1,35 @@
-//! The storage of one insertion: lists that are reused from one to the next.
+//! Storage of one insertion: lists that are reused by the next one.
 
 use super::ridges::Ridges;
 use super::sphere::Inverse;
 use crate::complex::INFINITE;
 use crate::point::{Point, Simplex};
 
-/// What one insertion needs; kept from one to the next.
+/// The data of one insertion, in storage that is reused.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch<P: Point> {
-    /// The cells in conflict.
+    /// The cells of the cavity.
     pub(super) cavity: List<u32>,
-    /// The facets of the border, by their codes from inside and from outside.
-    pub(super) border: List<(u32, u32)>,
-    /// The cells that the exact predicates found free of conflict.
-    pub(super) kept: Vec<u32>,
+    /// The facets of the boundary, as their codes seen from inside and from outside.
+    pub(super) boundary: List<(u32, u32)>,
+    /// The cells that the exact predicates found not to conflict.
+    pub(super) cleared: Vec<u32>,
     pub(super) faces: List<Face<P::Cell>>,
-    /// The vertices of the border from 1 on, each with a new cell that it will be in.
-    pub(super) names: List<(u32, u32)>,
-    /// The same vertices, seen from the new one.
+    /// The vertices of the boundary from 1 on, each with a new cell that contains it.
+    pub(super) boundary_vertices: List<(u32, u32)>,
+    /// The inverse images of the same vertices around the new one.
     pub(super) around: Vec<Inverse<P>>,
     pub(super) ridges: Ridges,
 }
 
-/// A facet of the border, which becomes a cell.
+/// A facet of the boundary, from which a cell is made.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face<S> {
-    /// The code of the cell outside, then the vertices so that a point inside and they make a positive cell.
+    /// The code of the cell outside, then the vertices. A point inside and the vertices form a positive cell.
     pub(super) vertices: S,
-    /// The vertices' places in `names`; the third is 0 in the plane.
-    pub(super) numbers: [u32; 3],
-    /// The new cell.
+    /// Positions of the vertices in `boundary_vertices`; the third is 0 in the plane.
+    pub(super) indices: [u32; 3],
+    /// Index of the new cell.
     pub(super) cell: u32,
 }
 
@@ -37,17 +37,17 @@ impl<P: Point> Default for Scratch<P> {
     fn default() -> Self {
         Scratch {
             cavity: List::new(0),
-            border: List::new((0, 0)),
-            kept: Vec::new(),
-            faces: List::new(Face { vertices: P::Cell::splat(0), numbers: [0; 3], cell: 0 }),
-            names: List::new((INFINITE, 0)),
+            boundary: List::new((0, 0)),
+            cleared: Vec::new(),
+            faces: List::new(Face { vertices: P::Cell::splat(0), indices: [0; 3], cell: 0 }),
+            boundary_vertices: List::new((INFINITE, 0)),
             around: Vec::new(),
             ridges: Ridges::default(),
         }
     }
 }
 
-/// A list whose items are written in any case, and stay or are written over. Storage is reused.
+/// A list without branches on insertion: every item is written at the end, and the length grows only if it is kept.
 #[derive(Clone, Debug)]
 pub(super) struct List<T> {
     pub(super) items: Vec<T>,
@@ -55,7 +55,7 @@ pub(super) struct List<T> {
 }
 
 impl<T: Copy> List<T> {
-    /// An empty list; `item` fills its storage.
+    /// Creates an empty list; `item` fills its storage.
     fn new(item: T) -> Self {
         List { items: vec![item; 256], len: 0 }
     }

@@ -1,17 +1,20 @@
-//! Finding a cell for a point.
+//! Point location: a walk to a cell in conflict with a point.
 //!
-//! **Statement.** The powers of a point with respect to the circumspheres of two neighbours differ by a
-//! linear function that vanishes on their facet: the point lies on the side of the cell with the smaller
-//! power. So going to the neighbour with the smallest power is a visibility walk that reads no
-//! coordinates of vertices. With rounded spheres each step lowers a number, so the descent ends; it need
-//! not end in the right cell, and does not past the hull, so a walk by exact orientations follows. That
-//! leaves a cell through any facet that separates it from the point and never comes back (Edelsbrunner
-//! 1990: cells are acyclic in front of any viewpoint, in every regular triangulation, so also under the
-//! perturbation of [`crate::predicates`]).
+//! **Statement.** The powers of a point with respect to the circumspheres of two neighbouring cells differ by a linear
+//! function that is zero on their common facet. So the point lies on the side of the cell with the smaller power.
 //!
-//! **Departures.** An insertion needs a cell in conflict, not the one that holds the point: the
-//! descent ends at the first. A point that is a vertex already is inside no sphere, so for it the walk
-//! goes on to the cell that holds it.
+//! 1. *Descent.* Moving to the neighbour with the smallest power is a visibility walk that reads no coordinates of
+//!    vertices. With rounded spheres each step decreases a number, so the descent terminates. It may end in a wrong
+//!    cell, and it does not leave the hull.
+//! 2. *Walk.* A walk by exact orientations follows. It leaves a cell through any facet that separates the cell from the
+//!    point, and never returns to a cell. In every regular triangulation, cells are acyclic in front of any viewpoint
+//!    (Edelsbrunner 1990). This also holds under the perturbation of [`crate::predicates`].
+//!
+//! **Departures.** An insertion needs a cell in conflict with the point, not the cell that contains it, so the descent
+//! ends at the first cell in conflict. A point that coincides with a vertex lies inside no sphere. For it, the walk
+//! continues to the cell that contains it.
+//!
+//! **Work.** Proportional to the number of cells visited.
 
 use super::read::corners;
 use super::sphere::Query;
@@ -20,8 +23,8 @@ use crate::point::{Point, Simplex};
 use crate::predicates::{Sign, orientation};
 
 impl<P: Point> Incremental<P> {
-    /// The finite cell whose closure holds `q`, or an infinite cell whose hull facet `q` lies beyond.
-    /// The walk starts at the cell `hint` if that is live, else at the last cell made.
+    /// Finds the finite cell whose closure contains `q`, or an infinite cell whose hull facet `q` lies beyond. The walk
+    /// starts at the cell `hint` if it is live, and otherwise at the last cell created.
     pub fn locate(&self, q: P, hint: Option<u32>) -> u32 {
         let (near, _) = self.descend(&self.frame.query(q), self.start_of(hint));
         self.walk(q, near)
@@ -34,8 +37,8 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// Goes down the powers from `start`: a cell whose sphere certainly holds the point (true), or
-    /// one without a neighbour of smaller power (false).
+    /// Descends by powers from `start`. Returns a cell whose sphere certainly contains the point and `true`, or a cell
+    /// without a neighbour of smaller power and `false`.
     #[inline(never)]
     pub(super) fn descend(&self, query: &Query<P>, start: u32) -> (u32, bool) {
         let slots = &self.cells.slots[..];
@@ -61,7 +64,7 @@ impl<P: Point> Incremental<P> {
         }
     }
 
-    /// The visibility walk by exact orientations.
+    /// Walks by exact orientations to the cell that contains `q`.
     #[inline(never)]
     pub(super) fn walk(&self, q: P, start: u32) -> u32 {
         let n = P::Cell::LEN;

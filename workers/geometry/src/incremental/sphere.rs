@@ -1,37 +1,43 @@
-//! Rounded circumspheres, which decide nearly every question whether a point conflicts with a cell.
+//! Rounded circumspheres, which decide nearly all conflict tests.
 //!
-//! **Statement.** A cell keeps the centre and the radius of its circumsphere in single precision, in
-//! coordinates that have the points' median as origin and a power of two as unit. A point lies inside
-//! if its distance to the rounded centre is below the rounded radius by more than the bound below,
-//! outside if it is above by more; else the exact predicates are asked. A cell without a sphere (one
-//! with the infinite vertex, or too flat for the bound) has a radius that is not a number: it answers
-//! neither.
+//! **Statement.** A cell stores the centre and the radius of its circumsphere in single precision. The coordinates have
+//! the median of the points as origin and a power of two as unit. A point lies inside if its distance from the rounded
+//! centre is below the rounded radius by more than the bound below. It lies outside if the distance is above by more
+//! than the bound. Otherwise the exact predicates decide. A cell may have no sphere, because it has the infinite vertex
+//! or is too flat for the bound. Its radius is then NaN, and neither test succeeds.
 //!
-//! **Spheres.** Inversion in the unit sphere around a vertex turns the spheres through it into planes: with
-//! the inverse images `a, b, c` of the others, `n = (b - a) x (c - a)` (in the plane `b - a` turned) and
-//! `g = n . a`, the centre is `n / 2g` from the vertex and the radius its length. A vertex of the border is
-//! inverted once for all new cells around it.
+//! **Spheres.** Inversion in the unit sphere around a vertex maps the spheres through it to planes. Let `a, b, c` be
+//! the inverse images of the other vertices. Let `n = (b - a) x (c - a)` (in the plane, `b - a` rotated) and
+//! `g = n . a`. The centre is at `n / 2g` from the vertex, and the radius is the length of that vector. A vertex on the
+//! boundary of a cavity is inverted once for all new cells that contain it.
 //!
-//! **Bound.** Let `u = 2^-53`, `h = 2^-24`, `C` and `R` the true centre and radius, `L` the greatest length of an
-//! inverse image. The images are computed with a relative error of `8 u` for each coordinate, so `b - a` and
-//! `c - a`, at most `2 L` long, are wrong by at most `18 u L`, `n` by `84 u L^2` (the roundings of the product
-//! are below `12 u L^2`) and `g` by `128 u L^3`; in the plane by `18 u L` and `38 u L^2`. A sphere is kept only if
-//! `|g| > 2^-18 L^3` (in the plane `L^2`); then `|n| >= |g| / L`, and `n / 2g` and its length are wrong by
-//! less than `2^-27 R = h R / 8`. Rounding to single precision moves the centre by at most `h` times its
-//! distance to the origin, which is at most `|x| + d` for a point `x` at distance `d` from it; the radius by
-//! at most `h` of itself, or `3 h` with its last bit cleared; `x` by at most `h |x|`. Hence if `x` is not
-//! inside, the rounded distance `d'` is at least `r - t'`, if it is not outside at most `r + t'`, with
-//! `t' = 2 h |x| + (4 + 1/4) h r`. So it suffices that `|d'^2 - r^2| > t' (2 r + t')`. The comparison itself
-//! is made in single precision, with errors of `3 h d'^2` and `h r^2` in the squares and `2 h (d'^2 + r^2)` in
-//! the sums: in all `8.02 h r^2` and `13 h` of the bound. With `t = 2 (1 + 2^-10) h |x| + 10 h r` in the place of
-//! `t'` the bound grows by more than `11 h r^2` and that proportion, which covers both. A constant of `2^-140` covers
-//! coordinates that are subnormal in single precision. Radii outside `2^-50 .. 2^60` are not kept and points
-//! farther than `2^40` from the origin not compared, so that nothing overflows but distances to centres
-//! that are farther than any radius; nor are values of `g` below `2^-300` kept, which no underflow then
-//! affects.
+//! **Bound.** Let `u = 2^-53` and `h = 2^-24`. Let `C` and `R` be the exact centre and radius, and `L` the greatest
+//! length of an inverse image.
+//! 1. The images have relative errors of at most `8 u` in each coordinate. So `b - a` and `c - a`, with lengths of at
+//!    most `2 L`, have errors of at most `18 u L`.
+//! 2. The error of `n` is at most `84 u L^2`, of which the roundings of the product are below `12 u L^2`. The error of
+//!    `g` is at most `128 u L^3`. In the plane the bounds are `18 u L` and `38 u L^2`.
+//! 3. A sphere is stored only if `|g| > 2^-18 L^3` (in the plane, `L^2`). Then `|n| >= |g| / L`, and `n / 2g` and its
+//!    length have errors of less than `2^-27 R = h R / 8`.
+//! 4. Rounding to single precision moves the centre by at most `h` times its distance from the origin. That distance is
+//!    at most `|x| + d` for a point `x` at distance `d` from the centre. Rounding changes the radius by at most `h` of
+//!    itself, or `3 h` with its last bit cleared. It changes `x` by at most `h |x|`.
+//! 5. Let `d'` be the rounded distance, `r` the rounded radius and `t' = 2 h |x| + (4 + 1/4) h r`. If `x` is not
+//!    inside, `d' >= r - t'`. If `x` is not outside, `d' <= r + t'`. So it suffices that
+//!    `|d'^2 - r^2| > t' (2 r + t')`.
+//! 6. The comparison is computed in single precision. The errors are `3 h d'^2` and `h r^2` in the squares, and
+//!    `2 h (d'^2 + r^2)` in the sums. In total they are `8.02 h r^2` plus `13 h` of the bound.
+//! 7. Let `t = 2 (1 + 2^-10) h |x| + 10 h r`. If `t` replaces `t'`, the bound grows by more than `11 h r^2` and that
+//!    proportion, which covers both errors.
 //!
-//! **Departures.** The median is that of a sample: any origin is right, and one where points are
-//! dense makes the bound small where cells are.
+//! A constant of `2^-140` covers coordinates that are subnormal in single precision. Only radii in `2^-50 .. 2^60` are
+//! stored, and only points within `2^40` of the origin are compared. So nothing overflows except distances to centres
+//! that are farther than any radius. Values of `g` below `2^-300` are rejected, so underflow affects no stored sphere.
+//!
+//! **Work.** O(1) for each sphere and each test.
+//!
+//! **Departures.** The median is that of a sample. Any origin is correct. An origin where points are dense makes the
+//! bound small where cells are small.
 
 use glam::Vec4;
 
@@ -39,29 +45,28 @@ use super::cells::Cell;
 use crate::point::{Point, Simplex};
 use crate::simd::larger;
 
-/// Mark of a cell that is no longer, or soon no longer, in the complex.
+/// Mark of a cell that is free or is being removed.
 pub(super) const REMOVED: u32 = 1 << 31;
 
-/// Mark of a cell that the exact predicates found free of conflict with the present point.
-pub(super) const KEPT: u32 = 1;
+/// Mark of a cell that the exact predicates found not to conflict with the current point.
+pub(super) const CLEARED: u32 = 1;
 
-/// The radius of a cell without a sphere: not a number.
+/// The bits of the radius of a cell without a sphere: a NaN.
 pub(super) const NO_SPHERE: u32 = 0x7fc0_0000;
 
-/// Rounding of single precision.
+/// Unit roundoff of single precision.
 const SINGLE: f64 = 1.0 / (1u32 << 24) as f64;
 
-/// The part of the bound that grows with the distance from the origin, the part that grows with the
-/// radius, and the constant part.
+/// The parts of the bound: proportional to the distance from the origin, proportional to the radius, and constant.
 const FAR: f64 = 2.0 * SINGLE * (1.0 + 1.0 / 1024.0);
 const WIDE: f32 = (10.0 * SINGLE) as f32;
 const TINY: f64 = power_of_two(-140);
 
-/// The square of the flattest shape that has a sphere, and of the least determinant.
+/// The square of the smallest `|g|` of a stored sphere: relative to `L`, and absolute.
 const FLATTEST: f64 = power_of_two(-36);
 const LEAST: f64 = power_of_two(-600);
 
-/// Radii that are kept, and the distance from the origin up to which points are compared.
+/// Range of stored radii, and largest distance from the origin of compared points.
 const SMALLEST: f64 = power_of_two(-50);
 const LARGEST: f64 = power_of_two(60);
 const FARTHEST: f64 = power_of_two(40);
@@ -70,38 +75,38 @@ const fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
-/// Points looked at for the median.
+/// Largest number of points in the sample for the median.
 const SAMPLE: usize = 255;
 
-/// The coordinates of the spheres.
+/// The coordinate system of the spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame<P> {
     origin: P,
     scale: f64,
-    /// No point is farther from the origin.
+    /// Largest distance of a point from the origin.
     farthest: f64,
 }
 
-/// A point as it is compared with spheres.
+/// A point in the form that is compared with spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query<P> {
-    /// The point in the coordinates of the spheres, and the same in single precision, zeros behind.
+    /// The point in the coordinates of the spheres, and the same in single precision, padded with zeros.
     at: P,
     rounded: Vec4,
-    /// The part of the bound that does not depend on the sphere; not a number for a point too far away.
+    /// The part of the bound that is independent of the sphere; NaN if the point is too far from the origin.
     slack: f32,
 }
 
-/// The inverse image of a vertex in the unit sphere around another, and its squared distance from
-/// there. Not numbers for infinity.
+/// The inverse image of a vertex in the unit sphere around another vertex, and the squared length of the image. NaN for
+/// infinity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Inverse<P> {
     at: P,
     length2: f64,
 }
 
-/// The power of a point with respect to a rounded sphere, and the bound of its error. Not numbers for
-/// a cell without a sphere: then no comparison holds.
+/// The power of a point with respect to a rounded sphere, and the bound of its error. Both are NaN for a cell without a
+/// sphere, so that every comparison is false.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Power {
     pub(super) value: f32,
@@ -109,13 +114,13 @@ pub(super) struct Power {
 }
 
 impl Power {
-    /// Does the point certainly lie inside the sphere?
+    /// Returns `true` if the point certainly lies inside the sphere.
     #[inline]
     pub(super) fn is_inside(self) -> bool {
         self.value < -self.bound
     }
 
-    /// Does the point certainly lie outside?
+    /// Returns `true` if the point certainly lies outside the sphere.
     #[inline]
     pub(super) fn is_outside(self) -> bool {
         self.value > self.bound
@@ -123,7 +128,7 @@ impl Power {
 }
 
 impl<P: Point> Frame<P> {
-    /// The coordinates for a triangulation of `points`, which are finite.
+    /// Creates the coordinate system for a triangulation of `points`, which are finite.
     pub(super) fn over(points: &[P]) -> Self {
         let mut origin = P::default();
         let step = points.len().div_ceil(SAMPLE).max(1);
@@ -142,45 +147,45 @@ impl<P: Point> Frame<P> {
         }
         let exponent = (extent.to_bits() >> 52).clamp(1, 2045);
         let scale = f64::from_bits((2046 - exponent) << 52);
-        // The diagonal of the cube that holds all points, and rounding.
+        // Half the diagonal of the cube that contains all points, with a margin for rounding.
         Frame { origin, scale, farthest: extent * scale * (P::DIM as f64).sqrt() * (1.0 + 1e-9) }
     }
 
-    /// Makes room for one more point.
+    /// Extends the system to contain one more point.
     pub(super) fn extend(&mut self, q: P) {
         let distance = ((q - self.origin) * self.scale).norm2().sqrt() * (1.0 + 1e-9);
         self.farthest = larger(distance, self.farthest);
     }
 
-    /// No point is farther from the origin, in the coordinates of the points.
+    /// Largest distance of a point from the origin, in the coordinates of the points.
     pub(super) fn extent(&self) -> f64 {
         self.farthest / self.scale
     }
 
-    /// A number above the radius of a finite cell's ball, not a number without a sphere. The ball's centre is at
-    /// most a radius farther from the origin than a vertex, so with [`Frame::ball`]'s bound a little more of the
-    /// radius covers all of its rounding.
+    /// An upper bound of the radius of a finite cell's ball; NaN without a sphere. The centre of the ball is at most a
+    /// radius farther from the origin than a vertex. So the bound of [`Frame::ball`] plus a small multiple of the
+    /// radius covers all roundings.
     #[inline]
     pub(super) fn radius_bound(&self, sphere: &P::Cell) -> f64 {
         let radius = f64::from(Self::rounded_radius(sphere));
         (radius * (1.0 + 32.0 * SINGLE) + 2.0 * FAR * self.farthest + 2.0 * TINY) / self.scale
     }
 
-    /// The rounded radius of a sphere without its marks; not a number where there is none.
+    /// The rounded radius of a sphere without its marks; NaN for a cell without a sphere.
     #[inline]
     pub(super) fn rounded_radius(sphere: &P::Cell) -> f32 {
-        f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | KEPT))
+        f32::from_bits(sphere.as_ref()[P::DIM] & !(REMOVED | CLEARED))
     }
 
-    /// The most that a rounded radius may be if twice its [`Frame::radius_bound`] is not to exceed `across`; 0, which is
-    /// no sphere's radius, if there is none. What it is rounded by covers the rounding of either.
+    /// The largest rounded radius for which twice [`Frame::radius_bound`] is at most `across`; 0, which is not a stored
+    /// radius, if there is none. The margin covers the roundings of both.
     pub(super) fn radius_within(&self, across: f64) -> f32 {
-        let aside = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
-        let most = (0.5 * across * self.scale - aside) / (1.0 + 32.0 * SINGLE);
+        let margin = (2.0 * FAR * self.farthest + 2.0 * TINY) * (1.0 + SINGLE);
+        let most = (0.5 * across * self.scale - margin) / (1.0 + 32.0 * SINGLE);
         ((most * (1.0 - 2.0 * SINGLE)) as f32).max(0.0)
     }
 
-    /// A point as it is compared with spheres.
+    /// Converts a point to the form that is compared with spheres.
     #[inline]
     pub(super) fn query(&self, q: P) -> Query<P> {
         let at = (q - self.origin) * self.scale;
@@ -201,8 +206,8 @@ impl<P: Point> Frame<P> {
         Inverse { at: rel * length2, length2 }
     }
 
-    /// The circumsphere of a cell in the coordinates of the points: the centre, and the square of a
-    /// radius that reaches at least as far as the cell's ball does. `None` for a cell without a sphere.
+    /// The circumsphere of a cell in the coordinates of the points: the centre, and the square of a radius that is at
+    /// least that of the cell's ball. `None` for a cell without a sphere.
     pub(super) fn ball(&self, sphere: &P::Cell) -> Option<(P, f64)> {
         let mut at = P::default();
         for i in 0..P::DIM {
@@ -221,12 +226,12 @@ impl<P: Point> Frame<P> {
 }
 
 impl<P: Point> Query<P> {
-    /// The power of the point with respect to a cell's sphere.
+    /// Computes the power of the point with respect to a cell's sphere.
     #[inline]
     pub(super) fn power(&self, cell: &Cell<P::Cell>) -> Power {
         let mut sphere = [0; 4];
         sphere[..=P::DIM].copy_from_slice(cell.sphere().as_ref());
-        // All together: the radius stands behind the centre, and the query has a zero there.
+        // One vector operation: the radius follows the centre, where the query has a zero.
         let sphere = Vec4::from_array(sphere.map(f32::from_bits));
         let x = sphere - self.rounded;
         let [a, b, c, d] = (x * x).to_array();
@@ -236,7 +241,7 @@ impl<P: Point> Query<P> {
         Power { value, bound: t * (radius + radius + t) }
     }
 
-    /// The rounded sphere through this point and those with the inverse images `ends`.
+    /// Computes the rounded sphere through this point and those with the inverse images `ends`.
     #[expect(clippy::needless_bitwise_bool, reason = "one branch for all four, of which none is foreseeable")]
     #[inline]
     pub(super) fn sphere(&self, ends: [&Inverse<P>; 3]) -> P::Cell {
@@ -253,13 +258,13 @@ impl<P: Point> Query<P> {
         let flat2 = if P::DIM == 2 { FLATTEST * longest2 } else { FLATTEST * longest2 * longest2 };
         let flat2 = flat2 * longest2;
         let height2 = height * height;
-        let sound = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
+        let is_valid = (height2 > flat2) & (height2 > LEAST) & (radius > SMALLEST) & (radius < LARGEST);
         let at = self.at + from;
         let mut sphere = P::Cell::splat(0);
         for i in 0..P::DIM {
             sphere.as_mut()[i] = (at.coord(i) as f32).to_bits();
         }
-        let radius = if sound { (radius as f32).to_bits() & !KEPT } else { NO_SPHERE };
+        let radius = if is_valid { (radius as f32).to_bits() & !CLEARED } else { NO_SPHERE };
         sphere.as_mut()[P::DIM] = radius;
         sphere
     }

@@ -1,4 +1,4 @@
-//! A triangulation that grows point by point: its construction and the order of its insertions.
+//! The incremental triangulation: construction, and insertion of points in a given order.
 
 use super::cells::Cells;
 use super::order::insertion_order;
@@ -10,86 +10,87 @@ use crate::complex::{INFINITE, NONE};
 use crate::point::{Point, Simplex};
 use crate::predicates::{Sign, orientation, raises_dimension};
 
-/// Why points could not be triangulated.
+/// Why a triangulation failed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum IncrementalError {
-    /// The points span a point, a line or a plane, or there are none (-1).
+    /// The points span only a point, a line or a plane, or there are none (dimension -1).
     #[error("the points span dimension {dimension}: no cell can be built")]
     Flat {
         /// Dimension of the affine hull.
         dimension: isize,
     },
-    /// A point has the coordinates of a vertex.
+    /// A point coincides with a vertex.
     #[error("point {point} coincides with vertex {vertex}")]
     Coincident {
-        /// The number of the point that was not inserted.
+        /// Index of the point that was not inserted.
         point: u32,
-        /// The vertex with its coordinates.
+        /// Vertex with the same coordinates.
         vertex: u32,
     },
     /// A coordinate is infinite or not a number.
     #[error("point {point} has a coordinate that is not finite")]
     NotFinite {
-        /// The number of the point.
+        /// Index of the point.
         point: u32,
     },
-    /// It was told to stop.
+    /// The caller requested a stop.
     #[error("the triangulation was stopped")]
     Stopped,
-    /// More points or cells than one triangulation can number.
+    /// There are more points or cells than indices.
     #[error("more than 2^26 points or 2^29 cells in one triangulation")]
     TooMany,
 }
 
-/// A Delaunay triangulation that grows point by point. Vertices are numbers of points.
+/// A Delaunay triangulation to which points can be added. Vertices are indices of points.
 #[derive(Clone, Debug)]
 pub struct Incremental<P: Point> {
     pub(super) points: Vec<P>,
     pub(super) cells: Cells<P::Cell>,
-    /// A cell of each vertex, at its number plus 1; of infinity at 0. `NONE` before insertion.
+    /// A cell of each vertex, at the vertex index plus 1; of infinity at 0. `NONE` before insertion.
     pub(super) incident: Vec<u32>,
     pub(super) last: u32,
     pub(super) frame: Frame<P>,
     pub(super) scratch: Scratch<P>,
 }
 
-/// Random points in space have 6.8 cells each: at this number less than [`MOST_CELLS`].
+/// Largest number of points. Random points in space have 6.8 cells each, so this number has fewer cells than
+/// [`MOST_CELLS`].
 const MOST_POINTS: usize = 1 << 26;
 
-/// Half of what can be numbered: one insertion adds at most two cells per vertex.
+/// Half the number of cell indices. The margin suffices, because one insertion adds at most two cells for each vertex.
 const MOST_CELLS: u32 = 1 << 29;
 
-/// Points between two questions whether to go on.
-pub const ASKED_EVERY: usize = 4096;
+/// Number of insertions between two tests whether to stop.
+pub const STOP_CHECK_INTERVAL: usize = 4096;
 
 impl<P: Point> Incremental<P> {
-    /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with
-    /// [`insertion_order`].
+    /// Triangulates `points`; vertex `i` is `points[i]`. Equal to [`Incremental::build`] with [`insertion_order`].
     ///
     /// # Errors
     ///
-    /// Any [`IncrementalError`]; of coincident points, the first met in the order of insertion.
+    /// Any [`IncrementalError`]. If points coincide, the error names the first such point in the order of insertion.
     pub fn new(points: Vec<P>) -> Result<Self, IncrementalError> {
         let order = insertion_order(&points);
         Self::build(points, Some(&order))
     }
 
-    /// Triangulates `points` in the given order (each number once), or as they stand. With an order the
-    /// points are copied and the vertices renamed at the end: points that stand along
-    /// [`insertion_order`] already, and are inserted as they stand, cost neither.
+    /// Triangulates `points` in the given order (each index once), or in the order of the slice. With an order, the
+    /// points are copied, and the vertices are renumbered at the end. If the points are already sorted by
+    /// [`insertion_order`], `None` avoids both.
     ///
     /// # Errors
     ///
-    /// Any [`IncrementalError`]; of coincident points, the first met in the order of insertion.
+    /// Any [`IncrementalError`]. If points coincide, the error names the first such point in the order of insertion.
     pub fn build(points: Vec<P>, order: Option<&[u32]>) -> Result<Self, IncrementalError> {
         Self::build_while(points, order, &mut || true)
     }
 
-    /// The same, as long as `go_on`, which is asked every [`ASKED_EVERY`] points, answers yes.
+    /// Does the same as [`Incremental::build`], and stops if `go_on`, called every [`STOP_CHECK_INTERVAL`] points,
+    /// returns `false`.
     ///
     /// # Errors
     ///
-    /// As [`Incremental::build`]; [`IncrementalError::Stopped`].
+    /// Those of [`Incremental::build`], and [`IncrementalError::Stopped`].
     pub fn build_while(
         mut points: Vec<P>,
         order: Option<&[u32]>,
@@ -111,13 +112,13 @@ impl<P: Point> Incremental<P> {
         Ok(this)
     }
 
-    /// Triangulates `points` where they stand, inserting them in the given order (each number once): no copy, and vertex `i`
-    /// is `points[i]` from the start. For orders that follow few runs of the points. What `points` has room for, the
-    /// triangulation has too: a vector with more capacity than points is for more to be inserted.
+    /// Triangulates `points` without copying them, in the given order of insertion (each index once). Vertex `i` is
+    /// `points[i]` from the start. This is efficient for orders that consist of a few runs of the points. Excess
+    /// capacity of `points` also reserves room in the triangulation, for points to be inserted later.
     ///
     /// # Errors
     ///
-    /// As [`Incremental::build_while`].
+    /// Those of [`Incremental::build_while`].
     pub fn build_in_place(
         mut points: Vec<P>,
         order: impl IntoIterator<Item = u32>,
@@ -127,7 +128,7 @@ impl<P: Point> Incremental<P> {
         Self::in_place(points, order, go_on)
     }
 
-    /// Triangulates points, which are clean, as they stand.
+    /// Triangulates points that [`clean`] has processed, without copying them.
     fn in_place(
         points: Vec<P>,
         order: impl IntoIterator<Item = u32>,
@@ -136,7 +137,7 @@ impl<P: Point> Incremental<P> {
         if points.len() > MOST_POINTS {
             return Err(IncrementalError::TooMany);
         }
-        // Room for the points that will come is made now: cells are not moved when they do.
+        // Room for later points is reserved now, so that cells need not be moved then.
         let room = points.capacity().min(MOST_POINTS);
         let mut incident = Vec::with_capacity(room + 1);
         incident.resize(points.len() + 1, NONE);
@@ -151,7 +152,7 @@ impl<P: Point> Incremental<P> {
         };
         let first = this.start()?;
         for (count, vertex) in order.into_iter().enumerate() {
-            if count.is_multiple_of(ASKED_EVERY) && !go_on() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             if !first.as_ref().contains(&vertex) {
@@ -188,7 +189,7 @@ impl<P: Point> Incremental<P> {
         Ok(cell)
     }
 
-    /// Names vertex `i` `order[i]`, which is its place in `points`.
+    /// Renumbers the vertices: vertex `i` becomes `order[i]`, its position in `points`.
     fn rename(&mut self, points: Vec<P>, order: &[u32]) {
         for cell in &mut self.cells.slots {
             for v in cell.vertices_mut().as_mut() {
@@ -206,29 +207,29 @@ impl<P: Point> Incremental<P> {
         self.points = points;
     }
 
-    /// Adds a point and returns its vertex. The walk starts at the cell `hint` if that is live, else at
-    /// the last cell made.
+    /// Inserts a point and returns its vertex. The walk starts at the cell `hint` if it is live, and otherwise at the
+    /// last cell created.
     ///
     /// # Errors
     ///
-    /// [`IncrementalError::Coincident`] with the vertex that stands there already; `NotFinite` and
-    /// `TooMany`. The triangulation is then as before.
+    /// [`IncrementalError::Coincident`] with the vertex at the same coordinates; `NotFinite` and `TooMany`. The
+    /// triangulation is then unchanged.
     pub fn insert(&mut self, p: P, hint: Option<u32>) -> Result<u32, IncrementalError> {
         let vertex = self.points.len() as u32;
-        self.insert_beside(p, hint, INFINITE).map(|_| vertex)
+        self.insert_if_adjacent(p, hint, INFINITE).map(|_| vertex)
     }
 
-    /// The same, if one of the new vertex' neighbours is below `bound` or it undoes very many cells; else nothing changes,
-    /// and there is no vertex.
+    /// Inserts a point as [`Incremental::insert`], if a neighbour of the new vertex is below `bound` or its cavity has
+    /// very many cells. Otherwise nothing changes, and the result is `None`.
     ///
-    /// What is left out so never becomes the neighbour of such a vertex: an edge between two points stays one as long
-    /// as the two do when others are left out, so it would be one now. What undoes many cells is let in so that the next
-    /// one there does not: points that fall into an empty part would all look at the same large cells.
+    /// A point that is skipped never becomes a neighbour of a vertex below `bound`. Indeed, a Delaunay edge remains one
+    /// when other points are removed, so the two would be neighbours now. Points with a large cavity are inserted
+    /// because points in an empty region would otherwise all search the same large cells.
     ///
     /// # Errors
     ///
-    /// As [`Incremental::insert`].
-    pub fn insert_beside(
+    /// Those of [`Incremental::insert`].
+    pub fn insert_if_adjacent(
         &mut self,
         p: P,
         hint: Option<u32>,
@@ -247,17 +248,17 @@ impl<P: Point> Incremental<P> {
             self.points.pop();
             self.incident.pop();
         }
-        done.map(|is_beside| is_beside.then_some(vertex))
+        done.map(|is_adjacent| is_adjacent.then_some(vertex))
     }
 
-    /// Adds points in the order of [`insertion_order`], each walk starting where the point before was
-    /// added, and returns the vertex of each: a new one, or the one that stands there already. New
-    /// vertices are numbered in the order of insertion. `go_on` is asked every [`ASKED_EVERY`] points.
+    /// Inserts points in the order of [`insertion_order`] and returns the vertex of each: a new one, or the existing
+    /// one with the same coordinates. Each walk starts at the previous point. New vertices are numbered in the order of
+    /// insertion. `go_on` is called every [`STOP_CHECK_INTERVAL`] points.
     ///
     /// # Errors
     ///
-    /// `NotFinite` with the point's position in `points`, before anything is added; `TooMany` and
-    /// `Stopped`, when the points before the one that failed are added.
+    /// `NotFinite` with the point's position in `points`, before any insertion. `TooMany` and `Stopped` after the
+    /// points before the failure were inserted.
     pub fn insert_all(
         &mut self,
         points: &[P],
@@ -267,7 +268,7 @@ impl<P: Point> Incremental<P> {
         clean(&mut points)?;
         let mut vertices = vec![NONE; points.len()];
         for (count, i) in insertion_order(&points).into_iter().enumerate() {
-            if count.is_multiple_of(ASKED_EVERY) && !go_on() {
+            if count.is_multiple_of(STOP_CHECK_INTERVAL) && !go_on() {
                 return Err(IncrementalError::Stopped);
             }
             vertices[i as usize] = match self.insert(points[i as usize], None) {
@@ -278,7 +279,8 @@ impl<P: Point> Incremental<P> {
         Ok(vertices)
     }
 
-    /// Joins a vertex to the others, if one of its neighbours will be below `bound`; was it?
+    /// Inserts a vertex, if one of its neighbours will be below `bound` or its cavity is large. Returns `true` if it
+    /// was inserted.
     fn insert_vertex(&mut self, vertex: u32, start: u32, bound: u32) -> Result<bool, IncrementalError> {
         if self.cells.slots() > MOST_CELLS {
             return Err(IncrementalError::TooMany);
@@ -288,7 +290,7 @@ impl<P: Point> Incremental<P> {
         let (mut seed, certain) = self.descend(&query, start);
         if !certain {
             seed = self.walk(q, seed);
-            // Only the cell that holds a point can have it as a vertex.
+            // Only the cell that contains a point can have it as a vertex.
             for &v in self.cells.cell(seed).as_ref() {
                 if v != INFINITE && self.points[v as usize] == q {
                     return Err(IncrementalError::Coincident { point: vertex, vertex: v });
@@ -299,13 +301,13 @@ impl<P: Point> Incremental<P> {
     }
 }
 
-/// Room made for the cells of each point, in whole cells: what random points need, and a little more.
-/// Memory that is not written to is not used.
+/// Number of cells reserved for each point: slightly more than random points need, as a whole number. Memory that is
+/// never written is not used.
 fn expected_cells(dimension: usize) -> usize {
     if dimension == 2 { 2 } else { 7 }
 }
 
-/// Reads `-0.0` as `0.0` everywhere, if all coordinates are finite.
+/// Replaces `-0.0` by `0.0` everywhere, and checks that all coordinates are finite.
 fn clean<P: Point>(points: &mut [P]) -> Result<(), IncrementalError> {
     for (i, p) in (0u32..).zip(points) {
         *p = cleaned(*p).ok_or(IncrementalError::NotFinite { point: i })?;
@@ -313,7 +315,7 @@ fn clean<P: Point>(points: &mut [P]) -> Result<(), IncrementalError> {
     Ok(())
 }
 
-/// The point with `-0.0` read as `0.0`, if it is finite.
+/// Returns the point with `-0.0` replaced by `0.0`, if it is finite.
 fn cleaned<P: Point>(mut p: P) -> Option<P> {
     for i in 0..P::DIM {
         if !p.coord(i).is_finite() {

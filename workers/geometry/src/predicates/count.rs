@@ -1,13 +1,13 @@
-//! How many calls each stage decided, for experiments: with the feature `stage-counts` only.
+//! Counts of calls by deciding stage, for experiments with the feature `stage-counts`.
 //!
-//! The counters are the thread's own and decide nothing. Without the feature they do not exist.
+//! The counters are local to the thread and affect no result. Without the feature they do not exist.
 
-/// Where a sign was decided.
+/// The stage that decided a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Rounded arithmetic within its bound.
+    /// Rounded arithmetic within its error bound.
     Filter,
-    /// Rounded arithmetic that rounded nothing.
+    /// Rounded arithmetic without any rounding error.
     Exact,
     /// Integers of fixed width.
     Integer,
@@ -18,13 +18,13 @@ pub enum Stage {
 /// Counts one orientation decided at `stage`.
 #[inline]
 pub(super) fn orientation(stage: Stage) {
-    note(stage, 0);
+    count(stage, 0);
 }
 
 /// Counts one in-sphere sign decided at `stage`.
 #[inline]
 pub(super) fn in_sphere(stage: Stage) {
-    note(stage, 4);
+    count(stage, 4);
 }
 
 /// Counts one in-sphere sign that was zero.
@@ -36,7 +36,7 @@ pub(super) fn tie() {
 
 #[cfg_attr(not(feature = "stage-counts"), expect(unused_variables, reason = "nothing is counted"))]
 #[inline]
-fn note(stage: Stage, first: usize) {
+fn count(stage: Stage, first: usize) {
     #[cfg(feature = "stage-counts")]
     counters::add(first + stage as usize);
 }
@@ -53,8 +53,8 @@ mod counters {
         COUNTS.with(|counts| counts[at].set(counts[at].get() + 1));
     }
 
-    /// The thread's counts since the last call: orientations and in-sphere signs by [`super::Stage`], and
-    /// how many of the latter were zero.
+    /// The thread's counts since the last call: orientations by [`super::Stage`], in-sphere signs by stage, and
+    /// in-sphere signs that were zero.
     pub fn take() -> ([u64; 4], [u64; 4], u64) {
         COUNTS.with(|counts| {
             let taken = |i: usize| counts[i].take();

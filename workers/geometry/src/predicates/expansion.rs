@@ -1,8 +1,7 @@
-//! Stage 3, the last resort: adaptive expansions of doubles, by the crate `robust` (Shewchuk 1997).
+//! Stage 3, the last stage: adaptive expansions of doubles, by the crate `robust` (Shewchuk 1997).
 //!
-//! **Statement.** Exact wherever nothing under- or overflows, which [`crate::range`] sees to.
-//! It is for calls whose differences spread over more than 126 binary digits, and costs microseconds
-//! there.
+//! **Statement.** Signs are exact if nothing underflows or overflows, which [`crate::range`] guarantees. The stage
+//! decides calls whose differences spread over more than 126 binary digits, and takes microseconds for each.
 
 use super::integer::Signs;
 use super::sign::Sign;
@@ -16,17 +15,17 @@ fn spatial<P: Point>(p: &P) -> robust::Coord3D<f64> {
     robust::Coord3D { x: p.coord(0), y: p.coord(1), z: p.coord(2) }
 }
 
-/// The exact orientation of `DIM + 1` points.
+/// Computes the exact orientation of `DIM + 1` points.
 pub(super) fn orientation<P: Point>(c: &[P]) -> Sign {
     Sign::of(if P::DIM == 2 {
         robust::orient2d(planar(&c[0]), planar(&c[1]), planar(&c[2]))
     } else {
-        // Shewchuk's orient3d is positive when the fourth point lies below: the opposite sign.
+        // Shewchuk's `orient3d` has the opposite sign: it is positive if the fourth point lies below.
         -robust::orient3d(spatial(&c[0]), spatial(&c[1]), spatial(&c[2]), spatial(&c[3]))
     })
 }
 
-/// The exact in-sphere sign of a cell and a query; of the cofactors' only if that is zero.
+/// Computes the exact in-sphere sign of a cell and a query. The signs of the cofactors are computed only if it is zero.
 pub(super) fn conflict<P: Point>(c: &[P], q: P) -> Signs {
     let det = Sign::of(if P::DIM == 2 {
         robust::incircle(planar(&c[0]), planar(&c[1]), planar(&c[2]), planar(&q))

@@ -1,7 +1,7 @@
 //! Stage 2: determinants in integers of fixed width, chosen for each call from its bits.
 //!
-//! **Statement.** In units of the call's lattice ([`super::lattice`]) differences are integers below `2^b`.
-//! Written out, with all partial sums:
+//! **Statement.** In units of the call's lattice ([`super::lattice`]), differences are integers below `2^b`. The
+//! expanded quantities, with all partial sums, have these bounds:
 //!
 //! | quantity | space: below | plane: below |
 //! | --- | --- | --- |
@@ -10,8 +10,8 @@
 //! | lift | `3 * 2^(2b) < 2^(2b + 1.6)` | `2^(2b + 1)` |
 //! | determinant | `4 * 3 * 6 * 2^(5b) < 2^(5b + 6.2)` | `3 * 2 * 2 * 2^(4b) < 2^(4b + 3.6)` |
 //!
-//! and an integer of `N` limbs holds what is below `2^(64 N - 1)`. This gives three widths; whatever needs
-//! more goes on to [`super::expansion`].
+//! An integer of `N` limbs represents absolute values below `2^(64 N - 1)`. This gives three widths. Calls that need
+//! more go to [`super::expansion`].
 //!
 //! | differences | in-sphere | in-circle | orientation |
 //! | --- | --- | --- | --- |
@@ -19,17 +19,18 @@
 //! | single | `b <= 62`: 320 bits | `b <= 62`: 256 bits | `b <= 62`: 192 or 128 bits |
 //! | double | `b <= 126`: 640 bits | `b <= 126`: 512 bits | `b <= 126`: 384 or 256 bits |
 //!
-//! **Work.** At most 72 products (in-sphere), of 1, 2 to 6 and 4 to 24 multiplications of limbs.
+//! **Work.** At most 72 products (in-sphere). A product takes 1, 2 to 6, or 4 to 24 multiplications of limbs in the
+//! three widths.
 //!
-//! **Source.** The forms are those of stage 1. Fixed widths in place of expansions: Levy, "Robustness and
-//! efficiency of geometric programs: the Predicate Construction Kit" (2016), argues for them too.
+//! **Source.** The forms are those of stage 1. Levy, "Robustness and efficiency of geometric programs: the Predicate
+//! Construction Kit" (2016), also proposes fixed widths instead of expansions.
 
 use super::lattice::{integer, largest_unit, quick_integer, quick_unit, width};
 use super::sign::Sign;
 use super::wide::Int;
 use crate::point::Point;
 
-/// The exact sign of an in-sphere determinant and of its cofactors (see [`super::filter::Rounded`]).
+/// The exact signs of an in-sphere determinant and of its cofactors (see [`super::filter::Rounded`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Signs {
     pub det: Sign,
@@ -38,7 +39,7 @@ pub(super) struct Signs {
 
 pub(super) type Row<const D: usize> = [Int<D>; 3];
 
-/// The differences of `points` to `q` as integers. Rows and entries beyond are 0.
+/// Computes the differences of `points` to `q` as integers. Unused rows and entries are 0.
 #[inline]
 pub(super) fn rows<P: Point, const D: usize>(
     points: &[P],
@@ -70,7 +71,7 @@ fn det3<const D: usize, const M: usize, const C: usize>(
     bc.times::<D, C>(a[2]).minus(ac.times::<D, C>(b[2])).plus(ab.times::<D, C>(c[2]))
 }
 
-/// The squared length in `L` limbs; in the plane the third entry is 0.
+/// The squared length in `L` limbs. In the plane the third entry is not used.
 #[inline]
 fn lift<const D: usize, const L: usize>(a: &Row<D>, dimension: usize) -> Int<L> {
     let square = |x: Int<D>| x.times::<D, L>(x);
@@ -94,7 +95,7 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     let zero = Int([0; M]);
     let abc = det3::<D, M, C>((a, bc), (b, ac), (c, ab));
     let bcd = det3::<D, M, C>((b, cd), (c, bd), (d, bc));
-    // (c, d, a): the minor of its first and last row is ca = -ac; and so on.
+    // Row (c, d, a): the minor of its first and last entry is ca = -ac. The others are analogous.
     let cda = det3::<D, M, C>((c, da), (d, zero.minus(ac)), (a, cd));
     let dab = det3::<D, M, C>((d, ab), (a, zero.minus(bd)), (b, da));
     let term = |cofactor: Int<C>, row: &Row<D>| cofactor.times_natural::<M, N>(lift::<D, M>(row, 3));
@@ -104,15 +105,16 @@ fn in_sphere<const D: usize, const M: usize, const C: usize, const N: usize>(
     Signs { det, cofactors: [bcd.sign(), cda.sign().opposite(), dab.sign(), abc.sign().opposite()] }
 }
 
-/// Bits that all entries have as zeros at their end: what the unit could be larger by.
+/// Number of trailing zero bits common to all entries: the unit could be larger by this power of two.
 #[inline]
 fn spare(rows: &[Row<1>; 4]) -> u32 {
     rows.as_flattened().iter().fold(1 << 63, |bits, x| bits | x.0[0]).trailing_zeros()
 }
 
-/// The exact signs for a cell and a query whose differences are at most `reach`, if the widths suffice.
+/// Computes the exact signs for a cell and a query whose differences are at most `reach`. Returns `None` if they need
+/// more than 126 bits.
 pub(super) fn conflict<P: Point>(cell: &[P], q: P, reach: f64) -> Option<Signs> {
-    // A length the compiler knows: loops over it unroll.
+    // The compiler knows this length and unrolls loops over it.
     let cell = &cell[..=P::DIM];
     let narrow = if P::DIM == 2 { 30 } else { 24 };
     let unit = quick_unit(&[q]).min(quick_unit(cell));
@@ -157,11 +159,12 @@ pub(super) fn orient<const D: usize, const M: usize, const C: usize>(
     if dimension == 2 {
         return minor::<D, M>(a, b).sign();
     }
-    // With the last point as the base the orientation is minus the determinant of the rows.
+    // The last point is the base, so the orientation is minus the determinant of the rows.
     det3::<D, M, C>((a, minor(b, c)), (b, minor(a, c)), (c, minor(a, b))).sign().opposite()
 }
 
-/// The exact orientation of a cell whose differences are at most `reach`, if the widths suffice.
+/// Computes the exact orientation of a cell whose differences are at most `reach`. Returns `None` if they need more
+/// than 126 bits.
 pub(super) fn orientation<P: Point>(cell: &[P], reach: f64) -> Option<Sign> {
     let (others, base) = (&cell[..P::DIM], cell[P::DIM]);
     let unit = quick_unit(cell);

@@ -1,25 +1,24 @@
-//! The lattice of one call: coordinates as multiples of one power of two.
+//! The lattice of a call: coordinates as multiples of one power of two.
 //!
-//! **Statement.** Every finite double is an integer times a power of two. Let `2^g` be the largest power of
-//! two that divides all coordinates of a call, and `2^b` times that a bound of their differences. In units
-//! of `2^g` all differences are integers below `2^b` in size, whatever the sizes of the coordinates: taken
-//! modulo `2^w`, `w > b`, coordinates give the differences exactly, although they need not fit themselves.
-//! A determinant's sign does not change by the unit, and its width follows from `b` ([`super::integer`]).
+//! **Statement.** Every finite double is an integer times a power of two. Let `2^g` be the largest power of two that
+//! divides all coordinates of a call, and let `2^b` times that bound their differences. In units of `2^g`, all
+//! differences are integers with absolute values below `2^b`, for coordinates of any magnitude. Coordinates are
+//! computed modulo `2^w` with `w > b`. Their differences are then exact, even if the coordinates themselves do not fit.
+//! The unit does not change the sign of a determinant, and `b` determines its width ([`super::integer`]).
 //!
-//! If `b` is so small that the determinant and all its partial sums are integers below `2^53`, rounded
-//! arithmetic has rounded nothing: then the determinant of stage 1 is exact ([`is_exact`]). Whether `x`
-//! is a multiple of a power of two `s` is told by adding and subtracting `1.5 * 2^52 s`, which rounds to
-//! multiples of `s` where `|x| < 2^51 s` (Dekker 1971).
+//! If `b` is small, the determinant and all its partial sums are integers below `2^53`. Then rounded arithmetic has no
+//! rounding error, and the determinant of stage 1 is exact ([`is_exact`]). To test whether `x` is a multiple of a power
+//! of two `s`, add and subtract `1.5 * 2^52 s`. This rounds to a multiple of `s` if `|x| < 2^51 s` (Dekker 1971).
 //!
-//! **Work.** A few operations for each coordinate.
+//! **Work.** O(1) operations for each coordinate.
 
 use super::wide::Int;
 use crate::point::Point;
 
-/// The exponent of a unit that no coordinate needs: above all others.
+/// The exponent of the unit of zero: larger than all others.
 const NONE: i32 = 1 << 14;
 
-/// The significand of `x` and its exponent: `|x| = significand * 2^exponent`.
+/// Returns the significand and the exponent of `x`: `|x| = significand * 2^exponent`.
 #[inline]
 fn parts(x: f64) -> (u64, i32) {
     let bits = x.to_bits();
@@ -28,14 +27,14 @@ fn parts(x: f64) -> (u64, i32) {
     (bits & ((1 << 52) - 1) | implicit, biased.max(1) - 1075)
 }
 
-/// The exponent of the last place of `x`; of zero, [`NONE`].
+/// The exponent of the last place of `x`; [`NONE`] if `x` is zero.
 #[inline]
 fn last_place(x: f64) -> i32 {
     let biased = (x.to_bits() >> 52) as i32 & 0x7ff;
     if x == 0.0 { NONE } else { biased.max(1) - 1075 }
 }
 
-/// The exponent of the lowest set bit of `x`; of zero, [`NONE`].
+/// The exponent of the lowest set bit of `x`; [`NONE`] if `x` is zero.
 #[inline]
 fn lowest_bit(x: f64) -> i32 {
     let (significand, exponent) = parts(x);
@@ -53,7 +52,7 @@ fn lowest<P: Point>(points: &[P], of: impl Fn(f64) -> i32) -> i32 {
     lowest
 }
 
-/// The exponent of a unit of `points` that is quick to find: the lowest last place of their coordinates.
+/// The exponent of a unit of `points` that is cheap to compute: the lowest last place of their coordinates.
 #[inline]
 pub(super) fn quick_unit<P: Point>(points: &[P]) -> i32 {
     lowest(points, last_place)
@@ -65,14 +64,14 @@ pub(super) fn largest_unit<P: Point>(points: &[P]) -> i32 {
     lowest(points, lowest_bit)
 }
 
-/// Bits of differences up to `reach` in units of `2^unit`: they lie below `2^width`. It does not matter that
-/// `reach` is rounded: an exact difference at a power of two or above would not have been rounded to below.
+/// The number of bits of differences up to `reach`, in units of `2^unit`: they lie below `2^width`. The rounding of
+/// `reach` does not matter, because an exact difference of at least a power of two is not rounded to a number below it.
 #[inline]
 pub(super) fn width(reach: f64, unit: i32) -> i32 {
     (reach.to_bits() >> 52) as i32 - 1022 - unit
 }
 
-/// `x / 2^unit` modulo `2^(64 D)`, for a `unit` not above the lowest set bit of `x`.
+/// Computes `x / 2^unit` modulo `2^(64 D)`. `unit` must not be above the lowest set bit of `x`.
 #[inline]
 pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     let (significand, exponent) = parts(x);
@@ -80,7 +79,7 @@ pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     for (i, limb) in (0i32..).zip(&mut limbs) {
         *limb = shifted(significand, exponent - unit - 64 * i);
     }
-    // Minus x is the complement plus one: all bits flipped by the sign, the sign added.
+    // Negation in two's complement: invert all bits and add one, both by the sign.
     let negative = u64::from(x.is_sign_negative());
     let mut carry = negative;
     for limb in &mut limbs {
@@ -90,17 +89,17 @@ pub(super) fn integer<const D: usize>(x: f64, unit: i32) -> Int<D> {
     Int(limbs)
 }
 
-/// The same in one limb, for a `unit` not above the last place of `x`.
+/// Computes [`integer`] in one limb. `unit` must not be above the last place of `x`.
 #[inline]
 pub(super) fn quick_integer(x: f64, unit: i32) -> Int<1> {
     let (significand, exponent) = parts(x);
-    // Of zero the shift is negative, and so, unsigned, too large.
+    // For zero the shift is negative, hence too large as an unsigned number.
     let limb = significand.checked_shl((exponent - unit) as u32).unwrap_or(0);
     let negative = (x.to_bits() as i64 >> 63) as u64;
     Int([(limb ^ negative).wrapping_sub(negative)])
 }
 
-/// `significand * 2^shift` without what does not fit, above or below.
+/// `significand * 2^shift` without the bits that do not fit at either end.
 #[inline]
 fn shifted(significand: u64, shift: i32) -> u64 {
     if shift >= 0 {
@@ -110,7 +109,7 @@ fn shifted(significand: u64, shift: i32) -> u64 {
     }
 }
 
-/// Is rounded arithmetic on the differences between `points` exact? `reach` bounds the differences, and
+/// Returns `true` if rounded arithmetic on the differences between `points` is exact. `reach` bounds the differences.
 /// `bits` is the width for which the caller's determinant and its partial sums stay below `2^53`.
 #[inline]
 pub(super) fn is_exact<P: Point>(points: &[P], reach: f64, bits: u64) -> bool {
@@ -118,7 +117,7 @@ pub(super) fn is_exact<P: Point>(points: &[P], reach: f64, bits: u64) -> bool {
     if !(64..1984).contains(&biased) {
         return false;
     }
-    // reach < 2^(biased - 1022), in units of 2^(biased - 1022 - bits).
+    // `reach < 2^(biased - 1022)`; the unit is `2^(biased - 1022 - bits)`.
     let magic = f64::from_bits((biased + 1 - bits + 52) << 52 | 1 << 51);
     let far = f64::from_bits((biased + 1 - bits + 51) << 52);
     let mut exact = true;

@@ -1,26 +1,28 @@
 //! Orientation and in-sphere signs, with ties broken by symbolic perturbation.
 //!
-//! **Statement.** The lifted height `|p|^2` of each point is raised by an infinitesimal that is the
-//! larger, by orders, the higher the point's lexicographic rank. Under these heights no `DIM + 2`
-//! points are cospherical and the Delaunay triangulation is unique (Edelsbrunner and Muecke 1990;
-//! Devillers and Teillaud 2011). When the in-sphere determinant is exactly zero, the derivative with
-//! respect to the height of the highest-ranked point decides, then the next, down to the first that
-//! is not zero. The derivative with respect to the query's height is minus the orientation of the
-//! cell, that of a cell's vertex the orientation with that vertex replaced by the query.
+//! **Statement.** The lifted height `|p|^2` of each point is raised by an infinitesimal. The higher the lexicographic
+//! rank of a point, the larger its infinitesimal, by orders of magnitude. Under these heights, no `DIM + 2` points are
+//! cospherical, and the Delaunay triangulation is unique.
+//!
+//! Suppose that the in-sphere determinant is exactly zero. Then its derivative with respect to the height of the
+//! highest-ranked point decides. If that derivative is zero, the next point decides, and so on to the first nonzero
+//! derivative. The derivative with respect to the height of the query is minus the orientation of the cell. With
+//! respect to the height of a vertex of the cell, it is the orientation with that vertex replaced by the query.
+//!
+//! **Source.** Edelsbrunner and Muecke 1990; Devillers and Teillaud 2011.
 //!
 //! **Work and depth.** O(1) each.
 //!
-//! The rank is by coordinates, so that it needs no numbering and is the same on every worker. The side
-//! test is one function of lifted heights.
+//! The rank is the order of coordinates, so it needs no numbering and is the same on every worker. The side test is one
+//! function of lifted heights.
 //!
-//! **Stages.** None changes a sign; each hands on what it cannot decide.
+//! **Stages.** No stage changes a sign. Each stage passes the calls that it cannot decide to the next one.
 //!
-//! 1. [`filter`]: rounded arithmetic, with a bound from the differences of this call;
-//! 2. `lattice`: the same number without a bound, where the coordinates have so few digits that nothing was
-//!    rounded (grids); otherwise `integer`: integers of 128 to 640 bits, whichever the digits of this call
-//!    ask for;
-//! 3. `expansion`: expansions of doubles, within the range that [`crate::range`] admits;
-//! 4. `tie`: the perturbation, from the cofactors that the deciding stage has at hand.
+//! 1. [`filter`]: rounded arithmetic, with an error bound from the differences of the call.
+//! 2. `lattice`: the same determinant without a bound, if the coordinates have so few digits that nothing was rounded
+//!    (grids). Otherwise `integer`: integers of 128 to 640 bits, as the digits of the call require.
+//! 3. `expansion`: expansions of doubles, within the range that [`crate::range`] admits.
+//! 4. `tie`: the perturbation, from the cofactors of the stage that found a zero.
 
 mod count;
 mod expansion;
@@ -43,7 +45,7 @@ pub use crate::filter;
 use crate::filter::Rounded;
 use crate::point::{Point, lex_cmp};
 
-/// Orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
+/// The orientation of `DIM + 1` points: positive for counter-clockwise triangles and for tetrahedra with
 /// `((p1-p0) x (p2-p0)) . (p3-p0) > 0`.
 #[inline]
 pub fn orientation<P: Point>(cell: &[P]) -> Sign {
@@ -56,14 +58,15 @@ pub fn orientation<P: Point>(cell: &[P]) -> Sign {
     exact_orientation(cell)
 }
 
-/// Widths of differences for which determinants stay below `2^53` with all partial sums (see `integer`).
+/// Widths of differences, in the plane and in space, for which determinants and all partial sums stay below `2^53` (see
+/// `integer`).
 const EXACT_ORIENTATION: [u64; 2] = [26, 16];
 const EXACT_IN_SPHERE: [u64; 2] = [12, 9];
 
 #[cold]
 #[inline(never)]
 fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
-    // Computed again: keeping it at hand would cost the calls that do not come here.
+    // Recomputed, because passing it would slow down the calls that the filter decides.
     let rounded = P::rounded_orientation(cell);
     if lattice::is_exact(cell, rounded.reach, EXACT_ORIENTATION[P::DIM - 2]) {
         count::orientation(Stage::Exact);
@@ -77,10 +80,10 @@ fn exact_orientation<P: Point>(cell: &[P]) -> Sign {
     expansion::orientation(cell)
 }
 
-/// Does `q` lie inside the circumsphere of the positively oriented `cell`, ties broken by
-/// perturbation? The points must be distinct; then the answer is never a tie.
+/// Returns `true` if `q` lies inside the perturbed circumsphere of the positively oriented `cell`. The points must be
+/// distinct; then the perturbation breaks every tie.
 ///
-/// Not inlined: among a caller's variables the filter runs out of registers.
+/// Not inlined: among the variables of a caller, the filter runs out of registers.
 #[inline(never)]
 pub fn in_sphere<P: Point>(cell: &[P], q: P) -> bool {
     let cell = &cell[..=P::DIM];
@@ -120,11 +123,12 @@ fn in_sphere_signs<P: Point>(cell: &[P], q: P, rounded: &Rounded) -> Signs {
     expansion::conflict(cell, q)
 }
 
-/// Does `q` conflict with an infinite cell? `cell` has the infinite vertex in `slot`; `finite` is the
-/// positively oriented cell on the other side of its finite facet. The answer is the orientation with
-/// `q` in the place of infinity, and on a tie the perturbed in-sphere test of the finite neighbour
-/// (which, `q` being coplanar with the facet, is the perturbed in-circle test in its plane: every
-/// cell on that facet gives the same answer).
+/// Returns `true` if `q` conflicts with an infinite cell. `cell` has the infinite vertex in `slot`, and `finite` is the
+/// positively oriented cell on the other side of its finite facet.
+///
+/// The answer is the orientation with `q` at the slot of infinity. If that is zero, `q` lies in the hyperplane of the
+/// facet, and the perturbed in-sphere test of the finite neighbour decides. It equals the perturbed in-circle test in
+/// that hyperplane, so every cell on the facet gives the same answer.
 #[inline]
 pub fn conflicts_infinite<P: Point>(cell: &[P], slot: usize, finite: &[P], q: P) -> bool {
     let mut replaced = [q; 4];
@@ -138,15 +142,15 @@ pub fn conflicts_infinite<P: Point>(cell: &[P], slot: usize, finite: &[P], q: P)
     }
 }
 
-/// Is `a` lexicographically smaller than `b`?
+/// Returns `true` if `a` is lexicographically smaller than `b`.
 #[inline]
 pub fn lex_less<P: Point>(a: &P, b: &P) -> bool {
     lex_cmp(a, b) == Ordering::Less
 }
 
-/// The dimension of the affine hull of `points` (`-1` for none) and the positions of a frame that
-/// spans it: the lexicographically smallest point, then greedily, in lexicographic order, every
-/// point that raises the dimension. The frame does not depend on the order of `points`.
+/// Returns the dimension of the affine hull of `points` (`-1` for no points), and the positions of an affine frame of
+/// it. The frame starts with the lexicographically smallest point. Then each point that raises the dimension is added
+/// greedily, in lexicographic order. The set of its points does not depend on the order of `points`.
 pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
     while frame.len() <= P::DIM {
@@ -159,9 +163,10 @@ pub fn affine_frame<P: Point>(points: &[P]) -> (isize, Vec<usize>) {
     (frame.len() as isize - 1, frame)
 }
 
-/// The lexicographically smallest of `points` outside the affine hull of `basis`; of coincident ones the first.
+/// The lexicographically smallest of the `points` outside the affine hull of `basis`; the first one if several
+/// coincide.
 pub fn smallest_outside<P: Point>(basis: &[P], points: &[P]) -> Option<usize> {
-    // The smallest so far is tested seldom: a look at the order comes first.
+    // The order is compared first, because few points are smaller than all before them.
     let mut next: Option<usize> = None;
     for (i, x) in points.iter().enumerate() {
         let smaller = next.is_none_or(|best| lex_cmp(x, &points[best]).is_lt());
@@ -172,7 +177,8 @@ pub fn smallest_outside<P: Point>(basis: &[P], points: &[P]) -> Option<usize> {
     next
 }
 
-/// Is `q` outside the affine hull of the affinely independent `basis` (at most `DIM` points)? Exact.
+/// Returns `true` if `q` lies outside the affine hull of the affinely independent `basis` of at most `DIM` points.
+/// Exact.
 pub fn raises_dimension<P: Point>(basis: &[P], q: P) -> bool {
     match basis.len() {
         0 => true,
@@ -182,7 +188,7 @@ pub fn raises_dimension<P: Point>(basis: &[P], q: P) -> bool {
             cell[..n].copy_from_slice(basis);
             orientation(&cell[..=n]) != Sign::Zero
         }
-        // Two points in space: collinear iff all three coordinate projections are.
+        // A line in space: three points are collinear iff their three coordinate projections are.
         _ => [(0, 1), (1, 2), (2, 0)].iter().any(|&(i, j)| {
             let at = |p: &P| DVec2::new(p.coord(i), p.coord(j));
             orientation(&[at(&basis[0]), at(&basis[1]), at(&q)]) != Sign::Zero

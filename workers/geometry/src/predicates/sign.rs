@@ -1,6 +1,6 @@
 //! The sign of a determinant.
 
-/// The sign of a determinant; never a float, never a tolerance.
+/// The sign of a determinant, always exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Sign {
     /// Less than zero.
@@ -12,7 +12,7 @@ pub enum Sign {
 }
 
 impl Sign {
-    /// The sign of a float whose sign is exact.
+    /// Returns the sign of a float whose sign is exact.
     #[inline]
     pub fn of(x: f64) -> Self {
         if x > 0.0 {
@@ -24,7 +24,7 @@ impl Sign {
         }
     }
 
-    /// The sign of the negated number.
+    /// Returns the sign of the negated number.
     #[must_use]
     #[inline]
     pub fn opposite(self) -> Self {

@@ -1,10 +1,11 @@
 //! Integers of a fixed number of 64-bit limbs, in two's complement, on the stack.
 //!
-//! **Statement.** All operations are exact modulo `2^(64 N)`; a result whose size is below `2^(64 N - 1)`
-//! is therefore exact. The callers bound their results.
+//! **Statement.** All operations are exact modulo `2^(64 N)`. A result with absolute value below `2^(64 N - 1)` is
+//! therefore exact. The callers bound their results.
 //!
-//! **Source.** Schoolbook multiplication (Knuth, *The Art of Computer Programming* 2, section 4.3.1,
-//! algorithm M), unsigned, then corrected: a negative factor `a` of `A` limbs stands for `a - 2^(64 A)`.
+//! **Source.** Schoolbook multiplication (Knuth, *The Art of Computer Programming* 2, section 4.3.1, algorithm M). The
+//! product is unsigned and then corrected: a negative factor of `A` limbs with the unsigned value `a` has the value
+//! `a - 2^(64 A)`.
 //!
 //! **Work.** `A B` multiplications of limbs for a product.
 
@@ -60,7 +61,7 @@ impl<const N: usize> Int<N> {
         Int(out)
     }
 
-    /// The product, modulo `2^(64 R)`.
+    /// The product modulo `2^(64 R)`.
     #[inline]
     pub fn times<const B: usize, const R: usize>(self, other: Int<B>) -> Int<R> {
         if N == 1 && B == 1 && R == 2 {
@@ -70,11 +71,11 @@ impl<const N: usize> Int<N> {
             return Int(out);
         }
         let product = self.times_natural::<B, R>(other);
-        // A negative factor stands for itself less 2^(64 limbs): branch-free, by masks.
+        // Corrects the product if `other` is negative, by a mask instead of a branch.
         product.minus_shifted(self.masked(other.is_negative()), B)
     }
 
-    /// The product with a number that is not negative and may use its sign bit, modulo `2^(64 R)`.
+    /// The product with a nonnegative number that may use its sign bit, modulo `2^(64 R)`.
     #[inline]
     pub fn times_natural<const B: usize, const R: usize>(self, other: Int<B>) -> Int<R> {
         const { assert!(R <= N + B && R >= N && R >= B) }
@@ -102,7 +103,7 @@ impl<const N: usize> Int<N> {
         Int(out)
     }
 
-    /// The limbs if `keep`, else 0.
+    /// The number if `keep`, and 0 otherwise.
     #[inline]
     fn masked(self, keep: bool) -> Self {
         let mask = u64::from(keep).wrapping_neg();

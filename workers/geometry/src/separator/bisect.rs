@@ -1,17 +1,18 @@
-//! Moving a separator to the middle of a set.
+//! Balanced bisection: a separator moved to the median of a set.
 //!
-//! **Statement.** The surfaces `f = m` of a separator's function `f` are concentric spheres, or parallel planes. At the
-//! median `m` of `f` over `s` points drawn at random from a set it leaves on either side half of the set, with a standard
-//! deviation of `1 / (2 sqrt(s))` of it (a binomial quantile), if no values of `f` tie.
+//! **Statement.** Let `f` be a separator's function. The surfaces `f = m` are concentric spheres or parallel planes.
+//! Let `m` be the median of `f` over `s` points drawn at random from a set, and let no values of `f` tie. Then each
+//! side has half of the set, with a standard deviation of `1 / (2 sqrt(s))` of the set (a binomial quantile).
 //!
-//! **Why.** Where each worker triangulates its piece at once, the largest piece is what all wait for; the samples that a
-//! separator is drawn from know the halves to 0.025 of the set only. [`bisection_samples`] samples cost about what the
-//! waiting that they save does.
+//! **Purpose.** If every worker triangulates its subdomain directly, all of them wait for the largest subdomain. The
+//! samples from which a separator is drawn estimate the halves only to 0.025 of the set. [`bisection_samples`] is the
+//! number of samples that costs about as much as the waiting time that it saves.
 //!
-//! **Departures.** A moved sphere is no great circle through the centrepoint: the theorem bounds neither its sides, which are
-//! counted, nor the balls that it crosses, which are estimated as for any ([`super::draw_bisecting`]); what is moved must score
-//! less than what is not. So this is used only where neither work nor depth is claimed. And halves are right for two
-//! equal groups of workers: three have a half and two quarters, for the tree must not depend on how many there are.
+//! **Departures.** A moved sphere is not a great circle through the centrepoint, so the separator theorem does not
+//! apply. The sizes of its sides are counted, and the number of balls that it crosses is estimated as for any other
+//! surface ([`super::draw_bisecting`]). A moved surface must score less than the original. Bisection is used only if
+//! neither work nor depth is claimed. It is balanced for two equal groups of workers. Three workers get a half and two
+//! quarters, because the tree must not depend on the number of workers.
 //!
 //! **Work.** O(samples).
 
@@ -20,18 +21,19 @@ use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::Point;
 
-/// Samples to know the middle by: so many times the population to the power 2/3. Of `n` points the larger side has `0.4 n /
-/// sqrt(s)` too many on average, 650 ns each to triangulate, and a sample takes some 20 ns: the sum is least at about so many.
+/// Number of samples divided by `n^(2/3)`, for a population of `n` points. With `s` samples, the larger side has
+/// `0.4 n / sqrt(s)` excess points on average. Each takes about 650 ns to triangulate, and a sample takes about 20 ns.
+/// The sum is smallest near this number.
 const SHARE: f64 = 4.0;
 
-/// Expected number of samples that a subproblem of so many points is halved by. The same on every machine.
+/// Expected number of samples for the bisection of a subproblem of `population` points. Equal on every machine.
 pub fn bisection_samples(population: u64) -> u64 {
     let n = population.max(1) as f64;
     SAMPLE_TARGET.max((SHARE * n * root(1.0 / n, 3, &mut Cost::default())) as u64)
 }
 
-/// The two numbers next to the middle of some, which are put in another order; the same one where their count is odd.
-fn middle(values: &mut [f64]) -> Option<[f64; 2]> {
+/// The two values around the median, which are equal if the number of values is odd. Reorders the values.
+fn median_pair(values: &mut [f64]) -> Option<[f64; 2]> {
     let half = values.len() / 2;
     let odd = values.len() % 2 == 1;
     let (below, &mut upper, _) =
@@ -41,33 +43,34 @@ fn middle(values: &mut [f64]) -> Option<[f64; 2]> {
 }
 
 impl<P: Point> Separator<P> {
-    /// The axis across which it cuts exactly, if it is of [`Separator::plane`].
+    /// The axis of a cut that [`Separator::plane`] created.
     fn axis(&self) -> Option<usize> {
         let exact = self.a == 0.0 && self.c == 0.0 && self.unit == 1.0 && self.b.norm2() == 1.0;
         (0..P::DIM).find(|&i| exact && self.b.coord(i) == 1.0)
     }
 
-    /// The concentric sphere, or the parallel plane, that halves some points best but for ties; nothing if there is none after
-    /// rounding.
-    pub(super) fn moved_to_middle(&self, points: impl Iterator<Item = P>) -> Option<Self> {
+    /// The concentric sphere or parallel plane at the median of some points. If no values tie, it bisects them. Returns
+    /// `None` if the surface is degenerate after rounding.
+    pub(super) fn moved_to_median(&self, points: impl Iterator<Item = P>) -> Option<Self> {
         if let Some(axis) = self.axis() {
-            let [low, high] = middle(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
+            let [low, high] = median_pair(&mut points.map(|x| x.coord(axis)).collect::<Vec<f64>>())?;
             return Some(Separator::between(axis, low, high));
         }
         let mut values: Vec<f64> = points.map(|x| self.value(self.local(x))).collect();
-        let [low, high] = middle(&mut values)?;
+        let [low, high] = median_pair(&mut values)?;
         Self::from_coefficients(self.origin, self.unit, self.a, self.b, self.c - (0.5 * low + 0.5 * high))
     }
 
-    /// Points on the larger side.
+    /// Number of points on the larger side.
     pub(super) fn larger_side(&self, points: &[P]) -> usize {
         let inside = points.iter().filter(|&&x| self.value(self.local(x)) < 0.0).count();
         inside.max(points.len() - inside)
     }
 
-    /// The same surface moved to the middle of points, in any order, or as it is if that halves them no worse.
-    pub(super) fn halving(self, points: &[P]) -> Self {
-        let moved = self.moved_to_middle(points.iter().copied());
+    /// Returns the surface moved to the median of the points, in any order, or the surface itself if moving does not
+    /// improve the balance.
+    pub(super) fn bisecting(self, points: &[P]) -> Self {
+        let moved = self.moved_to_median(points.iter().copied());
         moved.filter(|moved| moved.larger_side(points) < self.larger_side(points)).unwrap_or(self)
     }
 }
@@ -81,46 +84,46 @@ mod tests {
         DrawKey, DrawKind, SAMPLE_TARGET, Sampler, Separator, Side, cut_at_median, draw, draw_bisecting,
         split_bound,
     };
-    use super::{bisection_samples, middle};
+    use super::{bisection_samples, median_pair};
     use crate::cost::Cost;
     use crate::point::Point;
 
     #[test]
-    fn middles_are_medians() {
-        assert_eq!(middle(&mut []), None);
-        assert_eq!(middle(&mut [3.0]), Some([3.0; 2]));
-        assert_eq!(middle(&mut [9.0, 1.0]), Some([1.0, 9.0]));
-        assert_eq!(middle(&mut [4.0, -2.0, 8.0]), Some([4.0; 2]));
-        assert_eq!(middle(&mut [7.0, 1.0, 5.0, 2.0]), Some([2.0, 5.0]));
-        assert_eq!(middle(&mut [1.0, f64::INFINITY, 2.0, f64::INFINITY]), Some([2.0, f64::INFINITY]));
+    fn medians_are_the_middle_values() {
+        assert_eq!(median_pair(&mut []), None);
+        assert_eq!(median_pair(&mut [3.0]), Some([3.0; 2]));
+        assert_eq!(median_pair(&mut [9.0, 1.0]), Some([1.0, 9.0]));
+        assert_eq!(median_pair(&mut [4.0, -2.0, 8.0]), Some([4.0; 2]));
+        assert_eq!(median_pair(&mut [7.0, 1.0, 5.0, 2.0]), Some([2.0, 5.0]));
+        assert_eq!(median_pair(&mut [1.0, f64::INFINITY, 2.0, f64::INFINITY]), Some([2.0, f64::INFINITY]));
     }
 
-    /// Those of a set's points that a draw takes.
-    fn taken<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
+    /// The points of a set that belong to the samples of a draw.
+    fn samples_of<P: Point>(key: DrawKey, points: &[P]) -> Vec<P> {
         let n = points.len() as u64;
-        let many = Sampler::aiming(key, n, bisection_samples(n));
-        points.iter().copied().filter(|&x| many.takes(x)).collect()
+        let many = Sampler::with_target(key, n, bisection_samples(n));
+        points.iter().copied().filter(|&x| many.accepts(x)).collect()
     }
 
-    /// What is drawn for a set from those.
-    fn drawn_for<P: Point>(seed: u64, points: &[P]) -> Separator<P> {
+    /// The separator of a set, drawn from its samples.
+    fn separator_of<P: Point>(seed: u64, points: &[P]) -> Separator<P> {
         let key = DrawKey { seed, node: 1, attempt: 0 };
-        let drawn = draw_bisecting(key, points.len() as u64, &taken(key, points), &mut Cost::default());
+        let drawn = draw_bisecting(key, points.len() as u64, &samples_of(key, points), &mut Cost::default());
         drawn.separator.unwrap()
     }
 
-    /// Separators leave halves of the set that the samples are of, and cross no more balls than those of [`draw`].
-    fn sets_are_halved<P: Point>() {
+    /// Separators bisect the set from which the samples come, and cross no more balls than those of [`draw`].
+    fn sets_are_bisected<P: Point>() {
         let points = uniform::<P>(200_000, 3);
         let n = points.len() as u64;
         let (mut crossing, mut crossing_drawn, mut worst_drawn) = (0, 0, 0.0f64);
         for seed in 0..20 {
             let key = DrawKey { seed, node: 1, attempt: 0 };
             let few = Sampler::of(key, n);
-            let all = taken(key, &points);
+            let all = samples_of(key, &points);
             assert_eq!(
-                points.iter().filter(|&&x| few.takes(x)).count(),
-                all.iter().filter(|&&x| few.takes(x)).count()
+                points.iter().filter(|&&x| few.accepts(x)).count(),
+                all.iter().filter(|&&x| few.accepts(x)).count()
             );
             assert!(all.len() > 13_000 && all.len() < 14_400, "{}", all.len());
             let halves = draw_bisecting(key, n, &all, &mut Cost::default());
@@ -135,7 +138,7 @@ mod tests {
             turned.rotate_left(77);
             assert_eq!(draw_bisecting(key, n, &turned, &mut Cost::default()), halves);
             assert_eq!(cut_at_median(key, n, &turned, &mut Cost::default()), planes);
-            let few: Vec<P> = all.iter().copied().filter(|&x| few.takes(x)).collect();
+            let few: Vec<P> = all.iter().copied().filter(|&x| few.accepts(x)).collect();
             let drawn = draw(key, n, &few, &mut Cost::default()).separator.unwrap();
             let sum =
                 |s: &Separator<P>| s.count_crossing(points.iter().map(|&x| (x, 0.01))).iter().sum::<u64>();
@@ -144,17 +147,17 @@ mod tests {
             worst_drawn = worst_drawn.max(ratio(&drawn, &points));
         }
         assert!(crossing < crossing_drawn, "{crossing} and {crossing_drawn}");
-        assert!(worst_drawn > 0.53, "{worst_drawn}: nothing to mend");
+        assert!(worst_drawn > 0.53, "{worst_drawn}: nothing to improve");
     }
 
     #[test]
-    fn sets_are_halved_in_both_dimensions() {
-        sets_are_halved::<DVec2>();
-        sets_are_halved::<DVec3>();
+    fn sets_are_bisected_in_both_dimensions() {
+        sets_are_bisected::<DVec2>();
+        sets_are_bisected::<DVec3>();
     }
 
-    /// Where a gap leaves nearly halves, nothing is moved from there into a cluster.
-    fn gaps_stay<P: Point>() {
+    /// If a gap separates the points into near halves, the separator is not moved from the gap into a cluster.
+    fn separators_stay_in_gaps<P: Point>() {
         let far = |x: P| x + P::splat(40.0);
         let points: Vec<P> = uniform::<P>(2000, 8)
             .into_iter()
@@ -163,24 +166,24 @@ mod tests {
             .collect();
         let mut through = 0;
         for seed in 0..20 {
-            let s = drawn_for(seed, &points);
+            let s = separator_of(seed, &points);
             through += usize::from((ratio(&s, &points) - 0.501).abs() < 1e-9);
         }
         assert!(through >= 14, "{through} of 20 go through the gap");
     }
 
     #[test]
-    fn gaps_stay_in_both_dimensions() {
-        gaps_stay::<DVec2>();
-        gaps_stay::<DVec3>();
+    fn separators_stay_in_gaps_in_both_dimensions() {
+        separators_stay_in_gaps::<DVec2>();
+        separators_stay_in_gaps::<DVec3>();
     }
 
-    /// Whatever the set: sides that are good enough, and a separator that goes over the wire; drawn from all samples, and from
-    /// some of them.
+    /// For every set, the sides satisfy the bound and the separator can be encoded; with all points as samples, and
+    /// with some of them.
     fn nasty_sets_are_split<P: Point>() {
         for (name, points) in nasty::<P>() {
             let n = points.len() as u64;
-            // Drawn from some of the points, the sides of all are not bounded, but neither is empty.
+            // If only some points are samples, the sides of all are not bounded, but neither is empty.
             for (population, bound) in [(n, split_bound::<P>()), (4 * SAMPLE_TARGET, 1.0 - f64::EPSILON)] {
                 let mut drawn_from_some = 0;
                 for seed in 0..20 {
@@ -194,7 +197,7 @@ mod tests {
                         assert_eq!(Separator::from_array(&s.to_array()), Some(s), "{name}");
                     }
                 }
-                // Of two or three points none may be left.
+                // Of two or three points, no sample may remain.
                 assert!(
                     drawn_from_some == 20 || points.len() < 100 && population > n,
                     "{name}: {drawn_from_some}"
@@ -213,16 +216,17 @@ mod tests {
         nasty_sets_are_split::<DVec3>();
     }
 
-    /// Where most points are as good as coincident a plane stands in, and halves the others as it was drawn from some.
+    /// If most points nearly coincide, a plane replaces the sphere. It bisects the other points as accurately as the
+    /// samples permit.
     #[test]
-    fn planes_that_stand_in_are_moved() {
+    fn fallback_planes_are_moved() {
         let points: Vec<DVec3> = uniform::<DVec3>(4000, 6)
             .into_iter()
             .map(|x| DVec3::new(x.x, 1e300 * x.y.powi(400), 0.0))
             .collect();
         let mut planes = 0;
         for seed in 0..20 {
-            let s = drawn_for(seed, &points);
+            let s = separator_of(seed, &points);
             if s.is_sphere() {
                 continue;
             }
@@ -232,17 +236,17 @@ mod tests {
         assert!(planes > 0);
     }
 
-    /// Planes that are moved still cut by comparison.
+    /// A plane that was moved still cuts by comparison.
     #[test]
     fn moved_planes_cut_exactly() {
         let at = [1.0, 1.0 + f64::EPSILON, 1.0 + 2.0 * f64::EPSILON, 7e22];
         let points = at.map(|x| DVec2::new(0.25, x));
-        let plane = Separator::plane(1, 5e22).halving(&points);
+        let plane = Separator::plane(1, 5e22).bisecting(&points);
         assert_eq!(plane, Separator::plane(1, 1.0 + 2.0 * f64::EPSILON));
         assert_eq!(points.map(|x| plane.side(x) == Side::Interior), [true, true, false, false]);
         let equal = [DVec2::ONE; 3];
-        assert_eq!(plane.halving(&equal), plane);
-        assert_eq!(plane.halving(&[]), plane);
+        assert_eq!(plane.bisecting(&equal), plane);
+        assert_eq!(plane.bisecting(&[]), plane);
     }
 
     #[test]

@@ -1,13 +1,17 @@
-//! The stereographic lift, centrepoints by iterated Radon points, and great circles pulled back.
+//! The stereographic lift, centrepoints by iterated Radon points, and the pull-back of great circles.
 //!
-//! Radon: `D + 2` points of `R^D` have an affine dependence; the points with positive coefficients
-//! and those with negative ones have a common point in their convex hulls. Clarkson, Eppstein,
-//! Miller, Sturtivant and Teng (1996): in a `(D + 2)`-ary tree over random samples, each node the Radon
-//! point of its children, the root is an approximate centrepoint with high probability.
+//! **Statement.** Any `D + 2` points of `R^D` are affinely dependent. The convex hull of the points with positive
+//! coefficients and that of the points with negative ones intersect in a *Radon point* (Radon 1921). In a `(D + 2)`-ary
+//! tree over random samples, let each node be the Radon point of its children. Then the root is an approximate
+//! centrepoint with high probability.
 //!
-//! Work `O(m)`, depth `O(log m)` for `m` samples, the dimension being a constant: one trip of an
-//! elimination handles one pivot. Departure: leaves are whole random permutations of the samples, one
-//! after the other, in place of independent draws, so that every sample counts equally.
+//! **Source.** Clarkson, Eppstein, Miller, Sturtivant and Teng (1996).
+//!
+//! **Work and depth.** Work `O(m)` and depth `O(log m)` for `m` samples in constant dimension. One iteration of the
+//! elimination processes one pivot.
+//!
+//! **Departures.** The leaves are not independent draws. They are whole random permutations of the samples, one after
+//! the other, so that every sample has the same weight.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
@@ -16,19 +20,19 @@ use super::surface::Separator;
 use crate::cost::Cost;
 use crate::point::{Point, Vector};
 
-/// Rows and columns of the largest system: `D + 1` equations in `D + 2` unknowns, `D = 4`.
+/// Rows and columns of the largest linear system: `D + 1` equations in `D + 2` unknowns, `D = 4`.
 const ROWS: usize = 5;
 const COLS: usize = ROWS + 1;
-/// Pivots below this are zero: the points are inside the unit ball, the first pivot is at least 1.
+/// Pivots below this count as zero. The points are in the unit ball, and the first pivot is at least 1.
 const PIVOT_FLOOR: f64 = 1e-12;
-/// The two convex combinations of a Radon point must agree this well.
+/// Largest distance between the two convex combinations of a Radon point.
 const AGREEMENT: f64 = 1e-6;
-/// Squared length above which a point is the pole of the lift to working precision.
+/// Squared length from which a point is lifted to the pole.
 const POLE: f64 = 1e40;
-/// A centrepoint this close to the sphere leaves no room for a circle: `1 - |z|^2`.
+/// Smallest `1 - |z|^2` of a centrepoint `z` for which great circles are pulled back.
 const DEPTH_FLOOR: f64 = 1e-12;
 
-/// The point of the unit sphere one dimension up that projects from the pole to `y`.
+/// Lifts `y` to the unit sphere one dimension higher, by the stereographic projection from the pole.
 pub(super) fn lift<P: Point>(y: P) -> P::Lifted {
     let square = y.norm2();
     let mut p = P::Lifted::splat(0.0);
@@ -44,8 +48,8 @@ pub(super) fn lift<P: Point>(y: P) -> P::Lifted {
     p
 }
 
-/// An approximate centrepoint of at least one point of the unit ball, and the number of groups whose
-/// dependence was numerically hopeless, so that their mean stood in.
+/// Computes an approximate centrepoint of at least one point of the unit ball. Also returns the number of groups whose
+/// mean replaced the Radon point, because their affine dependence was numerically unreliable.
 pub(super) fn centrepoint<V: Vector>(
     points: &[V],
     stream: impl Fn(u64) -> ChaCha8Rng,
@@ -72,7 +76,7 @@ pub(super) fn centrepoint<V: Vector>(
     level[0]
 }
 
-/// The Radon point of `V::LEN + 2` points, with the number of means under and at this node.
+/// Computes the Radon point of `V::LEN + 2` points. Also returns the number of means at and below this node.
 fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
     let dependence = affine_dependence(group, cost);
     let zero = V::splat(0.0);
@@ -93,9 +97,9 @@ fn radon_point<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> (V, u32) {
     }
 }
 
-/// Coefficients, not all zero, with sum zero and weighted sum of the points zero, to rounding: a null
-/// vector by Gauss-Jordan elimination with full pivoting. A system of lower rank (coincident, collinear,
-/// coplanar points) has more free columns; the first is taken.
+/// Returns coefficients, not all zero, whose sum and whose weighted sum of the points are zero up to rounding. They are
+/// a null vector by Gauss-Jordan elimination with full pivoting. If the system has lower rank (coincident, collinear or
+/// coplanar points), it has several free columns, and the first is used.
 fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; COLS] {
     let (rows, cols) = (V::LEN + 1, V::LEN + 2);
     let mut m = [[0.0; COLS]; ROWS];
@@ -144,8 +148,8 @@ fn affine_dependence<V: Vector>(group: &[(V, u32)], cost: &mut Cost) -> [f64; CO
     out
 }
 
-/// A unit vector, uniform on the sphere, by rejection from the cube: one vector step of trials and
-/// one scan that finds the first inside the ball. Nothing if all trials fail (below 1 in 10^5).
+/// Draws a unit vector, uniform on the sphere, by rejection from the cube. One vector step makes the trials, and one
+/// scan finds the first one inside the ball. Returns `None` if all trials fail (probability below `1e-5`).
 pub(super) fn unit_vector<V: Vector>(rng: &mut ChaCha8Rng, cost: &mut Cost) -> Option<V> {
     let trials = cost.map(&[(); 32], |()| {
         let mut v = V::splat(0.0);
@@ -160,9 +164,9 @@ pub(super) fn unit_vector<V: Vector>(rng: &mut ChaCha8Rng, cost: &mut Cost) -> O
     first.map(|v| v / v.norm2().sqrt())
 }
 
-/// The surface in the frame `(origin, unit)` of the great circle with unit normal `n`, after the
-/// conformal map that takes `z` to the centre: the plane `w . (p - z) = 0` cuts the unit sphere in a
-/// circle, and `p = (2 y, |y|^2 - 1) / (|y|^2 + 1)` makes it `a |y|^2 + b . y + c = 0`.
+/// Computes the surface of a great circle with unit normal `n` in the frame `(origin, unit)`, where the conformal map
+/// moves `z` to the centre. The plane `w . (p - z) = 0` cuts the unit sphere in a circle. The substitution
+/// `p = (2 y, |y|^2 - 1) / (|y|^2 + 1)` turns its equation into `a |y|^2 + b . y + c = 0`.
 pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lifted) -> Option<Separator<P>> {
     let room = 1.0 - z.norm2();
     if room < DEPTH_FLOOR {
@@ -178,7 +182,7 @@ pub(super) fn pull_back<P: Point>(origin: P, unit: f64, z: P::Lifted, n: P::Lift
     Separator::from_coefficients(origin, unit, vertical + constant, b, constant - vertical)
 }
 
-/// Is there room between the centrepoint and the sphere for circles through it?
+/// Returns `true` if the centrepoint is far enough inside the sphere for circles through it.
 pub(super) fn has_room<V: Vector>(z: V) -> bool {
     1.0 - z.norm2() >= DEPTH_FLOOR
 }

@@ -1,45 +1,57 @@
 //! Drawing a separator from the samples of a subproblem.
 //!
-//! **Estimator.** The fraction of sample balls that a surface crosses, `q`, each ball reaching from a
-//! sample to its nearest other sample. In `n` points of the same density the nearest neighbour is
-//! `(m/n)^(1/d)` times as far, and the crossing balls lie in a layer of that thickness: the crossing
-//! fraction of the population at `alpha` is about `alpha q (m/n)^(1/d)`, so that
-//! `|B_O| ~ alpha q m^(1/d) n^(1-1/d)`. A surface scores the larger child with its separator set:
-//! larger side plus that estimate at [`SCORE_ALPHA`], both as fractions. Ties go to the earlier draw.
+//! **Statement.** [`draw`] returns a sphere that satisfies [`split_bound`] on the samples, if one of [`TRIES`] random
+//! great circles does. Otherwise it returns an axis-aligned plane. It returns no surface only if fewer than two samples
+//! are distinct. The result is a function of the [`DrawKey`], the size of the population and the set of samples.
+//!
+//! **Estimator.** Let `q` be the fraction of sample balls that a surface crosses, where the ball of a sample extends to
+//! its nearest other sample. Let there be `m` samples of `n` points with the same density. Then nearest-neighbour
+//! distances of the points are `(m/n)^(1/d)` times those of the samples, and the crossing balls lie in a layer of that
+//! relative thickness. Hence the crossing fraction of the population at `alpha` is about `alpha q (m/n)^(1/d)`, and
+//! `|B_O| ~ alpha q m^(1/d) n^(1-1/d)`.
+//!
+//! **Score.** The larger side plus that estimate at [`SCORE_ALPHA`], both as fractions of the population: the larger
+//! child with its separator set. Lower scores are better, and ties go to the earlier draw.
+//!
+//! **Source.** Paper, Section 2; Miller, Teng, Thurston and Vavasis 1997 (see [`super`]).
+//!
+//! **Work and depth.** `O(m^2)` and `O(log m)` for `m` samples.
+//!
+//! **Departures.** See [`super`].
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::centrepoint::{centrepoint, has_room, lift, pull_back, unit_vector};
 use super::surface::Separator;
-use crate::coordinate_arrays::Rows;
+use crate::coordinate_arrays::PairVisitor;
 use crate::cost::Cost;
 use crate::hash::mix;
 use crate::kd_blocks::KdBlocks;
 use crate::point::{Point, dist2, lex_cmp};
 
-/// Expected number of samples that separators of a subproblem with more points than this are drawn from.
+/// Expected number of samples for the separators of a subproblem with more points than this.
 pub const SAMPLE_TARGET: u64 = 400;
-/// Great circles tried in one draw.
+/// Number of great circles in one draw.
 pub const TRIES: u64 = 10;
-/// Great circles tried in [`draw_bisecting`].
-const MORE_TRIES: u64 = 30;
-/// Larger sides of less than this, half and two standard deviations of [`SAMPLE_TARGET`] samples, may all be halves.
+/// Number of great circles in [`draw_bisecting`].
+const BISECTING_TRIES: u64 = 30;
+/// Larger sides below this fraction may all be halves: half plus two standard deviations for [`SAMPLE_TARGET`] samples.
 const ABOUT_HALF: f64 = 0.55;
-/// The density that scores assume.
+/// The `alpha` for which scores estimate the separator set.
 pub const SCORE_ALPHA: f64 = 2.5;
 
-/// First random stream of the permutations; the great circles have the streams below.
+/// First random stream of the permutations. Great circles use the streams below it.
 const SHUFFLE_STREAM: u64 = 1 << 32;
 
-/// What a draw is a function of, besides the samples.
+/// The parameters of a draw besides the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DrawKey {
     /// Seed of the run.
     pub seed: u64,
-    /// The subproblem.
+    /// Number of the subproblem.
     pub node: u64,
-    /// Its attempts so far.
+    /// Number of earlier attempts for this subproblem.
     pub attempt: u32,
 }
 
@@ -56,37 +68,38 @@ impl DrawKey {
     }
 }
 
-/// Is `x` a sample of the node? A hash of the key and the coordinate bits against
-/// [`SAMPLE_TARGET`]` / population` of its range; everything is a sample of a small population.
-/// Independent of workers, blocks and order.
+/// Returns `true` if `x` is a sample of the node. A point is a sample if a hash of the key and its coordinate bits lies
+/// in the lowest fraction [`SAMPLE_TARGET`]` / population` of all hashes. In a small population every point is a
+/// sample. The result is independent of workers, blocks and order.
 pub fn is_sample<P: Point>(key: DrawKey, population: u64, x: P) -> bool {
-    Sampler::of(key, population).takes(x)
+    Sampler::of(key, population).accepts(x)
 }
 
-/// [`is_sample`] for all points of a set, or the same for another number of samples.
+/// The test [`is_sample`] for all points of a set, or the same test for another number of samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     start: u64,
-    /// Hashes below are taken; nothing where all are.
+    /// Points with hashes below this are samples. `None` if all points are.
     threshold: Option<u64>,
 }
 
 impl Sampler {
-    /// For one draw from a set of this size.
+    /// Creates the sampler of one draw from a set of this size.
     pub fn of(key: DrawKey, population: u64) -> Self {
-        Self::aiming(key, population, SAMPLE_TARGET)
+        Self::with_target(key, population, SAMPLE_TARGET)
     }
 
-    /// For an expected number of samples, which hold those for any smaller one.
-    pub fn aiming(key: DrawKey, population: u64, target: u64) -> Self {
+    /// Creates a sampler with another expected number of samples. Samplers with the same key are nested: a larger
+    /// target only adds samples.
+    pub fn with_target(key: DrawKey, population: u64, target: u64) -> Self {
         let start = mix(mix(mix(0, key.seed), key.node), u64::from(key.attempt));
         let share = |n: u64| ((u128::from(target) << 64) / u128::from(n)) as u64;
         Sampler { start, threshold: (population > target).then(|| share(population)) }
     }
 
-    /// Is this point a sample?
+    /// Returns `true` if the point is a sample.
     #[inline]
-    pub fn takes<P: Point>(&self, x: P) -> bool {
+    pub fn accepts<P: Point>(&self, x: P) -> bool {
         let Some(threshold) = self.threshold else { return true };
         let mut h = self.start;
         for i in 0..P::DIM {
@@ -96,65 +109,65 @@ impl Sampler {
     }
 }
 
-/// Largest acceptable larger side: `(d+1)/(d+2) + 0.05`.
+/// The largest admissible fraction of samples on one side: `(d+1)/(d+2) + 0.05`.
 pub fn split_bound<P: Point>() -> f64 {
     (P::DIM + 1) as f64 / (P::DIM + 2) as f64 + 0.05
 }
 
-/// Why a plane stands in for a sphere.
+/// Why a plane replaces the sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneReason {
     /// The centrepoint lies on the lifted sphere: most samples coincide at the scale of the rest.
     CentreOnSphere,
-    /// Every great circle left a side empty or exceeded the split bound on the samples.
+    /// Every great circle left a side empty or violated the split bound on the samples.
     NoAdmissibleCircle,
-    /// Planes were asked for: [`cut`].
+    /// The caller requested a plane ([`cut`]).
     AskedFor,
 }
 
 /// Why there is no separator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoneReason {
-    /// No samples.
+    /// There are no samples.
     NoSamples,
     /// All samples have the same coordinates.
     Coincident,
 }
 
-/// What was drawn.
+/// The kind of surface that was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawKind {
-    /// A great circle, pulled back, or a sphere concentric with one ([`draw_bisecting`]).
+    /// The preimage of a great circle, or a sphere concentric with one ([`draw_bisecting`]).
     Sphere,
     /// An axis-aligned plane.
     Plane {
-        /// Why no sphere.
+        /// Why it is not a sphere.
         why: PlaneReason,
     },
-    /// Nothing.
+    /// No surface.
     None {
-        /// Why nothing.
+        /// Why there is no surface.
         why: NoneReason,
     },
 }
 
-/// The outcome of a draw.
+/// The result of a draw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawn<P> {
     /// The surface, unless there are fewer than two distinct samples.
     pub separator: Option<Separator<P>>,
-    /// What it is.
+    /// Kind of the surface.
     pub kind: DrawKind,
-    /// Its score, less being better: `estimated_ratio + SCORE_ALPHA * estimated_crossing`.
+    /// Score of the surface; lower is better: `estimated_ratio + SCORE_ALPHA * estimated_crossing`.
     pub score: f64,
     /// Fraction of the samples on the larger side.
     pub estimated_ratio: f64,
-    /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross.
+    /// Estimated fraction of the population whose nearest-neighbour balls (alpha 1) cross the surface.
     pub estimated_crossing: f64,
-    /// Number of admissible great circles among those tried, [`TRIES`] but for [`draw_bisecting`], where a circle that is
-    /// admissible when it is moved counts.
+    /// Number of admissible great circles among [`TRIES`]. In [`draw_bisecting`], circles that are admissible after
+    /// they are moved also count.
     pub admissible: u32,
-    /// Groups of samples whose mean stood in for a Radon point.
+    /// Number of groups of samples whose mean replaced a Radon point.
     pub means: u32,
 }
 
@@ -172,24 +185,25 @@ impl<P: Point> Drawn<P> {
     }
 }
 
-/// Draws one separator from the samples, in any order, of a subproblem of `population` points.
-/// Depth `O(log samples)`, whatever the population.
+/// Draws one separator from the samples, in any order, of a subproblem of `population` points. Depth `O(log samples)`
+/// for any population.
 pub fn draw<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut own = Cost::ZERO;
     let drawn = draw_from(key, population, samples, None, &mut own);
-    // Its scans run over the samples, not over the items of the subproblem.
+    // The scans run over the samples, not over the items of the subproblem.
     own.close(samples.len() as u64);
     cost.then(own);
     drawn
 }
 
-/// The rival of [`draw`]: a plane across the longest side of the samples' box, at their median, as k-d trees
-/// cut (Friedman, Bentley and Finkel 1977; the longest side keeps pieces fat: Dickerson, Duncan and Goodrich
-/// 2000). Attempts of one subproblem take its axes in turn, the longest first.
+/// Cuts by a plane instead of a sphere, as the baseline of [`draw`]. The plane is perpendicular to the longest side of
+/// the bounding box of the samples, at their median, as in k-d trees (Friedman, Bentley and Finkel 1977). Cutting the
+/// longest side avoids elongated boxes (Dickerson, Duncan and Goodrich 2000). Successive attempts for one subproblem
+/// use its axes in turn, the longest first.
 ///
-/// The plane lies half-way between the two neighbouring samples, different in that coordinate, that split
-/// the samples best; a point on it is outside, as for every plane. Nothing is scored, and no scoring is
-/// charged: depth `O(log samples)`, work `O(samples log samples)`.
+/// The plane lies half-way between two neighbouring samples that differ in that coordinate and split the samples best.
+/// A point on the plane is exterior, as for every plane. Nothing is scored, and no scoring is charged: depth
+/// `O(log samples)`, work `O(samples log samples)`.
 pub fn cut<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> {
     let mut own = Cost::ZERO;
     let drawn = cut_from(key, samples, &mut own);
@@ -225,31 +239,32 @@ fn cut_from<P: Point>(key: DrawKey, samples: &[P], cost: &mut Cost) -> Drawn<P> 
     }
 }
 
-/// [`draw`] where only halves are asked for: from more great circles, each also moved to the middle of the samples that it is
-/// drawn from, those of [`Sampler::of`], and the best one to that of all samples: whatever scores less (`super::halve`).
+/// Draws a separator for a balanced bisection. Compared with [`draw`], it tries more great circles. Each circle is also
+/// moved to the median of the samples of [`Sampler::of`], and the best circle to the median of all samples. In each
+/// case the surface with the lower score is used (`super::bisect`).
 ///
-/// Work O(samples), in any order; it is not charged step by step, for it claims no depth.
+/// Work O(samples), in any order. The individual steps are not charged, because this function claims no depth.
 pub fn draw_bisecting<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    draw_from(key, population, &fewer(key, population, samples), Some(samples), cost)
+    draw_from(key, population, &draw_samples(key, population, samples), Some(samples), cost)
 }
 
-/// [`cut`], moved to the middle of all samples.
+/// Cuts as [`cut`], with the plane moved to the median of all samples.
 pub fn cut_at_median<P: Point>(key: DrawKey, population: u64, samples: &[P], cost: &mut Cost) -> Drawn<P> {
-    let mut few = fewer(key, population, samples);
+    let mut few = draw_samples(key, population, samples);
     few.sort_unstable_by(lex_cmp);
     let drawn = cut_from(key, &few, cost);
-    let Some(separator) = drawn.separator.map(|plane| plane.halving(samples)) else { return drawn };
+    let Some(separator) = drawn.separator.map(|plane| plane.bisecting(samples)) else { return drawn };
     let ratio = separator.larger_side(samples) as f64 / samples.len() as f64;
     Drawn { separator: Some(separator), score: ratio, estimated_ratio: ratio, ..drawn }
 }
 
-/// Those of more samples that a separator is drawn from.
-fn fewer<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
+/// Selects the samples from which [`draw`] would draw.
+fn draw_samples<P: Point>(key: DrawKey, population: u64, samples: &[P]) -> Vec<P> {
     let sampler = Sampler::of(key, population);
-    samples.iter().copied().filter(|&x| sampler.takes(x)).collect()
+    samples.iter().copied().filter(|&x| sampler.accepts(x)).collect()
 }
 
-/// [`draw`], or with `all` samples [`draw_bisecting`].
+/// Implements [`draw`], or with `all` samples [`draw_bisecting`].
 fn draw_from<P: Point>(
     key: DrawKey,
     population: u64,
@@ -265,16 +280,16 @@ fn draw_from<P: Point>(
         _ => {}
     }
     let frame = Frame::of(&sorted, cost);
-    let judge = Judge::of(&frame, sorted, population, cost);
-    let lifted = cost.map(&judge.local, |&y| lift(y));
+    let scorer = Scorer::of(&frame, sorted, population, cost);
+    let lifted = cost.map(&scorer.local, |&y| lift(y));
     let (centre, means) = centrepoint(&lifted, |copy| key.stream(SHUFFLE_STREAM + copy), cost);
 
-    let tries: Vec<u64> = (0..if all.is_some() { MORE_TRIES } else { TRIES }).collect();
+    let tries: Vec<u64> = (0..if all.is_some() { BISECTING_TRIES } else { TRIES }).collect();
     let scored = cost.map_nested(&tries, |&number, own| {
         let normal = unit_vector(&mut key.stream(number), own)?;
         let circle = pull_back(frame.origin, frame.unit, centre, normal)?;
-        let drawn = judge.admit(circle, own);
-        if all.is_some() { judge.halves(circle, drawn, own) } else { drawn }
+        let drawn = scorer.admit(circle, own);
+        if all.is_some() { scorer.admit_bisecting(circle, drawn, own) } else { drawn }
     });
     let admissible = cost.reduce(&scored, 0, |count, s| count + u32::from(s.is_some()));
     let (best, kind) = if let Some(best) = lowest(&scored, cost) {
@@ -282,10 +297,10 @@ fn draw_from<P: Point>(
     } else {
         let why =
             if has_room(centre) { PlaneReason::NoAdmissibleCircle } else { PlaneReason::CentreOnSphere };
-        (best_plane(&frame, &judge, cost), DrawKind::Plane { why })
+        (best_plane(&frame, &scorer, cost), DrawKind::Plane { why })
     };
     let Some(best) = best else { return Drawn::none(NoneReason::Coincident) };
-    let best = all.map_or(best, |all| judge.settled(best, all, cost));
+    let best = all.map_or(best, |all| scorer.bisected(best, all, cost));
     Drawn {
         separator: Some(best.separator),
         kind,
@@ -297,18 +312,18 @@ fn draw_from<P: Point>(
     }
 }
 
-/// The coordinates of each axis, in order.
+/// The sorted coordinates of each axis.
 fn sorted_axes<P: Point>(samples: &[P], cost: &mut Cost) -> Vec<Vec<f64>> {
-    let numbers: Vec<usize> = (0..P::DIM).collect();
-    cost.map_nested(&numbers, |&axis, own| {
+    let all_axes: Vec<usize> = (0..P::DIM).collect();
+    cost.map_nested(&all_axes, |&axis, own| {
         let mut coords = own.map(samples, |p| p.coord(axis));
         own.sort(&mut coords, f64::total_cmp);
         coords
     })
 }
 
-/// Where the samples are and how large: coordinates of each axis in order, their medians, and a power
-/// of two below the inverse of twice the median distance from there.
+/// Location and scale of the samples. The origin has the median of each axis. The unit is the inverse of the largest
+/// power of two that is at most the median distance from the origin.
 struct Frame<P> {
     axes: Vec<Vec<f64>>,
     origin: P,
@@ -322,7 +337,7 @@ impl<P: Point> Frame<P> {
         for (axis, coords) in axes.iter().enumerate() {
             origin.set_coord(axis, coords[coords.len() / 2]);
         }
-        // Largest coordinate difference: no squares, which may leave the range.
+        // The distance is the largest coordinate difference; squares might exceed the range of floats.
         let distances = cost.map(sorted, |&p| {
             let d = p - origin;
             (0..P::DIM).fold(0.0, |largest: f64, i| largest.max(d.coord(i).abs()))
@@ -330,7 +345,7 @@ impl<P: Point> Frame<P> {
         let mut distances = cost.pack(&distances, |&d| d > 0.0);
         cost.sort(&mut distances, f64::total_cmp);
         let typical = distances.get(distances.len() / 2).copied().unwrap_or(1.0);
-        // The exponent alone, kept where a power of two and its inverse are both normal.
+        // Only the exponent is used, clamped so that the power of two and its inverse are normal numbers.
         let exponent = (typical.to_bits() >> 52).clamp(23, 2023);
         let unit = f64::from_bits((2046 - exponent) << 52);
         Frame { axes, origin, unit }
@@ -346,17 +361,17 @@ struct Scored<P> {
     score: f64,
 }
 
-/// Squared distance of each sample to the nearest other one. Coincident samples, at distance zero, do not bound each
-/// other's balls.
+/// Squared distances of the samples to their nearest other samples. Coincident samples, at distance zero, do not bound
+/// each other's balls.
 struct NearestOthers<'a, P> {
     samples: &'a [P],
-    /// Their places, block by block: a sample is near the one before.
+    /// Positions of the samples, block by block, so that consecutive samples are near each other.
     order: &'a [u32],
     squares: Vec<f64>,
     least: f64,
 }
 
-impl<P: Point> Rows for NearestOthers<'_, P> {
+impl<P: Point> PairVisitor for NearestOthers<'_, P> {
     fn begin(&mut self, row: usize) -> f64 {
         let [this, before] = [row, row.saturating_sub(1)].map(|row| self.samples[self.order[row] as usize]);
         let square = dist2(this, before);
@@ -364,7 +379,7 @@ impl<P: Point> Rows for NearestOthers<'_, P> {
         self.least
     }
 
-    fn near(&mut self, _: usize, distance2: f64) -> f64 {
+    fn visit(&mut self, _: usize, distance2: f64) -> f64 {
         if distance2 > 0.0 {
             self.least = distance2;
         }
@@ -376,26 +391,26 @@ impl<P: Point> Rows for NearestOthers<'_, P> {
     }
 }
 
-/// Scores surfaces on the samples and their nearest-neighbour balls.
-struct Judge<P> {
+/// Scores surfaces by the samples and their nearest-neighbour balls.
+struct Scorer<P> {
     /// Samples in local coordinates.
     local: Vec<P>,
     balls: Vec<(P, f64)>,
-    /// `(m/n)^(1/d)`
+    /// `(m/n)^(1/d)`.
     thinning: f64,
 }
 
-impl<P: Point> Judge<P> {
+impl<P: Point> Scorer<P> {
     fn of(frame: &Frame<P>, sorted: Vec<P>, population: u64, cost: &mut Cost) -> Self {
         let local = cost.map(&sorted, |&x| (x - frame.origin) * frame.unit);
         let blocks = KdBlocks::of(&local);
         let squares = vec![f64::INFINITY; local.len()];
         let mut nearest = NearestOthers { samples: &local, order: blocks.order(), squares, least: 0.0 };
-        cost.pairs_in_blocks(&blocks, &mut nearest);
+        cost.all_pairs_in_blocks(&blocks, &mut nearest);
         let zipped: Vec<(P, f64)> = sorted.into_iter().zip(nearest.squares).collect();
         let balls = cost.map(&zipped, |&(x, square)| (x, square.sqrt() / frame.unit));
         let fraction = balls.len() as f64 / (population as f64).max(balls.len() as f64);
-        Judge { local, balls, thinning: root(fraction, P::DIM, cost) }
+        Scorer { local, balls, thinning: root(fraction, P::DIM, cost) }
     }
 
     fn score(&self, separator: Separator<P>, cost: &mut Cost) -> Scored<P> {
@@ -403,45 +418,52 @@ impl<P: Point> Judge<P> {
         let mut seen = cost.sweep();
         seen.visit_lanes(m);
         let [inside, across] = separator.count_inside_and_crossing(&self.balls);
-        cost.swept(seen);
+        cost.charge_sweep(seen);
         cost.close(m as u64);
         let ratio = inside.max(m - inside) as f64 / m as f64;
         let crossing = across as f64 / m as f64 * self.thinning;
         Scored { separator, ratio, crossing, score: ratio + SCORE_ALPHA * crossing }
     }
 
-    /// The score, if the sides are good enough.
+    /// Returns the score if both sides satisfy the split bound.
     fn admit(&self, separator: Separator<P>, cost: &mut Cost) -> Option<Scored<P>> {
         let scored = self.score(separator, cost);
         (scored.ratio < 1.0 && scored.ratio <= split_bound::<P>()).then_some(scored)
     }
 
-    /// A surface as it was drawn, if it is admissible, or moved to the middle of the samples, which do not tell halves from
-    /// what is nearly that: whatever scores less.
-    fn halves(&self, circle: Separator<P>, drawn: Option<Scored<P>>, cost: &mut Cost) -> Option<Scored<P>> {
-        let moved = circle.moved_to_middle(self.balls.iter().map(|ball| ball.0));
+    /// Returns the surface if it is admissible, or the surface moved to the median of the samples, whichever scores
+    /// less. Sides below [`ABOUT_HALF`] score equally, because the samples cannot distinguish halves from near halves.
+    fn admit_bisecting(
+        &self,
+        circle: Separator<P>,
+        drawn: Option<Scored<P>>,
+        cost: &mut Cost,
+    ) -> Option<Scored<P>> {
+        let moved = circle.moved_to_median(self.balls.iter().map(|ball| ball.0));
         let moved = moved.and_then(|moved| self.admit(moved, cost));
         let about = |s: Scored<P>| Scored { score: s.ratio.max(ABOUT_HALF) + SCORE_ALPHA * s.crossing, ..s };
         lowest(&[drawn.map(about), moved.map(about)], cost)
     }
 
-    /// A surface as it is, or moved to the middle of more samples, which tell the sides of both, if it is better halved and
-    /// scores less.
-    fn settled(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Scored<P> {
-        let again = |scored: Scored<P>| {
+    /// Returns the surface, or the surface moved to the median of all samples if it is then better balanced and scores
+    /// less. The sides of both are counted over all samples.
+    fn bisected(&self, best: Scored<P>, all: &[P], cost: &mut Cost) -> Scored<P> {
+        let rescored = |scored: Scored<P>| {
             let ratio = scored.separator.larger_side(all) as f64 / all.len() as f64;
             Scored { ratio, score: ratio + SCORE_ALPHA * scored.crossing, ..scored }
         };
-        let as_it_is = again(best);
-        let moved =
-            best.separator.moved_to_middle(all.iter().copied()).map(|moved| again(self.score(moved, cost)));
-        let is_better = |moved: &Scored<P>| moved.ratio < as_it_is.ratio && moved.score < as_it_is.score;
-        moved.filter(is_better).unwrap_or(as_it_is)
+        let unmoved = rescored(best);
+        let moved = best
+            .separator
+            .moved_to_median(all.iter().copied())
+            .map(|moved| rescored(self.score(moved, cost)));
+        let is_better = |moved: &Scored<P>| moved.ratio < unmoved.ratio && moved.score < unmoved.score;
+        moved.filter(is_better).unwrap_or(unmoved)
     }
 }
 
-/// `x^(1/d)` for normal `0 < x <= 1`, with the four operations only: Newton's method from the power of
-/// two above the root, less than 4 times too large, so that a fixed number of trips converges.
+/// `x^(1/d)` for normal `0 < x <= 1`, by the four basic operations. Newton's method starts from the power of two above
+/// the root, which is less than 4 times too large. A fixed number of iterations therefore converges.
 pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     let degree = d as f64;
     let exponent = (x.to_bits() >> 52) as i64 - 1023;
@@ -452,7 +474,7 @@ pub(super) fn root(x: f64, d: usize, cost: &mut Cost) -> f64 {
     })
 }
 
-/// The lowest score, the earliest among equals.
+/// The surface with the lowest score; the earliest among equals.
 fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Scored<P>> {
     cost.reduce(scored, None, |best: Option<Scored<P>>, next| match (best, next) {
         (Some(b), Some(n)) if n.score < b.score => Some(*n),
@@ -461,19 +483,19 @@ fn lowest<P: Point>(scored: &[Option<Scored<P>>], cost: &mut Cost) -> Option<Sco
     })
 }
 
-/// For each axis the cut between two different neighbouring coordinates that balances best; of these
-/// the lowest score. Exists whenever two samples differ.
-fn best_plane<P: Point>(frame: &Frame<P>, judge: &Judge<P>, cost: &mut Cost) -> Option<Scored<P>> {
-    let numbers: Vec<usize> = (0..P::DIM).collect();
-    let cuts = cost.map_nested(&numbers, |&axis, own| {
+/// For each axis, finds the best balanced cut between two different neighbouring coordinates, and returns the cut with
+/// the lowest score. It exists if two samples differ.
+fn best_plane<P: Point>(frame: &Frame<P>, scorer: &Scorer<P>, cost: &mut Cost) -> Option<Scored<P>> {
+    let all_axes: Vec<usize> = (0..P::DIM).collect();
+    let cuts = cost.map_nested(&all_axes, |&axis, own| {
         let (plane, _) = cut_across(&frame.axes[axis], axis, own)?;
-        Some(judge.score(plane, own))
+        Some(scorer.score(plane, own))
     });
     lowest(&cuts, cost)
 }
 
-/// The cut of one axis, given its coordinates in order, that balances best, and the number of coordinates on
-/// the larger side; none if all are equal.
+/// Finds the best balanced cut of one axis, given its sorted coordinates. Also returns the number of coordinates on the
+/// larger side. Returns `None` if all coordinates are equal.
 fn cut_across<P: Point>(coords: &[f64], axis: usize, cost: &mut Cost) -> Option<(Separator<P>, usize)> {
     let m = coords.len();
     let gaps: Vec<(usize, &[f64])> = coords.windows(2).enumerate().collect();

@@ -1,32 +1,36 @@
-//! Sphere separators: the surface that splits a point set, its exact side rule and its one-sided
-//! crossing test; [`draw()`] finds one from samples.
+//! Sphere separators: the surface that splits a point set, its exact side rule and its one-sided crossing test.
+//! [`draw()`] finds one from samples.
 //!
-//! **Statement.** For every `k`-ply system of `n` balls in `R^d` there is a sphere `S` with at most
-//! `(d+1)/(d+2) n` centres on either side that crosses `O(k^(1/d) n^(1-1/d))` balls; the great circle
-//! drawn at random on the unit sphere of `R^(d+1)`, after a conformal map that takes a centrepoint of
-//! the stereographic lift to the centre, is such a sphere with a constant probability (Miller, Teng,
-//! Thurston and Vavasis, "Separators for sphere-packings and nearest neighbor graphs", J. ACM 44, 1997).
-//! Approximate centrepoints come from iterated Radon points (Clarkson, Eppstein, Miller, Sturtivant and
-//! Teng, "Approximating center points with iterative Radon points", 1996).
+//! **Statement.** For every `k`-ply system of `n` balls in `R^d` there is a sphere `S` with at most `(d+1)/(d+2) n`
+//! centres on either side that crosses `O(k^(1/d) n^(1-1/d))` balls. It can be drawn at random:
 //!
-//! **Work and depth** of a draw from `m` samples: `O(m^2)` and `O(log m)`, whatever the size of the
-//! population (`m` is about [`SAMPLE_TARGET`]); of a side or a crossing test: `O(1)`.
+//! 1. Lift the centres stereographically to the unit sphere of `R^(d+1)`.
+//! 2. Apply a conformal map that moves a centrepoint of the lifted points to the centre of the sphere.
+//! 3. Draw a random great circle. With constant probability its preimage is such a sphere `S`.
+//!
+//! **Source.** Miller, Teng, Thurston and Vavasis, "Separators for sphere-packings and nearest neighbor graphs", J. ACM
+//! 44, 1997. Approximate centrepoints come from iterated Radon points: Clarkson, Eppstein, Miller, Sturtivant and Teng,
+//! "Approximating center points with iterative Radon points", 1996.
+//!
+//! **Work and depth.** A draw from `m` samples: work `O(m^2)` and depth `O(log m)`, for any size of the population (`m`
+//! is about [`SAMPLE_TARGET`]). A side test or a crossing test: `O(1)`.
 //!
 //! **Departures.**
-//! - Samples are put into a frame whose origin is their coordinatewise median and whose unit is the
-//!   power of two below the median distance from it (not mean and extent), so that a few far points do
-//!   not flatten all others into one point of the lift, and nothing depends on the scale of the input.
-//! - The conformal map is never applied to points. All great circles of the mapped sphere are planes
-//!   through the centrepoint `z` of the lift: the circle with unit normal `n` is `w . (p - z) = 0`
-//!   with `w = s n + (n . z) z / (1 + s)`, `s = sqrt(1 - |z|^2)`, which is the rotation of `z` to an
-//!   axis and the dilation by `sqrt((1-r)/(1+r))`, multiplied out.
-//! - Several great circles are tried and scored on the samples ([`TRIES`]), since balance and size
-//!   of one circle vary; a circle that misses [`split_bound`] on the samples is dropped.
-//! - Where only halves are asked for, circles are moved off the centrepoint ([`draw_bisecting`]).
-//! - Where no circle is admissible (the centrepoint lies on the sphere, as for samples that coincide
-//!   at the scale of the others), an axis-aligned plane cuts the samples by exact comparison.
+//! - The frame of the samples has their coordinatewise median as its origin. Its unit is the power of two below the
+//!   median distance from the origin. With mean and extent instead, a few distant points would move all others close to
+//!   one point of the lift. Nothing depends on the scale of the input.
+//! - The conformal map is never applied to points. The great circles of the mapped sphere correspond to the planes
+//!   through the centrepoint `z` of the lift. The circle with unit normal `n` is `w . (p - z) = 0` with
+//!   `w = s n + (n . z) z / (1 + s)` and `s = sqrt(1 - |z|^2)`. This formula combines the rotation of `z` to an axis
+//!   with the dilation by `sqrt((1-r)/(1+r))`, `r = |z|`.
+//! - Balance and size vary from circle to circle, so several great circles are drawn ([`TRIES`]) and scored on the
+//!   samples. A circle that violates [`split_bound`] on the samples is discarded.
+//! - If the caller needs only a balanced bisection, circles may be moved away from the centrepoint
+//!   ([`draw_bisecting`]).
+//! - If no circle is admissible, an axis-aligned plane cuts the samples by exact comparison. This happens if the
+//!   centrepoint lies on the sphere, for example because most samples coincide at the scale of the others.
 
-#![expect(clippy::inline_always, reason = "what is not inlined does not use the widest registers")]
+#![expect(clippy::inline_always, reason = "functions that are not inlined do not use the widest registers")]
 
 mod bisect;
 mod centrepoint;

@@ -1,4 +1,10 @@
-//! The surface: its side rule, its crossing test, and its form on the wire and in reports.
+//! The surface of a separator: its side rule, its crossing test, and its encoding for messages and reports.
+//!
+//! **Statement.** The side of a point is the sign of one floating-point expression, so it is the same on every worker.
+//! The crossing test is one-sided: it may report a crossing that does not exist, but never misses one
+//! ([`Separator::crosses`]).
+//!
+//! **Work and depth.** O(1) for each test.
 
 use crate::point::Point;
 use crate::simd::widest;
@@ -6,9 +12,9 @@ use crate::simd::widest;
 /// The two sides of a separator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
-    /// Where the separator's function is negative.
+    /// The side where the separator's function is negative.
     Interior,
-    /// Where it is positive or zero: a point on the surface is here.
+    /// The side where it is positive or zero, including the surface itself.
     Exterior,
 }
 
@@ -23,10 +29,10 @@ impl Side {
     }
 }
 
-/// `S = { x : a |y|^2 + b . y + c = 0 }` with `y = (x - origin) * unit`: a sphere, or a plane if `a = 0`.
+/// The surface `S = { x : a |y|^2 + b . y + c = 0 }` with `y = (x - origin) * unit`: a sphere, or a plane if `a = 0`.
 ///
-/// `unit` is a power of two, so the only rounding in `y` is that of one subtraction a coordinate.
-/// Coefficients are scaled such that the gradient has length about 1 on `S`.
+/// `unit` is a power of two, so computing `y` rounds only in one subtraction for each coordinate. The coefficients are
+/// scaled such that the gradient has length about 1 on `S`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separator<P> {
     pub(super) origin: P,
@@ -36,38 +42,38 @@ pub struct Separator<P> {
     pub(super) c: f64,
 }
 
-/// A separator for reports.
+/// A separator in the form used by reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface<P> {
-    /// A sphere (circle).
+    /// A sphere (in the plane, a circle).
     Sphere {
-        /// Its centre.
+        /// Centre of the sphere.
         centre: P,
-        /// Its radius.
+        /// Radius of the sphere.
         radius: f64,
-        /// Is the interior child in the ball, not around it?
+        /// Whether the interior child lies inside the ball.
         ball_is_interior: bool,
     },
-    /// A plane (line): the interior child lies where `normal . x < offset`.
+    /// A plane (in the plane, a line). The interior child lies where `normal . x < offset`.
     Plane {
-        /// Unit normal.
+        /// Unit normal vector.
         normal: P,
-        /// Its offset.
+        /// Offset of the plane along the normal.
         offset: f64,
     },
 }
 
-/// Numbers of a separator on the wire, in either dimension (the plane leaves two of them zero).
+/// Number of floats that encode a separator in either dimension. In the plane, two of them are zero.
 pub const SEPARATOR_WORDS: usize = 9;
 
-/// Relative slack of the crossing test: 128 units of rounding, derived at [`Separator::crosses`].
+/// Relative slack of the crossing test: 128 unit roundoffs, derived at [`Separator::crosses`].
 const SLACK: f64 = 64.0 * f64::EPSILON;
 /// Absolute slack for underflow in products.
 const TINY: f64 = 1e-300;
 
 impl<P: Point> Separator<P> {
-    /// The axis-aligned cut: a point is interior iff its coordinate `axis` is less than `at`, exactly
-    /// (the difference of two floats has an exact sign, and every other term is zero).
+    /// Creates the axis-aligned cut at a coordinate. A point is interior iff its coordinate `axis` is less than `at`.
+    /// This test is exact, because the difference of two floats has an exact sign and every other term is zero.
     pub fn plane(axis: usize, at: f64) -> Self {
         let (mut origin, mut b) = (P::splat(0.0), P::splat(0.0));
         origin.set_coord(axis, at);
@@ -75,22 +81,22 @@ impl<P: Point> Separator<P> {
         Separator { origin, unit: 1.0, a: 0.0, b, c: 0.0 }
     }
 
-    /// The axis-aligned cut half-way between two coordinates, or at the higher one: that has what is there outside, and what
-    /// is at the lower one inside, unless they are equal.
+    /// Creates the axis-aligned cut half-way between two coordinates, or at the higher one if the midpoint rounds to
+    /// the lower one. Points at `high` are exterior. Points at `low` are interior, unless `low` equals `high`.
     pub(super) fn between(axis: usize, low: f64, high: f64) -> Self {
         let middle = 0.5 * low + 0.5 * high;
         Self::plane(axis, if low < middle && middle <= high { middle } else { high })
     }
 
-    /// The surface with these coefficients in the frame `(origin, unit)`, scaled to unit gradient;
-    /// nothing if they describe no sphere or plane with a point to spare after rounding.
+    /// Creates the surface with these coefficients in the frame `(origin, unit)`, scaled to unit gradient. Returns
+    /// `None` if, after rounding, they do not describe a sphere or plane with a margin.
     pub(super) fn from_coefficients(origin: P, unit: f64, a: f64, b: P, c: f64) -> Option<Self> {
         let gradient = (b.norm2() - 4.0 * a * c).sqrt();
         if gradient > 0.0 && gradient < f64::INFINITY {
             let own = Separator { origin, unit, a: a / gradient, b: b / gradient, c: c / gradient };
-            let again = own.b.norm2() - 4.0 * own.a * own.c;
+            let gradient2 = own.b.norm2() - 4.0 * own.a * own.c;
             let finite = own.a.is_finite() && own.c.is_finite();
-            (finite && again > 0.5 && again < 2.0).then_some(own)
+            (finite && gradient2 > 0.5 && gradient2 < 2.0).then_some(own)
         } else {
             None
         }
@@ -104,44 +110,52 @@ impl<P: Point> Separator<P> {
     #[inline(always)]
     pub(super) fn value(&self, y: P) -> f64 {
         let linear = self.b.dot(y);
-        // A plane must not see the square, which may overflow.
+        // The square may overflow, so a plane must not use it.
         let square = if self.a == 0.0 { 0.0 } else { self.a * y.norm2() };
         square + linear + self.c
     }
 
-    /// The side of a point: the sign of one fixed floating-point expression, the same everywhere.
+    /// Returns the side of a point: the sign of one floating-point expression, equal on all workers.
     #[inline]
     pub fn side(&self, x: P) -> Side {
         if self.value(self.local(x)) < 0.0 { Side::Interior } else { Side::Exterior }
     }
 
-    /// Does the closed ball cross or touch `S`, rounded towards "crosses"?
+    /// Returns `true` if the closed ball may cross or touch `S`.
     ///
-    /// **Guarantee.** If any point `z` whose distance from `x` is at most `radius` (up to 8 units of
-    /// rounding in how that was measured) has another [`Separator::side`] than `x`, the answer is true.
-    /// A radius that is infinite or not a number crosses.
+    /// **Guarantee.** Let `z` be any point whose distance from `x` is at most `radius`, up to 8 unit roundoffs in the
+    /// measurement of that distance. If `z` has another [`Separator::side`] than `x`, the function returns `true`. It
+    /// also returns `true` if the radius is infinite or NaN.
     ///
-    /// **Derivation.** Let `f` be the exact function of the stored coefficients, `s` the sign of the
-    /// computed value at `x`, `g = |grad f(y)|` and `rho` the radius in local units. By Taylor,
-    /// exactly, every `z` of the ball at distance `t` has
-    /// `s f(z) >= s f(y) - t g + s a t^2 >= m := s f(y) - rho g + s a rho^2`, the last step if
-    /// `s a <= 0` or `2 |a| rho < g` (otherwise the ball holds the sphere's centre: crosses). The
-    /// computed side of `z` differs only if `s f(z)` is at most the rounding error at `z`.
+    /// **Derivation.** Let `f` be the exact function of the stored coefficients, and `s` the sign of the computed value
+    /// at `x`. Let `g = |grad f(y)|`, and let `rho` be the radius in local units.
     ///
-    /// Rounding, with `u = 2^-53`, `Y = |y|_1 + rho`, `M = |a| Y^2 + sum |b_i| (|y_i| + rho) + |c|`: a
-    /// value takes at most `d + 5 <= 8` roundings of each term, error `8 u M` at `y` and at `z` each;
-    /// each coordinate of the gradient and its length at most 8, and `rho g <= 2 M`: `16 u M`;
-    /// `a rho^2`: `2 u M`; the sums of `m`: `12 u M`. Together `46 u M`. With second-order terms, `M`'s
-    /// own rounding and the slack in the distance (8 units of `rho g + 2 |a| rho^2 <= 4 M`: `32 u M`)
-    /// this stays below the `128 u M` that is allowed; an absolute `1e-300` covers underflow. Anything
-    /// that overflows compares as "crosses".
+    /// 1. By Taylor's formula, which is exact here, a point `z` of the ball at distance `t` has
+    ///    `s f(z) >= s f(y) - t g + s a t^2`.
+    /// 2. If `s a <= 0` or `2 |a| rho < g`, the right side is at least `m := s f(y) - rho g + s a rho^2`. Otherwise the
+    ///    ball contains the centre of the sphere, and the function returns `true`.
+    /// 3. The computed side of `z` can differ from that of `x` only if `s f(z)` is at most the rounding error at `z`.
+    ///
+    /// **Rounding.** Let `u = 2^-53`, `Y = |y|_1 + rho` and `M = |a| Y^2 + sum |b_i| (|y_i| + rho) + |c|`. The errors
+    /// are at most:
+    ///
+    /// - `8 u M` for the value at `y`, and the same for the value at `z`: each term passes at most `d + 5 <= 8`
+    ///   roundings;
+    /// - `16 u M` for `rho g`: each coordinate of the gradient, and its length, pass at most 8 roundings, and
+    ///   `rho g <= 2 M`;
+    /// - `2 u M` for `a rho^2`;
+    /// - `12 u M` for the sums in `m`.
+    ///
+    /// The total is `46 u M`. The slack in the distance adds 8 unit roundoffs of `rho g + 2 |a| rho^2 <= 4 M`, that is
+    /// `32 u M`. With second-order terms and the rounding of `M`, the error stays below the allowed `128 u M`. An
+    /// absolute `1e-300` covers underflow. If anything overflows, the comparison yields "crosses".
     #[inline]
     pub fn crosses(&self, x: P, radius: f64) -> bool {
         let y = self.local(x);
         self.crosses_at(y, self.value(y), radius)
     }
 
-    /// The same of a ball by its centre in local units, and the value there.
+    /// Does the same for a ball given by its centre in local units and the value there.
     #[inline(always)]
     fn crosses_at(&self, y: P, value: f64, radius: f64) -> bool {
         let rho = radius * self.unit;
@@ -159,7 +173,7 @@ impl<P: Point> Separator<P> {
         holds_centre || !clear
     }
 
-    /// Of balls by their centres and radii: how many have their centres inside, and how many cross.
+    /// Counts the balls whose centres are interior, and the balls that cross. Balls are pairs of centre and radius.
     pub(super) fn count_inside_and_crossing(&self, balls: &[(P, f64)]) -> [usize; 2] {
         let [inside, across] = widest(
             #[inline(always)]
@@ -168,7 +182,7 @@ impl<P: Point> Separator<P> {
                 for &(x, radius) in balls {
                     let y = self.local(x);
                     let value = self.value(y);
-                    // At most as many as there are balls.
+                    // At most the number of balls.
                     counts[0] = counts[0].wrapping_add(u64::from(value < 0.0));
                     counts[1] = counts[1].wrapping_add(u64::from(self.crosses_at(y, value, radius)));
                 }
@@ -178,7 +192,7 @@ impl<P: Point> Separator<P> {
         [inside as usize, across as usize]
     }
 
-    /// Of balls by their centres and radii: how many cross with their centres inside, and how many with them outside.
+    /// Counts the balls that cross and have interior centres, and those that cross and have exterior centres.
     pub fn count_crossing(&self, balls: impl Iterator<Item = (P, f64)>) -> [u64; 2] {
         widest(
             #[inline(always)]
@@ -189,7 +203,7 @@ impl<P: Point> Separator<P> {
                     let value = self.value(y);
                     let crosses = u64::from(self.crosses_at(y, value, radius));
                     let interior = u64::from(value < 0.0);
-                    // At most as many as there are balls.
+                    // At most the number of balls.
                     crossing[0] = crossing[0].wrapping_add(crosses & interior);
                     crossing[1] = crossing[1].wrapping_add(crosses & !interior);
                 }
@@ -198,19 +212,19 @@ impl<P: Point> Separator<P> {
         )
     }
 
-    /// The radius of a ball around `x` that does not cross: nine tenths of its distance from `S` in rounded
-    /// arithmetic, or 0 where [`Separator::crosses`] does not confirm that.
+    /// The radius of a ball around `x` that does not cross: nine tenths of the distance of `x` from `S` in rounded
+    /// arithmetic. Returns 0 if [`Separator::crosses`] does not confirm the radius.
     pub fn clearance(&self, x: P) -> f64 {
         let y = self.local(x);
         let (size, curve) = (self.value(y).abs(), self.a.abs());
-        // |f| falls by at most g t + |a| t^2 over a distance t.
+        // Over a distance `t`, `|f|` decreases by at most `g t + |a| t^2`.
         let gradient = (y * (2.0 * self.a) + self.b).norm2().sqrt();
         let least = 2.0 * size / (gradient + (gradient * gradient + 4.0 * curve * size).sqrt());
         let radius = 0.9 * least / self.unit;
         if self.crosses(x, radius) { 0.0 } else { radius }
     }
 
-    /// Must `side` know of this ball: `x` lies there, or the ball crosses?
+    /// Returns `true` if `x` lies on the given side or the ball may cross.
     #[inline]
     pub fn reaches(&self, x: P, radius: f64, side: Side) -> bool {
         let y = self.local(x);
@@ -218,12 +232,12 @@ impl<P: Point> Separator<P> {
         (value < 0.0) == (side == Side::Interior) || self.crosses_at(y, value, radius)
     }
 
-    /// Is it a sphere, not a plane?
+    /// Returns `true` if the surface is a sphere, and `false` for a plane.
     pub fn is_sphere(&self) -> bool {
         self.a != 0.0
     }
 
-    /// The surface as people draw it, rounded, and where its interior lies; nothing beyond the range of
+    /// The surface and the location of its interior, rounded, for reports. Returns `None` if it exceeds the range of
     /// floats.
     pub fn surface(&self) -> Option<Surface<P>> {
         if let (Some(centre), Some(radius)) = (self.centre(), self.radius()) {
@@ -235,7 +249,7 @@ impl<P: Point> Separator<P> {
         offset.is_finite().then_some(Surface::Plane { normal, offset })
     }
 
-    /// Centre of a sphere, rounded, for reports; nothing for a plane or beyond the range of floats.
+    /// Centre of the sphere, rounded, for reports. Returns `None` for a plane and beyond the range of floats.
     pub fn centre(&self) -> Option<P> {
         if !self.is_sphere() {
             return None;
@@ -244,7 +258,7 @@ impl<P: Point> Separator<P> {
         (0..P::DIM).all(|i| centre.coord(i).is_finite()).then_some(centre)
     }
 
-    /// Radius of a sphere, rounded, for reports; nothing for a plane or beyond the range of floats.
+    /// Radius of the sphere, rounded, for reports. Returns `None` for a plane and beyond the range of floats.
     pub fn radius(&self) -> Option<f64> {
         if !self.is_sphere() {
             return None;
@@ -254,7 +268,7 @@ impl<P: Point> Separator<P> {
         radius.is_finite().then_some(radius)
     }
 
-    /// The surface as plain numbers: origin (3), unit, a, b (3), c.
+    /// Encodes the surface as numbers: origin (3), unit, a, b (3), c.
     pub fn to_array(&self) -> [f64; SEPARATOR_WORDS] {
         let mut out = [0.0; SEPARATOR_WORDS];
         for i in 0..P::DIM {
@@ -267,8 +281,8 @@ impl<P: Point> Separator<P> {
         out
     }
 
-    /// Decodes [`Separator::to_array`]; nothing if the numbers are no separator: all must be finite,
-    /// the unit a positive power of two and the surface not empty.
+    /// Decodes [`Separator::to_array`]. Returns `None` unless all numbers are finite, the unit is a positive power of
+    /// two and the surface is not empty.
     pub fn from_array(words: &[f64; SEPARATOR_WORDS]) -> Option<Self> {
         let (unit, a, c) = (words[3], words[4], words[8]);
         let (origin, b) = (P::from_coords(&words[..3]), P::from_coords(&words[5..8]));

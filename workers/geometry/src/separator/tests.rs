@@ -103,7 +103,7 @@ fn separator_sets_are_small() {
     separator_sizes("grid", &grid::<DVec3>(16));
 }
 
-/// Sets of samples that break a careless separator.
+/// Sample sets that defeat a careless separator.
 pub(super) fn nasty<P: Point>() -> Vec<(&'static str, Vec<P>)> {
     let base = uniform::<P>(400, 5);
     let map = |f: &dyn Fn(usize, f64) -> f64| -> Vec<P> {
@@ -163,7 +163,7 @@ fn coincident_samples_have_no_separator() {
     assert_eq!(drawn.kind, DrawKind::None { why: NoneReason::Coincident });
     let drawn = draw::<DVec2>(key(1), 9, &[], &mut Cost::default());
     assert_eq!((drawn.kind, drawn.separator), (DrawKind::None { why: NoneReason::NoSamples }, None));
-    // One point apart from a thousand others: a plane, although no split is good.
+    // One point and a thousand distant ones: a plane, although no split is balanced.
     let mut lopsided = vec![DVec2::ONE; 1000];
     lopsided.push(DVec2::new(1.0, 1.0 + f64::EPSILON));
     let drawn = draw(key(1), 1001, &lopsided, &mut Cost::default());
@@ -235,7 +235,7 @@ fn depth_is_logarithmic_in_the_samples_alone() {
     }
 }
 
-/// A surface of a given radius around a point at a given distance from the origin.
+/// A surface of a given radius around a centre at a given distance from the origin.
 fn sphere<P: Point>(rng: &mut ChaCha8Rng, radius: f64, far: f64) -> Option<Separator<P>> {
     let centre: P = direction::<P>(rng) * far;
     let c = (far - radius) * (far + radius);
@@ -247,8 +247,8 @@ fn direction<P: Point>(rng: &mut ChaCha8Rng) -> P {
     v / v.norm2().sqrt()
 }
 
-/// Walks from `x` towards `to` to the last float on its side and the first beyond: the ball that just
-/// holds the latter must cross; in a well-conditioned place, a ball that ends clearly before must not.
+/// Bisects from `x` towards `to`, down to the last float on the side of `x` and the first float beyond. The smallest
+/// ball that contains the latter must cross. In a well-conditioned place, a ball that ends well before it must not.
 fn check_segment<P: Point>(s: &Separator<P>, x: P, to: P) -> Option<f64> {
     let side = s.side(x);
     if s.side(to) == side {
@@ -280,7 +280,7 @@ fn crossings<P: Point>() {
             }
             _ => sphere::<P>(&mut rng, radius, far),
         };
-        // Elsewhere the coefficients lose digits; from inside, the way may lead through the centre.
+        // Elsewhere the coefficients lose digits. From inside, the path may lead through the centre.
         let well = far <= 1.0 && radius >= 0.3 && round % 7 != 1;
         // A small sphere too far from the frame has no coefficients.
         let Some(s) = s else { continue };
@@ -288,7 +288,7 @@ fn crossings<P: Point>() {
         let start = s.centre().map_or(origin, |c| c + direction::<P>(&mut rng) * s.radius().unwrap());
         for scale in [1.0, 1e-3, 1e-9, 1e-14] {
             let x = start + direction::<P>(&mut rng) * (scale * unit(&mut rng));
-            // Straight across along the gradient, and in random directions.
+            // Along the gradient, and in random directions.
             let gradient = s.local(x) * (2.0 * s.a) + s.b;
             let step = gradient * (3.0 * scale / gradient.norm2().sqrt());
             for to in [x + step, x - step] {
@@ -348,7 +348,7 @@ fn planes_cut_exactly() {
 }
 
 #[test]
-fn malformed_words_are_refused() {
+fn malformed_encodings_are_rejected() {
     let good = Separator::<DVec3>::plane(2, 4.0).to_array();
     assert!(Separator::<DVec3>::from_array(&good).is_some());
     for (slot, value) in [(3, 0.0), (3, 3.0), (3, -1.0), (0, f64::NAN), (8, f64::INFINITY), (7, 0.0)] {
@@ -358,8 +358,8 @@ fn malformed_words_are_refused() {
     }
 }
 
-/// Longest side first, the others at the next attempts; at the median; equal coordinates stay together; and
-/// nothing is charged that only spheres need.
+/// The longest side first, the others at the next attempts; cuts at the median; equal coordinates on one side; no
+/// charge for steps that only spheres need.
 #[test]
 fn cuts_are_medians_of_the_longest_side() {
     let mut slab = uniform::<DVec3>(399, 4);
@@ -379,7 +379,7 @@ fn cuts_are_medians_of_the_longest_side() {
         draw(attempt(i as u32), 399, &slab, sphere);
         assert!(cost.depth() < 40 && 5 * cost.work() < sphere.work(), "{cost:?} {sphere:?}");
     }
-    // Three of four points on one plane: it is a side of its own, whole.
+    // Three of four points on one plane: together they are one side.
     let sheets: Vec<DVec2> =
         (0..40u8).map(|i| DVec2::new(f64::from(i % 4 / 3), f64::from(i) / 99.0)).collect();
     let drawn = cut(key(1), &sheets, &mut Cost::default());

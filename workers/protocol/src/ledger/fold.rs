@@ -138,7 +138,7 @@ fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
         all.cost.close(charge.items);
         all.cost.then(below.remove(&(level, node)).unwrap_or_default().cost);
         match node.parent().filter(|_| node.level() > level) {
-            Some(parent) => below.entry((level, parent)).or_default().cost.beside(all.cost),
+            Some(parent) => below.entry((level, parent)).or_default().cost.join(all.cost),
             None => drop(done.insert(node, all)),
         }
     }

@@ -1,4 +1,4 @@
-//! The kernel against brute force, against itself in other orders, and against its own invariants.
+//! The kernel compared with brute force and with itself in other orders, and its invariants.
 
 use crate::point::Simplex;
 pub(crate) mod nasty;
@@ -17,7 +17,7 @@ use super::*;
 use crate::point::{dist2, lex_cmp};
 use crate::predicates::in_sphere;
 
-/// Cells as sorted rows of coordinate bits: what must not depend on numbering.
+/// The cells as sorted rows of coordinate bits, which do not depend on numbering.
 fn by_coordinates<P: Point>(dt: &Incremental<P>) -> Vec<Vec<Vec<u64>>> {
     let bits = |&v: &u32| (0..P::DIM).map(|i| dt.vertices()[v as usize].coord(i).to_bits()).collect();
     let mut rows: Vec<Vec<Vec<u64>>> = dt
@@ -75,7 +75,7 @@ fn brute_force<P: Point>(points: &[P]) -> Vec<P::Cell> {
     cells
 }
 
-/// Mutual neighbours, positive cells, every facet locally Delaunay, every stored incidence true.
+/// Checks that neighbours are mutual, cells positive, facets locally Delaunay and stored incidences true.
 fn check<P: Point>(dt: &Incremental<P>) {
     let n = P::DIM + 1;
     let complex = dt.complex();
@@ -122,7 +122,7 @@ fn agrees_with_brute_force<P: Point>(points: &[P]) {
     let dt = Incremental::new(points.to_vec()).unwrap();
     check(&dt);
     assert_eq!(sorted_cells(&dt), brute_force(points));
-    // As they stand: the prefix may be flat, which the frame must skip over.
+    // In the order of the slice: the first points may be coplanar, and the start must skip them.
     let dt = Incremental::build(points.to_vec(), None).unwrap();
     check(&dt);
     assert_eq!(sorted_cells(&dt), brute_force(points));
@@ -137,7 +137,7 @@ fn grid2(k: u32) -> Vec<DVec2> {
     (0..k * k).map(|i| DVec2::new((i % k).into(), (i / k).into())).collect()
 }
 
-/// A small generator of test orders and coordinates.
+/// A small generator for orders and coordinates.
 struct Lcg(u64);
 
 impl Lcg {
@@ -204,7 +204,7 @@ fn cospherical_points_agree_with_brute_force() {
 }
 
 #[test]
-fn a_grid_has_one_triangulation_whatever_the_order() {
+fn a_grid_has_one_triangulation_in_every_order() {
     let points = grid3(8);
     let dt = Incremental::new(points.clone()).unwrap();
     check(&dt);
@@ -247,7 +247,7 @@ fn random_points_satisfy_the_invariants() {
     assert_eq!(dt.cells().count(), 2 * 1500 - 2 - hull);
 }
 
-fn any_order_in_place_gives_the_same_cells<P: Point>() {
+fn check_insertion_in_place<P: Point>() {
     for kind in nasty::KINDS {
         let points = nasty::set::<P>(kind, 150, 5);
         let Ok(whole) = Incremental::new(points.clone()) else { continue };
@@ -272,15 +272,15 @@ fn any_order_in_place_gives_the_same_cells<P: Point>() {
 }
 
 #[test]
-fn points_are_inserted_where_they_stand() {
-    any_order_in_place_gives_the_same_cells::<DVec3>();
-    any_order_in_place_gives_the_same_cells::<DVec2>();
+fn insertion_in_place_gives_the_same_cells() {
+    check_insertion_in_place::<DVec3>();
+    check_insertion_in_place::<DVec2>();
 }
 
-/// The cells at the points `..home`, by coordinates.
-fn cells_beside<P: Point>(dt: &Incremental<P>, home: usize, points: &[P]) -> Vec<Vec<Vec<u64>>> {
+/// The cells that have one of the first `owned` vertices, by coordinates.
+fn cells_around<P: Point>(dt: &Incremental<P>, owned: usize, points: &[P]) -> Vec<Vec<Vec<u64>>> {
     let bits = |p: &P| (0..P::DIM).map(|i| p.coord(i).to_bits()).collect::<Vec<u64>>();
-    let own: Vec<Vec<u64>> = points[..home].iter().map(bits).collect();
+    let own: Vec<Vec<u64>> = points[..owned].iter().map(bits).collect();
     // Infinity has no coordinates.
     let corner = |&v: &u32| dt.vertices().get(v as usize).map_or_else(Vec::new, bits);
     let corners = |cell: &P::Cell| {
@@ -294,62 +294,63 @@ fn cells_beside<P: Point>(dt: &Incremental<P>, home: usize, points: &[P]) -> Vec
     cells
 }
 
-fn points_left_out_change_no_star<P: Point>() {
+fn check_skipped_points<P: Point>() {
     for kind in nasty::KINDS {
         let points = nasty::set::<P>(kind, 150, 5);
         let Ok(whole) = Incremental::new(points.clone()) else { continue };
-        for home in [10, 40, 100].into_iter().filter(|&home| home < points.len()) {
-            let Ok(mut part) = Incremental::build(points[..home].to_vec(), None) else { continue };
-            let mut left_out = 0;
-            for &p in &points[home..] {
-                left_out += usize::from(part.insert_beside(p, None, home as u32).unwrap().is_none());
+        for owned in [10, 40, 100].into_iter().filter(|&owned| owned < points.len()) {
+            let Ok(mut part) = Incremental::build(points[..owned].to_vec(), None) else { continue };
+            let mut skipped = 0;
+            for &p in &points[owned..] {
+                skipped += usize::from(part.insert_if_adjacent(p, None, owned as u32).unwrap().is_none());
             }
             check(&part);
-            assert_eq!(part.vertices().len() + left_out, points.len(), "{kind}");
+            assert_eq!(part.vertices().len() + skipped, points.len(), "{kind}");
             assert_eq!(
-                cells_beside(&part, home, &points),
-                cells_beside(&whole, home, &points),
-                "{kind} {home}"
+                cells_around(&part, owned, &points),
+                cells_around(&whole, owned, &points),
+                "{kind} {owned}"
             );
         }
     }
 }
 
 #[test]
-fn points_that_are_nobodys_neighbours_are_left_out() {
-    points_left_out_change_no_star::<DVec3>();
-    points_left_out_change_no_star::<DVec2>();
+fn points_without_owned_neighbours_are_skipped() {
+    check_skipped_points::<DVec3>();
+    check_skipped_points::<DVec2>();
     let far: Vec<DVec2> = (0..20).map(|i| DVec2::new(f64::from(i), f64::from(i * i % 7))).collect();
     let mut dt = Incremental::build(far[..4].to_vec(), None).unwrap();
-    let kept = far[4..].iter().filter(|&&p| dt.insert_beside(p, None, 4).unwrap().is_some()).count();
+    let kept = far[4..].iter().filter(|&&p| dt.insert_if_adjacent(p, None, 4).unwrap().is_some()).count();
     assert!(kept < 16, "{kept}");
 }
 
 #[test]
-fn points_in_an_empty_part_do_not_all_look_at_the_same_cells() {
-    // A ball of home points and a shell of others; then points in between the shell's far side and nothing at home.
+fn points_in_an_empty_region_do_not_all_search_the_same_cells() {
+    // A ball of owned points and a shell of others, then further points on the far side of the shell. The latter are
+    // not adjacent to owned points.
     let mut random = Lcg(3);
     let mut in_box = |low: f64, size: f64| {
         DVec3::new(low + size * random.unit(), low + size * random.unit(), low + size * random.unit())
     };
-    let home: Vec<DVec3> = (0..200).map(|_| in_box(0.0, 0.1)).collect();
+    let owned: Vec<DVec3> = (0..200).map(|_| in_box(0.0, 0.1)).collect();
     let shell: Vec<DVec3> = (0..4000).map(|_| in_box(-2.0, 4.0).normalize()).collect();
-    let mut dt = Incremental::build(home, None).unwrap();
+    let mut dt = Incremental::build(owned, None).unwrap();
     for &p in &shell {
         dt.insert(p, None).unwrap();
     }
     let before = dt.vertices().len();
     let late: Vec<DVec3> = (0..50).map(|_| in_box(2.0, 1.0)).collect();
-    let kept = late.iter().filter(|&&p| dt.insert_beside(p, None, 200).unwrap().is_some()).count();
+    let kept = late.iter().filter(|&&p| dt.insert_if_adjacent(p, None, 200).unwrap().is_some()).count();
     check(&dt);
     assert_eq!(dt.vertices().len(), before + kept);
-    // The first undoes very many cells of the hull, and is let in for that alone.
+    // The first of them has a very large cavity in the hull, and is inserted only for that reason.
     assert!(kept > 0 && kept < 50, "{kept}");
 }
 
 #[test]
 fn a_star_of_many_cells_is_complete() {
-    // Points of a circle around a pole: the pole's star has them all.
+    // Points of a circle around a pole: the star of the pole contains all of them.
     let mut points: Vec<DVec3> = Vec::new();
     for i in 0..200 {
         let t = f64::from(i) / 100.0 - 1.0;
@@ -365,7 +366,7 @@ fn a_star_of_many_cells_is_complete() {
 }
 
 #[test]
-fn refusals_name_their_reason() {
+fn errors_state_their_reason() {
     let flat = Incremental::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE.with_z(0.0)]);
     assert_eq!(flat.unwrap_err(), IncrementalError::Flat { dimension: 2 });
     let none = Incremental::<DVec2>::new(Vec::new());

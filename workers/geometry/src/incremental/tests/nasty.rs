@@ -1,4 +1,4 @@
-//! Point sets that are hard for rounding, for ties or for the search, against the [`oracle`].
+//! Point sets that are difficult for rounding, for ties or for the search, compared with the [`oracle`].
 
 use super::*;
 use crate::point::Point;
@@ -61,14 +61,14 @@ fn point<P: Point>(kind: &str, i: usize, random: &mut Lcg) -> P {
         "decimal" => each(node(random, 9), |_, x| x * 0.1),
         "sphere" => direction(random),
         "shells" => direction::<P>(random) * (1.0 + random.below(3) as f64),
-        // A quarter of the points leaves the plane or the line.
+        // A quarter of the points lies outside the plane or the line.
         "plane" => {
             each(node(random, 12), |axis, x| if axis + 1 == P::DIM && !i.is_multiple_of(4) { 3.0 } else { x })
         }
         "line" => each(node(random, 40), |axis, x| if axis > 0 && !i.is_multiple_of(4) { 7.0 } else { x }),
         "clusters" => node::<P>(random, 3) + direction::<P>(random) * 1e-9 * random.unit(),
         "graded" => direction::<P>(random) * random.unit().powi(4),
-        // As far down as the range of exact signs lets it.
+        // As small as the range of exact signs admits.
         "steep" => direction::<P>(random) * random.unit().powi(40).max(1e-40),
         _ => each(cube(random), |_, x| f64::from(x as f32)),
     }
@@ -76,7 +76,7 @@ fn point<P: Point>(kind: &str, i: usize, random: &mut Lcg) -> P {
 
 pub(crate) fn set<P: Point>(kind: &str, n: usize, seed: u64) -> Vec<P> {
     let mut random = Lcg(seed);
-    // What a squeezed coordinate may get is a minus zero, which is not in the order of coordinates.
+    // Compression may produce a minus zero, which the order of coordinates excludes.
     let points = (0..n).map(|i| each(point::<P>(kind, i, &mut random), |_, x| x + 0.0)).collect();
     let mut points = distinct(points);
     random.shuffle(&mut points);
@@ -113,7 +113,7 @@ fn nasty_points_of_the_plane_agree_with_the_oracle() {
 fn holds_after_every_insertion<P: Point>(n: usize) {
     for kind in KINDS {
         let points = set::<P>(kind, n, 9);
-        // The first points that span a cell; whatever they leave out comes later.
+        // The first points that span a cell; the skipped points are inserted later.
         let least = (1..n).find(|&k| Incremental::build(points[..k].to_vec(), None).is_ok()).unwrap();
         let mut dt = Incremental::build(points[..least].to_vec(), None).unwrap();
         for (k, &p) in points.iter().enumerate().skip(least) {
@@ -134,7 +134,7 @@ fn the_plane_is_sound_after_every_insertion() {
     holds_after_every_insertion::<DVec2>(60);
 }
 
-/// A batch gives what one by one does, and finds what is there already.
+/// A batch has the same result as single insertions, and finds existing vertices.
 #[test]
 fn batches_are_added_along_the_curve() {
     for kind in KINDS {
@@ -155,7 +155,7 @@ fn batches_are_added_along_the_curve() {
     }
 }
 
-/// Points outside the frame of the first ones: their spheres may not be known, but their cells are.
+/// Points outside the frame of the first ones: their spheres may be unknown, but their cells are correct.
 #[test]
 fn points_far_outside_the_frame_are_added() {
     let mut points = set::<DVec3>("random", 40, 1);

@@ -1,5 +1,5 @@
-//! The same triangulation by the plainest means: every cell is asked for every point, by the exact
-//! predicates alone, and borders are found by sorting. It shares no line with the kernel.
+//! The same triangulation by the simplest algorithm. Every cell is tested against every point by the exact predicates
+//! alone, and sorting finds the boundary of a cavity. It shares no code with the kernel.
 
 use crate::complex::INFINITE;
 use crate::point::Point;
@@ -12,7 +12,7 @@ use super::*;
 
 type Corners = Vec<u32>;
 
-/// The finite cells, vertices sorted, in order. Empty for points that span no cell.
+/// The finite cells in ascending order, with sorted vertices. Empty if the points span no cell.
 pub(super) fn cells<P: Point>(points: &[P]) -> Vec<Corners> {
     let Some(first) = first_cell(points) else { return Vec::new() };
     let mut cells = vec![first.clone()];
@@ -61,14 +61,14 @@ fn corners<P: Point>(points: &[P], cell: &[u32]) -> Vec<P> {
 
 fn add<P: Point>(points: &[P], cells: &mut Vec<Corners>, q: u32) {
     let inside: Vec<bool> = cells.iter().map(|cell| is_in_conflict(points, cells, cell, q)).collect();
-    // A facet of the border is that of one removed cell.
-    let mut border: BTreeMap<Corners, (usize, Corners)> = BTreeMap::new();
+    // A boundary facet belongs to exactly one removed cell.
+    let mut boundary: BTreeMap<Corners, (usize, Corners)> = BTreeMap::new();
     for (cell, _) in cells.iter().zip(&inside).filter(|(_, inside)| **inside) {
         for slot in 0..=P::DIM {
             let mut facet = cell.clone();
             facet.remove(slot);
             facet.sort_unstable();
-            let entry = border.entry(facet).or_insert((0, replaced(cell, slot, q)));
+            let entry = boundary.entry(facet).or_insert((0, replaced(cell, slot, q)));
             entry.0 += 1;
         }
     }
@@ -77,7 +77,7 @@ fn add<P: Point>(points: &[P], cells: &mut Vec<Corners>, q: u32) {
         at += 1;
         !inside[at - 1]
     });
-    cells.extend(border.into_values().filter(|(count, _)| *count == 1).map(|(_, cell)| cell));
+    cells.extend(boundary.into_values().filter(|(count, _)| *count == 1).map(|(_, cell)| cell));
 }
 
 fn is_in_conflict<P: Point>(points: &[P], cells: &[Corners], cell: &[u32], q: u32) -> bool {

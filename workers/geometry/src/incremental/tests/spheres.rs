@@ -1,4 +1,4 @@
-//! Rounded spheres against the exact predicate, where points are all but on them.
+//! Rounded spheres compared with the exact predicate, for points almost on them.
 
 use super::super::cells::Cell;
 use super::super::sphere::NO_SPHERE;
@@ -9,11 +9,11 @@ use crate::point::Simplex;
 use crate::predicates::Sign;
 use crate::predicates::orientation;
 
-/// What the spheres said of so many points.
+/// Counts of the decisions of spheres.
 #[derive(Debug, Default)]
 struct Said {
     decided: usize,
-    /// Not decided, although rounding alone would have said something wrong.
+    /// Undecided, where rounding without a bound would have been wrong.
     saved: usize,
     asked: usize,
 }
@@ -39,7 +39,7 @@ fn ask<P: Point>(random: &mut Lcg, offset: f64, size: f64, off: f64, said: &mut 
         return;
     }
     let cell = Cell::new(sphere, P::Cell::splat(0), P::Cell::splat(0));
-    // On the sphere, as far as its centre is known, then off it by a part `off` of the radius.
+    // On the sphere, as accurately as its centre is known, then moved off it by `off` times the radius.
     let (centre, _) = frame.ball(&sphere).unwrap();
     let rel = point(random) - P::splat(offset);
     let radius = crate::point::dist2(centre, corners[0]).sqrt();
@@ -62,7 +62,7 @@ fn no_decided_sign_is_wrong<P: Point>() {
     let mut random = Lcg(77);
     for offset in [0.0, 1e-3, 0.7, 40.0] {
         for size in [1.0, 1e-2, 1e-4, 1e-7] {
-            // Errors are in proportion to the distance from the origin, in parts of the radius.
+            // Errors are proportional to the distance from the origin, relative to the radius.
             let scale = 1.2e-7 * (1.0 + offset / size);
             for off in [0.1, 1.0, 4.0, 20.0, 1000.0] {
                 let mut said = Said::default();
@@ -88,7 +88,7 @@ fn circles_of_the_plane_decide_nothing_wrong() {
     no_decided_sign_is_wrong::<DVec2>();
 }
 
-/// However fine a set is, its cells have spheres.
+/// Cells have spheres even in very fine sets.
 #[test]
 fn fine_sets_have_spheres() {
     for size in [1.0, 1e-3, 1e-6, 1e-9] {
@@ -104,9 +104,9 @@ fn fine_sets_have_spheres() {
     }
 }
 
-/// Whatever radius a limit lets through is within its distance, and it lets nearly all of them through; at any scale, and of
-/// cells that are far smaller than the set.
-fn limits_are_below_and_near<P: Point>() {
+/// Every radius below a threshold satisfies the distance, and the threshold admits nearly all such radii. This holds at
+/// any scale, and for cells far smaller than the set.
+fn check_radius_thresholds<P: Point>() {
     let mut random = Lcg(19);
     for size in [1e-300, 1e-20, 1.0, 1e20, 1e300] {
         let mut draw = || P::from_coords(&[0; 3].map(|_: i32| random.unit() * size)[..P::DIM]);
@@ -120,7 +120,7 @@ fn limits_are_below_and_near<P: Point>() {
             let holds = |part: f64| radius <= dt.radius_within(across * part);
             if across.is_nan() {
                 assert!(radius.is_nan());
-                // It is below no limit.
+                // No threshold admits it.
                 assert!([0.5, 1.0].iter().all(|&part| !holds(part)));
                 continue;
             }
@@ -141,7 +141,7 @@ fn limits_are_below_and_near<P: Point>() {
 }
 
 #[test]
-fn limits_of_radii_are_below_and_near() {
-    limits_are_below_and_near::<DVec3>();
-    limits_are_below_and_near::<DVec2>();
+fn radius_thresholds_are_valid_and_tight() {
+    check_radius_thresholds::<DVec3>();
+    check_radius_thresholds::<DVec2>();
 }

@@ -1,11 +1,11 @@
-//! The bounds of the filter, where they are closest to being wrong.
+//! The error bounds of the filter, near their limits.
 
 use glam::{DVec2, DVec3};
 
 use super::samples::{Kind, Samples};
 use super::*;
 
-/// Calls near zero, and how many of their signs a filter with a bound `scale` times as large gets wrong.
+/// Counts the signs that a filter gets wrong if its bound is multiplied by `scale`, for determinants near zero.
 fn wrong<P: Point>(calls: usize, scale: f64) -> (usize, usize) {
     let mut samples = Samples::new(3);
     let mut wrong = (0, 0);
@@ -29,7 +29,7 @@ fn no_sign_beyond_the_bound_is_wrong() {
     assert_eq!(wrong::<DVec2>(60_000, 1.0), (0, 0));
 }
 
-/// The calls above can tell a wrong bound: a much smaller one is caught.
+/// These calls detect a wrong bound: a much smaller bound fails.
 #[test]
 fn a_bound_too_small_would_show() {
     let (orientations, in_spheres) = wrong::<DVec3>(4_000, 1.0 / 256.0);
@@ -38,7 +38,7 @@ fn a_bound_too_small_would_show() {
     assert!(orientations > 0 && in_spheres > 0, "{orientations} {in_spheres}");
 }
 
-/// The bound follows the call: near a corner of a graded set the filter decides as it does elsewhere.
+/// The bound depends on the call: near a corner of a graded set, the filter decides as often as elsewhere.
 #[test]
 fn graded_calls_keep_the_filter() {
     let mut samples = Samples::new(9);

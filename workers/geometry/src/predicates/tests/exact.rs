@@ -1,11 +1,11 @@
-//! The determinants by definition, in big integers: no form, bound or unit of the stages.
+//! The determinants by definition, in big integers, without the forms, bounds and units of the stages.
 
 use num_bigint::{BigInt, Sign as BigSign};
 
 use crate::point::{Point, lex_cmp};
 use crate::predicates::Sign;
 
-/// `x` in units of the smallest double, less `2^below` of them to save time.
+/// Converts `x` to units of the smallest double times `2^below`, which saves time.
 fn big(x: f64, below: i64) -> BigInt {
     let bits = x.to_bits();
     let exponent = i64::from((bits >> 52) as u32 & 0x7ff);
@@ -78,7 +78,7 @@ pub fn replaced<P: Point>(cell: &[P], i: usize, q: P) -> Vec<P> {
     cell
 }
 
-/// The perturbed test, word for word from the module's statement.
+/// The perturbed test, literally as in the statement of the module.
 pub fn conflicts<P: Point>(cell: &[P], q: P) -> bool {
     match in_sphere(cell, q) {
         Sign::Positive => return true,

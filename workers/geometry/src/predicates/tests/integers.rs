@@ -1,4 +1,4 @@
-//! Integers of fixed width: arithmetic, and determinants at the ends of their widths.
+//! Integers of fixed width: arithmetic, and determinants at the limits of their widths.
 
 use glam::{DVec2, DVec3};
 use num_bigint::BigInt;
@@ -14,7 +14,7 @@ fn big<const N: usize>(x: Int<N>) -> BigInt {
     BigInt::from_signed_bytes_le(&limbs)
 }
 
-/// Limbs that are random, or at the ends.
+/// Limbs that are random or extreme.
 fn limbs<const N: usize>(samples: &mut Samples) -> Int<N> {
     Int([0; N].map(|_| match samples.below(6) {
         0 => 0,
@@ -63,7 +63,7 @@ fn arithmetic_agrees_with_big_integers() {
     }
 }
 
-/// A difference of `bits` bits: most often as large as they come.
+/// A difference of `bits` bits, most often the largest one.
 fn difference<const D: usize>(samples: &mut Samples, bits: u32) -> (Int<D>, BigInt) {
     let top = (BigInt::from(1) << bits) - 1;
     let size = match samples.below(4) {
@@ -97,7 +97,7 @@ fn check_determinants<P: Point, const D: usize>(bits: u32, conflict: fn(&[Row<D>
         largest = largest.max(det.bits());
         assert_eq!(conflict(&rows).det, exact::sign_of(&det), "{rows:?}");
     }
-    // The widths are used: only the factor 72 (12) is not reached.
+    // The bounds are nearly attained: only the factor 72 (12) is not.
     assert!(largest > u64::from(bits) * (P::DIM as u64 + 2), "{largest}");
 }
 

@@ -1,4 +1,4 @@
-//! The predicates: conventions here, signs against big integers in the modules.
+//! The predicates: conventions in this module, signs compared with big integers in its submodules.
 
 mod bounds;
 mod exact;
@@ -23,7 +23,7 @@ fn orientation_follows_the_file_convention() {
 
 #[test]
 fn ties_are_antisymmetric_across_a_facet() {
-    // Square corners are cocircular: exactly one diagonal must win, seen from either side.
+    // The corners of a square are cocircular. Exactly one diagonal must be Delaunay, seen from either side.
     let (a, b, c, d) = (DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y);
     let first = in_sphere(&[a, b, c], d);
     let second = in_sphere(&[a, c, d], b);

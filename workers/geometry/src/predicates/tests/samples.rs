@@ -1,4 +1,4 @@
-//! Calls that are hard in different ways. Each is a cell and a query, as `DIM + 2` points.
+//! Calls that are difficult in different ways. Each is a cell and a query, as `DIM + 2` points.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -12,11 +12,11 @@ use crate::range::{HIGHEST, LOWEST};
 pub enum Kind {
     /// Random in the unit cube.
     Random,
-    /// On a sphere, rounded, and moved by up to two places each.
+    /// On a sphere, rounded, and moved by up to two units in the last place of each coordinate.
     Cospherical,
-    /// On a plane (a line), rounded, and moved by up to two places each.
+    /// On a plane (a line), rounded, and moved by up to two units in the last place of each coordinate.
     Coplanar,
-    /// Integers below a few.
+    /// Small integers.
     Grid,
     /// Integers of up to 20 bits, far from the origin.
     FarGrid,
@@ -24,11 +24,11 @@ pub enum Kind {
     Decimal,
     /// Numbers of 24 bits.
     Single,
-    /// Near each other, at exponents spread over many places.
+    /// Near each other, with exponents spread over many values.
     Spread,
-    /// Any exponent that the range admits.
+    /// Any exponents that the range admits.
     Wild,
-    /// A few units of the lowest bit that the range admits.
+    /// Small multiples of the lowest bit that the range admits.
     Lowest,
     /// Cospherical at the top of the range.
     Highest,
@@ -91,7 +91,7 @@ impl Samples {
         }
     }
 
-    /// Every coordinate moved by up to two places.
+    /// Moves every coordinate by up to two units in the last place.
     fn nudged<P: Point>(&mut self, mut p: P) -> P {
         for i in 0..P::DIM {
             for _ in 0..self.below(3) {
@@ -117,7 +117,7 @@ impl Samples {
             Kind::Random => (0..n).map(|_| self.point(Self::unit)).collect(),
             Kind::Cospherical | Kind::Highest => {
                 let centre: P = self.point(Self::unit);
-                // Small spheres far from the origin have few digits, large ones many.
+                // Small spheres far from the origin have few digits; large ones have many.
                 let radius = two_to(-(self.below(20) as i32));
                 let factor = if kind == Kind::Highest { two_to(HIGHEST - 2) } else { 1.0 };
                 let scaled = |p: P| p * factor;
@@ -130,7 +130,7 @@ impl Samples {
             }
             Kind::Coplanar => {
                 let (o, u, v): (P, P, P) = (self.point(Self::unit), self.direction(), self.direction());
-                // In the plane: on a line.
+                // In the plane, the points are collinear.
                 let v = if P::DIM == 2 { u } else { v };
                 (0..n)
                     .map(|_| {
@@ -165,7 +165,7 @@ impl Samples {
         }
     }
 
-    /// A cell and a query of distinct points; the cell is positive if it is not flat.
+    /// Returns a cell and a query of distinct points. The cell is positive unless it is flat.
     pub fn call<P: Point>(&mut self, kind: Kind) -> (Vec<P>, P) {
         loop {
             let mut cell: Vec<P> = self.points(kind);

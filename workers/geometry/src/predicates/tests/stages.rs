@@ -1,4 +1,4 @@
-//! Every stage by itself, and all of them together, against big integers.
+//! Each stage alone, and all stages together, compared with big integers.
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ fn all<P: Point>(cell: &[P], q: P) -> Vec<P> {
     points
 }
 
-/// How many calls each stage could decide: filter, exact doubles, narrow, single, double, expansion.
+/// Number of calls that each stage could decide: filter, exact doubles, narrow, single, double, expansion.
 type Decided = [usize; 6];
 
 fn check_orientation<P: Point>(cell: &[P], decided: &mut Decided) {
@@ -108,7 +108,7 @@ fn check_integers<P: Point>(cell: &[P], q: P, reach: f64, expected: Signs, decid
     }
 }
 
-/// What a kind must at least give to a stage, in one of the two dimensions, for the test to mean something.
+/// The minimum number of calls that a kind must supply to a stage, in one of the dimensions, for a meaningful test.
 fn check_kind<P: Point>(kind: Kind, calls: usize) -> (Decided, Decided) {
     let mut samples = Samples::new(11);
     let (mut orientations, mut in_spheres) = ([0; 6], [0; 6]);
@@ -177,7 +177,7 @@ fn scaled_sets_keep_their_signs() {
     }
 }
 
-/// A coordinate as a significand of few or many bits, at an exponent.
+/// A coordinate with a significand of few or many bits, and an exponent.
 fn coordinate() -> impl Strategy<Value = f64> {
     let bits = prop_oneof![Just(1u32), 2..12u32, Just(24), Just(53)];
     (any::<i64>(), bits, -60..60i32).prop_map(|(digits, bits, e)| (digits >> (64 - bits)) as f64 * two_to(e))

@@ -1,11 +1,11 @@
-//! The perturbation: one consistent order of heights, seen from every cell.
+//! The perturbation: one consistent order of heights for all cells.
 
 use glam::{DVec2, DVec3};
 
 use super::samples::{Kind, Samples};
 use super::*;
 
-/// Seen from each of `DIM + 2` points in turn, the perturbed determinant of all has one sign.
+/// The perturbed determinant of `DIM + 2` points has the same sign from the view of each point.
 fn check_consistency<P: Point>(kind: Kind, calls: usize) -> usize {
     let mut samples = Samples::new(17);
     let mut ties = 0;
@@ -25,7 +25,7 @@ fn check_consistency<P: Point>(kind: Kind, calls: usize) -> usize {
             }
             ties += usize::from(exact::in_sphere(&cell, query) == Sign::Zero);
             let inside = in_sphere(&cell, query);
-            // Taking out the i-th row and turning the cell round each change the sign.
+            // Removing row i and reversing the orientation of the cell each change the sign.
             let side = inside ^ (sign == Sign::Negative) ^ (i % 2 == 1);
             assert_eq!(*seen.get_or_insert(side), side, "{points:?} from {i}");
         }
@@ -43,12 +43,12 @@ fn every_facet_of_a_tie_gives_the_same_answer() {
     check_consistency::<DVec2>(Kind::Cospherical, 500);
 }
 
-/// Ties of points too wide for integers take the last stage.
+/// The last stage decides ties of points that are too wide for integers.
 #[test]
 fn ties_of_the_last_stage_are_the_same() {
     let mut samples = Samples::new(23);
     for _ in 0..300 {
-        // A grid with one axis squeezed flat is no grid of cubes, but its mirror images are cospherical.
+        // A grid with one compressed axis is not a cubic grid, but mirror images in it are cospherical.
         let wide = super::samples::two_to(120);
         let far = 1.0 + samples.below(9) as f64 / 16.0;
         let (a, b) = (DVec3::new(far, 0.0, 0.0) * wide, DVec3::new(0.0, far, 0.0) * wide);

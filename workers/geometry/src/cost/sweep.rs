@@ -1,0 +1,77 @@
+//! Vector steps whose items are found by a traversal.
+//!
+//! **Statement.** A [`Sweep`] counts the items of one vector step while the caller visits them. It costs nothing until
+//! it is charged by [`Cost::charge_sweep`](super::Cost::charge_sweep),
+//! [`Cost::charge_nested_sweep`](super::Cost::charge_nested_sweep) or
+//! [`Cost::charge_delivery`](super::Cost::charge_delivery).
+
+use crate::coordinate_arrays::CoordinateArrays;
+use crate::kd_blocks::KdBlocks;
+use crate::point::Point;
+use crate::selection::NeighbourList;
+
+/// Counts the items of a vector step one by one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sweep {
+    items: u64,
+}
+
+impl Sweep {
+    /// Counts one item.
+    #[inline]
+    pub fn visit(&mut self) {
+        self.items += 1;
+    }
+
+    /// Counts `lanes` items that are processed together, in the lanes of vector registers.
+    #[inline]
+    pub fn visit_lanes(&mut self, lanes: usize) {
+        self.items += lanes as u64;
+    }
+
+    /// Processes all items of a slice.
+    #[inline]
+    pub fn each<T>(&mut self, items: &[T], f: impl FnMut(&T)) {
+        self.items += items.len() as u64;
+        items.iter().for_each(f);
+    }
+
+    /// Processes the distances of a point to all points of a range: see [`CoordinateArrays::each_within`].
+    #[inline]
+    pub fn each_distance<P: Point>(
+        &mut self,
+        points: &CoordinateArrays<P>,
+        range: std::ops::Range<usize>,
+        centre: P,
+        limit2: f64,
+        near: impl FnMut(usize, f64) -> f64,
+    ) {
+        self.items += range.len() as u64;
+        points.each_within(range, centre, limit2, near);
+    }
+
+    /// Finds the points within the limit of a centre (`KdBlocks::find_within`). The machine tests all points in one
+    /// step, so all are charged. A processor tests only the points of blocks within the limit.
+    #[inline]
+    pub fn each_in_blocks<P: Point>(
+        &mut self,
+        blocks: &KdBlocks<P>,
+        centre: P,
+        limit2: f64,
+        start: u32,
+        found: &mut NeighbourList,
+    ) {
+        self.items += blocks.len() as u64;
+        blocks.find_within(centre, limit2, start, found);
+    }
+
+    /// Number of items so far.
+    pub fn items(&self) -> u64 {
+        self.items
+    }
+
+    /// Adds the items of another share of the same step.
+    pub fn join(&mut self, other: &Sweep) {
+        self.items += other.items;
+    }
+}
