@@ -8,7 +8,7 @@
 use septet_geometry::range::scale;
 
 use crate::contact::contacts;
-use crate::defect::{Defect, Misplaced, Piece};
+use crate::defect::{Defect, Element, Misplaced};
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
 use crate::input::{Input, Kind};
@@ -32,7 +32,7 @@ pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>>
     }
     let sides = Sides::new(&simplices).map_err(|undecided| {
         let at = simplices.place(simplices.walls[undecided.0 as usize].as_ref()[0]);
-        vec![Defect::TooThin { piece: simplices.piece(undecided.0), at }]
+        vec![Defect::TooThin { element: simplices.element(undecided.0), at }]
     })?;
     let components = components(input, &simplices, &sides)?;
     Ok(Domain::new(input, simplices, sides, components))
@@ -53,20 +53,24 @@ fn components<P: Triangulate>(
         })
         .collect();
     let mut defects = Vec::new();
-    let mut component_of = |at: P, piece: Piece| {
+    let mut component_of = |at: P, element: Element| {
         let at = scale(at, simplices.exponent);
         let place = match sides.locate(&simplices.points, at) {
             Some(Location::Component(0)) => Misplaced::Outside,
             Some(Location::Component(c)) => return Some(c as usize),
             Some(Location::Wall(_)) | None => Misplaced::OnBoundary,
         };
-        defects.push(Defect::Misplaced { piece, place, at: simplices.at(at) });
+        defects.push(Defect::Misplaced { element, place, at: simplices.at(at) });
         None
     };
     let holes: Vec<_> =
-        input.holes.iter().enumerate().map(|(i, &h)| component_of(h, Piece::Hole(i as u32))).collect();
-    let regions: Vec<_> =
-        input.regions.iter().enumerate().map(|(i, r)| component_of(r.at, Piece::Region(i as u32))).collect();
+        input.holes.iter().enumerate().map(|(i, &h)| component_of(h, Element::Hole(i as u32))).collect();
+    let regions: Vec<_> = input
+        .regions
+        .iter()
+        .enumerate()
+        .map(|(i, r)| component_of(r.at, Element::Region(i as u32)))
+        .collect();
     for hole in holes.into_iter().flatten() {
         components[hole].inside = false;
     }
@@ -75,8 +79,8 @@ fn components<P: Triangulate>(
         let at = simplices.at(scale(input.regions[i].at, simplices.exponent));
         match components[c].region {
             _ if !components[c].inside => {
-                let piece = Piece::Region(i as u32);
-                defects.push(Defect::Misplaced { piece, place: Misplaced::InHole, at });
+                let element = Element::Region(i as u32);
+                defects.push(Defect::Misplaced { element, place: Misplaced::InHole, at });
             }
             Some(first) => defects.push(Defect::SharedComponent { regions: [first, i as u32], at }),
             None => components[c].region = Some(i as u32),

@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::bvh::{Bounds, Bvh};
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::facet::wall_edges;
 use crate::resolve::{Part, Simplices};
 use crate::space::{Space, edges_overlap};
@@ -25,9 +25,9 @@ pub fn contacts<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
         search.parts_and_parts();
     }
     let mut defects = doubled(simplices);
-    defects.extend(search.found.into_iter().map(|(pieces, b)| {
+    defects.extend(search.found.into_iter().map(|(elements, b)| {
         let at = simplices.at((b.low + b.high) * 0.5);
-        Defect::Intersect { pieces, at }
+        Defect::Intersect { elements, at }
     }));
     defects
 }
@@ -36,7 +36,7 @@ struct Search<'a, P: Space> {
     simplices: &'a Simplices<P>,
     /// All edges, each with its walls.
     edges: BTreeMap<[u32; 2], Vec<u32>>,
-    found: BTreeMap<[Piece; 2], Bounds<P>>,
+    found: BTreeMap<[Element; 2], Bounds<P>>,
 }
 
 impl<P: Space> Search<'_, P> {
@@ -61,24 +61,24 @@ impl<P: Space> Search<'_, P> {
                 &self.simplices.bounds(&edge),
                 &self.simplices.bounds(self.simplices.walls[wall as usize].as_ref()),
             );
-            let other = self.simplices.piece(wall);
-            let mut pieces: Vec<Piece> = owners.iter().map(|&w| self.simplices.piece(w)).collect();
+            let other = self.simplices.element(wall);
+            let mut elements: Vec<Element> = owners.iter().map(|&w| self.simplices.element(w)).collect();
             if owners.is_empty() {
-                pieces.extend(self.segment(edge));
+                elements.extend(self.segment(edge));
             }
-            for piece in pieces {
-                self.add(piece, other, bounds);
+            for element in elements {
+                self.add(element, other, bounds);
             }
         }
     }
 
     /// The segment of the input that an edge is part of.
-    fn segment(&self, edge: [u32; 2]) -> Option<Piece> {
+    fn segment(&self, edge: [u32; 2]) -> Option<Element> {
         let i = self.simplices.parts.binary_search_by_key(&edge, |p| p.ends).ok()?;
-        self.simplices.parts[i].of.first().map(|&of| Piece::Segment(of))
+        self.simplices.parts[i].of.first().map(|&of| Element::Segment(of))
     }
 
-    fn add(&mut self, a: Piece, b: Piece, bounds: Bounds<P>) {
+    fn add(&mut self, a: Element, b: Element, bounds: Bounds<P>) {
         self.found.entry([a.min(b), a.max(b)]).or_insert(bounds);
     }
 
@@ -120,7 +120,7 @@ impl<P: Space> Search<'_, P> {
             }
         }
         for (a, b, bounds) in hits {
-            self.add(Piece::Segment(a), Piece::Segment(b), bounds);
+            self.add(Element::Segment(a), Element::Segment(b), bounds);
         }
     }
 
@@ -157,9 +157,9 @@ fn doubled<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
     let mut found = BTreeMap::new();
     for (vertices, walls) in &by_vertices {
         for pair in walls.windows(2) {
-            let pieces = [simplices.piece(pair[0]), simplices.piece(pair[1])];
-            found.entry(pieces).or_insert_with(|| simplices.place(vertices[0]));
+            let elements = [simplices.element(pair[0]), simplices.element(pair[1])];
+            found.entry(elements).or_insert_with(|| simplices.place(vertices[0]));
         }
     }
-    found.into_iter().map(|(pieces, at)| Defect::Doubled { pieces, at }).collect()
+    found.into_iter().map(|(elements, at)| Defect::Doubled { elements, at }).collect()
 }

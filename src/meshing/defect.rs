@@ -15,7 +15,7 @@ use std::fmt;
 
 /// A piece of the input, by its position there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Piece {
+pub enum Element {
     /// A point.
     Point(u32),
     /// An edge between two points: a listed segment, or an edge of a facet's polygon.
@@ -28,16 +28,16 @@ pub enum Piece {
     Region(u32),
 }
 
-impl Piece {
+impl Element {
     /// The piece in the numbering of a file that counts from `first_id`.
     pub fn in_file(self, first_id: u64) -> String {
         let id = |position: u32| u64::from(position) + first_id;
         match self {
-            Piece::Point(i) => format!("point {}", id(i)),
-            Piece::Segment([a, b]) => format!("segment {}-{}", id(a), id(b)),
-            Piece::Facet(i) => format!("facet {}", id(i)),
-            Piece::Hole(i) => format!("hole point {}", id(i)),
-            Piece::Region(i) => format!("region {}", id(i)),
+            Element::Point(i) => format!("point {}", id(i)),
+            Element::Segment([a, b]) => format!("segment {}-{}", id(a), id(b)),
+            Element::Facet(i) => format!("facet {}", id(i)),
+            Element::Hole(i) => format!("hole point {}", id(i)),
+            Element::Region(i) => format!("region {}", id(i)),
         }
     }
 }
@@ -78,7 +78,7 @@ pub enum Defect {
     /// A piece names a point that is not there.
     NoSuchPoint {
         /// The piece.
-        piece: Piece,
+        element: Element,
         /// The position it names.
         named: u64,
         /// How many points there are.
@@ -94,7 +94,7 @@ pub enum Defect {
     /// A segment with both ends in one point, or a facet without area.
     Degenerate {
         /// The piece.
-        piece: Piece,
+        element: Element,
         /// A corner of it.
         at: At,
     },
@@ -121,14 +121,14 @@ pub enum Defect {
     /// Two pieces cover the same place.
     Doubled {
         /// The pieces; the same facet twice if its polygons cover it twice.
-        pieces: [Piece; 2],
+        elements: [Element; 2],
         /// Where.
         at: At,
     },
     /// Two pieces meet elsewhere than in common vertices and edges.
     Intersect {
         /// The pieces.
-        pieces: [Piece; 2],
+        elements: [Element; 2],
         /// About where.
         at: At,
     },
@@ -162,7 +162,7 @@ pub enum Defect {
     /// A piece that a surface must not have.
     Dangling {
         /// The piece.
-        piece: Piece,
+        element: Element,
         /// Where.
         at: At,
     },
@@ -171,7 +171,7 @@ pub enum Defect {
     /// A hole point or region point where it must not be.
     Misplaced {
         /// The hole or region.
-        piece: Piece,
+        element: Element,
         /// Where it is.
         place: Misplaced,
         /// Its coordinates.
@@ -180,7 +180,7 @@ pub enum Defect {
     /// A shell so thin that its inside cannot be told from its outside.
     TooThin {
         /// A facet or segment of it.
-        piece: Piece,
+        element: Element,
         /// Where.
         at: At,
     },
@@ -206,15 +206,15 @@ impl Defect {
             Defect::Range(_) => "coordinates out of range",
             Defect::NoSuchPoint { .. } => "index out of range",
             Defect::Duplicate { .. } => "duplicate points",
-            Defect::Degenerate { .. } => "degenerate piece",
+            Defect::Degenerate { .. } => "degenerate element",
             Defect::NotPlanar { .. } => "facet not planar",
             Defect::FacetHole { .. } => "misplaced hole point of a facet",
-            Defect::Doubled { .. } => "doubled piece",
+            Defect::Doubled { .. } => "doubled element",
             Defect::Intersect { .. } => "intersection",
             Defect::OpenEdge { .. } => "open edge",
             Defect::NonManifoldEdge { .. } => "edge not manifold",
             Defect::NonManifoldVertex { .. } => "vertex not manifold",
-            Defect::Dangling { .. } => "dangling piece",
+            Defect::Dangling { .. } => "dangling element",
             Defect::Unclosed => "nothing enclosed",
             Defect::Misplaced { .. } => "misplaced hole or region point",
             Defect::TooThin { .. } => "thin shell",
@@ -241,8 +241,8 @@ impl InFile<'_> {
         u64::from(position) + self.first_id
     }
 
-    fn piece(&self, piece: Piece) -> String {
-        piece.in_file(self.first_id)
+    fn element(&self, element: Element) -> String {
+        element.in_file(self.first_id)
     }
 
     fn list(&self, ids: &[u32]) -> String {
@@ -255,18 +255,18 @@ impl fmt::Display for InFile<'_> {
         match self.defect {
             Defect::Empty => write!(f, "no facets and no segments: a domain needs a boundary"),
             Defect::Range(text) => f.write_str(text),
-            Defect::NoSuchPoint { piece, named, count } => write!(
+            Defect::NoSuchPoint { element, named, count } => write!(
                 f,
                 "{} names point {}, but there are {count} points",
-                self.piece(*piece),
+                self.element(*element),
                 named + self.first_id
             ),
             Defect::Duplicate { points, at } => {
                 write!(f, "points {} have the same coordinates {at}", self.list(points))
             }
-            Defect::Degenerate { piece, at } => {
-                let lacks = if matches!(piece, Piece::Segment(_)) { "length" } else { "area" };
-                write!(f, "{} has no {lacks}, at {at}", self.piece(*piece))
+            Defect::Degenerate { element, at } => {
+                let lacks = if matches!(element, Element::Segment(_)) { "length" } else { "area" };
+                write!(f, "{} has no {lacks}, at {at}", self.element(*element))
             }
             Defect::NotPlanar { facet, point, distance, at } => write!(
                 f,
@@ -280,11 +280,11 @@ impl fmt::Display for InFile<'_> {
                 self.id(*hole),
                 self.id(*facet)
             ),
-            Defect::Doubled { pieces: [a, b], at } => {
-                write!(f, "{} and {} cover the same place, at {at}", self.piece(*a), self.piece(*b))
+            Defect::Doubled { elements: [a, b], at } => {
+                write!(f, "{} and {} cover the same place, at {at}", self.element(*a), self.element(*b))
             }
-            Defect::Intersect { pieces: [a, b], at } => {
-                write!(f, "{} and {} intersect, near {at}", self.piece(*a), self.piece(*b))
+            Defect::Intersect { elements: [a, b], at } => {
+                write!(f, "{} and {} intersect, near {at}", self.element(*a), self.element(*b))
             }
             _ => self.surface(f),
         }
@@ -313,20 +313,20 @@ impl InFile<'_> {
             Defect::NonManifoldVertex { point, fans, at } => {
                 write!(f, "point {} at {at} joins {fans} fans of facets", self.id(*point))
             }
-            Defect::Dangling { piece, at } => {
-                write!(f, "{} at {at} dangles from a closed surface", self.piece(*piece))
+            Defect::Dangling { element, at } => {
+                write!(f, "{} at {at} dangles from a closed surface", self.element(*element))
             }
             Defect::Unclosed => write!(f, "the facets and segments enclose nothing that is not a hole"),
-            Defect::Misplaced { piece, place, at } => {
+            Defect::Misplaced { element, place, at } => {
                 let place = match place {
                     Misplaced::OnBoundary => "lies on a segment or facet",
                     Misplaced::Outside => "lies outside of the domain",
                     Misplaced::InHole => "lies in a hole",
                 };
-                write!(f, "{} at {at} {place}", self.piece(*piece))
+                write!(f, "{} at {at} {place}", self.element(*element))
             }
-            Defect::TooThin { piece, at } => {
-                write!(f, "{} at {at} belongs to a shell too thin to have an inside", self.piece(*piece))
+            Defect::TooThin { element, at } => {
+                write!(f, "{} at {at} belongs to a shell too thin to have an inside", self.element(*element))
             }
             Defect::SharedComponent { regions: [a, b], at } => write!(
                 f,

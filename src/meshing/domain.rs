@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::predicates::{Sign, orientation};
 
-use crate::defect::Piece;
+use crate::defect::Element;
 use crate::facet::wall_edges;
 use crate::input::{Input, Kind, Region};
 use crate::resolve::Simplices;
@@ -102,7 +102,7 @@ pub struct Domain<P: Space> {
     /// The regions of the input.
     pub regions: Vec<Region<P>>,
     /// Pieces of the input that lie outside the domain or in its holes and bound nothing.
-    pub left_out: Vec<Piece>,
+    pub left_out: Vec<Element>,
 }
 
 impl<P: Space> Domain<P> {
@@ -151,7 +151,7 @@ impl<P: Space> Domain<P> {
 
     /// Has the wall a part of the domain beside it?
     pub fn bounds_inside(&self, wall: u32) -> bool {
-        self.sides.beside(wall).iter().any(|&c| self.components[c as usize].inside)
+        self.sides.components_at(wall).iter().any(|&c| self.components[c as usize].inside)
     }
 
     /// The facet group of every wall: joined where a surface is flat.
@@ -318,14 +318,14 @@ impl<P: Space> Domain<P> {
     fn note_left_out(&mut self, live: &[bool]) {
         let mut out = BTreeSet::new();
         for wall in (0..live.len() as u32).filter(|&w| !live[w as usize]) {
-            out.insert(self.simplices.piece(wall));
+            out.insert(self.simplices.element(wall));
         }
         if P::DIM == 3 {
             let edges = wall_edges::<P>(self.walls());
             let kept: BTreeSet<[u32; 2]> = self.segments.iter().map(Segment::ends).collect();
             for part in self.simplices.parts.iter().filter(|p| !edges.contains_key(&p.ends)) {
                 if !kept.contains(&part.ends) {
-                    out.insert(Piece::Segment(part.of[0]));
+                    out.insert(Element::Segment(part.of[0]));
                 }
             }
         }

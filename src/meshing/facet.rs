@@ -13,7 +13,7 @@ use septet_geometry::predicates::{Sign, orientation};
 use septet_geometry::range::scale;
 
 use crate::bvh::{Bounds, Bvh};
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::input::{Input, Kind};
 use crate::planar::Planar;
 use crate::simplices::{Outline, Simplices};
@@ -80,7 +80,7 @@ impl Triangulate for DVec3 {
         let p = |v: u32| simplices.points[v as usize];
         let Some(plane) = plane(&corners, simplices) else {
             let at = simplices.place(corners.first().copied()?);
-            defects.push(Defect::Degenerate { piece: Piece::Facet(facet), at });
+            defects.push(Defect::Degenerate { element: Element::Facet(facet), at });
             return None;
         };
         let [a, b, c] = plane.map(p);
@@ -129,7 +129,7 @@ fn segments_only(
     defects: &mut Vec<Defect>,
 ) -> Outline {
     for l in loops.iter().filter(|l| l.len() == 2 && l[0] == l[1]) {
-        defects.push(Defect::Degenerate { piece: Piece::Facet(facet), at: simplices.place(l[0]) });
+        defects.push(Defect::Degenerate { element: Element::Facet(facet), at: simplices.place(l[0]) });
     }
     Outline { loops, plane: None }
 }

@@ -35,7 +35,7 @@ pub mod angles;
 
 pub mod distance;
 
-pub mod cores;
+pub mod executor;
 
 pub mod octree;
 

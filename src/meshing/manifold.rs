@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::facet::wall_edges;
 use crate::input::Input;
 use crate::resolve::Simplices;
@@ -33,7 +33,7 @@ pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Def
         .segments
         .iter()
         .filter_map(|s| Some((s.ends, simplices.represent(&s.ends)?)))
-        .map(|(ends, at)| Defect::Dangling { piece: Piece::Segment(ends), at: simplices.place(at[0]) })
+        .map(|(ends, at)| Defect::Dangling { element: Element::Segment(ends), at: simplices.place(at[0]) })
         .collect();
     for (&ends, facets) in faces.iter().filter(|(_, f)| f.len() != 2) {
         let at = simplices.middle(ends);
@@ -49,9 +49,10 @@ pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Def
 /// Vertices where the walls form several fans. Where a face has another defect and is no wall, nothing is said.
 fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
     let whole: BTreeSet<u32> = simplices.owner.iter().copied().collect();
-    let torn = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
-    let torn = torn.flat_map(|f| input.facets[f as usize].polygons.concat());
-    let torn: BTreeSet<u32> = torn.filter_map(|v| simplices.same.get(v as usize).copied()).collect();
+    let incomplete = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
+    let incomplete = incomplete.flat_map(|f| input.facets[f as usize].polygons.concat());
+    let incomplete: BTreeSet<u32> =
+        incomplete.filter_map(|v| simplices.same.get(v as usize).copied()).collect();
     let mut at: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (i, wall) in simplices.walls.iter().enumerate() {
         for &v in wall.as_ref() {
@@ -60,7 +61,7 @@ fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> 
     }
     let edges = wall_edges::<P>(&simplices.walls);
     let mut defects = Vec::new();
-    for (&v, walls) in at.iter().filter(|(v, _)| !torn.contains(v)) {
+    for (&v, walls) in at.iter().filter(|(v, _)| !incomplete.contains(v)) {
         let mut sets = Sets::new(walls.len());
         for (k, &wall) in walls.iter().enumerate() {
             for edge in P::edges(&simplices.walls[wall as usize]).iter().filter(|e| e.contains(&v)) {

@@ -17,7 +17,7 @@ use septet_geometry::point::Point;
 use thiserror::Error;
 
 use crate::bvh::Bounds;
-use crate::cores::Cores;
+use crate::executor::Executor;
 
 /// Levels below the root: positions have 30 bits.
 pub const DEEPEST: u8 = 30;
@@ -94,7 +94,7 @@ impl<P: Point> Cube<P> {
 
 /// What becomes of a cell.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict<Load, Leaf> {
+pub enum Decision<Load, Leaf> {
     /// It is divided, and hands this down.
     Split(Load),
     /// It stays.
@@ -111,7 +111,7 @@ pub trait Rule<P: Point>: Sync {
     type Leaf: Send;
 
     /// Judges a cell by what its parent hands down.
-    fn judge(&self, cell: &Cell<P>, handed: &Self::Load) -> Verdict<Self::Load, Self::Leaf>;
+    fn decide(&self, cell: &Cell<P>, inherited: &Self::Load) -> Decision<Self::Load, Self::Leaf>;
 }
 
 /// How many cells a level has, by what became of them.
@@ -162,11 +162,11 @@ pub fn grow<P: Point, R: Rule<P>>(
     rule: &R,
     root: &R::Load,
     limit: u64,
-    cores: &impl Cores,
+    executor: &impl Executor,
 ) -> Result<Grown<R::Leaf>, TooFine> {
     let mut grown = Grown { leaves: Vec::new(), levels: Vec::new() };
     let mut cells = 1;
-    let first = rule.judge(&cube.cell(Key::ROOT), root);
+    let first = rule.decide(&cube.cell(Key::ROOT), root);
     let mut split = grown.take([(Key::ROOT, first)]);
     while let Some(&(first, _)) = split.first() {
         if first.level == DEEPEST {
@@ -176,11 +176,11 @@ pub fn grow<P: Point, R: Rule<P>>(
         if cells > limit {
             return Err(TooFine::Cells { limit });
         }
-        let judged = cores.map(&split, |(key, load)| {
+        let decided = executor.map(&split, |(key, load)| {
             let children = (0..1 << P::DIM).map(|i| key.child::<P>(i));
-            children.map(|child| (child, rule.judge(&cube.cell(child), load))).collect::<Vec<_>>()
+            children.map(|child| (child, rule.decide(&cube.cell(child), load))).collect::<Vec<_>>()
         });
-        split = grown.take(judged.into_iter().flatten());
+        split = grown.take(decided.into_iter().flatten());
     }
     Ok(grown)
 }
@@ -189,20 +189,20 @@ impl<Leaf> Grown<Leaf> {
     /// Takes a level; what is to be divided comes back.
     fn take<Load>(
         &mut self,
-        judged: impl IntoIterator<Item = (Key, Verdict<Load, Leaf>)>,
+        decided: impl IntoIterator<Item = (Key, Decision<Load, Leaf>)>,
     ) -> Vec<(Key, Load)> {
         let (mut split, mut level) = (Vec::new(), Level::default());
-        for (key, verdict) in judged {
-            match verdict {
-                Verdict::Split(load) => {
+        for (key, decision) in decided {
+            match decision {
+                Decision::Split(load) => {
                     level.split += 1;
                     split.push((key, load));
                 }
-                Verdict::Keep(leaf) => {
+                Decision::Keep(leaf) => {
                     level.kept += 1;
                     self.leaves.push((key, leaf));
                 }
-                Verdict::Drop => level.dropped += 1,
+                Decision::Drop => level.dropped += 1,
             }
         }
         self.levels.push(level);
@@ -213,7 +213,7 @@ impl<Leaf> Grown<Leaf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cores::One;
+    use crate::executor::Sequential;
     use glam::{DVec2, DVec3};
 
     /// Splits by a function.
@@ -222,8 +222,8 @@ mod tests {
     impl<P: Point, F: Fn(P) -> f64 + Sync> Rule<P> for By<F> {
         type Load = ();
         type Leaf = ();
-        fn judge(&self, cell: &Cell<P>, (): &()) -> Verdict<(), ()> {
-            if (self.0)(cell.centre) < self.1 * cell.side { Verdict::Split(()) } else { Verdict::Keep(()) }
+        fn decide(&self, cell: &Cell<P>, (): &()) -> Decision<(), ()> {
+            if (self.0)(cell.centre) < self.1 * cell.side { Decision::Split(()) } else { Decision::Keep(()) }
         }
     }
 
@@ -245,17 +245,17 @@ mod tests {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let near =
             |p: DVec2| 1e-4 + p.distance(DVec2::new(0.301, 0.777)).min(p.distance(DVec2::new(0.9, 0.1)));
-        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &One).unwrap();
+        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &Sequential).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 10);
         let area: f64 = grown.leaves.iter().map(|&(k, ())| cube.cell(k).side.powi(2)).sum();
         assert_eq!(area, 1.0);
         // The bound is not there for nothing.
-        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20, &One).unwrap();
+        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20, &Sequential).unwrap();
         assert!(!balanced(&cube, &grown.leaves));
 
         let cube = Cube { low: DVec3::splat(-1.0), side: 4.0 };
         let near = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::new(0.3, 0.8, 0.5));
-        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &One).unwrap();
+        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &Sequential).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 4);
     }
 
@@ -263,9 +263,9 @@ mod tests {
     fn limits_are_kept() {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let even = By(|_: DVec2| 0.01, 1.0);
-        assert_eq!(grow(&cube, &even, &(), 100, &One), Err(TooFine::Cells { limit: 100 }));
+        assert_eq!(grow(&cube, &even, &(), 100, &Sequential), Err(TooFine::Cells { limit: 100 }));
         let point = By(|p: DVec2| p.distance(DVec2::new(1.0 / 3.0, 0.5)), 1.0);
-        assert!(matches!(grow(&cube, &point, &(), 1 << 20, &One), Err(TooFine::Levels { .. })));
+        assert!(matches!(grow(&cube, &point, &(), 1 << 20, &Sequential), Err(TooFine::Levels { .. })));
     }
 
     #[test]

@@ -15,7 +15,7 @@ use septet_geometry::point::lex_cmp;
 use septet_geometry::range::{scale, scale_exponent};
 
 use crate::bvh::{Bounds, Bvh};
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::facet::Triangulate;
 use crate::input::{Input, Kind};
 pub use crate::simplices::{Outline, Part, Simplices};
@@ -91,12 +91,12 @@ impl<P: Space> Resolver<'_, P> {
     /// Names every position that is not there.
     fn indices(&mut self) {
         let count = self.out.points.len() as u64;
-        let segments = self.input.segments.iter().map(|s| (Piece::Segment(s.ends), s.ends.to_vec()));
+        let segments = self.input.segments.iter().map(|s| (Element::Segment(s.ends), s.ends.to_vec()));
         let facets = self.input.facets.iter().enumerate();
-        let facets = facets.map(|(i, f)| (Piece::Facet(i as u32), f.polygons.concat()));
-        for (piece, named) in segments.chain(facets) {
+        let facets = facets.map(|(i, f)| (Element::Facet(i as u32), f.polygons.concat()));
+        for (element, named) in segments.chain(facets) {
             let missing = named.into_iter().map(u64::from).filter(|&n| n >= count);
-            self.defects.extend(missing.map(|named| Defect::NoSuchPoint { piece, named, count }));
+            self.defects.extend(missing.map(|named| Defect::NoSuchPoint { element, named, count }));
         }
     }
 
@@ -107,13 +107,14 @@ impl<P: Space> Resolver<'_, P> {
             let Some(ends) = self.out.represent(&listed) else { continue };
             if ends[0] == ends[1] {
                 let at = self.out.place(ends[0]);
-                self.defects.push(Defect::Degenerate { piece: Piece::Segment(listed), at });
+                self.defects.push(Defect::Degenerate { element: Element::Segment(listed), at });
                 continue;
             }
             let ends = ascending([ends[0], ends[1]]);
             if P::DIM == 2 && edges.contains_key(&ends) {
-                let piece = Piece::Segment(ascending(listed));
-                self.defects.push(Defect::Doubled { pieces: [piece, piece], at: self.out.middle(ends) });
+                let element = Element::Segment(ascending(listed));
+                self.defects
+                    .push(Defect::Doubled { elements: [element, element], at: self.out.middle(ends) });
             }
             edges.entry(ends).or_insert(segment.marker);
         }
@@ -126,8 +127,8 @@ impl<P: Space> Resolver<'_, P> {
             let on = self.on_edge(edge, &used);
             if self.input.kind == Kind::Surface {
                 for &v in &on {
-                    let pieces = [Piece::Point(v), Piece::Segment(edge)];
-                    self.defects.push(Defect::Intersect { pieces, at: self.out.place(v) });
+                    let elements = [Element::Point(v), Element::Segment(edge)];
+                    self.defects.push(Defect::Intersect { elements, at: self.out.place(v) });
                 }
             }
             let chain: Vec<u32> = [edge[0]].into_iter().chain(on).chain([edge[1]]).collect();
@@ -150,7 +151,7 @@ impl<P: Space> Resolver<'_, P> {
             self.out.parts.iter().flat_map(|p| p.of.windows(2).map(|w| [w[0], w[1]])).collect();
         for [a, b] in pairs {
             let at = self.out.middle(if self.covers(a, b) { b } else { a });
-            self.defects.push(Defect::Doubled { pieces: [Piece::Segment(a), Piece::Segment(b)], at });
+            self.defects.push(Defect::Doubled { elements: [Element::Segment(a), Element::Segment(b)], at });
         }
     }
 

@@ -158,13 +158,13 @@ impl<P: Space> Sides<P> {
         for walls in shells.into_values() {
             let line = walls.iter().find_map(|&wall| self.line_through(points, wall));
             let (from, crossed) = line.ok_or(Undecided(walls[0]))?;
-            let mut before = 0;
+            let mut previous = 0;
             for wall in crossed {
                 let near = self.side_towards(points, wall, from);
-                sets.join(before, near + 1);
-                before = (near ^ 1) + 1;
+                sets.join(previous, near + 1);
+                previous = (near ^ 1) + 1;
             }
-            sets.join(before, 0);
+            sets.join(previous, 0);
         }
         Ok(())
     }
@@ -266,7 +266,7 @@ impl<P: Space> Sides<P> {
     }
 
     /// The components on the positive and the negative side of a wall.
-    pub fn beside(&self, wall: u32) -> [u32; 2] {
+    pub fn components_at(&self, wall: u32) -> [u32; 2] {
         [0, 1].map(|s| self.component[(2 * wall + s) as usize])
     }
 
@@ -307,7 +307,7 @@ impl<P: Space> Sides<P> {
         for (i, wall) in self.walls.iter().enumerate() {
             let corners = P::corners(points, wall);
             let part = signed_measure(&corners, origin);
-            let [positive, negative] = self.beside(i as u32);
+            let [positive, negative] = self.components_at(i as u32);
             sums[positive as usize] += part;
             sums[negative as usize] -= part;
         }

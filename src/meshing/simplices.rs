@@ -3,7 +3,7 @@
 use septet_geometry::range::scale;
 
 use crate::bvh::Bounds;
-use crate::defect::{At, Piece};
+use crate::defect::{At, Element};
 use crate::space::Space;
 
 /// A piece of a segment between two vertices, with nothing on it.
@@ -57,9 +57,9 @@ impl<P: Space> Simplices<P> {
     }
 
     /// What a wall belongs to, as a piece of the input.
-    pub fn piece(&self, wall: u32) -> Piece {
+    pub fn element(&self, wall: u32) -> Element {
         let owner = self.owner[wall as usize];
-        if P::DIM == 2 { Piece::Segment(self.parts[owner as usize].of[0]) } else { Piece::Facet(owner) }
+        if P::DIM == 2 { Element::Segment(self.parts[owner as usize].of[0]) } else { Element::Facet(owner) }
     }
 
     /// The box of vertices.

@@ -67,11 +67,11 @@ fn typed<P: Unit>(
     let mut spacing = None;
     let spaced = request.kind.is_spaced();
     let points = if spaced {
-        let found = search::spaced_set::<P>(request, progress)?;
-        let sizing = found.sizing;
+        let set = search::spaced_set::<P>(request, progress)?;
+        let sizing = set.sizing;
         spacing = Some(Spacing { lipschitz: sizing.slope, dimension: P::DIM, sizing });
-        notes = found.notes;
-        found.points
+        notes = set.notes;
+        set.points
     } else {
         progress(request.kind.name(), 0, request.n);
         let points = shapes::points::<P>(request);

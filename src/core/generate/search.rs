@@ -33,7 +33,7 @@ const DENSITY: [[f64; 4]; 2] = [[1.0, 0.21, 0.711, 0.0], [1.0, -0.085, 0.332, 0.
 const PILOT: f64 = 20_000.0;
 
 /// A set and what to say of it.
-pub(super) struct Found<P> {
+pub(super) struct SpacedSet<P> {
     /// The points.
     pub points: Vec<P>,
     /// The size function used.
@@ -46,13 +46,13 @@ pub(super) struct Found<P> {
 pub(super) fn spaced_set<P: Unit>(
     request: &Request,
     progress: &mut Progress,
-) -> Result<Found<P>, GenerateError> {
+) -> Result<SpacedSet<P>, GenerateError> {
     let family = Family::of(request);
     let wanted = request.n as f64;
     let first = family.sizing::<P>(wanted.max(1.0), None);
-    let mut found = Found { points: Vec::new(), sizing: first, notes: Vec::new() };
+    let mut set = SpacedSet { points: Vec::new(), sizing: first, notes: Vec::new() };
     if request.n == 0 {
-        return Ok(found);
+        return Ok(set);
     }
     let mut factor = 1.0;
     let mut best = f64::MAX;
@@ -70,24 +70,23 @@ pub(super) fn spaced_set<P: Unit>(
         let error = (made / wanted - 1.0).abs();
         if error < best {
             best = error;
-            found.points = points;
-            found.sizing = sizing;
+            set.points = points;
+            set.sizing = sizing;
         }
         if best <= TOLERANCE {
             break;
         }
     }
     if best > TOLERANCE {
-        let (made, asked) = (found.points.len(), request.n);
-        found.notes.push(format!("{made} points, {asked} asked for: no size function came nearer"));
+        let (made, asked) = (set.points.len(), request.n);
+        set.notes.push(format!("{made} points, {asked} asked for: no size function came nearer"));
     }
-    if found.sizing.slope < family.slope {
-        let (used, asked) = (found.sizing.slope, family.slope);
-        found
-            .notes
+    if set.sizing.slope < family.slope {
+        let (used, asked) = (set.sizing.slope, family.slope);
+        set.notes
             .push(format!("size function with slope {used:.4}: with {asked} there are not that many points"));
     }
-    Ok(found)
+    Ok(set)
 }
 
 /// The size functions of a kind.

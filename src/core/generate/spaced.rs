@@ -47,29 +47,29 @@ const MOST_POINTS: u64 = 1 << 26;
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// A machine that tells how many points there are.
-struct Told<M> {
+struct Reporting<M> {
     machine: M,
     points: Sender<u64>,
 }
 
-impl<M> Told<M> {
-    fn tell(&self, points: usize) {
+impl<M> Reporting<M> {
+    fn report(&self, points: usize) {
         // Nobody listens any more if the caller has given up.
         let _ = self.points.send(points as u64);
     }
 }
 
-impl<P: Point, M: Machine<P>> Machine<P> for Told<M> {
+impl<P: Point, M: Machine<P>> Machine<P> for Reporting<M> {
     type Error = M::Error;
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, M::Error> {
         let set = self.machine.independent(sites, fixed)?;
-        self.tell(fixed + set.members.len());
+        self.report(fixed + set.members.len());
         Ok(set)
     }
 
     fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, M::Error> {
-        self.tell(points.len());
+        self.report(points.len());
         self.machine.delaunay(points)
     }
 
@@ -97,37 +97,37 @@ pub(super) fn build<P: Unit>(
     seed: u64,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<P>, GenerateError> {
-    let refused = |reason: String| GenerateError::Incomplete { reason };
-    let domain = P::domain().map_err(|defects| refused(format!("{} defects", defects.len())))?;
+    let incomplete = |reason: String| GenerateError::Incomplete { reason };
+    let domain = P::domain().map_err(|defects| incomplete(format!("{} defects", defects.len())))?;
     let give_up = GiveUp(Arc::default());
     let config = machine(seed, Config::default().threads, give_up.0.clone());
     let work = |points: Sender<u64>| {
         // What the machine does to make points is no part of a run over them.
         with_default(NoSubscriber::new(), || {
-            set(&domain, sizing, seed, &mut Told { machine: Counted::new(config), points })
+            set(&domain, sizing, seed, &mut Reporting { machine: Counted::new(config), points })
         })
     };
-    match heard(work, give_up, progress) {
+    match run_in_thread(work, give_up, progress) {
         Ok(points) => Ok(points),
         Err(Failure::Machine(error)) => Err(error.into()),
-        Err(failure) => Err(refused(format!("{failure:?}"))),
+        Err(failure) => Err(incomplete(format!("{failure:?}"))),
     }
 }
 
 /// What comes of work in a thread of its own. If `progress` unwinds, the work is told to give up, and waited for.
-fn heard<T: Send>(
+fn run_in_thread<T: Send>(
     work: impl FnOnce(Sender<u64>) -> T + Send,
     give_up: GiveUp,
     progress: &mut dyn FnMut(u64),
 ) -> T {
-    let (points, told) = channel();
+    let (points, counts) = channel();
     thread::scope(|scope| {
         // Dropped before the scope waits for its thread.
         let _give_up = give_up;
         let work = scope.spawn(move || work(points));
         let mut latest = 0;
         loop {
-            match told.recv_timeout(PATIENCE) {
+            match counts.recv_timeout(PATIENCE) {
                 Ok(points) => latest = points,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,

@@ -9,7 +9,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex};
-use septet_meshing::cores::Cores;
+use septet_meshing::executor::Executor;
 use septet_meshing::generate::{Machine, Stage, Triangulation};
 use septet_meshing::mesh::StageLine;
 use septet_meshing::points::conflicts::Site;
@@ -19,7 +19,7 @@ use septet_protocol::ledger::Ledger;
 use septet_workers::profile::stage_span;
 use tracing::span::EnteredSpan;
 
-use super::record::{INDEPENDENT_SET, Record, TRIANGULATION};
+use super::run_log::{INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
 use crate::config::Config;
 use crate::error::Error;
 use crate::run::independent::independent;
@@ -33,7 +33,7 @@ const LEAF: usize = 4096;
 pub struct Counted {
     config: Config,
     lines: Vec<StageLine>,
-    record: Record,
+    run_log: RunLog,
     owners: Owners,
     since: Instant,
     /// Told to whoever listens, as long as the stage goes on.
@@ -63,7 +63,7 @@ impl Counted {
         Counted {
             config,
             lines: Vec::new(),
-            record: Record::default(),
+            run_log: RunLog::default(),
             owners: Owners::default(),
             since: Instant::now(),
             span: None,
@@ -86,9 +86,9 @@ impl Counted {
         line.bytes += bytes;
         line.work += ledger.phases.iter().map(|p| p.work).sum::<u64>();
         line.depth += ledger.phases.iter().map(|p| p.critical_depth).sum::<u64>();
-        let points = [taken.points as u64, taken.fixed as u64];
-        self.record.add(&line.name, taken.task, points, ledger, taken.seconds);
-        self.record.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
+        let sites = SiteCounts { points: taken.points as u64, fixed: taken.fixed as u64 };
+        self.run_log.add(&line.name, taken.task, sites, ledger, taken.seconds);
+        self.run_log.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
     }
 
     fn close(&mut self) {
@@ -100,7 +100,7 @@ impl Counted {
     }
 
     /// The lines with what the generator counted itself, and what the runs took one by one.
-    pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, Record) {
+    pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, RunLog) {
         self.close();
         for (line, stage) in self.lines.iter_mut().zip(stages) {
             line.candidates = stage.candidates;
@@ -108,7 +108,7 @@ impl Counted {
             line.completion_rounds = u64::from(stage.completion);
             line.set_rounds = u64::from(stage.set_rounds);
         }
-        (self.lines, self.record)
+        (self.lines, self.run_log)
     }
 }
 
@@ -198,7 +198,7 @@ impl<P: Point> Machine<P> for Counted {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AllCores;
 
-impl Cores for AllCores {
+impl Executor for AllCores {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
         items.par_iter().map(f).collect()
     }

@@ -7,8 +7,8 @@ pub mod field;
 pub mod labelled;
 pub mod machine;
 pub mod pipeline;
-pub mod record;
 mod request;
+pub mod run_log;
 pub mod view;
 
 use std::time::Instant;
@@ -17,7 +17,7 @@ use septet_meshing::conformity::{self, Conformity, Follow};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
-use septet_meshing::generate::remesh::{DEFAULT_PARTS, Kept, Options, remesh};
+use septet_meshing::generate::remesh::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
 use septet_meshing::generate::{self, Failure, Rules};
 use septet_meshing::improve::{Target, improve};
 use septet_meshing::mesh::{Mesh, StageLine};
@@ -32,10 +32,10 @@ use crate::config::Config;
 use crate::run::memory;
 use machine::{AllCores, Counted};
 pub use pipeline::{Dimension, Keep, Made, MakeError, check, make, make_of};
-use record::Record;
 pub use request::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshRequest, Shape, SingularityRequest,
 };
+use run_log::RunLog;
 
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
@@ -62,15 +62,15 @@ pub fn sizes<P: Triangulate>(
     if !request.remeshes(domain) {
         return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
     }
-    let wishes = &mut options.wishes;
-    if wishes.most.is_none() && wishes.field.is_empty() && wishes.singularities.is_empty() {
+    let constraints = &mut options.constraints;
+    if constraints.most.is_none() && constraints.field.is_empty() && constraints.singularities.is_empty() {
         let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
         let extent = septet_meshing::bvh::Bounds::of(live).extent();
         let diagonal = septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt();
-        wishes.most = Some(diagonal / DEFAULT_PARTS);
+        constraints.most = Some(diagonal / DEFAULT_PARTS);
     }
-    let kept = Kept::new(domain, request.feature_angle);
-    Ok(SizeFunction::of_features(domain, &kept.features(domain), &options, &AllCores)?)
+    let kept = SurfaceFeatures::new(domain, request.feature_angle);
+    Ok(SizeFunction::of_features(domain, &kept.distance_features(domain), &options, &AllCores)?)
 }
 
 /// How good a mesh is that was asked for so. Of a remeshed surface nothing is promised about radius-edge ratios, and the
@@ -87,7 +87,7 @@ pub fn assess<P: Triangulate>(
         return measure(domain, mesh, size, worst);
     }
     let features = Features::new(domain);
-    let kept = Kept::new(domain, request.feature_angle).features(domain);
+    let kept = SurfaceFeatures::new(domain, request.feature_angle).distance_features(domain);
     let zone = 1.0 / (1.0 - size.lipschitz());
     let zones = Zones { domain, features: &features, size: &|x| size.at(x), zone };
     let measure = Measure {
@@ -122,7 +122,7 @@ pub fn measure<P: Triangulate>(
 struct Built<P: Triangulate> {
     mesh: Mesh<P>,
     stages: Vec<StageLine>,
-    record: Record,
+    run_log: RunLog,
     /// The worker that owned each cell, if asked for.
     owners: Option<Vec<u32>>,
 }
@@ -178,7 +178,7 @@ fn build<P: Triangulate>(
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
     let home = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
     let home = home.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
-    let (mut stages, record) = machine.finish(&made.stages);
+    let (mut stages, run_log) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
     let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
@@ -196,7 +196,7 @@ fn build<P: Triangulate>(
             ..StageLine::default()
         });
     }
-    Ok(Built { mesh, stages, record, owners })
+    Ok(Built { mesh, stages, run_log, owners })
 }
 
 fn machine(request: &MeshRequest) -> Counted {

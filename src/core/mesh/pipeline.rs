@@ -15,7 +15,7 @@ use septet_meshing::quality::Quality;
 use septet_meshing::size::SizeFunction;
 use thiserror::Error;
 
-use super::record::Record;
+use super::run_log::RunLog;
 use super::{Built, MeshError, MeshRequest, assess, build, conform, sizes};
 
 /// What is kept of a mesh besides itself.
@@ -44,7 +44,7 @@ pub struct Made<P: Triangulate> {
     /// The stages of generation.
     pub stages: Vec<StageLine>,
     /// The runs of the machine.
-    pub record: Record,
+    pub run_log: RunLog,
     /// The worker that owned each cell, if asked for.
     pub owners: Option<Vec<u32>>,
     /// The comparison with the domain.
@@ -98,7 +98,7 @@ impl Dimension for DVec2 {
     }
 
     fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>> {
-        judged(domain, request, keep)
+        checked(domain, request, keep)
     }
 }
 
@@ -108,7 +108,7 @@ impl Dimension for DVec3 {
     }
 
     fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>> {
-        judged(domain, request, keep)
+        checked(domain, request, keep)
     }
 }
 
@@ -143,7 +143,7 @@ pub fn make_of<P: Dimension>(
 }
 
 /// Sizes, mesh, conformity, quality: in this order.
-fn judged<P: Triangulate>(
+fn checked<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
     keep: Keep,
@@ -154,7 +154,7 @@ fn judged<P: Triangulate>(
     }
     let start = Instant::now();
     let size = sizes(domain, request)?;
-    let Built { mesh, stages, record, owners } = build(domain, &size, request, keep.owned)?;
+    let Built { mesh, stages, run_log, owners } = build(domain, &size, request, keep.owned)?;
     let seconds = start.elapsed().as_secs_f64();
     request.check_cancelled()?;
     let conformity = conform(domain, &mesh, request);
@@ -162,6 +162,6 @@ fn judged<P: Triangulate>(
         return Err(MakeError::Shapeless(conformity));
     }
     let quality = assess(domain, &mesh, &size, request, keep.worst);
-    let made = Made { mesh, size, stages, record, owners, conformity, quality, seconds };
+    let made = Made { mesh, size, stages, run_log, owners, conformity, quality, seconds };
     if made.conformity.defects.is_empty() { Ok(made) } else { Err(MakeError::NotConforming(Box::new(made))) }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::Kind;
-use septet_meshing::size::user::{Singularity, Wishes};
+use septet_meshing::size::user::{Constraints, Singularity};
 use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
 
@@ -174,8 +174,8 @@ impl MeshRequest {
             (Some(singularity), Some(size)) => vec![(singularity.place(domain)?, size)],
             _ => Vec::new(),
         };
-        let wishes = Wishes { most: self.size, least: self.min_size, field, singularities };
-        Ok(SizeOptions { wishes, ..SizeOptions::new(self.lipschitz) })
+        let constraints = Constraints { most: self.size, least: self.min_size, field, singularities };
+        Ok(SizeOptions { constraints, ..SizeOptions::new(self.lipschitz) })
     }
 }
 

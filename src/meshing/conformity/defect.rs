@@ -6,7 +6,7 @@ use crate::domain::Feature;
 use crate::mesh::Carrier;
 
 /// A component of the domain, or nothing of it.
-pub type Beside = Option<u32>;
+pub type SideComponent = Option<u32>;
 
 /// What is wrong with a mesh. Cells, faces, edges and points are positions in the mesh, all else in the domain.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -207,12 +207,12 @@ pub enum MeshDefect {
         due: u32,
     },
     /// The faces of a facet (in the plane: of a segment) between two components do not add up.
-    #[error("{feature:?} between {beside:?}: faces add up to {found}, the domain has {expected}")]
+    #[error("{feature:?} between {components:?}: faces add up to {found}, the domain has {expected}")]
     Area {
         /// The facet; in the plane the segment.
         feature: Feature,
         /// The components; none is the outside.
-        beside: [Beside; 2],
+        components: [SideComponent; 2],
         /// Of the domain, in the unit of the file.
         expected: f64,
         /// Of the mesh.

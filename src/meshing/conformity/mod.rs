@@ -39,7 +39,7 @@ use crate::mesh::Mesh;
 use crate::space::Space;
 
 pub use checker::{OFF, SUMS};
-pub use defect::{Beside, MeshDefect};
+pub use defect::{MeshDefect, SideComponent};
 pub use findings::{Conformity, Deviation};
 pub use follow::{Follow, LOOSE};
 

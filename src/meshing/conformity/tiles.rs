@@ -7,14 +7,14 @@ use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation};
 
 use super::checker::{Checker, OFF, off};
-use super::defect::{Beside, MeshDefect};
+use super::defect::{MeshDefect, SideComponent};
 use crate::domain::Feature;
 use crate::mesh::{Carrier, Face, OUTSIDE};
 use crate::space::{Space, ascending};
 use crate::sum::Sum;
 
 /// Measures by the components on the two sides, ascending.
-type Measures = BTreeMap<[Beside; 2], [Sum; 2]>;
+type Measures = BTreeMap<[SideComponent; 2], [Sum; 2]>;
 
 /// The length of an edge or the area of a triangle, from the normal that is as long (or twice as long).
 fn extent<P: Point>(corners: &[P]) -> f64 {
@@ -40,7 +40,7 @@ impl<P: Space> Checker<'_, P> {
     pub(super) fn boundaries(&mut self) {
         let mut sums = [Sum::default(); 2];
         for wall in 0..self.domain.walls().len() as u32 {
-            if self.beside_wall(wall).contains(&None) && self.domain.bounds_inside(wall) {
+            if self.components_at_wall(wall).contains(&None) && self.domain.bounds_inside(wall) {
                 sums[0].add(self.wall_extent(wall));
             }
         }
@@ -210,12 +210,12 @@ impl<P: Space> Checker<'_, P> {
     }
 
     /// The component on each side of a wall, ascending.
-    fn beside_wall(&self, wall: u32) -> [Beside; 2] {
+    fn components_at_wall(&self, wall: u32) -> [SideComponent; 2] {
         let inside = |c: u32| self.domain.components[c as usize].inside.then_some(c);
-        ordered(self.domain.sides.beside(wall).map(inside))
+        ordered(self.domain.sides.components_at(wall).map(inside))
     }
 
-    fn beside_face(&self, face: &Face<P>) -> [Beside; 2] {
+    fn components_at_face(&self, face: &Face<P>) -> [SideComponent; 2] {
         ordered(face.cells.map(|c| (c != OUTSIDE).then(|| self.mesh.regions[c as usize])))
     }
 
@@ -232,12 +232,12 @@ impl<P: Space> Checker<'_, P> {
         for (wall, row) in self.domain.walls().iter().enumerate() {
             if let Some(&segment) = number.get(&ends(row)) {
                 let wall = wall as u32;
-                let sums = of[segment].entry(self.beside_wall(wall)).or_default();
+                let sums = of[segment].entry(self.components_at_wall(wall)).or_default();
                 sums[0].add(self.wall_extent(wall));
             }
         }
         for face in &self.mesh.faces {
-            let sums = of[face.facet as usize].entry(self.beside_face(face)).or_default();
+            let sums = of[face.facet as usize].entry(self.components_at_face(face)).or_default();
             sums[1].add(extent(&P::corners(&self.points, &face.vertices)));
         }
         for (segment, measures) in of.into_iter().enumerate() {
@@ -247,13 +247,13 @@ impl<P: Space> Checker<'_, P> {
 
     fn compare(&mut self, feature: Feature, measures: &Measures) {
         let whole: f64 = measures.values().map(|s| s[0].value()).sum();
-        for (&beside, sums) in measures {
+        for (&components, sums) in measures {
             let sums = sums.map(Sum::value);
             let [expected, found] = sums.map(|x| self.unscaled(x, P::DIM - 1));
             if off(sums[0], sums[1], whole) {
-                self.report(MeshDefect::Area { feature, beside, expected, found });
+                self.report(MeshDefect::Area { feature, components, expected, found });
             }
-            if beside.contains(&None) {
+            if components.contains(&None) {
                 self.found.boundary[0] += expected;
                 self.found.boundary[1] += found;
             }
@@ -288,17 +288,17 @@ impl<P: Space> Checker<'_, P> {
                 self.report(MeshDefect::Unused { point: point as u32, what: "face", carrier });
             }
         }
-        let mut pieces: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
+        let mut subsegments: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
         for edge in &self.mesh.edges {
-            pieces.entry(edge.segment).or_default().push(ascending(edge.vertices));
+            subsegments.entry(edge.segment).or_default().push(ascending(edge.vertices));
         }
         for (facet, faces) in of.into_iter().enumerate() {
-            self.sides_of_edges(facet as u32, &faces, &pieces);
+            self.sides_of_edges(facet as u32, &faces, &subsegments);
             self.areas(facet as u32, &faces);
         }
     }
 
-    fn sides_of_edges(&mut self, facet: u32, faces: &[u32], pieces: &BTreeMap<u32, Vec<[u32; 2]>>) {
+    fn sides_of_edges(&mut self, facet: u32, faces: &[u32], subsegments: &BTreeMap<u32, Vec<[u32; 2]>>) {
         let normal = self.plane(facet as usize)[1].abs().to_array();
         let axis = (1..3).fold(0, |k, i| if normal[i] > normal[k] { i } else { k });
         let mut sides: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
@@ -314,8 +314,9 @@ impl<P: Space> Checker<'_, P> {
             }
         }
         let of = &self.domain.facets[facet as usize];
-        let on =
-            |list: &[u32]| list.iter().filter_map(|s| pieces.get(s)).flatten().copied().collect::<Vec<_>>();
+        let on = |list: &[u32]| {
+            list.iter().filter_map(|s| subsegments.get(s)).flatten().copied().collect::<Vec<_>>()
+        };
         let (mut boundary, internal) = (on(&of.boundary), on(&of.internal));
         boundary.sort_unstable();
         // Pieces of segments that no face has are met with none on either side.
@@ -333,18 +334,18 @@ impl<P: Space> Checker<'_, P> {
     fn areas(&mut self, facet: u32, faces: &[u32]) {
         let mut measures = Measures::new();
         for &wall in &self.domain.facets[facet as usize].walls {
-            measures.entry(self.beside_wall(wall)).or_default()[0].add(self.wall_extent(wall));
+            measures.entry(self.components_at_wall(wall)).or_default()[0].add(self.wall_extent(wall));
         }
         for &face in faces {
             let face = &self.mesh.faces[face as usize];
             let area = extent(&P::corners(&self.points, &face.vertices));
-            measures.entry(self.beside_face(face)).or_default()[1].add(area);
+            measures.entry(self.components_at_face(face)).or_default()[1].add(area);
         }
         self.compare(Feature::Facet(facet), &measures);
     }
 }
 
-fn ordered(mut pair: [Beside; 2]) -> [Beside; 2] {
+fn ordered(mut pair: [SideComponent; 2]) -> [SideComponent; 2] {
     pair.sort_unstable();
     pair
 }

@@ -27,10 +27,10 @@ use septet_geometry::point::Simplex;
 use septet_geometry::predicates::{Sign, orientation};
 
 use super::cells::Labels;
-use super::facets::{Plane, Triangles, as_space};
+use super::facets::{Plane, Subfacets, as_space};
+use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
-use super::work::Work;
 use crate::domain::Domain;
 use crate::mesh::Carrier;
 use crate::space::{Space, ascending, project};
@@ -40,11 +40,11 @@ use crate::space::{Space, ascending, project};
 pub(super) struct Own<'a> {
     pub(super) planes: &'a [Plane],
     pub(super) chains: &'a Chains,
-    pub(super) triangles: &'a Triangles,
+    pub(super) subfacets: &'a Subfacets,
 }
 
 /// The labels on the positive and on the negative side of a face, as far as they are known.
-pub(super) type Beside = [Option<u32>; 2];
+pub(super) type SideLabels = [Option<u32>; 2];
 
 /// A face that separates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,7 +54,7 @@ pub(super) struct Part<F> {
     /// The facet, in the plane the segment.
     pub(super) facet: u32,
     /// By the orientation of the ascending vertices.
-    beside: Beside,
+    labels: SideLabels,
 }
 
 /// The faces that separate components.
@@ -79,7 +79,7 @@ impl<F: Simplex> Part<F> {
     pub(super) fn towards(&self, face: &F) -> Option<u32> {
         // (vertex, face..) is positive. As many exchanges as the face has vertices move the vertex to the end.
         let negative = (F::LEN % 2 == 1) != sorted(*face).1;
-        self.beside[usize::from(negative)]
+        self.labels[usize::from(negative)]
     }
 }
 
@@ -90,24 +90,24 @@ struct Rim {
     /// Whether the wall lies on the left of the segment, seen from the tip of the plane's normal.
     left: bool,
     /// The labels on the wall's positive and negative side.
-    beside: [u32; 2],
+    labels: [u32; 2],
 }
 
 /// The pieces of segments and the walls of facets beside them.
 struct Rims {
     /// Pieces with their segments, ends ascending, and whether the ascending ends run along the segment.
-    pieces: Vec<([u32; 2], u32, bool)>,
+    subsegments: Vec<([u32; 2], u32, bool)>,
     /// By facet and segment.
     walls: BTreeMap<(u32, u32), Vec<Rim>>,
 }
 
 impl Rims {
     fn new<P: Space>(domain: &Domain<P>, own: Own<'_>) -> Self {
-        let mut pieces = Vec::new();
+        let mut subsegments = Vec::new();
         for (s, chain) in (0u32..).zip(own.chains) {
-            pieces.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), s, w[0] < w[1])));
+            subsegments.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), s, w[0] < w[1])));
         }
-        pieces.sort_unstable();
+        subsegments.sort_unstable();
         let first = |s: &crate::domain::Segment| [s.chain[0], s.chain[1]];
         let segments: BTreeMap<[u32; 2], u32> =
             domain.segments.iter().map(|s| ascending(first(s))).zip(0..).collect();
@@ -119,27 +119,27 @@ impl Rims {
                 for edge in directed(wall.as_ref()) {
                     let Some(&s) = segments.get(&ascending(edge)) else { continue };
                     let along = edge == first(&domain.segments[s as usize]);
-                    let rim = Rim { along, left: along == turns_left, beside: labels_beside(domain, w) };
+                    let rim = Rim { along, left: along == turns_left, labels: labels_of(domain, w) };
                     walls.entry((f, s)).or_default().push(rim);
                 }
             }
         }
-        Rims { pieces, walls }
+        Rims { subsegments, walls }
     }
 
     /// The segment that an edge is a piece of, and whether the edge runs along it.
-    fn piece(&self, edge: [u32; 2]) -> Option<(u32, bool)> {
+    fn subsegment(&self, edge: [u32; 2]) -> Option<(u32, bool)> {
         let key = ascending(edge);
-        let i = self.pieces.binary_search_by_key(&key, |p| p.0).ok()?;
-        Some((self.pieces[i].1, self.pieces[i].2 == (key == edge)))
+        let i = self.subsegments.binary_search_by_key(&key, |p| p.0).ok()?;
+        Some((self.subsegments[i].1, self.subsegments[i].2 == (key == edge)))
     }
 
     /// The labels beside a triangle of a facet, from those of its edges that are pieces. `turn` is that of the
     /// triangle's vertices in the plane.
-    fn beside(&self, f: u32, triangle: &[u32; 3], turn: Sign) -> Beside {
+    fn labels(&self, f: u32, triangle: &[u32; 3], turn: Sign) -> SideLabels {
         let mut found = [None; 2];
         for edge in directed(triangle) {
-            let Some((s, along)) = self.piece(edge) else { continue };
+            let Some((s, along)) = self.subsegment(edge) else { continue };
             let left = along == (turn == Sign::Positive);
             let rim = match self.walls.get(&(f, s)).map(Vec::as_slice) {
                 Some([rim]) => Some(rim),
@@ -148,17 +148,17 @@ impl Rims {
             };
             if let Some(rim) = rim {
                 let [p, n] = if rim.along == along { [0, 1] } else { [1, 0] };
-                found = [found[0].max(Some(rim.beside[p])), found[1].max(Some(rim.beside[n]))];
+                found = [found[0].max(Some(rim.labels[p])), found[1].max(Some(rim.labels[n]))];
             }
         }
         found
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// The barrier in a triangulation that lacks no piece and no triangle.
     pub(super) fn barrier(&self, own: Own<'_>, delaunay: &Triangulation<P::Cell>) -> Barrier<P::Facet> {
-        let parts = if P::DIM == 2 { self.pieces_beside(own.chains) } else { self.triangles_beside(own) };
+        let parts = if P::DIM == 2 { self.subsegment_parts(own.chains) } else { self.subfacet_parts(own) };
         let mut barrier = Barrier { parts };
         barrier.parts.sort_unstable();
         if P::DIM == 3 {
@@ -173,7 +173,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// The pieces of segments in the plane.
-    fn pieces_beside(&self, chains: &Chains) -> Vec<Part<P::Facet>> {
+    fn subsegment_parts(&self, chains: &Chains) -> Vec<Part<P::Facet>> {
         let edges = self.domain.walls().iter().map(|w| ascending([w.as_ref()[0], w.as_ref()[1]]));
         let walls: BTreeMap<[u32; 2], u32> = edges.zip(0..).collect();
         let mut parts = Vec::new();
@@ -181,28 +181,28 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let first = [segment.chain[0], segment.chain[1]];
             let labels = walls.get(&ascending(first)).map(|&w| {
                 let along = self.domain.walls()[w as usize].as_ref() == first;
-                let [p, n] = labels_beside(self.domain, w);
+                let [p, n] = labels_of(self.domain, w);
                 if along { [p, n] } else { [n, p] }
             });
-            for piece in chain.windows(2) {
-                let [p, n] = if piece[0] < piece[1] { [0, 1] } else { [1, 0] };
-                let face = row_of::<P>(&ascending([piece[0], piece[1]]));
-                parts.push(Part { face, facet: s, beside: [labels.map(|l| l[p]), labels.map(|l| l[n])] });
+            for subsegment in chain.windows(2) {
+                let [p, n] = if subsegment[0] < subsegment[1] { [0, 1] } else { [1, 0] };
+                let face = row_of::<P>(&ascending([subsegment[0], subsegment[1]]));
+                parts.push(Part { face, facet: s, labels: [labels.map(|l| l[p]), labels.map(|l| l[n])] });
             }
         }
         parts
     }
 
     /// The own triangles of all facets.
-    fn triangles_beside(&self, own: Own<'_>) -> Vec<Part<P::Facet>> {
+    fn subfacet_parts(&self, own: Own<'_>) -> Vec<Part<P::Facet>> {
         let rims = Rims::new(self.domain, own);
-        own.triangles.iter().map(|&(f, t)| self.part(&rims, own, f, t)).collect()
+        own.subfacets.iter().map(|&(f, t)| self.part(&rims, own, f, t)).collect()
     }
 
     fn part(&self, rims: &Rims, own: Own<'_>, f: u32, mut triangle: [u32; 3]) -> Part<P::Facet> {
         triangle.sort_unstable();
         let turn = orientation(&self.in_plane(&own.planes[f as usize], &triangle));
-        Part { face: row_of::<P>(&triangle), facet: f, beside: rims.beside(f, &triangle, turn) }
+        Part { face: row_of::<P>(&triangle), facet: f, labels: rims.labels(f, &triangle, turn) }
     }
 
     fn in_plane(&self, plane: &Plane, triangle: &[u32; 3]) -> [DVec2; 3] {
@@ -263,9 +263,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
 }
 
 /// The labels on the positive and the negative side of a wall.
-fn labels_beside<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
+fn labels_of<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
     let inside = |c: u32| domain.components[c as usize].inside;
-    domain.sides.beside(wall).map(|c| if inside(c) { c } else { Labels::OUT })
+    domain.sides.components_at(wall).map(|c| if inside(c) { c } else { Labels::OUT })
 }
 
 /// Whether a wall turns left, seen from the tip of the plane's normal; exact, in a projection along an axis.

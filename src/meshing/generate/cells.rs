@@ -33,9 +33,9 @@ use septet_geometry::point::lex_cmp;
 
 use super::barrier::Barrier;
 use super::facets::{Plane, as_space};
+use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
 use super::vertices::Holders;
-use super::work::Work;
 use crate::mesh::Carrier;
 use crate::sides::Sets;
 use crate::space::Space;
@@ -59,7 +59,7 @@ impl Labels {
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// The facet that a face is part of, as rounding has it. For faces with an area, as those of cells that are not flat.
     pub(super) fn facet_of(&self, face: &[u32], planes: &[Plane]) -> Option<u32> {
         let common = self.holders.common(&self.vertices.carriers, face);

@@ -25,42 +25,44 @@ use septet_geometry::point::dist2;
 
 use super::balls::Ball;
 use super::facets::{Plane, as_space, circumcircle, from_space};
-use super::lacking::Lacking;
+use super::generator::Generator;
 use super::machine::Machine;
-use super::segments::{Chains, pieces_of};
-use super::work::Work;
+use super::missing::MissingParts;
+use super::segments::{Chains, subsegments_of};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Where what is missing is divided. The size of a site is the radius of the triangle, a quarter of a piece's length.
     pub(super) fn divided(
         &self,
         planes: &[Plane],
         chains: &Chains,
-        lacking: &Lacking,
+        missing: &MissingParts,
     ) -> Vec<(Site<P>, Carrier)> {
-        let all = pieces_of(chains);
-        let pieces = lacking.pieces.iter().map(|&(s, piece)| self.halved(s, piece));
-        let triangles = lacking.triangles.iter().map(|&(f, t)| {
+        let all = subsegments_of(chains);
+        let subsegments = missing.subsegments.iter().map(|&(s, subsegment)| self.halved(s, subsegment));
+        let subfacets = missing.subfacets.iter().map(|&(f, t)| {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let plane = &planes[f as usize];
             let behind = self.behind(f, plane, chains, [(a + b + c) / 3.0, centre]);
-            let held = || self.pieces.holding(centre).first().map(|&i| all[i as usize]);
+            let held = || self.subsegments.holding(centre).first().map(|&i| all[i as usize]);
             let met = behind.or_else(held);
-            if let Some(site) = self.on_cone(f, plane, t, centre, met.map(|(_, piece)| piece)) {
+            if let Some(site) =
+                self.on_corner_shell(f, plane, t, centre, met.map(|(_, subsegment)| subsegment))
+            {
                 return (site, Carrier::Facet(f));
             }
-            if let Some((s, piece)) = met {
-                let site = self.on_shell(f, plane, chains, t, piece);
-                return site.map_or_else(|| self.halved(s, piece), |site| (site, Carrier::Facet(f)));
+            if let Some((s, subsegment)) = met {
+                let site = self.on_shell(f, plane, chains, t, subsegment);
+                return site.map_or_else(|| self.halved(s, subsegment), |site| (site, Carrier::Facet(f)));
             }
             let at = from_space(plane.lift(plane.of(as_space(centre))));
             (Site { at, size: radius2.sqrt() }, Carrier::Facet(f))
         });
-        pieces.chain(triangles).collect()
+        subsegments.chain(subfacets).collect()
     }
 
     /// The place on the shell that divides a triangle between a corner and its shell, if a piece at that corner is in the
@@ -71,13 +73,13 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         plane: &Plane,
         chains: &Chains,
         t: [u32; 3],
-        piece: [u32; 2],
+        subsegment: [u32; 2],
     ) -> Option<Site<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let flat = |v: u32| plane.of(as_space(at(v)));
         let carrier = |v: u32| self.vertices.carriers[v as usize];
         let on_segment = |v: u32| matches!(carrier(v), Carrier::Segment(_));
-        let shared = |v: u32| piece.contains(&v) && matches!(carrier(v), Carrier::Corner(_));
+        let shared = |v: u32| subsegment.contains(&v) && matches!(carrier(v), Carrier::Corner(_));
         let i = t.iter().position(|&v| shared(v))?;
         let [v, a, b] = [t[i], t[(i + 1) % 3], t[(i + 2) % 3]];
         // Counted from the end that is shared with other facets.
@@ -87,7 +89,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         let way = [(at(v) + at(a) + at(b)) / 3.0, x];
         let clear = plane.holds(plane.of(as_space(x)))
             && self.behind(f, plane, chains, way).is_none()
-            && !self.pieces.hold(x);
+            && !self.subsegments.hold(x);
         clear.then(|| Site { at: x, size: 0.5 * dist2(x, at(a)).min(dist2(x, at(b))).sqrt() })
     }
 
@@ -96,13 +98,14 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         let flat = |p: P| plane.of(as_space(p));
         let facet = &self.domain.facets[f as usize];
         let segments = facet.boundary.iter().chain(&facet.internal);
-        let pieces = segments.flat_map(|&s| chains[s as usize].windows(2).map(move |w| (s, [w[0], w[1]])));
+        let subsegments =
+            segments.flat_map(|&s| chains[s as usize].windows(2).map(move |w| (s, [w[0], w[1]])));
         let way = way.map(flat);
-        let crossed = pieces.filter_map(|piece| {
-            let ends = piece.1.map(|v| flat(self.vertices.points[v as usize]));
-            Some((crossing(way, ends)?, piece))
+        let crossed = subsegments.filter_map(|subsegment| {
+            let ends = subsegment.1.map(|v| flat(self.vertices.points[v as usize]));
+            Some((crossing(way, ends)?, subsegment))
         });
-        crossed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, piece)| piece)
+        crossed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, subsegment)| subsegment)
     }
 
     /// The place that divides a piece.

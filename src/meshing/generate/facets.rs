@@ -10,10 +10,10 @@ use septet_geometry::measure;
 use septet_geometry::point::{Point, dist2, lex_cmp};
 
 use super::balls::{Ball, Balls};
-use super::lift::Flats;
+use super::generator::{CANDIDATES, Generator, SIDE};
 use super::machine::Machine;
-use super::segments::{Chains, pieces_of};
-use super::work::{CANDIDATES, SIDE, Work};
+use super::off_centre::Subfeatures;
+use super::segments::{Chains, subsegments_of};
 use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
 use crate::octree::{Cube, DEEPEST, Key};
@@ -106,9 +106,9 @@ pub(super) fn circumcircle<P: Point>(a: P, b: P, c: P) -> Ball<P> {
 }
 
 /// The triangles of all facets: facet and vertices.
-pub(super) type Triangles = Vec<(u32, [u32; 3])>;
+pub(super) type Subfacets = Vec<(u32, [u32; 3])>;
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// The planes of all facets; none in the plane.
     pub(super) fn planes(&self) -> Vec<Plane> {
         let at = |v: u32| as_space(self.domain.points()[v as usize]);
@@ -121,19 +121,19 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Places the points of all facets.
-    pub(super) fn facets(&mut self, planes: &[Plane], chains: &Chains) -> Result<Triangles, M::Error> {
+    pub(super) fn facets(&mut self, planes: &[Plane], chains: &Chains) -> Result<Subfacets, M::Error> {
         self.begin("facets");
         let numbered: Vec<(u32, &Plane)> = (0u32..).zip(planes).collect();
         let found = self.machine.map(&numbered, |&(f, plane)| self.candidates_in(f, plane));
         self.sample(found.into_iter().flatten().collect())?;
-        let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
+        let mut subfacets: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
         let mut stale: Vec<u32> = (0..planes.len() as u32).collect();
-        let flats = Flats { pieces: pieces_of(chains), triangles: &Vec::new() };
+        let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets: &Vec::new() };
         loop {
-            self.triangulate_facets(planes, chains, &stale, &mut triangles)?;
+            self.triangulate_facets(planes, chains, &stale, &mut subfacets)?;
             let found = self
                 .machine
-                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &triangles[f as usize], &flats));
+                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &subfacets[f as usize], &flats));
             let before = self.vertices.len();
             if self.complete(found.into_iter().flatten().collect(), false)? == 0 {
                 break;
@@ -144,18 +144,18 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             stale.sort_unstable();
             stale.dedup();
         }
-        let all: Triangles =
-            (0u32..).zip(triangles).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
-        self.triangles = Balls::new(self.balls_of_triangles(&all));
+        let all: Subfacets =
+            (0u32..).zip(subfacets).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
+        self.subfacets = Balls::new(self.balls_of_subfacets(&all));
         Ok(all)
     }
 
-    pub(super) fn balls_of_triangles(&self, triangles: &Triangles) -> Vec<Ball<P>> {
+    pub(super) fn balls_of_subfacets(&self, subfacets: &Subfacets) -> Vec<Ball<P>> {
         let ball = |(_, t): &(u32, [u32; 3])| {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             circumcircle(a, b, c)
         };
-        triangles.iter().map(ball).collect()
+        subfacets.iter().map(ball).collect()
     }
 
     /// The Delaunay triangulations of some facets, in their planes; triangles outside of a facet are left out.
@@ -164,7 +164,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         planes: &[Plane],
         chains: &Chains,
         which: &[u32],
-        triangles: &mut [Vec<[u32; 3]>],
+        subfacets: &mut [Vec<[u32; 3]>],
     ) -> Result<(), M::Error> {
         if planes.is_empty() {
             return Ok(());
@@ -205,7 +205,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let mut own: Vec<[u32; 3]> = own.filter(|t| !self.is_on_a_line(t, &planes[f as usize])).collect();
             // Whatever order a machine gives them.
             own.sort_unstable();
-            triangles[f as usize] = own;
+            subfacets[f as usize] = own;
         }
         Ok(())
     }
@@ -243,7 +243,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             for number in 0..CANDIDATES {
                 let q = Name { cell: key, number }.place(&cell, seed);
                 let at = from_space(plane.lift(q));
-                if plane.holds(q) && !self.pieces.hold(at) {
+                if plane.holds(q) && !self.subsegments.hold(at) {
                     found.push((self.rules.site(at), Carrier::Facet(f)));
                 }
             }
@@ -255,21 +255,21 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         &self,
         f: u32,
         plane: &Plane,
-        triangles: &[[u32; 3]],
-        flats: &Flats<'_>,
+        subfacets: &[[u32; 3]],
+        flats: &Subfeatures<'_>,
     ) -> Vec<(Site<P>, Carrier)> {
         let mut found = Vec::new();
-        for t in triangles {
+        for t in subfacets {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let largest = t.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
             if !self.rules.is_too_large(centre, radius2.sqrt(), largest) {
                 continue;
             }
-            let Some(centre) = self.lifted(centre, flats) else { continue };
+            let Some(centre) = self.off_centre(centre, flats) else { continue };
             let q = plane.of(as_space(centre));
             let at = from_space(plane.lift(q));
-            if plane.holds(q) && dist2(at, a) > 0.0 && !self.pieces.hold(at) {
+            if plane.holds(q) && dist2(at, a) > 0.0 && !self.subsegments.hold(at) {
                 found.push((self.rules.site(at), Carrier::Facet(f)));
             }
         }

@@ -45,7 +45,7 @@ impl<P: Space> Generated<P> {
             regions: rows.iter().map(|(_, old)| self.labels.of[*old as usize]).collect(),
             cells: rows.into_iter().map(|r| r.0).collect(),
             faces,
-            edges: if P::DIM == 2 { Vec::new() } else { self.pieces.iter().map(edge).collect() },
+            edges: if P::DIM == 2 { Vec::new() } else { self.subsegments.iter().map(edge).collect() },
             dropped: self.labels.of.iter().filter(|l| **l == Labels::FLAT).count() as u64,
             carriers: self.vertices.carriers,
         }

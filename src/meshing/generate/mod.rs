@@ -68,33 +68,33 @@
 mod balls;
 mod barrier;
 mod cells;
-mod cones;
+mod corner_shells;
 mod divide;
 mod facets;
 mod finish;
-mod force;
-mod lacking;
-mod lift;
+mod generator;
 mod machine;
+mod missing;
+mod off_centre;
+mod recover;
 pub mod remesh;
 mod segments;
 mod vertices;
 mod volume;
 mod witness;
-mod work;
 
 use crate::domain::{Domain, Feature};
 use crate::space::Space;
 
 pub use cells::Labels;
+pub use generator::{Rules, Stage};
 pub use machine::{Alone, Machine, Triangulation};
 pub use vertices::{Holders, Vertices};
-pub use work::{Rules, Stage};
 
 use barrier::Own;
+use generator::Generator;
 pub(crate) use vertices::normal_of;
 use volume::Filled;
-use work::Work;
 
 /// What was generated.
 #[derive(Clone, Debug)]
@@ -108,7 +108,7 @@ pub struct Generated<P: Space> {
     /// Faces of the mesh on facets (in the plane: edges on segments): the facet, the face, and the cells beside it.
     pub faces: Vec<(u32, P::Facet, [u32; 2])>,
     /// The pieces of segments.
-    pub pieces: Vec<(u32, [u32; 2])>,
+    pub subsegments: Vec<(u32, [u32; 2])>,
     /// What each stage did.
     pub stages: Vec<Stage>,
 }
@@ -161,18 +161,25 @@ pub fn generate<P: Space, M: Machine<P> + Sync>(
 ) -> Result<Generated<P>, Failure<M::Error>> {
     // What is too fine is refused before any work.
     let cells = volume::sampling_cells(domain, &rules, &*machine).ok_or(Failure::TooMany(rules.most))?;
-    let mut work = Work::new(domain, rules, machine);
-    work.lifts = domain.small_angles(90.0).is_empty();
-    let planes = work.planes();
-    let chains = work.segments().map_err(Failure::Machine)?;
-    let triangles =
-        if P::DIM == 3 { work.facets(&planes, &chains).map_err(Failure::Machine)? } else { Vec::new() };
-    let (chains, triangles) = work.force(&planes, chains, triangles)?;
-    let own = Own { planes: &planes, chains: &chains, triangles: &triangles };
-    let Filled { delaunay, labels, barrier } = work.volume(own, &cells)?;
-    let faces = work.faces(&delaunay, &labels, &barrier, &planes);
-    let pieces = segments::pieces_of(&chains);
-    Ok(Generated { vertices: work.vertices, delaunay, labels, faces, pieces, stages: work.stages })
+    let mut generator = Generator::new(domain, rules, machine);
+    generator.off_centres = domain.small_angles(90.0).is_empty();
+    let planes = generator.planes();
+    let chains = generator.segments().map_err(Failure::Machine)?;
+    let subfacets =
+        if P::DIM == 3 { generator.facets(&planes, &chains).map_err(Failure::Machine)? } else { Vec::new() };
+    let (chains, subfacets) = generator.recover(&planes, chains, subfacets)?;
+    let own = Own { planes: &planes, chains: &chains, subfacets: &subfacets };
+    let Filled { delaunay, labels, barrier } = generator.volume(own, &cells)?;
+    let faces = generator.faces(&delaunay, &labels, &barrier, &planes);
+    let subsegments = segments::subsegments_of(&chains);
+    Ok(Generated {
+        vertices: generator.vertices,
+        delaunay,
+        labels,
+        faces,
+        subsegments,
+        stages: generator.stages,
+    })
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
+use super::generator::{CANDIDATES, Generator, SIDE};
 use super::machine::Machine;
-use super::work::{CANDIDATES, SIDE, Work};
 use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
@@ -19,11 +19,11 @@ use crate::space::Space;
 pub(super) type Chains = Vec<Vec<u32>>;
 
 /// All pieces with their segments.
-pub(super) fn pieces_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
+pub(super) fn subsegments_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
     (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of all segments.
     pub(super) fn segments(&mut self) -> Result<Chains, M::Error> {
         self.begin("segments");
@@ -36,26 +36,27 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let chains = self.chains();
             let mut middles = Vec::new();
             for (s, chain) in (0u32..).zip(&chains) {
-                for piece in chain.windows(2) {
-                    let [p, q] = [0, 1].map(|i| self.vertices.points[piece[i] as usize]);
+                for subsegment in chain.windows(2) {
+                    let [p, q] = [0, 1].map(|i| self.vertices.points[subsegment[i] as usize]);
                     let (middle, radius) = ((p + q) * 0.5, 0.5 * dist2(p, q).sqrt());
-                    let largest = piece.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
+                    let largest =
+                        subsegment.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
                     if self.rules.is_too_large(middle, radius, largest) {
                         middles.push((self.rules.site(middle), Carrier::Segment(s)));
                     }
                 }
             }
             if self.complete(middles, false)? == 0 {
-                self.pieces = Balls::new(self.balls_of_pieces(&chains));
+                self.subsegments = Balls::new(self.balls_of_subsegments(&chains));
                 return Ok(chains);
             }
         }
     }
 
-    pub(super) fn balls_of_pieces(&self, chains: &Chains) -> Vec<Ball<P>> {
+    pub(super) fn balls_of_subsegments(&self, chains: &Chains) -> Vec<Ball<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
-        let ball = |piece: &[u32]| {
-            let (p, q) = (at(piece[0]), at(piece[1]));
+        let ball = |subsegment: &[u32]| {
+            let (p, q) = (at(subsegment[0]), at(subsegment[1]));
             Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }
         };
         chains.iter().flat_map(|chain| chain.windows(2).map(ball)).collect()

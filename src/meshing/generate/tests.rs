@@ -27,7 +27,7 @@ fn meshed<P: Space + crate::facet::Triangulate>(
 ) -> (Domain<P>, Generated<P>) {
     let domain = crate::check(input).unwrap();
     let mut options = SizeOptions::new(lipschitz);
-    options.wishes.most = most;
+    options.constraints.most = most;
     let size = SizeFunction::new(&domain, &options).unwrap();
     let at = |x| size.at(x);
     let rules = Rules { size: &at, lipschitz, seed: 1, most: 1 << 24 };
@@ -259,9 +259,9 @@ impl Machine<DVec3> for Shuffled {
 
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error> {
         let mut made = Machine::<DVec3>::planar(&mut self.0, sets)?;
-        for triangles in &mut made {
-            triangles.reverse();
-            for t in triangles.iter_mut() {
+        for subfacets in &mut made {
+            subfacets.reverse();
+            for t in subfacets.iter_mut() {
                 t.rotate_left(1);
             }
         }
@@ -277,7 +277,7 @@ impl Machine<DVec3> for Shuffled {
 fn the_order_of_a_machines_cells_does_not_matter() {
     let domain = crate::check(&cube()).unwrap();
     let mut options = SizeOptions::new(0.25);
-    options.wishes.most = Some(0.6);
+    options.constraints.most = Some(0.6);
     let size = SizeFunction::new(&domain, &options).unwrap();
     let at = |x| size.at(x);
     let rules = Rules { size: &at, lipschitz: 0.25, seed: 3, most: 1 << 24 };
@@ -310,7 +310,7 @@ fn a_corner_with_segments_on_both_sides_of_a_facet() {
 fn balls_above_a_facet_are_at_most_five_quarters_wide() {
     let domain = crate::check(&cube()).unwrap();
     let size = 0.25;
-    let mut judged = 0;
+    let mut checked = 0;
     for seed in 1..4 {
         let rules = Rules { size: &|_| size, lipschitz: 0.0, seed, most: 1 << 24 };
         let made = generate(&domain, rules, &mut Alone { seed }).unwrap();
@@ -324,8 +324,8 @@ fn balls_above_a_facet_are_at_most_five_quarters_wide() {
             }
             let most = if gaps[0] > size { 1.0 } else { 1.25 };
             assert!(radius <= most * size * (1.0 + 1e-6), "{radius} at {centre}");
-            judged += usize::from(gaps[0] <= size);
+            checked += usize::from(gaps[0] <= size);
         }
     }
-    assert!(judged > 2000, "{judged} cells");
+    assert!(checked > 2000, "{checked} cells");
 }

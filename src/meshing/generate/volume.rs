@@ -11,11 +11,11 @@ use super::balls::{Ball, Balls};
 use super::barrier::{Barrier, Own};
 use super::cells::Labels;
 use super::facets::circumcircle;
-use super::lacking::Lacking;
-use super::lift::Flats;
+use super::generator::{CANDIDATES, Generator, Rules, SIDE};
 use super::machine::{Machine, Triangulation};
-use super::segments::pieces_of;
-use super::work::{CANDIDATES, Rules, SIDE, Work};
+use super::missing::MissingParts;
+use super::off_centre::Subfeatures;
+use super::segments::subsegments_of;
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
 use crate::domain::Domain;
@@ -48,7 +48,7 @@ pub(super) struct Filled<P: Space> {
     pub(super) barrier: Barrier<P::Facet>,
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of the volume; the triangulation that is left, and which part of it each cell is in.
     pub(super) fn volume(
         &mut self,
@@ -56,8 +56,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         cells: &[(Cell<P>, bool)],
     ) -> Result<Filled<P>, Failure<M::Error>> {
         self.begin("volume");
-        let Own { planes, chains, triangles } = own;
-        let flats = Flats { pieces: pieces_of(chains), triangles };
+        let Own { planes, chains, subfacets } = own;
+        let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets };
         let first = self.vertices.len();
         let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
         self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
@@ -66,9 +66,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 return Err(Failure::TooMany(self.rules.most));
             }
             let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
-            let lacking = self.lacking(&delaunay, planes, chains, triangles);
-            if !lacking.is_empty() {
-                self.clear(first, &lacking)?;
+            let missing = self.missing(&delaunay, planes, chains, subfacets);
+            if !missing.is_empty() {
+                self.clear(first, &missing)?;
                 continue;
             }
             let barrier = self.barrier(own, &delaunay);
@@ -76,9 +76,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
             let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
             let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels, &flats));
-            let (lifted, mut found): (Vec<_>, Vec<_>) =
-                found.into_iter().flatten().partition(|(_, lifted)| *lifted);
-            found.extend(self.free(lifted));
+            let (off_centre, mut found): (Vec<_>, Vec<_>) =
+                found.into_iter().flatten().partition(|(_, off_centre)| *off_centre);
+            found.extend(self.free(off_centre));
             let found = found.into_iter().map(|(site, _)| (site, Carrier::Volume)).collect();
             if self.complete(found, true).map_err(Failure::Machine)? == 0 {
                 return Ok(Filled { delaunay, labels, barrier });
@@ -88,28 +88,28 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
 
     /// Takes away the points around pieces and triangles that they have driven out of the triangulation (only those
     /// can be whose own balls hold a vertex), and closes a ball a fifth wider to all others.
-    fn clear(&mut self, first: usize, lacking: &Lacking) -> Result<(), Failure<M::Error>> {
+    fn clear(&mut self, first: usize, missing: &MissingParts) -> Result<(), Failure<M::Error>> {
         let at = |v: u32| self.vertices.points[v as usize];
-        let pieces = lacking.pieces.iter().map(|&(_, [a, b])| {
+        let subsegments = missing.subsegments.iter().map(|&(_, [a, b])| {
             let (p, q) = (at(a), at(b));
             Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }
         });
-        let triangles = lacking.triangles.iter().map(|(_, t)| {
+        let subfacets = missing.subfacets.iter().map(|(_, t)| {
             let [a, b, c] = t.map(at);
             circumcircle(a, b, c)
         });
-        let mut missing: Vec<Ball<P>> = pieces.chain(triangles).collect();
+        let mut balls: Vec<Ball<P>> = subsegments.chain(subfacets).collect();
         let before = self.closed.all().to_vec();
-        for ball in &mut missing {
+        for ball in &mut balls {
             let same = before.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
             ball.radius2 = same.fold(ball.radius2, f64::max);
         }
         // Some point of the volume has driven them out, since without them nothing was missing.
         for _ in 0..MOST_WIDENINGS {
-            for ball in &mut missing {
+            for ball in &mut balls {
                 ball.radius2 *= 1.44;
             }
-            self.closed = Balls::new(before.iter().chain(&missing).copied().collect());
+            self.closed = Balls::new(before.iter().chain(&balls).copied().collect());
             let count = self.vertices.len();
             let kept: Vec<bool> =
                 (0..count).map(|v| v < first || !self.closed.hold(self.vertices.points[v])).collect();
@@ -118,12 +118,12 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 return Ok(());
             }
         }
-        Err(Failure::Missing(Missing { features: lacking.features() }))
+        Err(Failure::Missing(Missing { features: missing.features() }))
     }
 
     /// Is the place outside of all balls?
     pub(super) fn is_open(&self, at: P) -> bool {
-        !self.pieces.hold(at) && !self.triangles.hold(at) && !self.closed.hold(at)
+        !self.subsegments.hold(at) && !self.subfacets.hold(at) && !self.closed.hold(at)
     }
 
     pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<(Site<P>, Carrier)> {
@@ -139,7 +139,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         cells: &[u32],
         delaunay: &Triangulation<P::Cell>,
         labels: &Labels,
-        flats: &Flats<'_>,
+        flats: &Subfeatures<'_>,
     ) -> Vec<(Site<P>, bool)> {
         let mut found = Vec::new();
         for &i in cells.iter().filter(|&&i| labels.is_inside(i)) {
@@ -158,7 +158,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 continue;
             }
             let open = self.is_open(centre);
-            let place = if open { Some(centre) } else { self.lifted(centre, flats) };
+            let place = if open { Some(centre) } else { self.off_centre(centre, flats) };
             let inside = place.filter(|&x| self.domain.is_inside(x));
             found.extend(inside.map(|x| (self.rules.site(x), !open)));
         }

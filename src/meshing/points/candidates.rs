@@ -12,8 +12,8 @@ use septet_geometry::point::Point;
 
 use super::conflicts::Site;
 use crate::bvh::Bounds;
-use crate::cores::One;
-use crate::octree::{Cell, Cube, Grown, Key, Rule, TooFine, Verdict, grow};
+use crate::executor::Sequential;
+use crate::octree::{Cell, Cube, Decision, Grown, Key, Rule, TooFine, grow};
 
 /// A candidate's identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,9 +70,9 @@ impl<P: Point> Rule<P> for Sizing<'_, P> {
     type Load = ();
     type Leaf = ();
 
-    fn judge(&self, cell: &Cell<P>, (): &()) -> Verdict<(), ()> {
+    fn decide(&self, cell: &Cell<P>, (): &()) -> Decision<(), ()> {
         let k = (1.5 * self.lipschitz).max(1.0) * (P::DIM as f64).sqrt();
-        if (self.at)(cell.centre) < k * cell.side { Verdict::Split(()) } else { Verdict::Keep(()) }
+        if (self.at)(cell.centre) < k * cell.side { Decision::Split(()) } else { Decision::Keep(()) }
     }
 }
 
@@ -86,7 +86,7 @@ pub fn cells<P: Point>(
     limit: u64,
 ) -> Result<(Cube<P>, Grown<()>), TooFine> {
     let cube = Cube::around(bounds);
-    let grown = grow(&cube, sizing, &(), limit, &One)?;
+    let grown = grow(&cube, sizing, &(), limit, &Sequential)?;
     Ok((cube, grown))
 }
 

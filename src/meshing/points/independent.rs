@@ -43,8 +43,8 @@ pub fn by_rounds<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) 
     while !open.is_empty() {
         undecided.push(open.len() as u64);
         let first = |v: u32| {
-            let rivals = graph[v as usize].iter().filter(|&&u| state[u as usize] == State::Undecided);
-            rivals.into_iter().all(|&u| priorities[v as usize] < priorities[u as usize])
+            let neighbours = graph[v as usize].iter().filter(|&&u| state[u as usize] == State::Undecided);
+            neighbours.into_iter().all(|&u| priorities[v as usize] < priorities[u as usize])
         };
         let joining: Vec<u32> = open.iter().copied().filter(|&v| first(v)).collect();
         for v in joining {

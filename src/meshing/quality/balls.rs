@@ -68,8 +68,8 @@ impl<P: Point> Kind<P> {
 /// The balls of a mesh's edges on segments and faces on facets.
 pub struct Balls<'a, P: Space> {
     zones: Zones<'a, P>,
-    pieces: Kind<P>,
-    triangles: Kind<P>,
+    subsegments: Kind<P>,
+    subfacets: Kind<P>,
     /// Of every triangle, `r / f(m)`.
     widths: Vec<f64>,
 }
@@ -84,26 +84,26 @@ impl<'a, P: Space> Balls<'a, P> {
         lipschitz: f64,
     ) -> Self {
         let at = |v: u32| scale(mesh.points[v as usize], domain.simplices.exponent);
-        let piece = |ends: &[u32]| {
+        let subsegment = |ends: &[u32]| {
             let (p, q) = (at(ends[0]), at(ends[1]));
             ((p + q) * 0.5, 0.25 * dist2(p, q))
         };
         let faces = mesh.faces.iter();
         let of_faces: Vec<u32> = faces.clone().map(|f| f.facet).collect();
-        let (pieces, triangles) = if P::DIM == 2 {
-            let balls = faces.map(|f| piece(f.vertices.as_ref())).collect();
+        let (subsegments, subfacets) = if P::DIM == 2 {
+            let balls = faces.map(|f| subsegment(f.vertices.as_ref())).collect();
             (Kind::new(balls, of_faces), Kind::new(Vec::new(), Vec::new()))
         } else {
             let edges = mesh.edges.iter();
             let of_edges = edges.clone().map(|e| e.segment).collect();
             let balls = faces.map(|f| circumcircle([0, 1, 2].map(|i| at(f.vertices.as_ref()[i])))).collect();
-            let pieces = edges.map(|e| piece(&e.vertices)).collect();
-            (Kind::new(pieces, of_edges), Kind::new(balls, of_faces))
+            let subsegments = edges.map(|e| subsegment(&e.vertices)).collect();
+            (Kind::new(subsegments, of_edges), Kind::new(balls, of_faces))
         };
-        let widths = triangles.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
+        let widths = subfacets.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
         let zone = if domain.small_angles(RIGHT).is_empty() { 0.0 } else { 1.0 / (1.0 - lipschitz) };
         let zones = Zones { domain, features, size, zone };
-        Balls { zones, pieces, triangles, widths }
+        Balls { zones, subsegments, subfacets, widths }
     }
 
     /// The largest `r / f(m)` of a face on a facet.
@@ -123,10 +123,10 @@ impl<'a, P: Space> Balls<'a, P> {
         if let Place::Outside(_) = place {
             return place;
         }
-        if let Some((&segment, _)) = self.pieces.holding(centre).first_key_value() {
+        if let Some((&segment, _)) = self.subsegments.holding(centre).first_key_value() {
             return Place::Near(Feature::Segment(segment));
         }
-        let above = self.triangles.holding(centre);
+        let above = self.subfacets.holding(centre);
         let complete = |(_, (_, i)): &(&u32, &(f64, u32))| self.widths[*i as usize] <= 1.0 + ROUNDING;
         match (above.iter().find(complete), above.first_key_value()) {
             (Some((&facet, _)), _) => Place::Near(Feature::Facet(facet)),

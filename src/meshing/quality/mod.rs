@@ -169,7 +169,7 @@ pub struct Quality<P> {
 pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'_, P>) -> Quality<P> {
     let exponent = domain.simplices.exponent;
     let length = |x: f64| scale(P::splat(x), exponent).coord(0);
-    let mut work = Work {
+    let mut assessor = Assessor {
         mesh,
         measure,
         points: mesh.points.iter().map(|&p| scale(p, exponent)).collect(),
@@ -177,16 +177,16 @@ pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'
         features: BTreeMap::new(),
         out: empty(mesh.points.len() as u64, measure),
     };
-    work.cells(exponent);
-    work.edges();
+    assessor.cells(exponent);
+    assessor.edges();
     if let Some(local_size) = measure.local_size {
         let mut grading = Histogram::new(0.0, 1.0, 20);
-        work.points.iter().zip(&work.sizes).for_each(|(&p, f)| grading.add(f / local_size(p)));
-        work.out.grading = Some(grading);
+        assessor.points.iter().zip(&assessor.sizes).for_each(|(&p, f)| grading.add(f / local_size(p)));
+        assessor.out.grading = Some(grading);
     }
-    let mut features: Vec<NearFeature> = work.features.into_values().collect();
+    let mut features: Vec<NearFeature> = assessor.features.into_values().collect();
     features.sort_by(|a, b| b.most.upper.total_cmp(&a.most.upper).then(a.feature.cmp(&b.feature)));
-    Quality { features, ..work.out }
+    Quality { features, ..assessor.out }
 }
 
 fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
@@ -218,7 +218,7 @@ fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
     }
 }
 
-struct Work<'a, P: Space> {
+struct Assessor<'a, P: Space> {
     mesh: &'a Mesh<P>,
     measure: &'a Measure<'a, P>,
     /// Scaled.
@@ -228,7 +228,7 @@ struct Work<'a, P: Space> {
     out: Quality<P>,
 }
 
-impl<P: Space> Work<'_, P> {
+impl<P: Space> Assessor<'_, P> {
     fn cells(&mut self, exponent: i32) {
         let (mut volume, mut integral) = (Sum::default(), Sum::default());
         let mut volumes = self.out.volumes;

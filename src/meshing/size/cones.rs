@@ -14,7 +14,7 @@ use std::cmp::Ordering;
 use septet_geometry::point::Point;
 
 use crate::bvh::Bounds;
-use crate::cores::Cores;
+use crate::executor::Executor;
 
 /// A cone: the value at its tip, and where that is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,13 +142,13 @@ impl<P: Point> Cones<P> {
 
     /// Without the cones whose tips lie above another cone: nowhere are they the least.
     #[must_use]
-    pub fn filtered(self, cores: &impl Cores) -> Self {
+    pub fn filtered(self, executor: &impl Executor) -> Self {
         // Strictly above, so of a chain of cones above each other the last one stays.
         let stays = |cones: &&[Cone<P>]| -> Vec<Cone<P>> {
             cones.iter().filter(|c| !self.any_below(c.at, c.size)).copied().collect()
         };
         let blocks: Vec<&[Cone<P>]> = self.tips.chunks(BLOCK).collect();
-        Cones::new(self.slope, cores.map(&blocks, stays).concat())
+        Cones::new(self.slope, executor.map(&blocks, stays).concat())
     }
 }
 

@@ -24,10 +24,10 @@
 
 use super::cones::Cone;
 use super::user::User;
-use crate::cores::Cores;
 use crate::distance::{Features, Search};
 use crate::domain::Domain;
-use crate::octree::{Cell, Rule, Verdict};
+use crate::executor::Executor;
+use crate::octree::{Cell, Decision, Rule};
 use crate::space::Space;
 
 /// What the rule is about.
@@ -55,7 +55,7 @@ pub(super) struct Local<'a, P: Space> {
 }
 
 /// What a cell hands down.
-pub(super) struct Handed<P> {
+pub(super) struct Inherited<P> {
     /// Its centre.
     centre: P,
     /// The two simplices that make it.
@@ -77,28 +77,28 @@ struct Known {
 }
 
 /// Simplices whose middles a cell looks at.
-const LOOKS: usize = 16;
+const MIDDLES: usize = 16;
 
 /// Limits of distances are raised by this factor.
 const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl<'a, P: Space> Local<'a, P> {
     /// The rule.
-    pub fn new(terms: Terms<'a, P>, cores: &impl Cores) -> Self {
+    pub fn new(terms: Terms<'a, P>, executor: &impl Executor) -> Self {
         let middle = |&i: &u32| {
             let at = terms.features.middle(i);
             Cone { at, size: (1.0 - 0.5 * terms.loss) * terms.features.local_size(at).radius }
         };
         let items: Vec<u32> =
             if terms.drops { (0..terms.features.item_count()).collect() } else { Vec::new() };
-        let middles = cores.map(&items, middle);
+        let middles = executor.map(&items, middle);
         Local { terms, middles }
     }
 
     /// What the root is handed: everything.
-    pub fn root(&self, centre: P) -> Handed<P> {
+    pub fn root(&self, centre: P) -> Inherited<P> {
         let near = (0..self.terms.features.item_count()).map(|i| (0.0, i)).collect();
-        Handed { centre, pair: None, near, inside: false }
+        Inherited { centre, pair: None, near, inside: false }
     }
 
     /// The cones that stand in any case.
@@ -113,9 +113,9 @@ impl<'a, P: Space> Local<'a, P> {
     }
 
     /// What `m` knows.
-    fn know(&self, m: P, handed: &Handed<P>) -> Known {
-        let bound = handed.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
-        let near = self.within(m, handed, bound);
+    fn know(&self, m: P, inherited: &Inherited<P>) -> Known {
+        let bound = inherited.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
+        let near = self.within(m, inherited, bound);
         let mut search = Search::default();
         let found = near.iter().find_map(|&(d, i)| Some((d, search.meet(self.terms.features, i)?)));
         let (size, pair) = found.map_or((f64::INFINITY, None), |(d, pair)| (d, Some(pair)));
@@ -123,11 +123,11 @@ impl<'a, P: Space> Local<'a, P> {
     }
 
     /// The simplices within a distance.
-    fn within(&self, m: P, handed: &Handed<P>, reach: f64) -> Vec<(f64, u32)> {
+    fn within(&self, m: P, inherited: &Inherited<P>, reach: f64) -> Vec<(f64, u32)> {
         let features = self.terms.features;
-        let moved = (m - handed.centre).norm2().sqrt();
-        let mut near = Vec::with_capacity(handed.near.len().min(64));
-        for &(_, i) in handed.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING) {
+        let moved = (m - inherited.centre).norm2().sqrt();
+        let mut near = Vec::with_capacity(inherited.near.len().min(64));
+        for &(_, i) in inherited.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING) {
             if !features.is_beyond(i, m, reach) {
                 let distance = features.dist2(i, m).sqrt();
                 if distance <= reach {
@@ -140,9 +140,9 @@ impl<'a, P: Space> Local<'a, P> {
     }
 
     /// Is a cone above `m` nowhere below one that stands?
-    fn is_above_standing(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
-        let mut looks = near.iter().take(LOOKS).map(|&(_, i)| self.middles[i as usize]);
-        looks.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
+    fn is_above_fixed(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
+        let mut nearest = near.iter().take(MIDDLES).map(|&(_, i)| self.middles[i as usize]);
+        nearest.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
     }
 
     /// Is a cone above `m` above `lfs(y) + L |m y|` for one of some points y?
@@ -165,9 +165,9 @@ impl<'a, P: Space> Local<'a, P> {
     }
 
     /// Does a cell lie inside of the domain for certain (yes), outside (no), or is it not clear?
-    fn side(&self, cell: &Cell<P>, handed: &Handed<P>, near: &[(f64, u32)]) -> Option<bool> {
+    fn side(&self, cell: &Cell<P>, inherited: &Inherited<P>, near: &[(f64, u32)]) -> Option<bool> {
         let domain = self.terms.domain?;
-        if handed.inside {
+        if inherited.inside {
             return Some(true);
         }
         let &(nearest, item) = near.first().filter(|n| n.0 > cell.radius() * ROUNDING)?;
@@ -180,30 +180,30 @@ impl<'a, P: Space> Local<'a, P> {
 }
 
 impl<P: Space> Rule<P> for Local<'_, P> {
-    type Load = Handed<P>;
+    type Load = Inherited<P>;
     type Leaf = Cone<P>;
 
-    fn judge(&self, cell: &Cell<P>, handed: &Handed<P>) -> Verdict<Handed<P>, Cone<P>> {
+    fn decide(&self, cell: &Cell<P>, inherited: &Inherited<P>) -> Decision<Inherited<P>, Cone<P>> {
         let Terms { user, slope, loss, drops, .. } = self.terms;
         let m = cell.centre;
-        let known = self.know(m, handed);
+        let known = self.know(m, inherited);
         let error = (1.0 + slope) * cell.radius();
         let cone = Cone { at: m, size: known.size - error };
         let mut inside = false;
         if drops {
-            if cone.size >= user.at(m) || self.is_above_standing(cone.size, m, &known.near) {
-                return Verdict::Drop;
+            if cone.size >= user.at(m) || self.is_above_fixed(cone.size, m, &known.near) {
+                return Decision::Drop;
             }
-            let side = self.side(cell, handed, &known.near);
+            let side = self.side(cell, inherited, &known.near);
             inside = side == Some(true);
             if side == Some(false) || self.is_above(cone.size, m, &known, inside) {
-                return Verdict::Drop;
+                return Decision::Drop;
             }
         }
         if error <= loss * known.size.max(user.least) {
-            return Verdict::Keep(cone);
+            return Decision::Keep(cone);
         }
-        let near = self.within(m, handed, (known.size + 2.0 * cell.radius()) * ROUNDING);
-        Verdict::Split(Handed { centre: m, pair: known.pair, near, inside })
+        let near = self.within(m, inherited, (known.size + 2.0 * cell.radius()) * ROUNDING);
+        Decision::Split(Inherited { centre: m, pair: known.pair, near, inside })
     }
 }

@@ -45,15 +45,15 @@ pub mod user;
 use septet_geometry::range::scale;
 use thiserror::Error;
 
-use crate::cores::{Cores, One};
 use crate::distance::Features;
 use crate::domain::Domain;
+use crate::executor::{Executor, Sequential};
 use crate::octree::{Cube, Grown, Key, Level, TooFine, grow};
 use crate::space::Space;
 use cones::{Cone, Cones};
 use local::{Local, Terms};
 use regions::Regions;
-use user::{Singularity, User, Wishes};
+use user::{Constraints, Singularity, User};
 
 /// How a size function is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub struct SizeOptions<P> {
     /// How far g may stay below f*, as a part of it; above 0 and at most `(1+L)/3`.
     pub loss: f64,
     /// What the user wishes, in the unit of the file.
-    pub wishes: Wishes<P>,
+    pub constraints: Constraints<P>,
     /// The largest number of cells.
     pub cells: u64,
 }
@@ -71,7 +71,12 @@ pub struct SizeOptions<P> {
 impl<P> SizeOptions<P> {
     /// L, the largest loss, and no wishes.
     pub fn new(lipschitz: f64) -> Self {
-        SizeOptions { lipschitz, loss: (1.0 + lipschitz) / 3.0, wishes: Wishes::default(), cells: 1 << 26 }
+        SizeOptions {
+            lipschitz,
+            loss: (1.0 + lipschitz) / 3.0,
+            constraints: Constraints::default(),
+            cells: 1 << 26,
+        }
     }
 }
 
@@ -115,7 +120,7 @@ impl<P: Space> SizeFunction<P> {
     /// # Errors
     /// [`SizeError`], for options out of range and for domains that are too fine for the number of cells.
     pub fn new(domain: &Domain<P>, options: &SizeOptions<P>) -> Result<Self, SizeError> {
-        Self::of_features(domain, &Features::new(domain), options, &One)
+        Self::of_features(domain, &Features::new(domain), options, &Sequential)
     }
 
     /// Makes that of some features of a domain. Outside of their box it is L-Lipschitz still, and the statement is
@@ -127,10 +132,10 @@ impl<P: Space> SizeFunction<P> {
         domain: &Domain<P>,
         features: &Features<P>,
         options: &SizeOptions<P>,
-        cores: &impl Cores,
+        executor: &impl Executor,
     ) -> Result<Self, SizeError> {
-        let wishes = scaled(options, domain.simplices.exponent)?;
-        let user = User::new(options.lipschitz, &wishes);
+        let constraints = scaled(options, domain.simplices.exponent)?;
+        let user = User::new(options.lipschitz, &constraints);
         if features.item_count() == 0 {
             let cones = Cones::new(options.lipschitz, Vec::new());
             let regions = Regions::new(options.lipschitz, domain);
@@ -139,9 +144,9 @@ impl<P: Space> SizeFunction<P> {
         let (slope, loss) = (options.lipschitz, options.loss);
         let whole = features.is_whole().then_some(domain);
         let terms = Terms { features, domain: whole, user: &user, slope, loss, drops: true };
-        let (grown, mut cones) = tree(terms, options.cells, cores)?;
+        let (grown, mut cones) = tree(terms, options.cells, executor)?;
         cones.extend(grown.leaves.into_iter().map(|(_, cone)| cone));
-        let cones = Cones::new(options.lipschitz, cones).filtered(cores);
+        let cones = Cones::new(options.lipschitz, cones).filtered(executor);
         let regions = Regions::new(options.lipschitz, domain);
         Ok(SizeFunction { user, regions, cones, levels: grown.levels })
     }
@@ -169,24 +174,24 @@ impl<P: Space> SizeFunction<P> {
 }
 
 /// Cones that stand in any case.
-type Standing<P> = Vec<Cone<P>>;
+type FixedCones<P> = Vec<Cone<P>>;
 
 /// The tree with its cones, and the cones that stand in any case.
 fn tree<P: Space>(
     terms: Terms<'_, P>,
     limit: u64,
-    cores: &impl Cores,
-) -> Result<(Grown<Cone<P>>, Standing<P>), TooFine> {
-    let rule = Local::new(terms, cores);
+    executor: &impl Executor,
+) -> Result<(Grown<Cone<P>>, FixedCones<P>), TooFine> {
+    let rule = Local::new(terms, executor);
     let cube = Cube::around(&terms.features.bounds());
-    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), limit, cores)?;
-    let standing = rule.middles().iter().filter(|c| c.size < terms.user.at(c.at));
-    let standing = standing.copied().collect();
-    Ok((grown, standing))
+    let grown = grow(&cube, &rule, &rule.root(cube.cell(Key::ROOT).centre), limit, executor)?;
+    let fixed = rule.middles().iter().filter(|c| c.size < terms.user.at(c.at));
+    let fixed = fixed.copied().collect();
+    Ok((grown, fixed))
 }
 
 /// The wishes in the domain's coordinates; what is out of range is refused.
-fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Wishes<P>, SizeError> {
+fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Constraints<P>, SizeError> {
     let most = (1.0 + options.lipschitz) / 3.0;
     if !(options.lipschitz > 0.0 && options.lipschitz < 1.0) {
         return Err(SizeError::Lipschitz(options.lipschitz));
@@ -203,18 +208,18 @@ fn scaled<P: Space>(options: &SizeOptions<P>, exponent: i32) -> Result<Wishes<P>
         let finite = (0..P::DIM).all(|i| p.coord(i).is_finite());
         if finite { Ok(scale(p, exponent)) } else { Err(SizeError::Place) }
     };
-    let wishes = &options.wishes;
-    let field = wishes.field.iter().map(|c| Ok(Cone { at: place(c.at)?, size: length(c.size)? }));
-    let singular = wishes.singularities.iter().map(|&(s, size)| {
+    let constraints = &options.constraints;
+    let field = constraints.field.iter().map(|c| Ok(Cone { at: place(c.at)?, size: length(c.size)? }));
+    let singular = constraints.singularities.iter().map(|&(s, size)| {
         let s = match s {
             Singularity::Point(p) => Singularity::Point(place(p)?),
             Singularity::Line(p, q) => Singularity::Line(place(p)?, place(q)?),
         };
         Ok((s, length(size)?))
     });
-    Ok(Wishes {
-        most: wishes.most.map(length).transpose()?,
-        least: wishes.least.map(length).transpose()?,
+    Ok(Constraints {
+        most: constraints.most.map(length).transpose()?,
+        least: constraints.least.map(length).transpose()?,
         field: field.collect::<Result<_, SizeError>>()?,
         singularities: singular.collect::<Result<_, SizeError>>()?,
     })

@@ -76,7 +76,8 @@ impl<P: Space> Regions<P> {
 
 /// A component with the walls beside it.
 fn walls_of<P: Space>(domain: &Domain<P>, component: u32, size: f64) -> Limited<P> {
-    let all = (0..domain.walls().len() as u32).filter(|&w| domain.sides.beside(w).contains(&component));
+    let all =
+        (0..domain.walls().len() as u32).filter(|&w| domain.sides.components_at(w).contains(&component));
     let walls: Vec<P::Facet> = all.map(|w| domain.walls()[w as usize]).collect();
     let tree = Bvh::new(walls.iter().map(|w| domain.simplices.bounds(w.as_ref())).collect());
     Limited { component, size, walls, tree }

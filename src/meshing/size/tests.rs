@@ -128,9 +128,9 @@ fn undropped<'a, P: Space>(
 fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let options = SizeOptions::new(lipschitz);
     let features = Features::new(domain);
-    let user = User::new(lipschitz, &Wishes::default());
+    let user = User::new(lipschitz, &Constraints::default());
     let cube = Cube::around(&features.bounds());
-    let grown = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
+    let grown = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: Key| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -174,9 +174,9 @@ fn drops_and_filters_lose_nothing() {
     let domain = slit();
     let options = SizeOptions::new(0.25);
     let features = Features::new(&domain);
-    let user = User::new(0.25, &Wishes::default());
+    let user = User::new(0.25, &Constraints::default());
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
+    let whole = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
     // Both satisfy the statement, so neither is more than a loss away from the other.
@@ -191,24 +191,24 @@ fn drops_and_filters_lose_nothing() {
 #[test]
 fn wishes_come_true() {
     let domain = slit();
-    let make = |wishes: Wishes<DVec2>| {
-        SizeFunction::new(&domain, &SizeOptions { wishes, ..SizeOptions::new(0.25) }).unwrap()
+    let make = |constraints: Constraints<DVec2>| {
+        SizeFunction::new(&domain, &SizeOptions { constraints, ..SizeOptions::new(0.25) }).unwrap()
     };
-    let plain = make(Wishes::default());
+    let plain = make(Constraints::default());
     let place = DVec2::new(6.5, 2.5);
-    let most = make(Wishes { most: Some(0.125), ..Wishes::default() });
+    let most = make(Constraints { most: Some(0.125), ..Constraints::default() });
     let cells = |s: &SizeFunction<DVec2>| s.levels().iter().map(|l| l.split).sum::<u64>();
     assert!(plain.at(place) > 0.5 && most.at(place) == 0.125 && cells(&most) < cells(&plain));
-    let least = make(Wishes { least: Some(0.25), ..Wishes::default() });
+    let least = make(Constraints { least: Some(0.25), ..Constraints::default() });
     assert_eq!(least.at(DVec2::new(4.03125, 3.75)), 0.25);
     assert!(plain.at(DVec2::new(4.03125, 3.75)) < 0.125 && cells(&least) < cells(&plain));
     let field = vec![Cone { at: place, size: 0.01 }, Cone { at: DVec2::new(7.0, 1.0), size: 0.5 }];
-    let field = make(Wishes { field, ..Wishes::default() });
+    let field = make(Constraints { field, ..Constraints::default() });
     assert_eq!(field.at(place), 0.01);
     assert_eq!(field.at(place + DVec2::new(0.5, 0.0)), 0.01 + 0.25 * 0.5);
     let line = Singularity::Line(DVec2::new(5.0, 1.0), DVec2::new(7.0, 1.0));
     let singularities = vec![(Singularity::Point(place), 1e-3), (line, 1e-2)];
-    let singular = make(Wishes { singularities, ..Wishes::default() });
+    let singular = make(Constraints { singularities, ..Constraints::default() });
     assert_eq!(singular.at(place), 1e-3);
     assert_eq!(singular.at(DVec2::new(6.0, 1.5)), 1e-2 + 0.25 * 0.5);
     assert_eq!(singular.at(DVec2::new(7.25, 1.0)), 1e-2 + 0.25 * 0.25);
@@ -225,10 +225,10 @@ fn what_cannot_be_is_refused() {
     assert_eq!(with(&|o| o.lipschitz = 1.0), Some(SizeError::Lipschitz(1.0)));
     assert_eq!(with(&|o| o.lipschitz = 0.0), Some(SizeError::Lipschitz(0.0)));
     assert!(matches!(with(&|o| o.loss = 0.5), Some(SizeError::Loss { .. })));
-    assert_eq!(with(&|o| o.wishes.most = Some(-1.0)), Some(SizeError::Size(-1.0)));
+    assert_eq!(with(&|o| o.constraints.most = Some(-1.0)), Some(SizeError::Size(-1.0)));
     assert_eq!(with(&|o| o.cells = 50), Some(SizeError::TooFine(TooFine::Cells { limit: 50 })));
     let nowhere = Cone { at: DVec2::new(f64::NAN, 0.0), size: 1.0 };
-    assert_eq!(with(&|o| o.wishes.field.push(nowhere)), Some(SizeError::Place));
+    assert_eq!(with(&|o| o.constraints.field.push(nowhere)), Some(SizeError::Place));
 }
 
 #[test]
@@ -260,7 +260,7 @@ proptest! {
     fn trees_of_cones(cones in cones(), slope in 0.01..0.99f64, at in prop::collection::vec(
         (-20.0..20.0f64, -20.0..20.0f64, -20.0..20.0f64), 20)) {
         let tree = Cones::new(slope, cones.clone());
-        let filtered = tree.clone().filtered(&One);
+        let filtered = tree.clone().filtered(&Sequential);
         prop_assert!(filtered.all().len() <= cones.len());
         let at: Vec<DVec3> = at.into_iter().map(DVec3::from).chain(cones.iter().map(|c| c.at)).collect();
         for &x in &at {
@@ -279,13 +279,13 @@ proptest! {
     #[test]
     fn lipschitz(slope in 0.05..0.95f64, most in 0.05..2.0f64, least in 0.01..0.2f64,
                  x in (0.0..8.0f64, 0.0..4.0f64), y in (0.0..8.0f64, 0.0..4.0f64), near in 1e-6..1.0f64) {
-        let wishes = Wishes {
+        let constraints = Constraints {
             most: Some(most),
             least: Some(least),
             singularities: vec![(Singularity::Point(DVec2::new(1.0, 0.5)), 0.02)],
-            ..Wishes::default()
+            ..Constraints::default()
         };
-        let size = SizeFunction::new(&slit(), &SizeOptions { wishes, ..SizeOptions::new(slope) }).unwrap();
+        let size = SizeFunction::new(&slit(), &SizeOptions { constraints, ..SizeOptions::new(slope) }).unwrap();
         let (x, y) = (DVec2::from(x), DVec2::from(y));
         for y in [y, x + (y - x) * near] {
             let rise = (size.at(x) - size.at(y)).abs();
@@ -297,7 +297,7 @@ proptest! {
 /// Maps items from the last one to the first.
 struct Backwards;
 
-impl Cores for Backwards {
+impl Executor for Backwards {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
         let mut mapped: Vec<U> = items.iter().rev().map(f).collect();
         mapped.reverse();
@@ -309,7 +309,7 @@ impl Cores for Backwards {
 fn the_order_of_the_cores_is_nobodys_concern() {
     let domain = busy();
     let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
-    let one = SizeFunction::of_features(&domain, &features, &options, &One).unwrap();
+    let one = SizeFunction::of_features(&domain, &features, &options, &Sequential).unwrap();
     let other = SizeFunction::of_features(&domain, &features, &options, &Backwards).unwrap();
     assert_eq!(one.cones(), other.cones());
     assert_eq!(one.levels(), other.levels());
@@ -320,12 +320,12 @@ fn the_order_of_the_cores_is_nobodys_concern() {
 fn what_lies_outside_is_left_out() {
     let domain = slit();
     let features = Features::new(&domain);
-    let user = User::new(0.25, &Wishes::default());
+    let user = User::new(0.25, &Constraints::default());
     let options = SizeOptions::new(0.25);
     let terms = Terms { drops: true, ..undropped(&features, &options, &user) };
     let cells = |grown: &Grown<Cone<DVec2>>| grown.levels.iter().map(|l| l.split).sum::<u64>();
-    let everywhere = tree(terms, options.cells, &One).unwrap().0;
-    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &One).unwrap().0;
+    let everywhere = tree(terms, options.cells, &Sequential).unwrap().0;
+    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Sequential).unwrap().0;
     assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
     let cube = Cube::around(&features.bounds());
     let far = |key: Key| {

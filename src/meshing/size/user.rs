@@ -11,8 +11,8 @@
 use septet_geometry::point::Point;
 
 use super::cones::{Cone, Cones};
-use crate::cores::One;
 use crate::distance::closest_on_segment;
+use crate::executor::Sequential;
 
 /// Where the size falls to a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ impl<P: Point> Singularity<P> {
 
 /// What a user asks for. Lengths are in the unit of the coordinates that it is asked with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wishes<P> {
+pub struct Constraints<P> {
     /// The largest size anywhere.
     pub most: Option<f64>,
     /// The smallest size anywhere; it wins over everything else, local feature size included.
@@ -48,9 +48,9 @@ pub struct Wishes<P> {
     pub singularities: Vec<(Singularity<P>, f64)>,
 }
 
-impl<P> Default for Wishes<P> {
+impl<P> Default for Constraints<P> {
     fn default() -> Self {
-        Wishes { most: None, least: None, field: Vec::new(), singularities: Vec::new() }
+        Constraints { most: None, least: None, field: Vec::new(), singularities: Vec::new() }
     }
 }
 
@@ -65,12 +65,12 @@ pub struct User<P> {
 
 impl<P: Point> User<P> {
     /// The function of slope L.
-    pub fn new(slope: f64, wishes: &Wishes<P>) -> Self {
+    pub fn new(slope: f64, constraints: &Constraints<P>) -> Self {
         User {
-            most: wishes.most.unwrap_or(f64::INFINITY),
-            least: wishes.least.unwrap_or(0.0),
-            field: Cones::new(slope, wishes.field.clone()).filtered(&One),
-            singularities: wishes.singularities.clone(),
+            most: constraints.most.unwrap_or(f64::INFINITY),
+            least: constraints.least.unwrap_or(0.0),
+            field: Cones::new(slope, constraints.field.clone()).filtered(&Sequential),
+            singularities: constraints.singularities.clone(),
         }
     }
 

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::brute::beyond;
 use crate::check;
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::input::{Input, InputSegment, Kind};
 use crate::space::Space;
 
@@ -37,8 +37,8 @@ fn triangles(points: &[DVec3], picks: &[[usize; 3]]) -> Vec<[u32; 3]> {
 
 fn pairs(defects: &[Defect]) -> BTreeSet<[u32; 2]> {
     let pair = |d: &Defect| match d {
-        Defect::Intersect { pieces: [Piece::Facet(a), Piece::Facet(b)], .. }
-        | Defect::Doubled { pieces: [Piece::Facet(a), Piece::Facet(b)], .. } => Some([*a, *b]),
+        Defect::Intersect { elements: [Element::Facet(a), Element::Facet(b)], .. }
+        | Defect::Doubled { elements: [Element::Facet(a), Element::Facet(b)], .. } => Some([*a, *b]),
         _ => None,
     };
     defects.iter().filter_map(pair).collect()

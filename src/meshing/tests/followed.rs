@@ -16,7 +16,7 @@ fn lattice() -> (Domain<DVec3>, Mesh<DVec3>) {
     (domain, mesh)
 }
 
-fn judged(domain: &Domain<DVec3>, mesh: &Mesh<DVec3>, distance: Option<f64>) -> Conformity {
+fn checked(domain: &Domain<DVec3>, mesh: &Mesh<DVec3>, distance: Option<f64>) -> Conformity {
     check_remeshed(domain, mesh, &Follow { feature_angle: 60.0, distance })
 }
 
@@ -24,7 +24,7 @@ fn judged(domain: &Domain<DVec3>, mesh: &Mesh<DVec3>, distance: Option<f64>) -> 
 fn spoilt(spoil: impl FnOnce(&mut Mesh<DVec3>), expected: impl Fn(&MeshDefect) -> bool) {
     let (domain, mut mesh) = lattice();
     spoil(&mut mesh);
-    let found = judged(&domain, &mesh, None);
+    let found = checked(&domain, &mesh, None);
     assert!(found.defects.iter().any(expected), "{:?}", found.defects);
 }
 
@@ -59,7 +59,7 @@ fn drop_edge(mesh: &mut Mesh<DVec3>) {
 #[test]
 fn a_lattice_follows_its_cube() {
     let (domain, mesh) = lattice();
-    let found = judged(&domain, &mesh, Some(1e-9));
+    let found = checked(&domain, &mesh, Some(1e-9));
     assert!(found.is_clean(), "{found:?}");
     assert_eq!((found.measure, found.boundary), ([64.0; 2], [96.0; 2]));
     let deviation = found.deviation.unwrap();
@@ -132,9 +132,9 @@ fn boundaries_that_are_elsewhere() {
     dented(0.5)(&mut mesh);
     let size = mesh.sizes.iter().copied().fold(0.0, f64::max);
     let is_astray = |d: &MeshDefect| matches!(d, MeshDefect::Astray { what: "face", .. });
-    assert!(judged(&domain, &mesh, Some(0.3)).defects.iter().any(is_astray));
-    assert!(!judged(&domain, &mesh, Some(0.6)).defects.iter().any(is_astray), "size {size}");
-    let deviation = judged(&domain, &mesh, None).deviation.unwrap();
+    assert!(checked(&domain, &mesh, Some(0.3)).defects.iter().any(is_astray));
+    assert!(!checked(&domain, &mesh, Some(0.6)).defects.iter().any(is_astray), "size {size}");
+    let deviation = checked(&domain, &mesh, None).deviation.unwrap();
     assert!(deviation.of_boundary > 0.3 && deviation.of_boundary <= 0.5, "{deviation:?}");
     // A layer of cells is gone: the surface is far from what is left.
     let (domain, mut mesh) = lattice();
@@ -144,7 +144,7 @@ fn boundaries_that_are_elsewhere() {
     mesh.cells.retain(|_| of.next() == Some(&true));
     mesh.regions.truncate(mesh.cells.len());
     bare(&mut mesh);
-    let found = judged(&domain, &mesh, Some(0.5));
+    let found = checked(&domain, &mesh, Some(0.5));
     assert!(
         found.defects.iter().any(|d| matches!(d, MeshDefect::Astray { what: "vertex", .. })),
         "{found:?}"

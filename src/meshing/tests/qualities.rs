@@ -111,7 +111,7 @@ fn draw(state: &mut u64) -> f64 {
 #[test]
 fn bounds_hold_and_decisions_are_exact() {
     let mut state = 5;
-    let (mut open, mut decided) = (0, 0);
+    let (mut open, mut checked) = (0, 0);
     for round in 0..400 {
         let mut cell = [0; 4].map(|_| DVec3::new(draw(&mut state), draw(&mut state), draw(&mut state)));
         // Ever flatter ones.
@@ -134,7 +134,7 @@ fn bounds_hold_and_decisions_are_exact() {
         open += i32::from(upper == f64::INFINITY);
         assert!(upper == f64::INFINITY || !below(upper.next_up()), "{cell:?}");
         if upper - lower < 1e-6 * lower {
-            decided += 1;
+            checked += 1;
         }
         let mut bounds = vec![lower, upper.min(1e9), f64::midpoint(lower, upper.min(1e9)), 2.0];
         bounds.push((n.to_string().parse::<f64>().unwrap() / d.to_string().parse::<f64>().unwrap()).sqrt());
@@ -145,7 +145,7 @@ fn bounds_hold_and_decisions_are_exact() {
             assert_eq!(at_most(&cell, bound), expected, "{cell:?} {bound}");
         }
     }
-    assert!(decided > 300 && open < 20, "{decided} {open}");
+    assert!(checked > 300 && open < 20, "{checked} {open}");
 }
 
 #[test]

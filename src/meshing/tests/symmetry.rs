@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::shapes::{add_box, cube, cube_surface, facet, join, segment};
 use crate::check;
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::input::{Input, InputFacet, Region};
 
 /// Domains with many kinds of defects, and some without.
@@ -47,32 +47,34 @@ fn domains() -> Vec<Input<DVec3>> {
 }
 
 /// A defect without its place and its number, but with whom it names, in the numbering before the change.
-fn key(defect: &Defect, points: &[u32], facets: &[u32]) -> (String, Vec<Piece>) {
+fn key(defect: &Defect, points: &[u32], facets: &[u32]) -> (String, Vec<Element>) {
     let point = |v: u32| points[v as usize];
     let edge = |[a, b]: [u32; 2]| {
         let (a, b) = (point(a), point(b));
-        Piece::Segment([a.min(b), a.max(b)])
+        Element::Segment([a.min(b), a.max(b)])
     };
-    let facet = |f: u32| Piece::Facet(facets[f as usize]);
-    let piece = |p: Piece| match p {
-        Piece::Point(v) => Piece::Point(point(v)),
-        Piece::Segment(e) => edge(e),
-        Piece::Facet(f) => facet(f),
+    let facet = |f: u32| Element::Facet(facets[f as usize]);
+    let element = |p: Element| match p {
+        Element::Point(v) => Element::Point(point(v)),
+        Element::Segment(e) => edge(e),
+        Element::Facet(f) => facet(f),
         other => other,
     };
     let mut named = match defect {
-        Defect::Duplicate { points, .. } => points.iter().map(|&v| Piece::Point(point(v))).collect(),
-        Defect::NotPlanar { facet: f, point: v, .. } => vec![facet(*f), Piece::Point(point(*v))],
-        Defect::Degenerate { piece: p, .. }
-        | Defect::Dangling { piece: p, .. }
-        | Defect::Misplaced { piece: p, .. } => vec![piece(*p)],
-        Defect::Doubled { pieces, .. } | Defect::Intersect { pieces, .. } => pieces.map(piece).to_vec(),
+        Defect::Duplicate { points, .. } => points.iter().map(|&v| Element::Point(point(v))).collect(),
+        Defect::NotPlanar { facet: f, point: v, .. } => vec![facet(*f), Element::Point(point(*v))],
+        Defect::Degenerate { element: p, .. }
+        | Defect::Dangling { element: p, .. }
+        | Defect::Misplaced { element: p, .. } => vec![element(*p)],
+        Defect::Doubled { elements, .. } | Defect::Intersect { elements, .. } => {
+            elements.map(element).to_vec()
+        }
         Defect::OpenEdge { ends, facet: f, .. } => vec![edge(*ends), facet(*f)],
         Defect::NonManifoldEdge { ends, facets, .. } => {
             facets.iter().map(|&f| facet(f)).chain([edge(*ends)]).collect()
         }
-        Defect::NonManifoldVertex { point: v, .. } => vec![Piece::Point(point(*v))],
-        Defect::SharedComponent { regions, .. } => regions.map(Piece::Region).to_vec(),
+        Defect::NonManifoldVertex { point: v, .. } => vec![Element::Point(point(*v))],
+        Defect::SharedComponent { regions, .. } => regions.map(Element::Region).to_vec(),
         _ => vec![],
     };
     named.sort_unstable();
@@ -84,7 +86,7 @@ fn keys(
     input: &Input<DVec3>,
     points: &[u32],
     facets: &[u32],
-) -> Result<[usize; 4], Vec<(String, Vec<Piece>)>> {
+) -> Result<[usize; 4], Vec<(String, Vec<Element>)>> {
     match check(input) {
         Ok(d) => {
             let inside = d.components.iter().filter(|c| c.inside).count();

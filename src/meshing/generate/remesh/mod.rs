@@ -31,27 +31,27 @@
 //!
 //! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
 
-mod beside;
 mod chord;
 mod deviation;
-mod kept;
+mod edge_recovery;
+mod features;
 mod options;
 mod refine;
 mod refinement;
 mod restricted;
 mod ridges;
 mod surface;
-mod thin;
+mod thin_sheets;
 mod topology;
 
 use crate::domain::Domain;
 use crate::space::Space;
 
+use super::generator::{Generator, Rules};
 use super::machine::Machine;
-use super::work::{Rules, Work};
 use super::{Failure, Generated};
 
-pub use kept::{Kept, Ridge};
+pub use features::{Ridge, SurfaceFeatures};
 pub use options::{DEFAULT_DISTANCE, DEFAULT_PARTS, Options};
 
 /// Generates the points of the volume in a closed surface and triangulates them. [`Deviation`](crate::conformity::Deviation) says how far the boundary
@@ -69,10 +69,10 @@ pub fn remesh<P: Space, M: Machine<P> + Sync>(
     if P::DIM != 3 || domain.kind != crate::input::Kind::Surface {
         return Err(Failure::Unsupported("only closed surfaces of space can be remeshed"));
     }
-    let kept = Kept::new(domain, feature_angle);
-    let mut work = Work::new(domain, rules, machine);
-    work.vertices = super::Vertices::default();
-    refinement::Refinement::new(work, &kept, options).run()
+    let features = SurfaceFeatures::new(domain, feature_angle);
+    let mut generator = Generator::new(domain, rules, machine);
+    generator.vertices = super::Vertices::default();
+    refinement::Refinement::new(generator, &features, options).run()
 }
 
 #[cfg(test)]

@@ -1,18 +1,18 @@
 //! The state of remeshing, which its stages share.
 
 use super::chord::Chord;
-use super::kept::Kept;
+use super::features::SurfaceFeatures;
 use super::surface::Surface;
 use crate::bvh::Bvh;
-use crate::generate::work::Work;
+use crate::generate::generator::Generator;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// The generator that follows a surface.
 pub(super) struct Refinement<'a, P: Space, M> {
-    pub(super) work: Work<'a, P, M>,
-    pub(super) kept: &'a Kept,
+    pub(super) generator: Generator<'a, P, M>,
+    pub(super) features: &'a SurfaceFeatures,
     pub(super) surface: Surface<P>,
     /// The distance asked for, in scaled coordinates.
     pub(super) distance: Option<f64>,

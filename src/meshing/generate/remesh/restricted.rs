@@ -14,10 +14,21 @@ use super::surface::{Place, Surface};
 use crate::generate::balls::Ball;
 use crate::generate::cells::Labels;
 use crate::generate::facets::circumcircle;
+use crate::generate::generator::Generator;
 use crate::generate::machine::{Machine, Triangulation};
-use crate::generate::work::Work;
 use crate::sides::Location;
 use crate::space::Space;
+
+/// The dual edge of a face: a segment or ray of the Voronoi diagram.
+#[derive(Clone, Copy, Debug)]
+struct DualEdge<P> {
+    /// The cells on the two sides of the face; the second is `u32::MAX` across the hull.
+    cells: [u32; 2],
+    /// The vertex of the first cell that is opposite the face.
+    apex: u32,
+    /// The corners of the face.
+    face: [P; 3],
+}
 
 /// A face of the boundary with its surface ball.
 #[derive(Clone, Copy, Debug)]
@@ -60,27 +71,27 @@ const CHUNK: usize = 1024;
 impl<P: Space> Restricted<P> {
     /// Labels the cells and finds the boundary.
     pub(super) fn new<M: Machine<P> + Sync>(
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         delaunay: Triangulation<P::Cell>,
     ) -> Self {
         let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
         let chunks: Vec<&[u32]> = numbers.chunks(CHUNK).collect();
-        let one = |&i: &u32| located(work, &delaunay.cells[i as usize]);
-        let found = work.machine.map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>());
+        let one = |&i: &u32| located(generator, &delaunay.cells[i as usize]);
+        let found = generator.machine.map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>());
         let found: Vec<(P, Option<u32>)> = found.into_iter().flatten().collect();
         let flat = |&i: &u32| found[i as usize].1.is_none();
         let flat: Vec<u32> = numbers.iter().copied().filter(flat).collect();
         let far = 2.0 * surface.diagonal();
-        let placed = work.machine.map(&flat, |&i| flattened(work, &delaunay, &found, far, i));
+        let placed = generator.machine.map(&flat, |&i| flattened(generator, &delaunay, &found, far, i));
         let (mut centres, of): (Vec<P>, Vec<_>) = found.into_iter().unzip();
         let mut labels = Labels { of: of.into_iter().map(|l| l.unwrap_or(Labels::OUT)).collect() };
         for (&i, (centre, label)) in flat.iter().zip(placed) {
             (centres[i as usize], labels.of[i as usize]) = (centre, label);
         }
         let mut made = Restricted { delaunay, labels, centres, faces: Vec::new() };
-        let found = work.machine.map(&chunks, |chunk| {
-            chunk.iter().flat_map(|&i| made.faces_of(work, surface, i)).collect::<Vec<_>>()
+        let found = generator.machine.map(&chunks, |chunk| {
+            chunk.iter().flat_map(|&i| made.faces_of(generator, surface, i)).collect::<Vec<_>>()
         });
         made.faces = found.into_iter().flatten().collect();
         made.faces.sort_unstable_by_key(|f| f.vertices);
@@ -90,7 +101,7 @@ impl<P: Space> Restricted<P> {
     /// The faces of a cell inside on the boundary; those between two such cells once.
     fn faces_of<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         i: u32,
     ) -> Vec<Face<P>> {
@@ -104,7 +115,7 @@ impl<P: Space> Restricted<P> {
             if label(j) == label(i) || label(j) != Labels::OUT && j < i {
                 continue;
             }
-            found.extend(self.face(work, surface, i, slot, true));
+            found.extend(self.face(generator, surface, i, slot, true));
         }
         found
     }
@@ -113,7 +124,7 @@ impl<P: Space> Restricted<P> {
     /// end of the edge is as good as on the surface, and the place is the one nearest to it.)
     fn face<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         i: u32,
         slot: usize,
@@ -125,31 +136,33 @@ impl<P: Space> Restricted<P> {
         let mut vertices = [0; 3];
         vertices.copy_from_slice(facet_without::<P>(cell, apex).as_ref());
         vertices.sort_unstable();
-        let corners = vertices.map(|v| work.vertices.points[v as usize]);
+        let corners = vertices.map(|v| generator.vertices.points[v as usize]);
         let [a, b, c] = corners;
         if !always && are_collinear(&corners) {
             return None;
         }
         let centre = circumcircle(a, b, c).centre;
-        let place = self.between(work, surface, [i, j], apex, &corners, always)?;
+        let dual = DualEdge { cells: [i, j], apex, face: corners };
+        let place = self.crossing(generator, surface, &dual, always)?;
         let radius = dist2(place.at, a).sqrt();
         Some(Face { vertices, cells: [i, j], place, radius, centre })
     }
 
     /// Where the dual edge of a face between two cells (the second may lie across the hull) meets the surface.
-    fn between<M: Machine<P> + Sync>(
+    fn crossing<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
-        [i, j]: [u32; 2],
-        apex: u32,
-        &[a, b, c]: &[P; 3],
+        dual: &DualEdge<P>,
         always: bool,
     ) -> Option<Place<P>> {
+        let &DualEdge { cells: [i, j], apex, face: [a, b, c] } = dual;
         let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
         let from = self.centres[i as usize];
         let to = match j {
-            u32::MAX => beyond(&[a, b, c], work.vertices.points[apex as usize], from, surface.diagonal()),
+            u32::MAX => {
+                beyond(&[a, b, c], generator.vertices.points[apex as usize], from, surface.diagonal())
+            }
             j => self.centres[j as usize],
         };
         // Rounded alike whichever cell comes first.
@@ -169,7 +182,7 @@ impl<P: Space> Restricted<P> {
     /// the surface an even number of times and is no face of the boundary for that.
     pub(super) fn crossed_twice<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         edges: &[[u32; 2]],
     ) -> Vec<Option<Face<P>>> {
@@ -186,7 +199,7 @@ impl<P: Space> Restricted<P> {
                 face.sort_unstable();
                 let around = [[face[0], face[1]], [face[0], face[2]], [face[1], face[2]]];
                 for e in around.into_iter().filter_map(|e| edges.binary_search(&e).ok()) {
-                    let Some(new) = self.face(work, surface, i, slot, false) else { break };
+                    let Some(new) = self.face(generator, surface, i, slot, false) else { break };
                     let order =
                         |f: &Face<P>| new.radius.total_cmp(&f.radius).then(f.vertices.cmp(&new.vertices));
                     if largest[e].is_none_or(|f| order(&f).is_gt()) {
@@ -205,11 +218,14 @@ impl<P: Space> Restricted<P> {
 }
 
 /// The circumcentre of a cell and the component that it lies in; none if the cell is flat but for rounding.
-fn located<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, cell: &P::Cell) -> (P, Option<u32>) {
+fn located<P: Space, M: Machine<P> + Sync>(
+    generator: &Generator<'_, P, M>,
+    cell: &P::Cell,
+) -> (P, Option<u32>) {
     // Whatever order a machine gives the vertices, the centre is rounded alike.
     let mut cell = *cell;
     cell.as_mut().sort_unstable();
-    let corners = work.corners(&cell);
+    let corners = generator.corners(&cell);
     let centre = circumcentre(&corners[..P::Cell::LEN]);
     let edges = [1, 2, 3].map(|i| corners[i] - corners[0]);
     let volume = P::hull_normal(&edges[..2]).dot(edges[2]).abs();
@@ -217,11 +233,11 @@ fn located<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, cell: &P::Cell
     if volume * volume <= FLAT * FLAT * product || !centre.norm2().is_finite() {
         return (centre, None);
     }
-    (centre, Some(label_at(work, centre)))
+    (centre, Some(label_at(generator, centre)))
 }
 
-fn label_at<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, at: P) -> u32 {
-    let domain = work.domain;
+fn label_at<P: Space, M: Machine<P> + Sync>(generator: &Generator<'_, P, M>, at: P) -> u32 {
+    let domain = generator.domain;
     match domain.sides.locate(domain.points(), at) {
         Some(Location::Component(c)) if domain.components[c as usize].inside => c,
         _ => Labels::OUT,
@@ -245,7 +261,7 @@ fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -
 /// circle's (if that is on the surface, a little to the outside, so that no flat cell stays on the boundary), else it is far off; it
 /// stays between the centres of the neighbours below and above.
 fn flattened<P: Space, M: Machine<P> + Sync>(
-    work: &Work<'_, P, M>,
+    generator: &Generator<'_, P, M>,
     delaunay: &Triangulation<P::Cell>,
     centres: &[(P, Option<u32>)],
     far: f64,
@@ -255,7 +271,7 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
     cell.as_mut().sort_unstable();
     let face_without = |v: u32| {
         let mut others = cell.as_ref().iter().copied().filter(|&w| w != v);
-        [(); 3].map(|()| work.vertices.points[others.next().unwrap_or_default() as usize])
+        [(); 3].map(|()| generator.vertices.points[others.next().unwrap_or_default() as usize])
     };
     let normal = |[a, b, c]: [P; 3]| P::hull_normal(&[b - a, c - a]);
     let faces = cell.as_ref().iter().map(|&v| face_without(v));
@@ -271,17 +287,19 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
         let apex = delaunay.cells[j as usize].as_ref().iter().find(|w| !row.as_ref().contains(w));
         let [a, ..] = face_without(v);
         let Some(&apex) = apex else { continue };
-        let (side, at) = (axis.dot(work.vertices.points[apex as usize] - a), axis.dot(centre - ball.centre));
+        let (side, at) =
+            (axis.dot(generator.vertices.points[apex as usize] - a), axis.dot(centre - ball.centre));
         if side > 0.0 {
             range[1] = range[1].min(at);
         } else {
             range[0] = range[0].max(at);
         }
     }
-    let apex = cell.as_ref().iter().map(|&v| work.vertices.points[v as usize]).find(|p| !face.contains(p));
+    let apex =
+        cell.as_ref().iter().map(|&v| generator.vertices.points[v as usize]).find(|p| !face.contains(p));
     let heights = heights(face, apex.unwrap_or(face[0]), axis, &ball, far);
     let places = heights.map(|t| t.max(range[0]).min(range[1]));
-    let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(work, ball.centre + axis * t)));
+    let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(generator, ball.centre + axis * t)));
     if q.1 > p.1 { q } else { p }
 }
 

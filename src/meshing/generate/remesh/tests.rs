@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use septet_geometry::measure::{circumcentre, circumradius2};
 
-use super::{DEFAULT_PARTS, Kept, Options, remesh};
+use super::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
 use crate::conformity::{Deviation, Follow, check_remeshed};
 use crate::domain::Domain;
 use crate::generate::{Alone, Failure, Labels, Rules};
@@ -29,11 +29,17 @@ struct Remeshed {
 /// The mesh in a surface; a size of the box's diagonal over [`DEFAULT_PARTS`] if none is given.
 fn remeshed(input: &Input<DVec3>, size: Option<f64>, options: Options) -> Remeshed {
     let domain = crate::check(input).unwrap();
-    let mut wishes = SizeOptions::new(0.5);
+    let mut constraints = SizeOptions::new(0.5);
     let bounds = crate::bvh::Bounds::of(input.points.iter().copied());
-    wishes.wishes.most = size.or(Some(bounds.extent().length() / DEFAULT_PARTS));
-    let kept = Kept::new(&domain, ANGLE);
-    let f = SizeFunction::of_features(&domain, &kept.features(&domain), &wishes, &crate::cores::One).unwrap();
+    constraints.constraints.most = size.or(Some(bounds.extent().length() / DEFAULT_PARTS));
+    let features = SurfaceFeatures::new(&domain, ANGLE);
+    let f = SizeFunction::of_features(
+        &domain,
+        &features.distance_features(&domain),
+        &constraints,
+        &crate::executor::Sequential,
+    )
+    .unwrap();
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz: 0.5, seed: 1, most: 1 << 22 };
     let made = remesh(&domain, rules, ANGLE, options, &mut Alone { seed: 1 }).unwrap();
@@ -275,9 +281,9 @@ fn round_ridges() {
     let fan = (1..n - 1).flat_map(|i| [vec![0, i + 1, i], vec![n, n + i, n + i + 1]]);
     let input = Input::surface(points, (0..n).flat_map(wall).chain(fan));
     let domain = crate::check(&input).unwrap();
-    let kept = Kept::new(&domain, ANGLE);
-    assert!(kept.ridges.len() >= 12 && kept.ridges.len() <= 14, "{}", kept.ridges.len());
-    let length: f64 = kept.ridges.iter().map(super::kept::Ridge::length).sum();
+    let features = SurfaceFeatures::new(&domain, ANGLE);
+    assert!(features.ridges.len() >= 12 && features.ridges.len() <= 14, "{}", features.ridges.len());
+    let length: f64 = features.ridges.iter().map(super::features::Ridge::length).sum();
     let scale = 0.5f64.powi(domain.simplices.exponent);
     assert!((length * scale - 4.0 * f64::from(n) * (angle(1) / 2.0).sin()).abs() < 1e-9);
     is_sound(&remeshed(&input, Some(0.3), Options::default()), 2, 0.06, 12.6);

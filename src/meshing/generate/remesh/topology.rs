@@ -24,7 +24,7 @@ pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
 ) -> Vec<Candidate<P>> {
     let mut groups = edges(made);
     if groups.is_empty() {
-        groups = vertices(made, at.work.vertices.len());
+        groups = vertices(made, at.generator.vertices.len());
     }
     let largest = |faces: &Vec<u32>| {
         let faces = faces.iter().map(|&f| &made.faces[f as usize]);
@@ -89,7 +89,7 @@ pub(super) fn lost<P: Space, M: Machine<P> + Sync>(
     at: &Refinement<'_, P, M>,
     made: &Restricted<P>,
 ) -> Vec<Candidate<P>> {
-    let domain = at.work.domain;
+    let domain = at.generator.domain;
     let mut sets = Sets::new(domain.facets.len());
     for segment in &domain.segments {
         segment.facets.windows(2).for_each(|f| sets.join(f[0], f[1]));

@@ -10,9 +10,9 @@ use super::{Shuffled, add_box, cube, facet, fans, is_sound, torus, turned};
 use crate::domain::Domain;
 use crate::facet::Triangulate;
 use crate::generate::barrier::Own;
-use crate::generate::facets::Triangles;
+use crate::generate::facets::Subfacets;
+use crate::generate::generator::Generator;
 use crate::generate::segments::Chains;
-use crate::generate::work::Work;
 use crate::generate::{Alone, Labels, Rules, Triangulation, Vertices, generate};
 use crate::input::Input;
 use crate::sides::Location;
@@ -25,7 +25,7 @@ use crate::space::Space;
 struct Posed<P: Space> {
     vertices: Vertices<P>,
     chains: Chains,
-    triangles: Triangles,
+    subfacets: Subfacets,
     delaunay: Triangulation<P::Cell>,
 }
 
@@ -39,33 +39,33 @@ fn no_size<P>(_: P) -> f64 {
 /// What [`crate::generate::generate`] has when it labels cells for the last time.
 fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) -> Posed<P> {
     let mut options = SizeOptions::new(lipschitz);
-    options.wishes.most = most;
+    options.constraints.most = most;
     let size = SizeFunction::new(domain, &options).unwrap();
     let at = |x| size.at(x);
     let rules = Rules { size: &at, lipschitz, seed: 1, most: 1 << 24 };
     let mut machine = Alone { seed: 1 };
     let cells = super::super::volume::sampling_cells(domain, &rules, &machine).unwrap();
-    let mut work = Work::new(domain, rules, &mut machine);
-    let planes = work.planes();
-    let chains = work.segments().unwrap();
-    let triangles = if P::DIM == 3 { work.facets(&planes, &chains).unwrap() } else { Vec::new() };
-    let (chains, triangles) = work.force(&planes, chains, triangles).unwrap();
-    let own = Own { planes: &planes, chains: &chains, triangles: &triangles };
-    let delaunay = work.volume(own, &cells).unwrap().delaunay;
-    Posed { vertices: work.vertices, chains, triangles, delaunay }
+    let mut generator = Generator::new(domain, rules, &mut machine);
+    let planes = generator.planes();
+    let chains = generator.segments().unwrap();
+    let subfacets = if P::DIM == 3 { generator.facets(&planes, &chains).unwrap() } else { Vec::new() };
+    let (chains, subfacets) = generator.recover(&planes, chains, subfacets).unwrap();
+    let own = Own { planes: &planes, chains: &chains, subfacets: &subfacets };
+    let delaunay = generator.volume(own, &cells).unwrap().delaunay;
+    Posed { vertices: generator.vertices, chains, subfacets, delaunay }
 }
 
 /// The labels, and the faces with their facets, vertices ascending.
 fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<P>) {
     let rules = Rules { size: &no_size, lipschitz: 0.5, seed: 1, most: 1 << 24 };
     let mut machine = Alone { seed: 1 };
-    let mut work = Work::new(domain, rules, &mut machine);
-    work.vertices = posed.vertices.clone();
-    let planes = work.planes();
-    let own = Own { planes: &planes, chains: &posed.chains, triangles: &posed.triangles };
-    let barrier = work.barrier(own, &posed.delaunay);
-    let labels = work.labels(&posed.delaunay, &barrier);
-    let mut faces = work.faces(&posed.delaunay, &labels, &barrier, &planes);
+    let mut generator = Generator::new(domain, rules, &mut machine);
+    generator.vertices = posed.vertices.clone();
+    let planes = generator.planes();
+    let own = Own { planes: &planes, chains: &posed.chains, subfacets: &posed.subfacets };
+    let barrier = generator.barrier(own, &posed.delaunay);
+    let labels = generator.labels(&posed.delaunay, &barrier);
+    let mut faces = generator.faces(&posed.delaunay, &labels, &barrier, &planes);
     for (_, face, _) in &mut faces {
         face.as_mut().sort_unstable();
     }
@@ -114,11 +114,11 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
         carriers: moved(&posed.vertices.carriers, &points),
     };
     other.chains.iter_mut().flatten().for_each(renamed);
-    for (_, triangle) in &mut other.triangles {
+    for (_, triangle) in &mut other.subfacets {
         triangle.iter_mut().for_each(renamed);
         orders.shuffle(triangle);
     }
-    orders.shuffle(&mut other.triangles);
+    orders.shuffle(&mut other.subfacets);
     let Triangulation { cells: rows, neighbours } = &mut other.delaunay;
     for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
         row.as_mut().iter_mut().for_each(renamed);
@@ -179,7 +179,7 @@ impl<P: Triangulate> Case<P> {
 
     /// The middle of a cell that is not nearly flat lies where the label says. How many were judged?
     fn are_where_they_lie(&self) -> usize {
-        let mut judged = 0;
+        let mut checked = 0;
         for (cell, &label) in self.posed.delaunay.cells.iter().zip(&self.labels) {
             let corners: Vec<P> =
                 cell.as_ref().iter().map(|&v| self.posed.vertices.points[v as usize]).collect();
@@ -195,9 +195,9 @@ impl<P: Triangulate> Case<P> {
                 _ => Labels::OUT,
             };
             assert_eq!(label, expected, "{}: the cell at {middle:?}", self.name);
-            judged += 1;
+            checked += 1;
         }
-        judged
+        checked
     }
 }
 
@@ -296,9 +296,9 @@ static PLANE: LazyLock<Case<DVec2>> = LazyLock::new(|| Case::new("slit", slit(),
 #[test]
 fn cells_lie_where_their_labels_say() {
     for case in &*SPACE {
-        let (judged, flat) = (case.are_where_they_lie(), case.flat());
-        println!("{}: {judged} of {} cells, {flat} flat", case.name, case.labels.len());
-        assert!(judged > 100, "{}: {judged}", case.name);
+        let (checked, flat) = (case.are_where_they_lie(), case.flat());
+        println!("{}: {checked} of {} cells, {flat} flat", case.name, case.labels.len());
+        assert!(checked > 100, "{}: {checked}", case.name);
     }
     assert!(PLANE.are_where_they_lie() > 20);
     assert!(SPACE.iter().filter(|case| case.flat() > 0).count() >= 3);

@@ -27,7 +27,7 @@ fn add_wedge(input: &mut Input<DVec3>, degrees: f64) {
 fn meshes(input: &Input<DVec3>, lipschitz: f64, most: Option<f64>, seeds: u64) -> Vec<Mesh<DVec3>> {
     let domain = crate::check(input).unwrap();
     let mut options = SizeOptions::new(lipschitz);
-    options.wishes.most = most;
+    options.constraints.most = most;
     let size = SizeFunction::new(&domain, &options).unwrap();
     let at = |x| size.at(x);
     let made = (1..=seeds).map(|seed| {

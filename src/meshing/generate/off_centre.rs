@@ -18,30 +18,30 @@
 use septet_geometry::point::dist2;
 
 use super::balls::Ball;
-use super::facets::Triangles;
+use super::facets::Subfacets;
+use super::generator::Generator;
 use super::machine::Machine;
-use super::work::Work;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
 
 /// How often a centre is lifted: once above a facet, and again where others are near.
-const LIFTS: usize = 4;
+const MOVES: usize = 4;
 
 /// How far beyond a ball, squared and over its radius: more than rounding.
 const BEYOND: f64 = 1.0 + 1e-9;
 
 /// What the balls of pieces and triangles are the smallest ones of, in their order.
-pub(super) struct Flats<'a> {
-    pub(super) pieces: Vec<(u32, [u32; 2])>,
-    pub(super) triangles: &'a Triangles,
+pub(super) struct Subfeatures<'a> {
+    pub(super) subsegments: Vec<(u32, [u32; 2])>,
+    pub(super) subfacets: &'a Subfacets,
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// The place outside of all balls that a centre is lifted to.
-    pub(super) fn lifted(&self, centre: P, flats: &Flats<'_>) -> Option<P> {
+    pub(super) fn off_centre(&self, centre: P, flats: &Subfeatures<'_>) -> Option<P> {
         let mut x = centre;
-        let lifts = if self.lifts { LIFTS } else { 0 };
-        for _ in 0..lifts {
+        let moves = if self.off_centres { MOVES } else { 0 };
+        for _ in 0..moves {
             let Some((ball, foot)) = self.lowest(x, flats) else { break };
             let height = x - foot;
             let above = ball.radius2 * BEYOND - dist2(foot, ball.centre);
@@ -52,38 +52,38 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Those of the lifted centres that no vertex is in conflict with.
-    pub(super) fn free(&self, lifted: Vec<(Site<P>, bool)>) -> Vec<(Site<P>, bool)> {
-        if lifted.is_empty() {
-            return lifted;
+    pub(super) fn free(&self, off_centre: Vec<(Site<P>, bool)>) -> Vec<(Site<P>, bool)> {
+        if off_centre.is_empty() {
+            return off_centre;
         }
-        let places: Vec<Site<P>> = lifted.iter().map(|l| l.0).collect();
+        let places: Vec<Site<P>> = off_centre.iter().map(|l| l.0).collect();
         let (near, vertices) = (Sites::new(&places), self.vertices.sites());
         let chunks: Vec<&[Site<P>]> = vertices.chunks(4096).collect();
         let conflicts = |chunk: &&[Site<P>]| chunk.iter().flat_map(|v| near.against(v)).collect::<Vec<u32>>();
-        let mut free = vec![true; lifted.len()];
+        let mut free = vec![true; off_centre.len()];
         for conflict in self.machine.map(&chunks, conflicts).into_iter().flatten() {
             free[conflict as usize] = false;
         }
-        lifted.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect()
+        off_centre.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect()
     }
 
     /// Of the balls that hold the place the one of least power, and the foot of the place on its piece's line or triangle's
     /// plane.
-    fn lowest(&self, x: P, flats: &Flats<'_>) -> Option<(Ball<P>, P)> {
+    fn lowest(&self, x: P, flats: &Subfeatures<'_>) -> Option<(Ball<P>, P)> {
         let at = |v: u32| self.vertices.points[v as usize];
         let power = |ball: &Ball<P>| dist2(ball.centre, x) - ball.radius2;
-        let of_piece = |i: u32| {
-            let [p, q] = flats.pieces[i as usize].1.map(at);
+        let of_subsegment = |i: u32| {
+            let [p, q] = flats.subsegments[i as usize].1.map(at);
             let along = q - p;
-            (self.pieces.all()[i as usize], p + along * ((x - p).dot(along) / along.norm2()))
+            (self.subsegments.all()[i as usize], p + along * ((x - p).dot(along) / along.norm2()))
         };
-        let of_triangle = |i: u32| {
-            let [a, b, c] = flats.triangles[i as usize].1.map(at);
+        let of_subfacet = |i: u32| {
+            let [a, b, c] = flats.subfacets[i as usize].1.map(at);
             let normal = P::hull_normal(&[b - a, c - a]);
-            (self.triangles.all()[i as usize], x - normal * ((x - a).dot(normal) / normal.norm2()))
+            (self.subfacets.all()[i as usize], x - normal * ((x - a).dot(normal) / normal.norm2()))
         };
-        let pieces = self.pieces.holding(x).into_iter().map(of_piece);
-        let all = pieces.chain(self.triangles.holding(x).into_iter().map(of_triangle));
+        let subsegments = self.subsegments.holding(x).into_iter().map(of_subsegment);
+        let all = subsegments.chain(self.subfacets.holding(x).into_iter().map(of_subfacet));
         all.min_by(|a, b| power(&a.0).total_cmp(&power(&b.0)))
     }
 }

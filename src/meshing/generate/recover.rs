@@ -21,19 +21,19 @@
 //! below one degree they do. So after [`PATIENT`] rounds wider balls will do, and more and more, which is what the Delaunay
 //! triangulation asks for itself; and if that has no end either, the features are an error. Several facets at one
 //! corner within some ten degrees of each other, between segments more than 90 degrees apart (folds and creases of scans), have triangles at
-//! the corner that come again at half the size: such corners are enclosed ([`super::cones`]). Nothing says that arcs of neighbouring facets, each
+//! the corner that come again at half the size: such corners are enclosed ([`super::corner_shells`]). Nothing says that arcs of neighbouring facets, each
 //! finer for the other, have an end everywhere else.
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 
 use super::balls::{Ball, Balls};
-use super::cones::UNENDING;
-use super::facets::{Plane, ROUNDING, Triangles};
-use super::lacking::Lacking;
+use super::corner_shells::ENCLOSE_AFTER;
+use super::facets::{Plane, ROUNDING, Subfacets};
+use super::generator::Generator;
 use super::machine::Machine;
-use super::segments::{Chains, pieces_of};
+use super::missing::MissingParts;
+use super::segments::{Chains, subsegments_of};
 use super::witness::Near;
-use super::work::Work;
 use super::{Failure, Missing};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
@@ -49,40 +49,40 @@ const MOST_ROUNDS: u32 = 90;
 /// A facet's triangles, by facets.
 type ByFacet = Vec<Vec<[u32; 3]>>;
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Forces points until nothing is missing. The chains and triangles that are then in the triangulation; triangles and
     /// witnesses are closed.
-    pub(super) fn force(
+    pub(super) fn recover(
         &mut self,
         planes: &[Plane],
         mut chains: Chains,
-        triangles: Triangles,
-    ) -> Result<(Chains, Triangles), Failure<M::Error>> {
+        subfacets: Subfacets,
+    ) -> Result<(Chains, Subfacets), Failure<M::Error>> {
         let mut by_facet: ByFacet = vec![Vec::new(); planes.len()];
-        for (f, t) in triangles {
+        for (f, t) in subfacets {
             by_facet[f as usize].push(t);
         }
         let mut round = 0;
         loop {
-            let triangles = listed(&by_facet);
-            let lacking = match self.witnesses(&chains, &triangles, width(round)) {
-                Err(lacking) => lacking,
+            let subfacets = listed(&by_facet);
+            let missing = match self.witnesses(&chains, &subfacets, width(round)) {
+                Err(missing) => missing,
                 Ok(witnesses) => {
                     // What is lacking now is so by rounding.
                     let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
-                    let lacking = self.lacking(&delaunay, planes, &chains, &triangles);
-                    if lacking.is_empty() {
-                        self.triangles = Balls::new(self.balls_of_triangles(&triangles));
+                    let missing = self.missing(&delaunay, planes, &chains, &subfacets);
+                    if missing.is_empty() {
+                        self.subfacets = Balls::new(self.balls_of_subfacets(&subfacets));
                         self.closed = Balls::new(witnesses);
-                        return Ok((chains, triangles));
+                        return Ok((chains, subfacets));
                     }
-                    lacking
+                    missing
                 }
             };
-            let forced = self.divided(planes, &chains, &lacking);
+            let forced = self.divided(planes, &chains, &missing);
             let finest = forced.iter().map(|f| f.0.size).fold(f64::INFINITY, f64::min);
             if round == MOST_ROUNDS || finest < self.coarse_rounding() {
-                return Err(Failure::Missing(Missing { features: lacking.features() }));
+                return Err(Failure::Missing(Missing { features: missing.features() }));
             }
             if self.vertices.len() as u64 > self.rules.most {
                 return Err(Failure::TooMany(self.rules.most));
@@ -91,17 +91,17 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 self.begin("force");
             }
             round += 1;
-            let corners = if round > UNENDING { self.unending(&lacking) } else { Vec::new() };
+            let corners = if round > ENCLOSE_AFTER { self.unresolved_corners(&missing) } else { Vec::new() };
             let stale = if corners.is_empty() {
                 let before = self.vertices.len();
-                self.complete_forced(forced).map_err(Failure::Machine)?;
+                self.insert_forced(forced).map_err(Failure::Machine)?;
                 self.facets_of(before)
             } else {
                 self.enclose(&corners, &chains);
                 (0..planes.len() as u32).collect()
             };
             chains = self.chains();
-            self.pieces = Balls::new(self.balls_of_pieces(&chains));
+            self.subsegments = Balls::new(self.balls_of_subsegments(&chains));
             self.triangulate_facets(planes, &chains, &stale, &mut by_facet).map_err(Failure::Machine)?;
         }
     }
@@ -130,35 +130,40 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     fn witnesses(
         &self,
         chains: &Chains,
-        triangles: &Triangles,
+        subfacets: &Subfacets,
         widest: f64,
-    ) -> Result<Vec<Ball<P>>, Lacking> {
+    ) -> Result<Vec<Ball<P>>, MissingParts> {
         let near = Near::new(&self.vertices.points);
-        let pieces = self.encroached(&near, chains);
-        if !pieces.is_empty() {
-            return Err(Lacking { pieces, triangles: Vec::new() });
+        let subsegments = self.encroached(&near, chains);
+        if !subsegments.is_empty() {
+            return Err(MissingParts { subsegments, subfacets: Vec::new() });
         }
         let corners = |t: &[u32; 3]| t.map(|v| self.vertices.points[v as usize]);
-        let found = self.machine.map(triangles, |(_, t)| near.witness(corners(t), widest));
-        let without = triangles.iter().zip(&found).filter(|(_, found)| found.is_none());
-        let lacking: Triangles = without.map(|(t, _)| *t).collect();
-        if !lacking.is_empty() {
-            return Err(Lacking { pieces: Vec::new(), triangles: lacking });
+        let found = self.machine.map(subfacets, |(_, t)| near.witness(corners(t), widest));
+        let without = subfacets.iter().zip(&found).filter(|(_, found)| found.is_none());
+        let missing: Subfacets = without.map(|(t, _)| *t).collect();
+        if !missing.is_empty() {
+            return Err(MissingParts { subsegments: Vec::new(), subfacets: missing });
         }
         Ok(found.into_iter().flatten().filter_map(|w| (!w.smallest).then_some(w.ball)).collect())
     }
 
     /// The pieces whose balls hold vertices.
     pub(super) fn encroached(&self, near: &Near<'_, P>, chains: &Chains) -> Vec<(u32, [u32; 2])> {
-        let pieces = pieces_of(chains);
-        let empty = self
-            .machine
-            .map(&pieces, |&(_, piece)| near.is_empty(piece.map(|v| self.vertices.points[v as usize])));
-        pieces.into_iter().zip(empty).filter(|(_, empty)| !empty).map(|(piece, _)| piece).collect()
+        let subsegments = subsegments_of(chains);
+        let empty = self.machine.map(&subsegments, |&(_, subsegment)| {
+            near.is_empty(subsegment.map(|v| self.vertices.points[v as usize]))
+        });
+        subsegments
+            .into_iter()
+            .zip(empty)
+            .filter(|(_, empty)| !empty)
+            .map(|(subsegment, _)| subsegment)
+            .collect()
     }
 
     /// Places forced points as far as they are independent, with the sizes of the function.
-    fn complete_forced(&mut self, forced: Vec<(Site<P>, Carrier)>) -> Result<u64, M::Error> {
+    fn insert_forced(&mut self, forced: Vec<(Site<P>, Carrier)>) -> Result<u64, M::Error> {
         let before = self.vertices.len();
         let placed = self.complete(forced, true)?;
         for v in before..self.vertices.len() {
@@ -169,7 +174,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
 }
 
 /// All triangles with their facets.
-fn listed(by_facet: &[Vec<[u32; 3]>]) -> Triangles {
+fn listed(by_facet: &[Vec<[u32; 3]>]) -> Subfacets {
     (0u32..).zip(by_facet).flat_map(|(f, t)| t.iter().map(move |t| (f, *t))).collect()
 }
 

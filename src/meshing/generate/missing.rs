@@ -19,73 +19,73 @@
 use septet_geometry::incremental::facet_without;
 
 use super::cells::is_flat;
-use super::facets::{Plane, Triangles, as_space};
+use super::facets::{Plane, Subfacets, as_space};
+use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
-use super::segments::{Chains, pieces_of};
-use super::work::Work;
+use super::segments::{Chains, subsegments_of};
 use crate::domain::Feature;
 use crate::mesh::Carrier;
 use crate::space::Space;
 
 /// What a triangulation lacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Lacking {
+pub(super) struct MissingParts {
     /// Segments, and the ends of pieces.
-    pub(super) pieces: Vec<(u32, [u32; 2])>,
+    pub(super) subsegments: Vec<(u32, [u32; 2])>,
     /// Facets, and the corners of triangles.
-    pub(super) triangles: Vec<(u32, [u32; 3])>,
+    pub(super) subfacets: Vec<(u32, [u32; 3])>,
 }
 
-impl Lacking {
+impl MissingParts {
     pub(super) fn is_empty(&self) -> bool {
-        self.pieces.is_empty() && self.triangles.is_empty()
+        self.subsegments.is_empty() && self.subfacets.is_empty()
     }
 
     /// The features, each once, with the number of pieces or triangles of each.
     pub(super) fn features(&self) -> Vec<(Feature, u32)> {
-        let segments = self.pieces.iter().map(|p| Feature::Segment(p.0));
+        let segments = self.subsegments.iter().map(|p| Feature::Segment(p.0));
         let mut all: Vec<Feature> =
-            segments.chain(self.triangles.iter().map(|t| Feature::Facet(t.0))).collect();
+            segments.chain(self.subfacets.iter().map(|t| Feature::Facet(t.0))).collect();
         all.sort_unstable();
         all.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as u32)).collect()
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// What is not in the triangulation.
-    pub(super) fn lacking(
+    pub(super) fn missing(
         &self,
         delaunay: &Triangulation<P::Cell>,
         planes: &[Plane],
         chains: &Chains,
-        triangles: &Triangles,
-    ) -> Lacking {
+        subfacets: &Subfacets,
+    ) -> MissingParts {
         let (edges, faces) = self.carried(delaunay);
         let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
-        let pieces = pieces_of(chains).into_iter().filter(absent).collect();
+        let subsegments = subsegments_of(chains).into_iter().filter(absent).collect();
         let absent = |(_, t): &&(u32, [u32; 3])| {
             let mut t = *t;
             t.sort_unstable();
             faces.binary_search(&t).is_err()
         };
-        let mut missing: Triangles = triangles.iter().filter(absent).copied().collect();
+        let mut missing: Subfacets = subfacets.iter().filter(absent).copied().collect();
         missing.sort_unstable();
-        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, triangles, &faces) };
+        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, subfacets, &faces) };
         missing.retain(|(f, _)| !whole[*f as usize]);
-        missing.extend(self.torn(delaunay, planes));
+        missing.extend(self.unmatched(delaunay, planes));
         missing.sort_unstable();
         missing.dedup();
-        Lacking { pieces, triangles: missing }
+        MissingParts { subsegments, subfacets: missing }
     }
 
     /// Faces on facets, with the domain on both sides, of which one is a flat cell's.
-    fn torn(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Triangles {
+    fn unmatched(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Subfacets {
         if P::DIM == 2 {
             return Vec::new();
         }
         let flat =
             |cell: u32| is_flat(&self.flats, &self.vertices.carriers, delaunay.cells[cell as usize].as_ref());
-        let mut torn = Vec::new();
+        let mut unmatched = Vec::new();
         for j in (0..delaunay.cells.len() as u32).filter(|&j| flat(j)) {
             let (cell, across) = (&delaunay.cells[j as usize], delaunay.neighbours[j as usize]);
             for (&v, &i) in cell.as_ref().iter().zip(across.as_ref()) {
@@ -95,22 +95,23 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 let mut row = [0; 3];
                 row.copy_from_slice(facet_without::<P>(cell, v).as_ref());
                 row.sort_unstable();
-                torn.extend(
+                unmatched.extend(
                     self.facet_of(&row, planes)
                         .filter(|&f| self.is_between(f, &row, planes))
                         .map(|f| (f, row)),
                 );
             }
         }
-        torn
+        unmatched
     }
 
     /// Is the domain on both sides of a face on a facet?
     fn is_between(&self, f: u32, face: &[u32; 3], planes: &[Plane]) -> bool {
         let wall = planes[f as usize].wall_at(self.middle_of(face, &planes[f as usize]));
         let inside = |c: u32| self.domain.components[c as usize].inside;
-        let beside = |wall: usize| self.domain.sides.beside(self.domain.facets[f as usize].walls[wall]);
-        wall.is_some_and(|wall| beside(wall).into_iter().all(inside))
+        let components =
+            |wall: usize| self.domain.sides.components_at(self.domain.facets[f as usize].walls[wall]);
+        wall.is_some_and(|wall| components(wall).into_iter().all(inside))
     }
 
     /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
@@ -151,7 +152,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
 
     /// Do the faces that are there tile each facet, although they are not the triangles of its own triangulation? So
     /// it may be where four points lie on a circle as nearly as they can be rounded.
-    fn tiled(&self, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> Vec<bool> {
+    fn tiled(&self, planes: &[Plane], subfacets: &Subfacets, faces: &[[u32; 3]]) -> Vec<bool> {
         let area = |f: u32, t: &[u32; 3]| {
             let plane = &planes[f as usize];
             let [a, b, c] = t.map(|v| plane.of(as_space(self.vertices.points[v as usize])));
@@ -163,7 +164,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 there[f as usize] += area(f, face);
             }
         }
-        for (f, t) in triangles {
+        for (f, t) in subfacets {
             whole[*f as usize] += area(*f, t);
         }
         there

@@ -89,22 +89,31 @@ pub struct PhaseLine {
     pub seconds: f64,
 }
 
+/// The sizes of a run's input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SiteCounts {
+    /// Points or candidates.
+    pub(super) points: u64,
+    /// Points among them that the run keeps fixed.
+    pub(super) fixed: u64,
+}
+
 /// All runs of the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Record {
+pub struct RunLog {
     /// One by one, in order.
     pub runs: Vec<RunLine>,
     /// Phase by phase, stages in order.
     pub phases: Vec<PhaseLine>,
 }
 
-impl Record {
+impl RunLog {
     /// Adds a run, of whose points so many were fixed.
     pub(super) fn add(
         &mut self,
         stage: &str,
         task: &'static str,
-        [points, fixed]: [u64; 2],
+        sites: SiteCounts,
         ledger: &Ledger,
         seconds: f64,
     ) {
@@ -118,8 +127,8 @@ impl Record {
         self.runs.push(RunLine {
             stage: stage.to_owned(),
             task,
-            points,
-            fixed,
+            points: sites.points,
+            fixed: sites.fixed,
             levels: nodes.keys().map(|node| node.level()).max().unwrap_or(0),
             leaves: leaves.len() as u64,
             divided: inner.iter().map(|facts| facts.population).sum(),

@@ -23,24 +23,24 @@ use septet_geometry::point::dist2;
 
 use super::divide::{SHELL, between, power_below};
 use super::facets::{Plane, as_space, from_space};
-use super::lacking::Lacking;
+use super::generator::Generator;
 use super::machine::Machine;
+use super::missing::MissingParts;
 use super::segments::Chains;
-use super::work::Work;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// Rounds of division before corners are enclosed. What has an end has it before, mostly, with longer edges.
-pub(super) const UNENDING: u32 = 55;
+pub(super) const ENCLOSE_AFTER: u32 = 55;
 
 /// The shortest chord over the radius that is divided on the shell of an enclosed corner.
 const SHORT: f64 = 1.0 / 4096.0;
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// The corners of lacking triangles that are not enclosed yet, ascending.
-    pub(super) fn unending(&self, lacking: &Lacking) -> Vec<u32> {
-        let corners = lacking.triangles.iter().flat_map(|(_, t)| t).copied();
+    pub(super) fn unresolved_corners(&self, missing: &MissingParts) -> Vec<u32> {
+        let corners = missing.subfacets.iter().flat_map(|(_, t)| t).copied();
         let open = |v: &u32| {
             matches!(self.vertices.carriers[*v as usize], Carrier::Corner(_)) && !self.shells.contains_key(v)
         };
@@ -91,34 +91,36 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             .filter(apart)
             .map(|w| dist2(at, self.vertices.points[w as usize]));
         let others = 0.49 * others.fold(f64::INFINITY, f64::min).sqrt();
-        let pieces = own.iter();
-        let pieces =
-            pieces.map(|&(_, w)| dist2(at, self.vertices.points[w as usize])).fold(f64::INFINITY, f64::min);
-        power_below(others.min(pieces.sqrt() * (1.0 + SHELL)))
+        let subsegments = own.iter();
+        let subsegments = subsegments
+            .map(|&(_, w)| dist2(at, self.vertices.points[w as usize]))
+            .fold(f64::INFINITY, f64::min);
+        power_below(others.min(subsegments.sqrt() * (1.0 + SHELL)))
     }
 
     /// Where a triangle of a facet is divided on the shell of an enclosed corner, if the corner is one of its own, its centre lies
     /// within the shell, or the piece that is in the way of the centre does.
-    pub(super) fn on_cone(
+    pub(super) fn on_corner_shell(
         &self,
         f: u32,
         plane: &Plane,
         t: [u32; 3],
         centre: P,
-        piece: Option<[u32; 2]>,
+        subsegment: Option<[u32; 2]>,
     ) -> Option<Site<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let carriers = &self.vertices.carriers;
         let of_facet = |v: u32| self.holders.of(&carriers[v as usize]).binary_search(&f).is_ok();
         let concerns = |&(&v, &r): &(&u32, &f64)| {
-            let piece = piece.is_some_and(|p| p.contains(&v));
-            of_facet(v) && (t.contains(&v) || piece || dist2(at(v), centre) < (r * (1.0 + SHELL)).powi(2))
+            let subsegment = subsegment.is_some_and(|p| p.contains(&v));
+            of_facet(v)
+                && (t.contains(&v) || subsegment || dist2(at(v), centre) < (r * (1.0 + SHELL)).powi(2))
         };
         let (&v, &radius) = self.shells.iter().find(concerns)?;
         let from = plane.of(as_space(at(v)));
         let [a, b, c] = t.map(|w| plane.of(as_space(at(w))));
         let way = ((a + b + c) / 3.0 - from).normalize_or_zero();
-        let sides = self.beside(f, plane, from, way, radius);
+        let sides = self.neighbours_on_shell(f, plane, from, way, radius);
         let place = match sides {
             [Some((a, true)), Some((b, false))] | [Some((b, false)), Some((a, true))] => {
                 between(a, b, true, SHORT)?
@@ -135,7 +137,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// The vertices of a facet on a shell that are next to a way on either side of it, seen from the corner, and whether they are on segments.
-    fn beside(
+    fn neighbours_on_shell(
         &self,
         f: u32,
         plane: &Plane,

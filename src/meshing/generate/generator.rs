@@ -67,7 +67,7 @@ pub struct Stage {
 }
 
 /// The generator at work.
-pub(super) struct Work<'a, P: Space, M> {
+pub(super) struct Generator<'a, P: Space, M> {
     pub(super) domain: &'a Domain<P>,
     pub(super) rules: Rules<'a, P>,
     pub(super) machine: &'a mut M,
@@ -79,18 +79,18 @@ pub(super) struct Work<'a, P: Space, M> {
     pub(super) vertices: Vertices<P>,
     pub(super) stages: Vec<Stage>,
     /// Balls of the segments' pieces.
-    pub(super) pieces: Balls<P>,
+    pub(super) subsegments: Balls<P>,
     /// Those of the facets' triangles.
-    pub(super) triangles: Balls<P>,
+    pub(super) subfacets: Balls<P>,
     /// Balls that are closed to points of the volume.
     pub(super) closed: Balls<P>,
     /// Are centres lifted out of balls?
-    pub(super) lifts: bool,
+    pub(super) off_centres: bool,
     /// The radii of the shells around enclosed corners.
     pub(super) shells: BTreeMap<u32, f64>,
 }
 
-impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
+impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
     pub(super) fn new(domain: &'a Domain<P>, rules: Rules<'a, P>, machine: &'a mut M) -> Self {
         let mut vertices = Vertices { points: Vec::new(), sizes: Vec::new(), carriers: Vec::new() };
         for (i, &v) in (0u32..).zip(&domain.corners) {
@@ -99,8 +99,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
         let (holders, lines) = (Holders::new(domain), Holders::of_segments(domain));
         let flats = holders.grouped(&flat_groups(domain));
         let none = || Balls::new(Vec::new());
-        let (pieces, triangles, closed) = (none(), none(), none());
-        Work {
+        let (subsegments, subfacets, closed) = (none(), none(), none());
+        Generator {
             domain,
             rules,
             machine,
@@ -109,10 +109,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
             lines,
             vertices,
             stages: Vec::new(),
-            pieces,
-            triangles,
+            subsegments,
+            subfacets,
             closed,
-            lifts: false,
+            off_centres: false,
             shells: BTreeMap::new(),
         }
     }

@@ -52,7 +52,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     /// The candidates that make a chord an edge of the boundary.
     pub(super) fn for_chord(&self, chord: &Chord<P>, face: Option<&Face<P>>) -> Vec<Candidate<P>> {
         let Some(face) = face else { return self.level(chord) };
-        if !self.work.pieces.hold(face.place.at) {
+        if !self.generator.subsegments.hold(face.place.at) {
             return vec![self.on_surface(face)];
         }
         if let Some(mirrored) = self.mirrored(chord, face) {
@@ -80,20 +80,20 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     /// The place of the surface at which a corner of a chord sees s, as far from the corner as the chord's other end.
     fn on_shell(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
         let v = chord.ends.into_iter().find(|&v| self.at_corners.len() > v as usize)?;
-        let points = &self.work.vertices.points;
+        let points = &self.generator.vertices.points;
         let (corner, radius) = (points[v as usize], 2.0 * chord.ball.radius2.sqrt());
         let towards = face.place.at - corner;
         let seen = corner + towards * (radius / towards.norm2().sqrt());
         let near = self.surface.nearest(seen)?;
         let within = |p: P, part: f64| dist2(p, near.at) <= part * part * radius * radius;
         let is_free = within(seen, SHORT) && !points.iter().any(|&p| within(p, SHORT));
-        (is_free && !self.work.pieces.hold(near.at))
+        (is_free && !self.generator.subsegments.hold(near.at))
             .then_some((Site { at: near.at, size: 0.25 * radius }, Carrier::Facet(near.facet)))
     }
 
     /// The vertex of a face that is not the chord's, turned around the chord towards s.
     fn mirrored(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
-        let points = &self.work.vertices.points;
+        let points = &self.generator.vertices.points;
         let [p, q] = chord.ends.map(|v| points[v as usize]);
         let apex = face.vertices.into_iter().find(|v| !chord.ends.contains(v))?;
         let x = points[apex as usize];
@@ -105,13 +105,13 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         let (foot, away) = across(x);
         let (_, towards) = across(face.place.at);
         let (distance, length) = (away.norm2().sqrt(), towards.norm2().sqrt());
-        let unit = Name { cell: Key::ROOT, number: apex }.unit(self.work.rules.seed, 1);
+        let unit = Name { cell: Key::ROOT, number: apex }.unit(self.generator.rules.seed, 1);
         let turned = foot + towards * (distance / length * (1.0 - NEARER * unit));
         let near = self.surface.nearest(turned)?;
         let within = |a: P, b: P, part: f64| dist2(a, b) <= part * part * distance * distance;
         if !within(near.at, turned, OFF)
             || points.iter().any(|&v| within(near.at, v, NEAR))
-            || self.work.pieces.hold(near.at)
+            || self.generator.subsegments.hold(near.at)
         {
             return None;
         }

@@ -25,7 +25,7 @@ pub struct Ridge {
 
 /// Ridges and corners.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct SurfaceFeatures {
     /// Positions in [`Domain::corners`], ascending.
     pub corners: Vec<u32>,
     /// The ridges.
@@ -48,7 +48,7 @@ impl Ridge {
     }
 }
 
-impl Kept {
+impl SurfaceFeatures {
     /// What a surface keeps at a feature angle in degrees.
     pub fn new<P: Space>(domain: &Domain<P>, feature_angle: f64) -> Self {
         let mut chains = Chains::new(domain, feature_angle);
@@ -63,11 +63,11 @@ impl Kept {
             ends.filter_map(|v| domain.corners.binary_search(&v).ok().map(|c| c as u32)).collect();
         corners.sort_unstable();
         corners.dedup();
-        Kept { corners, ridges }
+        SurfaceFeatures { corners, ridges }
     }
 
     /// What is kept as features for the local feature size: a ridge is one of them.
-    pub fn features<P: Space>(&self, domain: &Domain<P>) -> Features<P> {
+    pub fn distance_features<P: Space>(&self, domain: &Domain<P>) -> Features<P> {
         let corners = self.corners.iter().map(|&c| (Feature::Corner(c), vec![domain.corners[c as usize]]));
         let ridges = self.ridges.iter().map(|r| (Feature::Segment(r.segments[0]), r.vertices.clone()));
         Features::of_chains(domain, corners.chain(ridges).collect())

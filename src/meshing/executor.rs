@@ -4,16 +4,16 @@
 //! provides; since the values come back in the order of the items, nothing depends on how many cores there are.
 
 /// Maps items.
-pub trait Cores: Sync {
+pub trait Executor: Sync {
     /// The values of a function, in the order of the items.
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U>;
 }
 
 /// One after the other.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct One;
+pub struct Sequential;
 
-impl Cores for One {
+impl Executor for Sequential {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
         items.iter().map(f).collect()
     }

@@ -5,7 +5,7 @@
 //! balls on the other side have radii of at most R: if `R^2 <= r^2 + t^2` some corner there is nearer to every place of the
 //! other side than the face's, so that the dual edge ends within the sheet. Radii of at most t, on both sides,
 //! make it so. Beside ridges two sheets meet and t falls to nothing: there it is the chords that keep them apart
-//! ([`super::beside`]).
+//! ([`super::edge_recovery`]).
 //!
 //! **Departures.** Balls below a part of f are not divided for it: a sheet that is thinner is left to be told apart by
 //! what the boundary is found to be: a manifold with the surface's Euler characteristic, or else the part is halved.
@@ -27,7 +27,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     /// Is a face's ball wider than the sheet that it lies on is thick?
     pub(super) fn is_wide(&self, face: &Face<P>) -> bool {
         let (at, radius) = (face.place.at, face.radius);
-        if radius <= self.thinnest * (self.work.rules.size)(at) {
+        if radius <= self.thinnest * (self.generator.rules.size)(at) {
             return false;
         }
         let across = face.place.normal * (radius / face.place.normal.norm2().sqrt());
@@ -38,7 +38,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
 
     /// Is a ridge as near as a squared distance?
     fn is_beside_ridge(&self, at: P, limit2: f64) -> bool {
-        let ends = |c: u32| self.chords[c as usize].ends.map(|v| self.work.vertices.points[v as usize]);
+        let ends = |c: u32| self.chords[c as usize].ends.map(|v| self.generator.vertices.points[v as usize]);
         let mut beside = false;
         let distance = |c: u32| {
             let [p, q] = ends(c);
