@@ -1,9 +1,13 @@
-//! The checker: a domain, or everything that is wrong with it.
+//! The checker of inputs: it returns a domain, or all defects of the input.
 //!
-//! **Statement.** The pieces are looked at one by one ([`crate::resolve`]), then against each other
-//! ([`crate::contact`]), then surfaces for being closed ([`crate::manifold`]). Only if all is well is it asked what
-//! they enclose ([`crate::sides`]) and where holes and regions lie. [`Defect`] says what is a defect of which
-//! kind of input.
+//! **Statement.** The checks run in this order:
+//! 1. Each element alone ([`crate::resolve`]).
+//! 2. Contacts between elements ([`crate::contact`]).
+//! 3. Whether a surface is a closed manifold ([`crate::manifold`]).
+//! 4. Without defects so far: the components of the complement of the walls ([`crate::sides`]), and the positions of
+//!    holes and regions.
+//!
+//! [`Defect`] lists the defects of each kind of input.
 
 use septet_geometry::range::scale;
 
@@ -16,10 +20,10 @@ use crate::manifold::manifold;
 use crate::resolve::{Simplices, resolve};
 use crate::sides::{Location, Sides};
 
-/// Checks a domain and makes it ready for meshing.
+/// Checks an input and prepares its domain for meshing.
 ///
 /// # Errors
-/// All defects, in an order that depends on the input alone; at least one.
+/// All defects, in an order that depends only on the input. There is at least one.
 pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     let (simplices, mut defects) = resolve(input);
     let Some(simplices) = simplices else { return Err(defects) };
@@ -38,7 +42,7 @@ pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>>
     Ok(Domain::new(input, simplices, sides, components))
 }
 
-/// What every component is: outside, hole, or part of the domain, of which region.
+/// Classifies every component as outside, hole, or part of the domain, and finds its region.
 fn components<P: Triangulate>(
     input: &Input<P>,
     simplices: &Simplices<P>,

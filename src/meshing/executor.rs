@@ -1,15 +1,15 @@
-//! Who maps items to values.
+//! Mapping of functions over lists.
 //!
-//! This crate starts no threads. What can be done for each item by itself goes through [`Cores::map`], which the caller
-//! provides; since the values come back in the order of the items, nothing depends on how many cores there are.
+//! This crate starts no threads. Independent computations per item go through [`Executor::map`], which the caller
+//! provides. Values have the order of the items, so results do not depend on the number of cores.
 
-/// Maps items.
+/// Maps a function over a list.
 pub trait Executor: Sync {
-    /// The values of a function, in the order of the items.
+    /// Returns the values of `f`, in the order of the items.
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U>;
 }
 
-/// One after the other.
+/// Maps sequentially.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequential;
 

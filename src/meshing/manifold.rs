@@ -1,7 +1,7 @@
-//! Is a surface closed and manifold?
+//! The check that a surface is a closed manifold.
 //!
 //! **Statement.** Every edge of a closed manifold has two faces, and the faces at every vertex form one fan.
-//! Faces that intersect elsewhere are [`crate::contact`]'s business.
+//! [`crate::contact`] finds faces that intersect elsewhere.
 //!
 //! **Work and depth.** `O(m log m)`.
 
@@ -14,8 +14,7 @@ use crate::resolve::Simplices;
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
 
-/// Edges of the stated faces (also of those with other defects) with another number than two, and vertices
-/// with several fans.
+/// Reports edges that do not have two faces, and vertices with several fans. Edges of faces with other defects count.
 pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
     let mut faces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for (i, facet) in input.facets.iter().enumerate() {
@@ -46,7 +45,7 @@ pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Def
     defects
 }
 
-/// Vertices where the walls form several fans. Where a face has another defect and is no wall, nothing is said.
+/// Reports vertices at which the walls form several fans. Skips vertices of faces with other defects.
 fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
     let whole: BTreeSet<u32> = simplices.owner.iter().copied().collect();
     let incomplete = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
@@ -80,7 +79,7 @@ fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> 
     defects
 }
 
-/// Vertices less edges plus triangles: the Euler characteristic of a surface.
+/// Returns the Euler characteristic of a surface: vertices minus edges plus triangles.
 pub(crate) fn euler(triangles: impl IntoIterator<Item = [u32; 3]>) -> i64 {
     let (mut vertices, mut edges, mut count) = (Vec::new(), Vec::new(), 0);
     for [a, b, c] in triangles {

@@ -1,13 +1,13 @@
-//! From polygons to simplices: a complex whose pieces meet in common vertices, or the reasons why not.
+//! The conversion of polygons to simplices: a complex whose elements meet in common vertices, or the defects.
 //!
-//! **Statement.** Edges are divided at the points on them, each facet is triangulated with all points and
-//! segments that lie in it. If the input is a valid complex, the outcome is simplicial; [`crate::contact`]
-//! decides whether it is. In the plane the walls are the pieces of segments.
+//! **Statement.** Edges are divided at the points on them. Each facet is triangulated with all points and segments that
+//! lie in it. If the input is a valid complex, the result is simplicial. [`crate::contact`] decides whether it is. In
+//! the plane, the walls are the subsegments.
 //!
-//! A piece with a defect is left out of what follows, so that it does not cause others; points at the same place
-//! are one.
+//! Elements with a defect are omitted from later steps, so that they do not cause other defects. Points with the same
+//! coordinates are identified.
 //!
-//! **Work and depth.** `O(m log m)` and what the boxes visited cost, sequential; a facet of `k` points `O(k^2)`.
+//! **Work and depth.** `O(m log m)`, plus the visited boxes, sequential. A facet of `k` points needs `O(k^2)`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ use crate::input::{Input, Kind};
 pub use crate::simplices::{Outline, Part, Simplices};
 use crate::space::{Space, ascending, on_segment};
 
-/// The work in progress.
+/// The state of the conversion.
 struct Resolver<'a, P: Space> {
     input: &'a Input<P>,
     out: Simplices<P>,
@@ -29,8 +29,8 @@ struct Resolver<'a, P: Space> {
     defects: Vec<Defect>,
 }
 
-/// The simplices of an input and what is wrong with its pieces one by one. `None` where the coordinates or the
-/// lack of any pieces make everything else pointless.
+/// Returns the simplices of an input, and the defects of single elements. The simplices are `None` if the coordinates
+/// are out of range or there are no elements.
 pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<Defect>) {
     if input.segments.is_empty() && input.facets.is_empty() {
         return (None, vec![Defect::Empty]);
@@ -41,7 +41,7 @@ pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<D
         Ok(exponent) => exponent,
         Err(error) => return (None, vec![Defect::Range(error.to_string())]),
     };
-    // Adding zero makes 0.0 of -0.0.
+    // Adding zero converts -0.0 to 0.0.
     let points: Vec<P> = input.points.iter().map(|&p| scale(p, exponent) + P::splat(0.0)).collect();
     let tree = Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect());
     let same = (0..points.len() as u32).collect();
@@ -88,7 +88,7 @@ impl<P: Space> Resolver<'_, P> {
         }
     }
 
-    /// Names every position that is not there.
+    /// Reports every reference to a point that does not exist.
     fn indices(&mut self) {
         let count = self.out.points.len() as u64;
         let segments = self.input.segments.iter().map(|s| (Element::Segment(s.ends), s.ends.to_vec()));
@@ -100,7 +100,7 @@ impl<P: Space> Resolver<'_, P> {
         }
     }
 
-    /// Divides all edges at the points on them (of a surface: reports those).
+    /// Divides all edges at the points on them. In a surface, reports such points.
     fn divide(&mut self, facets: &[Option<Outline>]) {
         let mut edges: BTreeMap<[u32; 2], i64> = BTreeMap::new();
         for (segment, listed) in self.input.segments.iter().map(|s| (s, s.ends)) {
@@ -145,7 +145,7 @@ impl<P: Space> Resolver<'_, P> {
         }
     }
 
-    /// Segments of the plane that lie on each other.
+    /// Reports segments of the plane that overlap.
     fn overlaps(&mut self) {
         let pairs: BTreeSet<[[u32; 2]; 2]> =
             self.out.parts.iter().flat_map(|p| p.of.windows(2).map(|w| [w[0], w[1]])).collect();
@@ -159,7 +159,7 @@ impl<P: Space> Resolver<'_, P> {
         b.iter().all(|&v| on_segment(self.p(a[0]), self.p(a[1]), self.p(v)))
     }
 
-    /// The points strictly between the ends of an edge, in order.
+    /// Returns the points strictly between the ends of an edge, in order.
     fn on_edge(&self, [a, b]: [u32; 2], used: &BTreeSet<u32>) -> Vec<u32> {
         let surface = self.input.kind == Kind::Surface;
         let mut on = self.tree.meeting(&self.out.bounds(&[a, b]));
@@ -170,7 +170,7 @@ impl<P: Space> Resolver<'_, P> {
                 && (!surface || used.contains(&v))
                 && on_segment(self.p(a), self.p(b), self.p(v))
         });
-        // Along the axis where the edge is longest the order is that of one coordinate.
+        // Along the longest axis of the edge, one coordinate determines the order.
         let d = self.p(b) - self.p(a);
         let axis = (1..P::DIM).fold(0, |k, i| if d.coord(i).abs() > d.coord(k).abs() { i } else { k });
         on.sort_by(|&u, &v| self.p(u).coord(axis).total_cmp(&self.p(v).coord(axis)));

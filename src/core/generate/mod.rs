@@ -1,8 +1,8 @@
-//! Point sets to try things on: random, degenerate, clustered, and f-spaced with a known constant.
+//! Point sets for experiments: random, degenerate, clustered, and f-spaced with a known constant.
 //!
-//! A set is a function of (kind, number, dimension, seed, Lipschitz constant) and nothing else: no clock decides
-//! anything, no number of threads, no library function beyond the square root. All kinds live in the unit square or
-//! cube; the f-spaced ones are made on the machine (`spaced`).
+//! A set is a function of (kind, number, dimension, seed, Lipschitz constant). It does not depend on a clock, on the
+//! number of threads, or on any library function except the square root. All kinds lie in the unit square or cube. The
+//! machine generates the f-spaced kinds (`spaced`).
 
 mod draw;
 mod faces;
@@ -25,8 +25,8 @@ use crate::model::Points;
 ///
 /// # Errors
 ///
-/// Refuses dimensions other than 2 and 3, numbers of points above the kind's limit, and Lipschitz
-/// constants that are out of range or that the kind has no use for.
+/// Rejects dimensions other than 2 and 3, and numbers of points above the limit of the kind. Rejects Lipschitz
+/// constants that are out of range or that the kind does not use.
 pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),

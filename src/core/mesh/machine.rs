@@ -1,7 +1,8 @@
-//! What the generator asks for, as runs of the machine.
+//! Implements the machine of the generator by runs of `septet`.
 //!
-//! An independent set is a run of [`crate::independent`], a triangulation one of [`crate::triangulate`]. Facets of at most
-//! a leaf's points are leaves of a machine that has only those: they are triangulated where they are, side by side.
+//! An independent set is a run of [`crate::independent`], and a triangulation is a run of [`crate::triangulate`].
+//! Facets with at most [`LEAF`] points are leaves of a machine with one leaf per facet. They are triangulated locally
+//! and in parallel.
 
 use std::time::Instant;
 
@@ -25,10 +26,10 @@ use crate::error::Error;
 use crate::run::independent::independent;
 use crate::run::{Traffic, triangulate};
 
-/// Points up to which a facet is one leaf.
+/// The largest number of points of a facet that is one leaf.
 const LEAF: usize = 4096;
 
-/// The machine with what each stage took.
+/// A machine that counts the resources of each stage.
 #[derive(Debug)]
 pub struct Counted {
     config: Config,
@@ -36,7 +37,7 @@ pub struct Counted {
     run_log: RunLog,
     owners: Owners,
     since: Instant,
-    /// Told to whoever listens, as long as the stage goes on.
+    /// The span of the current stage, for subscribers.
     span: Option<EnteredSpan>,
 }
 
@@ -47,7 +48,7 @@ struct Owners {
     of: Vec<u32>,
 }
 
-/// What a run is recorded by.
+/// The data of a run for the log.
 struct Taken<'a> {
     task: &'static str,
     points: usize,
@@ -58,7 +59,7 @@ struct Taken<'a> {
 }
 
 impl Counted {
-    /// A machine of this configuration.
+    /// Creates a machine with this configuration.
     pub fn new(config: Config) -> Self {
         Counted {
             config,
@@ -70,8 +71,8 @@ impl Counted {
         }
     }
 
-    /// The workers of the cells of the last triangulation in this dimension, in its order; none if there was none of so
-    /// many cells.
+    /// Returns the worker of each cell of the last triangulation in this dimension, in its order. Returns `None` if
+    /// that triangulation did not have `cells` cells.
     pub(super) fn owners(&self, dimension: usize, cells: usize) -> Option<&[u32]> {
         let Owners { dimension: of, of: owners } = &self.owners;
         (*of == dimension && owners.len() == cells).then_some(owners)
@@ -99,7 +100,7 @@ impl Counted {
         self.since = Instant::now();
     }
 
-    /// The lines with what the generator counted itself, and what the runs took one by one.
+    /// Adds the counts of the generator to the lines. Returns the lines and the log of all runs.
     pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, RunLog) {
         self.close();
         for (line, stage) in self.lines.iter_mut().zip(stages) {
@@ -194,7 +195,7 @@ impl<P: Point> Machine<P> for Counted {
     }
 }
 
-/// The threads of the global pool, for what needs no machine.
+/// Maps with the threads of the global pool, for computations without a machine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AllCores;
 
@@ -204,7 +205,7 @@ impl Executor for AllCores {
     }
 }
 
-/// The triangles of a leaf; nothing if they are for the machine to find, or to say why there are none.
+/// Triangulates a leaf. Returns `None` on an error, so that the machine triangulates the facet or reports the error.
 fn in_a_leaf(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     match Incremental::new(points.to_vec()) {
         Ok(built) => Some(built.cells().collect()),

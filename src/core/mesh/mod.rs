@@ -1,7 +1,7 @@
-//! Meshes of domains: what is asked for, the mesh as files take it, and its report.
+//! Meshes of domains: the request, the mesh as arrays for files, and its quality.
 //!
-//! `generate` makes a mesh, [`labelled::Labelled`] is what writers take of it, `report` what `--json` says, `tables` what
-//! `--profile` says. [`record`] is what the machine did meanwhile, [`view`] the picture in the report.
+//! `generate` generates a mesh. [`labelled::Labelled`] holds the arrays for the writers. [`run_log`] records the runs
+//! of the machine, and [`view`] is the picture in the report.
 
 pub mod field;
 pub mod labelled;
@@ -37,7 +37,7 @@ pub use request::{
 };
 use run_log::RunLog;
 
-/// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
+/// Compares a mesh with its domain. The request selects whether the boundary is exact or remeshed.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
     let _span = stage_span(request.seed, "conformity");
     match request.boundary_of(domain.kind) {
@@ -49,10 +49,10 @@ pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &Mes
     }
 }
 
-/// The size function that is asked for.
+/// Builds the size function of a request.
 ///
 /// # Errors
-/// Sizes out of range, or too fine.
+/// Sizes that are out of range or too fine.
 pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
@@ -73,7 +73,7 @@ pub fn sizes<P: Triangulate>(
     Ok(SizeFunction::of_features(domain, &kept.distance_features(domain), &options, &AllCores)?)
 }
 
-/// How good a mesh is that was asked for so. Of a remeshed surface nothing is promised about radius-edge ratios, and the
+/// Measures the quality of a mesh of this request. For a remeshed surface no radius-edge ratio is promised, and the
 /// local feature size is that of its corners and ridges.
 pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
@@ -99,7 +99,7 @@ pub fn assess<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
-/// How good a mesh is, against the size function asked for and the promise.
+/// Measures the quality of a mesh against its size function and the promised ratios.
 pub fn measure<P: Triangulate>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
@@ -118,17 +118,19 @@ pub fn measure<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
-/// A mesh before it is checked, and what it took.
+/// A mesh before it is checked, with its stages and runs.
 struct Built<P: Triangulate> {
     mesh: Mesh<P>,
     stages: Vec<StageLine>,
     run_log: RunLog,
-    /// The worker that owned each cell, if asked for.
+    /// The worker that owned each cell, if requested.
     owners: Option<Vec<u32>>,
 }
 
-/// Makes a mesh of a domain, unchecked: [`make`] compares it with the domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
-/// completion. The result is the same for every number of workers, threads and every transport.
+/// Generates a mesh of a domain without checking it. [`make`] also compares it with the domain.
+///
+/// The stage `improve` reports bad cells as candidates, moves as points, and sweeps as rounds of completion. The result
+/// is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
 /// [`MeshError`].
@@ -140,7 +142,7 @@ pub fn generate<P: Triangulate>(
     build(domain, size, request, 0).map(|made| (made.mesh, made.stages))
 }
 
-/// `generate` with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
+/// Generates a mesh with the log of the machine. Keeps the owners of cells if the mesh has at most `owned` cells.
 ///
 /// # Errors
 /// [`MeshError`].
@@ -211,8 +213,8 @@ fn machine(request: &MeshRequest) -> Counted {
     })
 }
 
-/// Points that cells of 32 bits can have.
+/// The number of points that cells of 32 bits can index.
 const MOST_POINTS: u64 = 1 << 26;
 
-/// Bytes a point of a mesh: measured peaks, rounded up.
+/// Bytes of memory per point of a mesh: measured peaks, rounded up.
 const BYTES_PER_POINT: u64 = 3000;

@@ -1,18 +1,20 @@
-//! What a triangulation lacks.
+//! Subsegments and subfacets missing from the Delaunay triangulation.
 //!
-//! **Statement.** A piece (a triangle) is *missing* if it is no edge (no face) of the Delaunay triangulation. Where four
-//! points of a facet are on a circle as nearly as can be rounded, the faces that are there may be others than those of
-//! the facet's own triangulation: then it is enough that they tile it.
+//! **Statement.** Vertices divide a segment into *subsegments*. The *subfacets* of a facet are the triangles of its own
+//! planar Delaunay triangulation. With respect to the Delaunay triangulation of all vertices:
+//! 1. A subsegment is *missing* if it is not an edge.
+//! 2. A subfacet is missing if it is not a face, unless the faces on its facet tile the facet in another way. This
+//!    happens if four points of the facet are cocircular up to rounding.
+//! 3. A face on a facet inside the domain is *unmatched* if exactly one of its cells is flat. It counts as missing.
 //!
-//! Such points are off the facet by rounding, so there may be a cell of all four, with one diagonal above and the other beneath.
-//! It is dropped ([`super::cells`]). That is well on the border of the domain, where what lies on one side does not matter; on a
-//! facet with the domain on both sides it leaves a mesh that does not conform, although all triangles are there: those of the
-//! facet's own triangulation on one of the sides. So there a face beside a dropped cell is *torn*, and lacking as a triangle is.
-//! A place at the centre of the common circle mends it.
+//! **Flat cells.** Vertices lie on a facet only up to rounding. Four cocircular vertices can span a flat cell, with one
+//! diagonal above and the other below. Generation drops such cells ([`super::cells`]). On the boundary of the domain,
+//! only one side matters. Inside the domain, the two sides of the facet then disagree and the mesh does not conform.
+//! All subfacets are present, but on one side only. Inserting the common circumcentre repairs this.
 //!
-//! *Once mended it stays so.* A cell in the triangulation of all vertices whose own vertices are on facets has an empty sphere, so
-//! it is in the triangulation of the vertices on facets, too. None of them come once the volume has begun: faces are torn before
-//! that or never.
+//! *Repairs are permanent.* Facets receive no vertices after the volume stage begins. A cell whose vertices lie on
+//! facets has an empty circumball, so it is also a cell of the triangulation of the vertices on facets. Unmatched faces
+//! therefore appear before the volume stage or never.
 //!
 //! **Work and depth.** `O(m log m)`: edges and faces are sorted.
 
@@ -27,12 +29,12 @@ use crate::domain::Feature;
 use crate::mesh::Carrier;
 use crate::space::Space;
 
-/// What a triangulation lacks.
+/// The missing subsegments and subfacets of a triangulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct MissingParts {
-    /// Segments, and the ends of pieces.
+    /// Segments, with the ends of subsegments.
     pub(super) subsegments: Vec<(u32, [u32; 2])>,
-    /// Facets, and the corners of triangles.
+    /// Facets, with the vertices of subfacets.
     pub(super) subfacets: Vec<(u32, [u32; 3])>,
 }
 
@@ -41,7 +43,7 @@ impl MissingParts {
         self.subsegments.is_empty() && self.subfacets.is_empty()
     }
 
-    /// The features, each once, with the number of pieces or triangles of each.
+    /// Returns each feature once, with the number of its missing parts.
     pub(super) fn features(&self) -> Vec<(Feature, u32)> {
         let segments = self.subsegments.iter().map(|p| Feature::Segment(p.0));
         let mut all: Vec<Feature> =
@@ -52,7 +54,7 @@ impl MissingParts {
 }
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
-    /// What is not in the triangulation.
+    /// Returns the parts that are missing from the triangulation.
     pub(super) fn missing(
         &self,
         delaunay: &Triangulation<P::Cell>,
@@ -78,7 +80,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         MissingParts { subsegments, subfacets: missing }
     }
 
-    /// Faces on facets, with the domain on both sides, of which one is a flat cell's.
+    /// Returns the faces on facets inside the domain of which exactly one cell is flat.
     fn unmatched(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Subfacets {
         if P::DIM == 2 {
             return Vec::new();
@@ -105,7 +107,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         unmatched
     }
 
-    /// Is the domain on both sides of a face on a facet?
+    /// Returns `true` if the domain lies on both sides of a face on a facet.
     fn is_between(&self, f: u32, face: &[u32; 3], planes: &[Plane]) -> bool {
         let wall = planes[f as usize].wall_at(self.middle_of(face, &planes[f as usize]));
         let inside = |c: u32| self.domain.components[c as usize].inside;
@@ -114,8 +116,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         wall.is_some_and(|wall| components(wall).into_iter().all(inside))
     }
 
-    /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
-    /// is not flat; ascending.
+    /// Returns edges between vertices of segments, and faces of cells that are not flat whose vertices lie on one
+    /// facet. Both are ascending.
     fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
         let carriers = &self.vertices.carriers;
         let (mut edges, mut faces) = (Vec::new(), Vec::new());
@@ -150,8 +152,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         (edges, faces)
     }
 
-    /// Do the faces that are there tile each facet, although they are not the triangles of its own triangulation? So
-    /// it may be where four points lie on a circle as nearly as they can be rounded.
+    /// Returns for each facet whether the faces present tile it, although they are not its subfacets. This happens if
+    /// four points are cocircular up to rounding.
     fn tiled(&self, planes: &[Plane], subfacets: &Subfacets, faces: &[[u32; 3]]) -> Vec<bool> {
         let area = |f: u32, t: &[u32; 3]| {
             let plane = &planes[f as usize];

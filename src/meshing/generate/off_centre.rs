@@ -1,19 +1,24 @@
-//! Centres that lie in the balls of pieces and triangles, lifted out of them.
+//! Off-centre points for circumcentres that lie in the balls of subsegments and subfacets.
 //!
-//! **Statement.** A centre c that lies in a ball cannot be placed. In its stead comes, if it keeps f from all vertices, the
-//! place x straight above it, seen from the piece or triangle, where the ball ends; again if that lies in another ball,
-//! [`LIFTS`] times at most. On facets the balls are those of pieces, in the volume those of triangles too. Where features
-//! meet at less than 90 degrees the bounds are lost anyway, and centres are given up.
+//! **Statement.** A circumcentre c in a ball cannot be inserted. The off-centre point x lies straight above c, seen
+//! from the subsegment or subfacet, where the ball ends. If x lies in another ball, the step is repeated, at most
+//! [`MOVES`] times. The point x is inserted if it keeps the distance f from all vertices. On facets, the balls are
+//! those of subsegments. In the volume, those of subfacets are added. If features meet at less than 90 degrees, the
+//! bounds do not hold anyway, and such circumcentres are skipped.
 //!
-//! *What it is good for.* Let f be 1 everywhere, let c lie at height h above a facet, far from its border, and let (m, r)
-//! be the ball of the facet's triangle that holds the foot q of c: of the facet's balls it is the highest above q, where it
-//! ends at `H^2 = r^2 - |m - q|^2 <= 1`. Some corner of the triangle is within `h^2 + H^2` of c, squared, as in the proof
-//! of the bounds ([`super`]), so `R^2 <= h^2 + H^2`; and x is placed unless `R <= 1 + H - h`. At `H = 1` the two meet at
-//! `h = 3/4`, for a smaller H lower. So when nothing is placed any more, `R <= 5/4`, and no Delaunay edge there is
-//! longer than 5/4 of what the others may be. Without lifting it is `sqrt(2)`. So it is above a piece of a facet. Where
-//! facets meet nothing better than `sqrt(2)` is proved.
+//! *Benefit.* Let f be 1 everywhere. Let c lie at height h above a facet, far from the boundary of the facet. Let (m,
+//! r) be the ball of the subfacet that contains the foot q of c. Among the balls of the facet, it is the highest above
+//! q. It ends there at the height H with `H^2 = r^2 - |m - q|^2 <= 1`.
+//! 1. Some corner of the subfacet has a squared distance of at most `h^2 + H^2` from c, as in the proof of the bounds
+//!    ([`super`]). Hence `R^2 <= h^2 + H^2`.
+//! 2. The point x is inserted unless `R <= 1 + H - h`.
+//! 3. For `H = 1`, the two bounds are equal at `h = 3/4`. For a smaller H, the common value is lower.
 //!
-//! **Work and depth.** [`LIFTS`] queries of the balls a centre; a query of the lifted centres a vertex.
+//! When no more points are inserted, `R <= 5/4` therefore holds, and no Delaunay edge there is longer than 5/4 of the
+//! bound for other edges. Without off-centre points, the factor is `sqrt(2)`. The same holds above a subsegment of a
+//! facet. Near the common boundary of facets, only `sqrt(2)` is proved.
+//!
+//! **Work and depth.** [`MOVES`] queries of the balls per circumcentre. One query of the off-centre points per vertex.
 
 use septet_geometry::point::dist2;
 
@@ -24,20 +29,20 @@ use super::machine::Machine;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
 
-/// How often a centre is lifted: once above a facet, and again where others are near.
+/// The largest number of moves of a circumcentre: one above a facet, more if other features are near.
 const MOVES: usize = 4;
 
-/// How far beyond a ball, squared and over its radius: more than rounding.
+/// The squared radius beyond which a point is outside a ball, relative to the ball's. The margin exceeds the rounding.
 const BEYOND: f64 = 1.0 + 1e-9;
 
-/// What the balls of pieces and triangles are the smallest ones of, in their order.
+/// The subsegments and subfacets, in the order of their balls.
 pub(super) struct Subfeatures<'a> {
     pub(super) subsegments: Vec<(u32, [u32; 2])>,
     pub(super) subfacets: &'a Subfacets,
 }
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
-    /// The place outside of all balls that a centre is lifted to.
+    /// Returns the off-centre point of a circumcentre, outside all balls.
     pub(super) fn off_centre(&self, centre: P, flats: &Subfeatures<'_>) -> Option<P> {
         let mut x = centre;
         let moves = if self.off_centres { MOVES } else { 0 };
@@ -51,7 +56,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         (finite && self.is_open(x)).then_some(x)
     }
 
-    /// Those of the lifted centres that no vertex is in conflict with.
+    /// Returns the off-centre points that do not conflict with a vertex.
     pub(super) fn free(&self, off_centre: Vec<(Site<P>, bool)>) -> Vec<(Site<P>, bool)> {
         if off_centre.is_empty() {
             return off_centre;
@@ -67,8 +72,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         off_centre.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect()
     }
 
-    /// Of the balls that hold the place the one of least power, and the foot of the place on its piece's line or triangle's
-    /// plane.
+    /// Returns the ball of least power among those that contain the point. Returns also the foot of the point on the
+    /// line of the subsegment or the plane of the subfacet.
     fn lowest(&self, x: P, flats: &Subfeatures<'_>) -> Option<(Ball<P>, P)> {
         let at = |v: u32| self.vertices.points[v as usize];
         let power = |ball: &Ball<P>| dist2(ball.centre, x) - ball.radius2;

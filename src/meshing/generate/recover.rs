@@ -1,28 +1,36 @@
-//! Points that are forced so that nothing of the domain is lost.
+//! Recovery: the insertion of points until every subsegment and subfacet is in the triangulation.
 //!
-//! **Statement.** At the end no vertex lies in the smallest ball of a piece, and every triangle has a [`super::witness`] of
-//! at most [`WIDEST`] times its radius. Those balls are closed to the points of the volume, so nothing can be lost any more, and
-//! cells at the boundary have radii no larger than those of its triangles by more than that. What breaks the rule is divided
-//! ([`super::divide`]), pieces before triangles, although points then are closer than f. Without angles below 90 degrees
-//! there is nothing to do.
+//! **Statement.** At the end, no vertex lies in the smallest ball of a subsegment, and every subfacet has a
+//! [`super::witness`] of at most [`WIDEST`] times its radius. These balls are closed to the points of the volume, so
+//! nothing can be lost later. The radii of cells at the boundary exceed those of its subfacets by at most this factor.
+//! Simplices that violate the rule are divided ([`super::divide`]), subsegments before subfacets. Points may then be
+//! closer than f. Without angles below 90 degrees, recovery inserts nothing.
 //!
-//! **Termination.** *Pieces.* Points of facets are kept out of the balls of pieces, so only corners and points of other segments
-//! can be in them. Segments without a common corner have a distance; those with one are divided on common spheres:
-//! pieces of equal length from a corner, and pieces between the same two spheres, leave each other's ends outside; one
-//! sphere more is inside of a ball only if the piece is longer than its distance from the next segment, which is
-//! proportional to that from the corner. So lengths of pieces are bounded below, by lfs times a constant of the angles.
+//! **Termination.**
 //!
-//! *Triangles.* The centre of one is placed because a vertex v of another facet is no farther than its diameter. Facets without a
-//! common point have a distance; at angles of at least 90 degrees v would lie in the ball of a piece between. So radii are
-//! bounded below by the distance from the common corner or segment times the sine of the angle there. Triangles with an edge on
-//! the segment itself have a witness whatever the angles, of some width: the sphere through a piece and one apex on each of
-//! two facets meets both planes in circumcircles, which are empty. What no proof is known for is that points come
-//! no closer to the segment: each row of triangles may ask for a finer one below. At angles of some ten degrees they do not,
-//! below one degree they do. So after [`PATIENT`] rounds wider balls will do, and more and more, which is what the Delaunay
-//! triangulation asks for itself; and if that has no end either, the features are an error. Several facets at one
-//! corner within some ten degrees of each other, between segments more than 90 degrees apart (folds and creases of scans), have triangles at
-//! the corner that come again at half the size: such corners are enclosed ([`super::corner_shells`]). Nothing says that arcs of neighbouring facets, each
-//! finer for the other, have an end everywhere else.
+//! *Subsegments.* Points of facets are kept out of the balls of subsegments, so only corners and points of other
+//! segments can lie in them. Segments without a common corner have a positive distance. Segments with a common corner
+//! are divided on common spheres. Subsegments of equal length from a corner exclude each other's ends from their balls,
+//! and so do subsegments between the same two spheres. One more sphere lies inside a ball only if the subsegment is
+//! longer than its distance from the next segment. That distance is proportional to the distance from the corner.
+//! Lengths of subsegments are therefore bounded from below by lfs times a constant that depends on the angles.
+//!
+//! *Subfacets.* A circumcentre is inserted because a vertex v of another facet is no farther than the diameter. Facets
+//! without a common point have a positive distance. At angles of at least 90 degrees, v would lie in the ball of a
+//! subsegment between the facets. Radii are therefore bounded from below by the distance from the common corner or
+//! segment times the sine of the angle there.
+//!
+//! *Subfacets with an edge on the common segment.* They have a witness of some width at any angle: the sphere through a
+//! subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. It is not proved
+//! that points do not approach the segment without end, because each row of subfacets may require a finer row next to
+//! it. At angles of some ten degrees they do not, below one degree they do. After [`PATIENT`] rounds, the width allowed
+//! for witnesses therefore grows with every round. In the limit this is the condition of the Delaunay triangulation
+//! itself. If recovery still does not end, the features are reported as an error.
+//!
+//! *Corners.* Several facets may meet at one corner within some ten degrees of each other, between segments more than
+//! 90 degrees apart (folds and creases of scans). Then subfacets at the corner recur at half the size. Such corners are
+//! enclosed ([`super::corner_shells`]). No proof excludes that arcs of adjacent facets refine each other without end
+//! elsewhere.
 //!
 //! **Source.** Ruppert (1995), section 5; Shewchuk (1998; 2002); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
 
@@ -39,19 +47,19 @@ use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// The largest radius of a witness, over that of the triangle.
+/// The largest radius of a witness, relative to the radius of its subfacet.
 pub const WIDEST: f64 = 1.25;
 
-/// Rounds before witnesses may be wider, and before the generator gives up.
+/// The number of rounds before the width of witnesses grows.
 const PATIENT: u32 = 30;
 const MOST_ROUNDS: u32 = 90;
 
-/// A facet's triangles, by facets.
+/// The subfacets of each facet.
 type ByFacet = Vec<Vec<[u32; 3]>>;
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
-    /// Forces points until nothing is missing. The chains and triangles that are then in the triangulation; triangles and
-    /// witnesses are closed.
+    /// Inserts points until nothing is missing. Returns the chains and subfacets of the final triangulation. Closes the
+    /// balls of subfacets and witnesses.
     pub(super) fn recover(
         &mut self,
         planes: &[Plane],
@@ -68,7 +76,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             let missing = match self.witnesses(&chains, &subfacets, width(round)) {
                 Err(missing) => missing,
                 Ok(witnesses) => {
-                    // What is lacking now is so by rounding.
+                    // Simplices that are missing here are missing because of rounding.
                     let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
                     let missing = self.missing(&delaunay, planes, &chains, &subfacets);
                     if missing.is_empty() {
@@ -106,14 +114,14 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         }
     }
 
-    /// A length well above what rounding does to coordinates.
+    /// Returns a length well above the rounding of coordinates.
     fn coarse_rounding(&self) -> f64 {
         let points = self.domain.points();
         let largest = points.iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs())).fold(0.0, f64::max);
         100.0 * ROUNDING * largest
     }
 
-    /// The facets that hold the vertices from a number on.
+    /// Returns the facets that contain the vertices with indices from `first`.
     fn facets_of(&self, first: usize) -> Vec<u32> {
         if P::DIM == 2 {
             return Vec::new();
@@ -125,8 +133,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         facets
     }
 
-    /// Witnesses of the triangles whose smallest ball is none; or else the pieces whose balls hold vertices; or, if there
-    /// are no such pieces, the triangles that have no witness.
+    /// Returns the witnesses of those subfacets whose smallest ball contains a vertex. On failure, returns the
+    /// subsegments whose balls contain vertices. If there are none, returns the subfacets without a witness.
     fn witnesses(
         &self,
         chains: &Chains,
@@ -148,7 +156,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         Ok(found.into_iter().flatten().filter_map(|w| (!w.smallest).then_some(w.ball)).collect())
     }
 
-    /// The pieces whose balls hold vertices.
+    /// Returns the subsegments whose balls contain vertices.
     pub(super) fn encroached(&self, near: &Near<'_, P>, chains: &Chains) -> Vec<(u32, [u32; 2])> {
         let subsegments = subsegments_of(chains);
         let empty = self.machine.map(&subsegments, |&(_, subsegment)| {
@@ -162,7 +170,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             .collect()
     }
 
-    /// Places forced points as far as they are independent, with the sizes of the function.
+    /// Inserts an independent set of the points. Their sizes are those of the size function.
     fn insert_forced(&mut self, forced: Vec<(Site<P>, Carrier)>) -> Result<u64, M::Error> {
         let before = self.vertices.len();
         let placed = self.complete(forced, true)?;
@@ -173,12 +181,12 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 }
 
-/// All triangles with their facets.
+/// Returns all subfacets with their facets.
 fn listed(by_facet: &[Vec<[u32; 3]>]) -> Subfacets {
     (0u32..).zip(by_facet).flat_map(|(f, t)| t.iter().map(move |t| (f, *t))).collect()
 }
 
-/// How wide witnesses may be.
+/// Returns the width allowed for witnesses in a round.
 fn width(round: u32) -> f64 {
     WIDEST * f64::from(round.saturating_sub(PATIENT) + 1)
 }

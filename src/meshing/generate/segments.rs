@@ -1,8 +1,10 @@
 //! Points on segments.
 //!
-//! **Statement.** The generator in one dimension: pieces of a segment that are halved until they are no longer than
-//! 1.4 times the size at the middle have a constant number of candidates each; a maximal independent set of them, with
-//! the corners fixed, and then middles of pieces whose half is longer than the size there, until there is none.
+//! **Statement.** The generator in one dimension:
+//! 1. Each segment is halved until its parts are at most [`SIDE`] times the size at their middle. Each part has a
+//!    constant number of candidates.
+//! 2. A maximal independent set of them is taken, with the corners fixed.
+//! 3. Midpoints of subsegments whose half is longer than the size there are added until there are none.
 
 use septet_geometry::point::dist2;
 
@@ -18,7 +20,7 @@ use crate::space::Space;
 /// The vertices on every segment, in order.
 pub(super) type Chains = Vec<Vec<u32>>;
 
-/// All pieces with their segments.
+/// Returns all subsegments with their segments.
 pub(super) fn subsegments_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
     (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
 }
@@ -82,7 +84,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         }
     }
 
-    /// The vertices of every segment, from its first corner to its last.
+    /// Returns the vertices of every segment, from its first corner to its last.
     pub(super) fn chains(&self) -> Chains {
         let corner = |v: u32| self.domain.corners.binary_search(&v).unwrap_or(usize::MAX) as u32;
         let mut chains: Vec<Vec<u32>> = vec![Vec::new(); self.domain.segments.len()];

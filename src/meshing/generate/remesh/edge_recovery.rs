@@ -1,21 +1,23 @@
-//! What is beside a chord that is no edge of the boundary.
+//! Recovery of ridge chords that are not edges of the boundary.
 //!
-//! **Statement.** The Voronoi cell of a chord is a polygon in its middle plane, in which the surface is a wedge of two rays
-//! from about the chord's middle. The chord is an edge of the boundary iff the polygon has corners on both sides of it; if it has not,
-//! both rays leave through one edge of the polygon, which is dual to a face (p, q, x) and crosses the surface
-//! an even number of times. A vertex is due where the ray that is farther from x leaves, at s. If s lies in the ball of a chord it
-//! cannot be placed; then *x is mirrored*: turned around the chord until it lies towards s. Its polygon's edge and that of x
-//! are mirror images in the plane that halves the wedge, so that they meet in it, however narrow the wedge is. At a corner
-//! the mirrored x has about the same distance from the corner as x, as ridges have on a common shell.
-//!
-//! At a corner s may lie in the ball of a chord there because nothing but chords ends at the corner, and facets are wide. If all
-//! chords at it are equally long, the cells there are those over the triangles of their ends on a sphere, the *shell*, inside or outside by
-//! the centres of their circles, whatever its radius; were the chords divided, all would be the same again at half the size. So the
-//! surface is sampled on the shell, where the corner sees s; that is outside of the chords' balls.
-//!
-//! Where that fails, too, a chord is divided. At a corner that is not the chord itself but those that are longer than the shortest
-//! one there, if there are any: of chords of different lengths the centres of cells at the corner may be anywhere, and were
-//! all divided at once they would be as different again.
+//! **Statement.** The Voronoi cell of a chord is a polygon in its bisecting plane. There, the surface is a wedge of two
+//! rays that start near the midpoint of the chord. The chord is an edge of the boundary iff the polygon has corners on
+//! both sides of the wedge. Otherwise both rays leave through one edge of the polygon. This edge is dual to a face (p,
+//! q, x) and crosses the surface an even number of times. The following candidates recover the chord. The first that
+//! applies is used:
+//! 1. *Insertion.* The point s at which the ray farther from x leaves. It must not lie in the ball of a chord.
+//! 2. *Mirroring.* The vertex x, rotated around the chord to the side of s. The polygon edges of x and its mirror image
+//!    are symmetric about the plane that bisects the wedge. They therefore meet in this plane, however narrow the wedge
+//!    is. At a corner, the mirror image has about the same distance from the corner as x, just as ridges have their
+//!    points on a common shell.
+//! 3. *Shell.* At a corner, s may lie in the ball of a chord because facets are wide and only chords end at the corner.
+//!    If all chords at the corner are equally long, the cells there correspond to the triangles of their ends on a
+//!    sphere, the *shell*. The circumcentres of these triangles decide whether the cells are inside, whatever the
+//!    radius. Dividing the chords would reproduce the same configuration at half the size. The surface is therefore
+//!    sampled on the shell, in the direction of s from the corner. This point lies outside the balls of the chords.
+//! 4. *Division.* A chord is divided. At a corner, the chords longer than the shortest one there are divided first, if
+//!    there are any. If chords have different lengths, the circumcentres at the corner may be anywhere. Dividing all of
+//!    them at once would preserve the differences.
 
 use septet_geometry::point::dist2;
 
@@ -29,27 +31,29 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// How far from the surface, over its distance from the chord, a mirrored vertex may be before it is put there.
+/// The largest distance of a mirrored vertex from the surface, relative to its distance from the chord, at which it is
+/// projected to the surface.
 const OFF: f64 = 0.2;
 
-/// What is nearer to another vertex, over the same, adds nothing.
+/// The distance from another vertex below which a candidate is useless, relative to the distance from the chord.
 const NEAR: f64 = 0.3;
 
-/// How much nearer to the chord than x a mirrored vertex may be, at random: two pairs that are mirror images of each other are
-/// corners of a flat cell.
+/// The largest random reduction of the distance of a mirrored vertex from the chord, relative to that of x. Two pairs
+/// that are exact mirror images of each other would be the corners of a flat cell.
 const NEARER: f64 = 0.05;
 
-/// Squared radius of a face's ball over its chord's, above which s lies outside the chord's ball.
+/// The squared radius of the ball of a face, relative to that of the chord's ball, above which s lies outside the
+/// chord's ball.
 const OUTSIDE: f64 = 2.0;
 
-/// The shortest chord of a shell, over its radius.
+/// The shortest chord of a shell, relative to its radius.
 const SHORT: f64 = 1.0 / 32.0;
 
-/// Chords at a corner that are longer than this many times the shortest one there are divided first.
+/// Chords at a corner that are longer than the shortest by this factor are divided first.
 const LEVEL: f64 = 1.25;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
-    /// The candidates that make a chord an edge of the boundary.
+    /// Returns the candidates that make a chord an edge of the boundary.
     pub(super) fn for_chord(&self, chord: &Chord<P>, face: Option<&Face<P>>) -> Vec<Candidate<P>> {
         let Some(face) = face else { return self.level(chord) };
         if !self.generator.subsegments.hold(face.place.at) {
@@ -65,8 +69,8 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         if outside { vec![self.on_surface(face)] } else { self.level(chord) }
     }
 
-    /// The middles of the chords that are longer than the shortest one at a corner of a chord; if there are none (or no corner), its
-    /// own.
+    /// Returns the midpoints of the chords that are longer than the shortest one at a corner of the given chord. If
+    /// there are none, returns the midpoint of the chord itself.
     fn level(&self, chord: &Chord<P>) -> Vec<Candidate<P>> {
         let longer = chord.ends.into_iter().filter_map(|v| self.at_corners.get(v as usize)).flat_map(|at| {
             let radius2 = |c: &u32| self.chords[*c as usize].ball.radius2;
@@ -77,7 +81,8 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         if found.is_empty() { vec![chord.candidate()] } else { found }
     }
 
-    /// The place of the surface at which a corner of a chord sees s, as far from the corner as the chord's other end.
+    /// Returns the point of the surface in the direction of s from a corner of the chord, as far from the corner as the
+    /// other end.
     fn on_shell(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
         let v = chord.ends.into_iter().find(|&v| self.at_corners.len() > v as usize)?;
         let points = &self.generator.vertices.points;
@@ -91,7 +96,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
             .then_some((Site { at: near.at, size: 0.25 * radius }, Carrier::Facet(near.facet)))
     }
 
-    /// The vertex of a face that is not the chord's, turned around the chord towards s.
+    /// Returns the vertex of a face opposite the chord, rotated around the chord to the side of s.
     fn mirrored(&self, chord: &Chord<P>, face: &Face<P>) -> Option<Candidate<P>> {
         let points = &self.generator.vertices.points;
         let [p, q] = chord.ends.map(|v| points[v as usize]);

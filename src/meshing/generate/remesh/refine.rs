@@ -29,21 +29,22 @@ use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::{Space, ascending};
 
-/// Rounds of a stage, at most.
+/// The largest number of rounds of a stage.
 const ROUNDS: u32 = 150;
 
-/// Faces may turn this far (as a cosine) from the surface at s, as long as their balls are above a part of f.
+/// The cosine of the largest angle between a face and the surface at s. It applies while the ball of the face exceeds
+/// [`TURNED`] times f.
 const TURN: f64 = 0.5;
 const TURNED: f64 = 0.02;
 
-/// What is still at fault in a ball below this part of the surface's diagonal is given up: ridges or sheets that meet at
-/// small angles.
+/// The size below which a fault is not refined further, relative to the diagonal of the surface. The cause is ridges or
+/// sheets that meet at small angles.
 const SMALLEST: f64 = 1e-6;
 
-/// Points that the surface's handles may take, over those of a boundary without them.
+/// The largest number of points for correct handles, relative to the first faultless boundary with wrong handles.
 const MORE: usize = 2;
 
-/// How often vertices without a face are taken away: those that come back stay.
+/// How often vertices without a face are removed. Those that recur later stay.
 const TAKEN: u32 = 3;
 
 impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
@@ -76,12 +77,12 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         }
     }
 
-    /// The largest distance allowed at a place.
+    /// Returns the largest distance allowed at a point.
     pub(super) fn distance_at(&self, at: P) -> f64 {
         self.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.generator.rules.size)(at))
     }
 
-    /// All stages.
+    /// Runs all stages.
     pub(super) fn run(mut self) -> Result<Generated<P>, Failure<M::Error>> {
         self.ridges()?;
         self.generator.begin("surface");
@@ -135,7 +136,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Generated { vertices, delaunay, labels, faces, subsegments, stages }
     }
 
-    /// Inserts an independent set of candidates; sizes of vertices are those of the size function.
+    /// Inserts an independent set of candidates. The sizes of vertices are those of the size function.
     pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), Failure<M::Error>> {
         let before = self.generator.vertices.len();
         self.generator.complete(candidates, true).map_err(Failure::Machine)?;
@@ -148,8 +149,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Ok(())
     }
 
-    /// Refines until nothing is at fault: first faces and chords, then the boundary's being a manifold, then cells, then
-    /// the distance asked for.
+    /// Refines until there is no fault. The order of faults is: faces and chords, violations of the manifold property,
+    /// cells, and the requested distance.
     fn refined(&mut self, volume: bool) -> Result<Restricted<P>, Failure<M::Error>> {
         let (mut last, mut taken) = (Vec::new(), 0);
         for _ in 0..ROUNDS {
@@ -197,7 +198,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Err(Failure::Missing(missing(&last)))
     }
 
-    /// If the boundary has other handles than the surface: thinner sheets are told apart, as long as that does not take too many points.
+    /// Halves the limit for thin sheets if the boundary and the surface have different numbers of handles and the
+    /// number of points is not too large yet.
     fn divides_sheets(&mut self, made: &Restricted<P>) -> bool {
         if self.thinnest <= THINNEST || euler(made.faces.iter().map(|f| f.vertices)) == self.euler {
             return false;
@@ -210,7 +212,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         true
     }
 
-    /// Those candidates that are no vertices yet; all of them being vertices is a failure.
+    /// Returns the candidates that are not vertices yet. Fails if all of them are vertices.
     fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
         let mut points = self.generator.vertices.points.clone();
         points.sort_unstable_by(lex_cmp);
@@ -222,15 +224,15 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Ok(new)
     }
 
-    /// The candidate of a place of the surface with an empty ball: the middle of a chord that it comes too close to, else
-    /// itself.
+    /// Returns the candidate for the centre of an empty surface ball: the midpoint of a chord whose ball contains it,
+    /// or the point itself.
     pub(super) fn on_surface(&self, face: &Face<P>) -> Candidate<P> {
         let at = face.place.at;
         let size = face.radius.min((self.generator.rules.size)(at));
         self.at_surface(Site { at, size }, face.place.facet)
     }
 
-    /// A site on a facet, or the middle of a chord that it comes too close to.
+    /// Returns a site on a facet, or the midpoint of a chord whose ball contains it.
     pub(super) fn at_surface(&self, site: Site<P>, facet: u32) -> Candidate<P> {
         match self.generator.subsegments.holding(site.at).first() {
             Some(&c) => self.chords[c as usize].candidate(),
@@ -238,8 +240,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         }
     }
 
-    /// Chords that are no edges of the boundary, and faces that are too large, too far off or turned, or have a vertex off the
-    /// surface.
+    /// Returns candidates for chords that are not edges of the boundary, and for coarse faces. A face is coarse if it
+    /// is too large, too far away or turned, or if it has a vertex off the surface.
     fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
@@ -286,7 +288,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         turned && face.radius > TURNED * (self.generator.rules.size)(at) || self.is_wide(face)
     }
 
-    /// Centres of cells inside that are too large, or what they come too close to.
+    /// Returns candidates for the cells inside that are too large.
     fn cells(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let balls = Balls::new(made.faces.iter().map(ball).collect());
         let numbers: Vec<u32> = (0..made.delaunay.cells.len() as u32).collect();
@@ -304,7 +306,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let (cell, centre) = (&made.delaunay.cells[i as usize], made.centres[i as usize]);
         let vertices = &self.generator.vertices;
         let largest = cell.as_ref().iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
-        // The least vertex, whatever order a machine gives them.
+        // The smallest vertex, so that the result does not depend on the order of a machine.
         let first = cell.as_ref().iter().copied().min().unwrap_or_default();
         let radius = dist2(centre, vertices.points[first as usize]).sqrt();
         if !self.generator.rules.is_too_large(centre, radius, largest) {
@@ -322,7 +324,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         })
     }
 
-    /// Where the boundary is farther from the surface than was asked for: the faces' s, and vertices of the surface.
+    /// Returns candidates where boundary and surface are too far from each other: s of faces, and vertices of the
+    /// surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let (machine, points) = (&*self.generator.machine, &self.generator.vertices.points);
         let sizes = &self.generator.vertices.sizes;
@@ -350,7 +353,7 @@ fn ball<P: Space>(face: &Face<P>) -> Ball<P> {
     Ball { centre: face.place.at, radius2: face.radius * face.radius }
 }
 
-/// The features that candidates lie on, and how many on each.
+/// Returns the features on which candidates lie, with the number of candidates on each.
 fn missing<P: Point>(candidates: &[Candidate<P>]) -> Missing {
     let mut features: BTreeMap<Feature, u32> = BTreeMap::new();
     for (_, carrier) in candidates {

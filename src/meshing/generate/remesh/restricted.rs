@@ -1,9 +1,10 @@
 //! The restricted Delaunay triangulation.
 //!
-//! **Statement.** A cell belongs to the component of the domain that its circumcentre lies in, exactly located (an
-//! infinite one lies outside). A cell that is flat but for rounding has its centre anywhere between those of its neighbours;
-//! it is taken to be outside if that is possible. Faces of the boundary lie between cells of different components, outside among them; the
-//! segment between the circumcentres, or the ray that leaves the hull, meets the surface.
+//! **Statement.** A cell belongs to the component of the domain that contains its circumcentre. The location is exact,
+//! and an infinite circumcentre lies outside. A cell that is flat up to rounding may have its circumcentre anywhere
+//! between those of its neighbours. It counts as outside if that is possible. Faces of the boundary lie between cells
+//! of different components, or between a component and the outside. The dual edge of such a face meets the surface. It
+//! is the segment between the circumcentres, or the ray that leaves the hull.
 
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::circumcentre;
@@ -35,11 +36,11 @@ struct DualEdge<P> {
 pub(super) struct Face<P> {
     /// Its vertices, ascending.
     pub(super) vertices: [u32; 3],
-    /// The cells beside it, `u32::MAX` across the hull.
+    /// The adjacent cells, with `u32::MAX` across the hull.
     pub(super) cells: [u32; 2],
-    /// Where its dual edge meets the surface.
+    /// The point s at which its dual edge meets the surface.
     pub(super) place: Place<P>,
-    /// The radius of the ball around it.
+    /// The radius of the surface ball, whose centre is s.
     pub(super) radius: f64,
     /// The centre of the face's circumcircle.
     pub(super) centre: P,
@@ -55,17 +56,18 @@ pub(super) struct Restricted<P: Point> {
     pub(super) faces: Vec<Face<P>>,
 }
 
-/// Six times its volume over the product of three of its edges, up to which a cell is flat but for rounding: its corners are
-/// rounded off a plane, and its circumcentre may be anywhere on a line.
+/// The ratio below which a cell is flat up to rounding: six times its volume, divided by the product of three of its
+/// edges. The circumcentre of a flat cell may be anywhere on a line.
 const FLAT: f64 = 1e-10;
 
-/// How far off the circle of the others, relative to its squared radius, a corner of a flat cell may be to be on it.
+/// The squared distance of a corner from the circle of the others, relative to the squared radius, below which a flat
+/// cell counts as cocircular.
 const CIRCULAR: f64 = 1e-6;
 
-/// How far to the side of a flat cell's circle, over its radius, the cell's centre is taken to be.
+/// The offset of the centre of a cocircular flat cell from its circle, relative to the radius.
 const ASIDE: f64 = 1e-6;
 
-/// Cells that are looked at as one item.
+/// The number of cells per item of a parallel map.
 const CHUNK: usize = 1024;
 
 impl<P: Space> Restricted<P> {
@@ -98,7 +100,7 @@ impl<P: Space> Restricted<P> {
         made
     }
 
-    /// The faces of a cell inside on the boundary; those between two such cells once.
+    /// Returns the boundary faces of a cell inside. A face between two such cells is returned once.
     fn faces_of<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -120,8 +122,8 @@ impl<P: Space> Restricted<P> {
         found
     }
 
-    /// The face of a cell opposite a vertex, if its dual edge crosses the surface. (`always`: if rounding hides the crossing, an
-    /// end of the edge is as good as on the surface, and the place is the one nearest to it.)
+    /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. With `always`, the point of
+    /// the surface nearest to an end of the dual edge replaces a crossing that rounding hides.
     fn face<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -148,7 +150,7 @@ impl<P: Space> Restricted<P> {
         Some(Face { vertices, cells: [i, j], place, radius, centre })
     }
 
-    /// Where the dual edge of a face between two cells (the second may lie across the hull) meets the surface.
+    /// Returns the point at which the dual edge of a face meets the surface.
     fn crossing<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -165,11 +167,11 @@ impl<P: Space> Restricted<P> {
             }
             j => self.centres[j as usize],
         };
-        // Rounded alike whichever cell comes first.
+        // The rounding must not depend on which cell comes first.
         let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
         let (from, to) = if swap { (to, from) } else { (from, to) };
-        // Centres of thin cells are badly rounded: their dual edges are put on the axis of the face, so that s is as far from all
-        // of its corners.
+        // The circumcentres of thin cells have large rounding errors. Dual edges are projected to the axis of the face,
+        // so that s has the same distance from all of its corners.
         let centre = circumcircle(a, b, c).centre;
         let normal = P::hull_normal(&[b - a, c - a]);
         let axis = normal / normal.norm2().sqrt();
@@ -178,8 +180,8 @@ impl<P: Space> Restricted<P> {
         surface.crossing(from, to, a).or_else(nearest)
     }
 
-    /// For each of these edges (ends ascending, sorted) the face with the largest surface ball around it whose dual edge crosses
-    /// the surface an even number of times and is no face of the boundary for that.
+    /// For each edge (ends ascending, sorted), returns the face around it with the largest surface ball among those
+    /// whose dual edge crosses the surface an even number of times. Such faces are not on the boundary.
     pub(super) fn crossed_twice<M: Machine<P> + Sync>(
         &self,
         generator: &Generator<'_, P, M>,
@@ -211,18 +213,19 @@ impl<P: Space> Restricted<P> {
         largest
     }
 
-    /// Do cells of two components share the face?
+    /// Returns `true` if cells of two components share the face.
     pub(super) fn is_shared(&self, face: &Face<P>) -> bool {
         face.cells[1] != u32::MAX && self.labels.is_inside(face.cells[1])
     }
 }
 
-/// The circumcentre of a cell and the component that it lies in; none if the cell is flat but for rounding.
+/// Returns the circumcentre of a cell and the component that contains it. The component is `None` if the cell is flat
+/// up to rounding.
 fn located<P: Space, M: Machine<P> + Sync>(
     generator: &Generator<'_, P, M>,
     cell: &P::Cell,
 ) -> (P, Option<u32>) {
-    // Whatever order a machine gives the vertices, the centre is rounded alike.
+    // The rounding must not depend on the order in which a machine returns the vertices.
     let mut cell = *cell;
     cell.as_mut().sort_unstable();
     let corners = generator.corners(&cell);
@@ -244,8 +247,9 @@ fn label_at<P: Space, M: Machine<P> + Sync>(generator: &Generator<'_, P, M>, at:
     }
 }
 
-/// How far above a face the centre of the flat cell over it is: on the side that the exact sign of the cell says, beyond all
-/// else; if the apex is on the face's circle but for rounding, to either side and near.
+/// Returns the two possible heights of the circumcentre of a flat cell above its largest face. The exact sign of the
+/// cell selects the side, at the distance `far`. If the apex is cocircular up to rounding, the heights are small and on
+/// both sides.
 fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -> [f64; 2] {
     let power = dist2(apex, ball.centre) - ball.radius2;
     if power.abs() <= CIRCULAR * ball.radius2 {
@@ -257,9 +261,9 @@ fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -
     [if is_above == (power > 0.0) { far } else { -far }; 2]
 }
 
-/// The centre of a flat cell, and its label. If its corners are on a circle but for rounding, the centre is taken to be the
-/// circle's (if that is on the surface, a little to the outside, so that no flat cell stays on the boundary), else it is far off; it
-/// stays between the centres of the neighbours below and above.
+/// Returns the circumcentre of a flat cell, and its label. If its corners are cocircular up to rounding, the centre is
+/// next to that of the circle, on the outer side if possible. Then no flat cell stays on the boundary. Otherwise the
+/// centre is far away. It always stays between the circumcentres of the neighbours below and above.
 fn flattened<P: Space, M: Machine<P> + Sync>(
     generator: &Generator<'_, P, M>,
     delaunay: &Triangulation<P::Cell>,
@@ -303,12 +307,13 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
     if q.1 > p.1 { q } else { p }
 }
 
-/// Are a face's corners on a line but for rounding? Then its axis, and all along it, is arbitrary.
+/// Returns `true` if the corners of a face are collinear up to rounding. Then its axis and all points on it are
+/// arbitrary.
 fn are_collinear<P: Space>(&[a, b, c]: &[P; 3]) -> bool {
     P::hull_normal(&[b - a, c - a]).norm2() <= FLAT * FLAT * (b - a).norm2() * (c - a).norm2()
 }
 
-/// The end of the ray from a circumcentre across a face of the hull.
+/// Returns the end of the ray from a circumcentre across a face of the hull.
 fn beyond<P: Space>(&[a, b, c]: &[P; 3], apex: P, from: P, diagonal: f64) -> P {
     let normal = P::hull_normal(&[b - a, c - a]);
     let outwards = if normal.dot(apex - a) > 0.0 { normal * -1.0 } else { normal };

@@ -1,7 +1,7 @@
 //! Points on ridges.
 //!
-//! **Statement.** The generator in one dimension along each ridge, by its arc length, as on segments; and then middles (by
-//! arc length) of pieces whose chord is too long or too far from the ridge in its middle.
+//! **Statement.** The one-dimensional generator runs along each ridge, by arc length, as on segments. Then it adds the
+//! midpoints (by arc length) of parts whose chord is too long, or too far from the ridge at its midpoint.
 
 use septet_geometry::point::dist2;
 
@@ -20,7 +20,7 @@ use crate::points::conflicts::Site;
 use crate::space::Space;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
-    /// Places corners and the points of all ridges.
+    /// Places the corners and the points of all ridges.
     pub(super) fn ridges(&mut self) -> Result<(), Failure<M::Error>> {
         for &c in &self.features.corners {
             let v = self.generator.domain.corners[c as usize];
@@ -42,7 +42,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         }
     }
 
-    /// Is a chord too long, or its middle too far from the ridge's?
+    /// Returns `true` if a chord is too long, or its midpoint is too far from that of the ridge.
     fn is_coarse(&self, chord: &Chord<P>) -> bool {
         let radius = chord.ball.radius2.sqrt();
         let sizes = chord.ends.map(|v| self.generator.vertices.sizes[v as usize]);
@@ -70,7 +70,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         found
     }
 
-    /// The chords of the vertices on ridges, and their balls.
+    /// Rebuilds the chords of the vertices on ridges, and their balls.
     pub(super) fn make_chords(&mut self) {
         let mut on: Vec<Vec<(f64, u32)>> = vec![Vec::new(); self.features.ridges.len()];
         let vertices = &self.generator.vertices;
@@ -119,10 +119,10 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     }
 }
 
-/// Where a piece of a ridge of a length is divided: in its middle third at least, by arc length.
+/// Returns the arc length at which a part of a ridge of the given length is divided. It lies in the middle third.
 fn divided([from, to]: [f64; 2], length: f64) -> f64 {
     let half = 0.5 * (to - from);
-    // The power of two below, from the exponent alone; then the one nearer to the middle.
+    // The largest power of two below, from the exponent. Then the closer of it and its double.
     let below = f64::from_bits(half.to_bits() & (0x7ff << 52));
     let shell = if half > 1.5 * below { 2.0 * below } else { below };
     match (from == 0.0, to == length) {
