@@ -84,8 +84,9 @@ impl<P: Space> Domain<P> {
         a.iter().flat_map(|&x| b.iter().map(move |&y| cosine(x, y))).max_by(f64::total_cmp)
     }
 
-    /// Returns the segments that are ridges, ascending. A ridge does not have two facets, or its dihedral angle differs
-    /// from 180 degrees by at least `feature_angle` (in degrees). Ridges are not joined here.
+    /// Returns the segments that are ridges, ascending. A segment is a ridge if its number of facets is not two, or
+    /// if its dihedral angle differs from 180 degrees by at least `feature_angle` (in degrees). Ridges are not joined
+    /// here.
     pub fn ridges(&self, feature_angle: f64) -> Vec<u32> {
         let limit = -feature_angle.to_radians().cos();
         let is_ridge = |&s: &u32| match self.segments[s as usize].facets[..] {

@@ -257,7 +257,7 @@ impl fmt::Display for InFile<'_> {
             Defect::Range(text) => f.write_str(text),
             Defect::NoSuchPoint { element, named, count } => write!(
                 f,
-                "{} names point {}, but there are {count} points",
+                "{} refers to point {}, but there are {count} points",
                 self.element(*element),
                 named + self.first_id
             ),
@@ -265,12 +265,12 @@ impl fmt::Display for InFile<'_> {
                 write!(f, "points {} have the same coordinates {at}", self.list(points))
             }
             Defect::Degenerate { element, at } => {
-                let lacks = if matches!(element, Element::Segment(_)) { "length" } else { "area" };
-                write!(f, "{} has no {lacks}, at {at}", self.element(*element))
+                let missing = if matches!(element, Element::Segment(_)) { "length" } else { "area" };
+                write!(f, "{} has no {missing}, at {at}", self.element(*element))
             }
             Defect::NotPlanar { facet, point, distance, at } => write!(
                 f,
-                "facet {} is not planar: point {} at {at} is {distance:e} off its plane",
+                "facet {} is not planar: point {} at {at} is at distance {distance:e} from its plane",
                 self.id(*facet),
                 self.id(*point)
             ),
@@ -281,7 +281,7 @@ impl fmt::Display for InFile<'_> {
                 self.id(*facet)
             ),
             Defect::Doubled { elements: [a, b], at } => {
-                write!(f, "{} and {} cover the same place, at {at}", self.element(*a), self.element(*b))
+                write!(f, "{} and {} overlap at {at}", self.element(*a), self.element(*b))
             }
             Defect::Intersect { elements: [a, b], at } => {
                 write!(f, "{} and {} intersect, near {at}", self.element(*a), self.element(*b))
@@ -297,7 +297,7 @@ impl InFile<'_> {
         match self.defect {
             Defect::OpenEdge { ends, facet, at } => write!(
                 f,
-                "the surface is open: edge {}-{} at {at} has only facet {}",
+                "the surface is open: edge {}-{} at {at} belongs only to facet {}",
                 self.id(ends[0]),
                 self.id(ends[1]),
                 self.id(*facet)
@@ -314,19 +314,23 @@ impl InFile<'_> {
                 write!(f, "point {} at {at} joins {fans} fans of facets", self.id(*point))
             }
             Defect::Dangling { element, at } => {
-                write!(f, "{} at {at} dangles from a closed surface", self.element(*element))
+                write!(f, "{} at {at} is a dangling element of a closed surface", self.element(*element))
             }
-            Defect::Unclosed => write!(f, "the facets and segments enclose nothing that is not a hole"),
+            Defect::Unclosed => write!(f, "the facets and segments enclose only holes"),
             Defect::Misplaced { element, place, at } => {
                 let place = match place {
                     Misplaced::OnBoundary => "lies on a segment or facet",
-                    Misplaced::Outside => "lies outside of the domain",
+                    Misplaced::Outside => "lies outside the domain",
                     Misplaced::InHole => "lies in a hole",
                 };
                 write!(f, "{} at {at} {place}", self.element(*element))
             }
             Defect::TooThin { element, at } => {
-                write!(f, "{} at {at} belongs to a shell too thin to have an inside", self.element(*element))
+                write!(
+                    f,
+                    "{} at {at} belongs to a shell that is too thin to have an interior",
+                    self.element(*element)
+                )
             }
             Defect::SharedComponent { regions: [a, b], at } => write!(
                 f,

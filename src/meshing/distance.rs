@@ -25,7 +25,7 @@ struct Item {
     feature: u32,
     vertices: [u32; 3],
     len: usize,
-    /// The index of the wall that equals the simplex, or `u32::MAX` if there is none or it is unknown.
+    /// The index of the wall that equals the simplex, or `u32::MAX` for simplices without a known wall.
     wall: u32,
 }
 

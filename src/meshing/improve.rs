@@ -1,9 +1,9 @@
 //! Removal of slivers by moving vertices.
 //!
-//! **Statement.** The quality of a cell is the smallest sine of its angles (in space: dihedral angles), negative if the
-//! cell is inverted. While cells are below a target, each of their vertices in turn climbs. It tries a fixed set of
-//! directions with halving steps, and moves to the place at which the worst cell around it is best, if that improves on
-//! the current place.
+//! **Statement.** The quality of a cell is the smallest sine of its angles (in space: dihedral angles), negative if
+//! the cell is inverted. While cells are below a target, each of their vertices in turn climbs. It tries a fixed set
+//! of directions with halving steps. It moves to the place at which the worst cell around it is best, if that
+//! improves on the current place.
 //! - Cells and faces keep their vertices, so the mesh still conforms. Points on facets move in their plane. Corners and
 //!   points on segments do not move.
 //! - A vertex moves only if every cell around it stays positive by exact sign. No radius-edge ratio around it may rise

@@ -147,7 +147,7 @@ pub enum TooFine {
     },
     /// The tree needs too many levels.
     #[error(
-        "the size function needs cells smaller than the domain over 2^30, near {at:?}: raise the minimum size"
+        "the size function needs cells smaller than 2^-30 of the domain, near {at:?}: raise the minimum size"
     )]
     Levels {
         /// A cell of the last level.

@@ -100,9 +100,9 @@ impl Kind {
     pub(super) fn count_rule(self) -> &'static str {
         match self {
             Kind::Poisson => "the number of points of a Poisson process is random",
-            Kind::Grid | Kind::Jittered => "the nearest power of a whole side",
-            Kind::Fcc => "the nearest whole number of lattice cells per side",
-            _ => "the number is as asked for, or within 5 %",
+            Kind::Grid | Kind::Jittered => "rounded to a power of an integer side",
+            Kind::Fcc => "rounded to an integer number of lattice cells per side",
+            _ => "the number is the requested one, or within 5 % of it",
         }
     }
 }
@@ -141,13 +141,13 @@ pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
     let mut request = Request { kind, n, dimension: 3, seed: 0, lipschitz: None };
     for part in parts {
         let (key, value) =
-            part.split_once('=').ok_or_else(|| fail(format!("expected KEY=VALUE in place of `{part}`")))?;
-        let bad = || fail(format!("`{value}` is no value for {key}"));
+            part.split_once('=').ok_or_else(|| fail(format!("expected KEY=VALUE instead of `{part}`")))?;
+        let bad = || fail(format!("`{value}` is not a valid value for {key}"));
         match key {
             "d" => request.dimension = value.parse().map_err(|_| bad())?,
             "seed" => request.seed = value.parse().map_err(|_| bad())?,
             "lipschitz" => request.lipschitz = Some(value.parse().map_err(|_| bad())?),
-            _ => return Err(fail(format!("unknown key `{key}`: d, seed or lipschitz"))),
+            _ => return Err(fail(format!("unknown key `{key}`: expected d, seed or lipschitz"))),
         }
     }
     Ok(request)

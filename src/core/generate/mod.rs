@@ -80,7 +80,7 @@ fn typed<P: Unit>(
     };
     if !spaced && points.len() as u64 != request.n {
         let (made, asked) = (points.len(), request.n);
-        notes.push(format!("{made} points, {asked} asked for: {}", request.kind.count_rule()));
+        notes.push(format!("{made} points instead of {asked}: {}", request.kind.count_rule()));
     }
     Ok(Generated { points: wrap(points), spacing, requested: request.n, notes })
 }

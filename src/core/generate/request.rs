@@ -70,7 +70,7 @@ pub enum GenerateError {
     #[error("lipschitz = {0} is not between 0 and 1 (both excluded)")]
     Lipschitz(f64),
     /// The kind has no Lipschitz constant.
-    #[error("`{0}` takes no lipschitz constant: only graded kinds do")]
+    #[error("`{0}` does not use a lipschitz constant: only graded kinds do")]
     LipschitzUnused(Kind),
     /// The kind cannot have as many points.
     #[error("{n} points are too many for `{kind}`: at most {limit}")]
@@ -91,10 +91,10 @@ pub enum GenerateError {
         reason: String,
     },
     /// The machine that generates an f-spaced set failed.
-    #[error("an f-spaced set could not be made")]
+    #[error("the generation of an f-spaced set failed")]
     Machine(#[from] crate::Error),
     /// The generation of an f-spaced set did not finish.
-    #[error("an f-spaced set could not be completed: {reason}; this is a fault of septet")]
+    #[error("the generation of an f-spaced set did not finish: {reason}; this is a bug in septet")]
     Incomplete {
         /// The failure.
         reason: String,

@@ -79,12 +79,12 @@ pub(super) fn spaced_set<P: Unit>(
     }
     if best > TOLERANCE {
         let (made, asked) = (set.points.len(), request.n);
-        set.notes.push(format!("{made} points, {asked} asked for: no size function came nearer"));
+        set.notes.push(format!("{made} points instead of {asked}: no size function gives a closer number"));
     }
     if set.sizing.slope < family.slope {
         let (used, asked) = (set.sizing.slope, family.slope);
         set.notes
-            .push(format!("size function with slope {used:.4}: with {asked} there are not that many points"));
+            .push(format!("the size function has slope {used:.4}, because slope {asked} gives fewer points"));
     }
     Ok(set)
 }

@@ -60,13 +60,13 @@ pub struct Made<P: Triangulate> {
 #[non_exhaustive]
 pub enum MakeError<P: Triangulate> {
     /// The input is not a domain.
-    #[error("the input is not a domain: {} defects, the first one: {}", .0.len(), first(.0))]
+    #[error("the input is not a domain: {} defects, the first is: {}", .0.len(), first(.0))]
     Input(Vec<Defect>),
     /// The mesh could not be generated.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The indices of the mesh are invalid, so it cannot be compared with the domain.
-    #[error("the mesh has no shape: {} defects", .0.defects.len())]
+    #[error("the arrays of the mesh are inconsistent: {} defects", .0.defects.len())]
     Shapeless(Conformity),
     /// The mesh does not conform to its domain. This is a bug in septet.
     #[error("the mesh does not conform to its domain: {} defects", .0.conformity.defects.len())]
@@ -149,7 +149,8 @@ fn checked<P: Triangulate>(
     keep: Keep,
 ) -> Result<Made<P>, MakeError<P>> {
     if request.max_distance.is_some() && !request.remeshes(domain) {
-        let what = "a largest distance is for remeshed boundaries: this one is kept exactly";
+        let what =
+            "a largest distance applies only to remeshed boundaries, but this boundary is kept exactly";
         return Err(MeshError::Unsupported(what).into());
     }
     let start = Instant::now();

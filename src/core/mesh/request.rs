@@ -107,7 +107,7 @@ pub enum MeshError {
     #[error(transparent)]
     Size(#[from] SizeError),
     /// A size field or a singularity has a different dimension than the domain.
-    #[error("{what} has {found} coordinates a point, the domain has {expected}")]
+    #[error("{what} has {found} coordinates per point, but the domain has {expected}")]
     Dimension {
         /// The option at fault.
         what: &'static str,
@@ -117,19 +117,19 @@ pub enum MeshError {
         found: usize,
     },
     /// Features that meet at small angles could not be recovered.
-    #[error("{} of the domain's segments and facets cannot be kept, where features meet at small angles", features.len())]
+    #[error("{} segments and facets of the domain cannot be recovered because features meet at small angles", features.len())]
     Missing {
         /// The features, and the number of missing subsegments or subfacets of each.
         features: Vec<(Feature, u32)>,
     },
     /// The mesh needs more points than the limit.
-    #[error("the mesh needs more than {most} points, which is more than memory or ids of 32 bits hold")]
+    #[error("the mesh needs more than {most} points, the limit of the memory or of 32-bit indices")]
     TooMany {
         /// The limit.
         most: u64,
     },
     /// The mesh needs more memory than the limit.
-    #[error("about {forecast} bytes would be needed for {points} points, the limit is {limit}")]
+    #[error("{points} points need about {forecast} bytes of memory, but the limit is {limit}")]
     Memory {
         /// The forecast in bytes.
         forecast: u64,

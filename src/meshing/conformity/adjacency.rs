@@ -75,7 +75,7 @@ impl<P: Space> Checker<'_, P> {
             }
             if let Some(&face) = faces.get(&group[0].key) {
                 seen[face as usize] = true;
-                self.named(face, cells);
+                self.check_cells(face, cells);
                 continue;
             }
             match *cells.as_slice() {
@@ -87,17 +87,17 @@ impl<P: Space> Checker<'_, P> {
             }
         }
         for (row, _) in seen.iter().enumerate().filter(|(_, seen)| !**seen) {
-            self.named(row as u32, Vec::new());
+            self.check_cells(row as u32, Vec::new());
         }
     }
 
     /// Checks that a face belongs to exactly the cells that it lists.
-    fn named(&mut self, face: u32, found: Vec<u32>) {
-        let mut named: Vec<u32> = self.mesh.faces[face as usize].cells.to_vec();
-        named.retain(|&c| c != OUTSIDE);
-        named.sort_unstable();
-        if named != found || found.is_empty() {
-            self.report(MeshDefect::FaceCells { face, named, found });
+    fn check_cells(&mut self, face: u32, found: Vec<u32>) {
+        let mut listed: Vec<u32> = self.mesh.faces[face as usize].cells.to_vec();
+        listed.retain(|&c| c != OUTSIDE);
+        listed.sort_unstable();
+        if listed != found || found.is_empty() {
+            self.report(MeshDefect::FaceCells { face, listed, found });
         }
     }
 }

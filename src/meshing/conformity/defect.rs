@@ -12,7 +12,7 @@ pub type SideComponent = Option<u32>;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshDefect {
     /// The length of an array is wrong.
-    #[error("{found} {what} where {expected} are due")]
+    #[error("array {what} has {found} entries instead of {expected}")]
     Length {
         /// The array.
         what: &'static str,
@@ -22,7 +22,7 @@ pub enum MeshDefect {
         found: usize,
     },
     /// An index is out of range.
-    #[error("{what} {row} names {value}, which does not exist")]
+    #[error("{what} {row} refers to {value}, which does not exist")]
     Index {
         /// The kind of the row.
         what: &'static str,
@@ -32,7 +32,7 @@ pub enum MeshDefect {
         value: u32,
     },
     /// A row contains a point twice.
-    #[error("{what} {row} has a point twice")]
+    #[error("{what} {row} contains a point twice")]
     Repeated {
         /// The kind of the row.
         what: &'static str,
@@ -40,10 +40,10 @@ pub enum MeshDefect {
         row: u32,
     },
     /// Coordinates are not finite, or they exceed the range of the exact predicates.
-    #[error("the coordinates: {0}")]
+    #[error("invalid coordinates: {0}")]
     Range(String),
     /// The size at a point is not a positive number.
-    #[error("point {point}: the size is {size}")]
+    #[error("point {point} has size {size}, which is not positive and finite")]
     Size {
         /// The point.
         point: u32,
@@ -73,7 +73,7 @@ pub enum MeshDefect {
         component: u32,
     },
     /// More than two cells share a facet.
-    #[error("{count} cells have the facet {vertices:?}")]
+    #[error("{count} cells share the facet {vertices:?}")]
     Crowded {
         /// The points of the facet, ascending.
         vertices: Vec<u32>,
@@ -87,7 +87,7 @@ pub enum MeshDefect {
         cells: [u32; 2],
     },
     /// A facet of only one cell is not a listed face.
-    #[error("the facet {vertices:?} of cell {cell} has no other cell and is no face")]
+    #[error("the facet {vertices:?} of cell {cell} has no other cell and is not a listed face")]
     Open {
         /// The cell.
         cell: u32,
@@ -95,18 +95,18 @@ pub enum MeshDefect {
         vertices: Vec<u32>,
     },
     /// A facet between two components is not a listed face.
-    #[error("cells {} and {} lie in different components and have no face between them", .cells[0], .cells[1])]
+    #[error("cells {} and {} lie in different components, but no listed face separates them", .cells[0], .cells[1])]
     Unmarked {
         /// The cells.
         cells: [u32; 2],
     },
     /// The cells that a face lists are not exactly the cells that have the face.
-    #[error("face {face} names cells {named:?} and is in {found:?}")]
+    #[error("face {face} lists cells {listed:?} but belongs to cells {found:?}")]
     FaceCells {
         /// The face.
         face: u32,
         /// The cells that it lists.
-        named: Vec<u32>,
+        listed: Vec<u32>,
         /// The cells that have the face.
         found: Vec<u32>,
     },
@@ -119,7 +119,7 @@ pub enum MeshDefect {
         row: u32,
     },
     /// The marker of a face or an edge differs from that of its facet or segment.
-    #[error("{what} {row} has marker {found}, the domain has {expected}")]
+    #[error("{what} {row} has marker {found} instead of {expected}")]
     Marker {
         /// The kind: face or edge.
         what: &'static str,
@@ -131,7 +131,7 @@ pub enum MeshDefect {
         found: i64,
     },
     /// The carrier of a point of a face or an edge is not part of the facet or segment.
-    #[error("{what} {row} on {feature:?} has point {point}, carried by {carrier:?}")]
+    #[error("{what} {row} on {feature:?} contains point {point}, whose carrier is {carrier:?}")]
     Carried {
         /// The kind: face or edge.
         what: &'static str,
@@ -145,7 +145,7 @@ pub enum MeshDefect {
         carrier: Carrier,
     },
     /// A point does not lie on its carrier.
-    #[error("point {point} is {distance} off {feature:?}")]
+    #[error("point {point} is at distance {distance} from its carrier {feature:?}")]
     OffCarrier {
         /// The point.
         point: u32,
@@ -155,7 +155,7 @@ pub enum MeshDefect {
         distance: f64,
     },
     /// A corner has no point of the mesh, or several.
-    #[error("corner {corner} is {count} points of the mesh")]
+    #[error("corner {corner} has {count} points of the mesh instead of one")]
     Corner {
         /// The corner.
         corner: u32,
@@ -163,7 +163,7 @@ pub enum MeshDefect {
         count: usize,
     },
     /// A point is in no cell, or in no face or edge of its carrier.
-    #[error("point {point} is in no {what} of {carrier:?}")]
+    #[error("no {what} contains point {point} on {carrier:?}")]
     Unused {
         /// The point.
         point: u32,
@@ -173,7 +173,7 @@ pub enum MeshDefect {
         carrier: Carrier,
     },
     /// The edges on a segment do not form a chain between its corners.
-    #[error("segment {segment} is not tiled: the chain breaks at point {at:?}")]
+    #[error("segment {segment} is not tiled: the chain of edges breaks at point {at:?}")]
     Chain {
         /// The segment.
         segment: u32,
@@ -181,13 +181,13 @@ pub enum MeshDefect {
         at: Option<u32>,
     },
     /// An edge on a segment is not an edge of any cell.
-    #[error("edge {edge} is no edge of a cell")]
+    #[error("edge {edge} is not an edge of any cell")]
     LooseEdge {
         /// The edge.
         edge: u32,
     },
     /// A face has no area when projected to the plane of its facet.
-    #[error("face {face} is flat in the plane of facet {facet}")]
+    #[error("face {face} has no area in the plane of facet {facet}")]
     FlatFace {
         /// The face.
         face: u32,
@@ -195,7 +195,7 @@ pub enum MeshDefect {
         facet: u32,
     },
     /// The faces of a facet do not meet correctly at an edge.
-    #[error("facet {facet}: its edge {edge:?} has faces on {} and {} sides, where {due} are due in all", .sides[0], .sides[1])]
+    #[error("edge {edge:?} of facet {facet} has {} faces on its left and {} on its right, but the total must be {required}", .sides[0], .sides[1])]
     FacetEdge {
         /// The facet.
         facet: u32,
@@ -204,10 +204,12 @@ pub enum MeshDefect {
         /// The numbers of faces on its left and on its right.
         sides: [u32; 2],
         /// The total required: one on boundary segments, otherwise one on each side.
-        due: u32,
+        required: u32,
     },
     /// The total area of the faces of a facet (in the plane: length on a segment) between two components is wrong.
-    #[error("{feature:?} between {components:?}: faces add up to {found}, the domain has {expected}")]
+    #[error(
+        "the faces on {feature:?} between components {components:?} have measure {found} instead of {expected}"
+    )]
     Area {
         /// The facet. In the plane, the segment.
         feature: Feature,
@@ -225,7 +227,7 @@ pub enum MeshDefect {
         face: u32,
     },
     /// An edge of the boundary does not have two faces, or the faces at a vertex form several fans.
-    #[error("the boundary is no manifold at points {vertices:?}, with {faces} faces")]
+    #[error("the boundary is not a manifold at points {vertices:?}, where {faces} faces meet")]
     Pinched {
         /// The edge, ascending, or the vertex.
         vertices: Vec<u32>,
@@ -233,7 +235,7 @@ pub enum MeshDefect {
         faces: usize,
     },
     /// The remeshed boundary and the surface are too far from each other.
-    #[error("{what} {row} is {distance} from the {}, {allowed} is allowed", if *.what == "face" { "surface" } else { "boundary" })]
+    #[error("{what} {row} is at distance {distance} from the {}, above the limit of {allowed}", if *.what == "face" { "surface" } else { "boundary" })]
     Astray {
         /// The kind: a face of the mesh, or a vertex of the surface.
         what: &'static str,
@@ -245,7 +247,7 @@ pub enum MeshDefect {
         allowed: f64,
     },
     /// The total measure of the cells of a component is wrong.
-    #[error("component {component}: cells add up to {found}, the domain has {expected}")]
+    #[error("the cells of component {component} have measure {found} instead of {expected}")]
     Volume {
         /// The component.
         component: u32,

@@ -7,11 +7,11 @@
 //!    that it lists;
 //! 3. on each segment, the listed edges form a chain from corner to corner;
 //! 4. the faces on each facet, all oriented alike in a projection along an axis (exact signs), have each edge once in
-//!    each direction; they have the subsegments of the boundary of the facet once; and for each pair of components (or
-//!    the outside), their total area equals that of the domain's walls between the pair, to 1e-9 of the facet;
+//!    each direction. They have each subsegment of the facet's boundary once. For each pair of components (or the
+//!    outside), their total area equals that of the domain's walls between the pair, to 1e-9 of the facet;
 //! 5. the cells of each component add up to its measure, to 1e-9 of it;
-//! 6. corners have the positions of the domain, points lie on their carriers to 1e-12 of the largest coordinate, cells
-//!    use every point, rows are in canonical order, and markers are those of the domain.
+//! 6. corners have the positions of the domain, and points lie on their carriers to 1e-12 of the largest coordinate.
+//!    Cells use every point, rows are in canonical order, and markers are those of the domain.
 //!
 //! *Then, up to the tolerances, the cells tile the domain and the faces tile its facets, each once.*
 //!
@@ -60,9 +60,9 @@ pub fn check<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
 /// 2. every face is in one cell, and its corners lie on the surface;
 /// 3. the boundary is a closed 2-manifold: every edge of faces is in two of them, and the faces at every vertex form
 ///    one fan;
-/// 4. there is a point of the mesh at every vertex at which one ridge ends or more than two ridges meet, and the listed
-///    edges connect consecutive points along all ridges and are edges of faces;
-/// 5. boundary and surface are no farther from each other than the limit, in both directions, at the places that
+/// 4. every vertex at which one ridge ends, or more than two ridges meet, is a point of the mesh. The listed edges
+///    are edges of faces and connect consecutive points along all ridges;
+/// 5. the distance between boundary and surface is within the limit, in both directions, at the places that
 ///    [`Deviation`] samples;
 /// 6. every component has cells, points lie on their carriers to 1e-12 of the largest coordinate, cells use every
 ///    point, and rows are in canonical order.
@@ -103,7 +103,7 @@ fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>
 fn out_of_range<P: Point>(points: &[P]) -> Option<String> {
     match scale_exponent(points) {
         Ok(0) => None,
-        Ok(e) => Some(format!("in the domain's scale they lie outside the exact range (by 2^{e})")),
+        Ok(e) => Some(format!("outside the exact range by a factor of 2^{e}, in the scale of the domain")),
         Err(error) => Some(error.to_string()),
     }
 }

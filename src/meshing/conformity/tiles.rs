@@ -327,7 +327,7 @@ impl<P: Space> Checker<'_, P> {
         for (edge, sides) in sides {
             let once = boundary.binary_search(&edge).is_ok();
             if if once { sides[0] + sides[1] != 1 } else { sides != [1, 1] } {
-                self.report(MeshDefect::FacetEdge { facet, edge, sides, due: if once { 1 } else { 2 } });
+                self.report(MeshDefect::FacetEdge { facet, edge, sides, required: if once { 1 } else { 2 } });
             }
         }
     }

@@ -290,7 +290,7 @@ fn overlap(s: &[DVec2; 3], t: &[DVec2; 3]) -> bool {
     of_s != Sign::Zero && of_t != Sign::Zero && !parted(s, of_s, t) && !parted(t, of_t, s)
 }
 
-/// Returns the edges of a triangle in its own direction.
+/// Returns the edges of a triangle, directed along its boundary.
 fn directed(triangle: &[u32]) -> [[u32; 2]; 3] {
     [0, 1, 2].map(|i| [triangle[i], triangle[(i + 1) % 3]])
 }

@@ -7,9 +7,9 @@
 //!
 //! 1. (Gabriel) no point lies in the smallest ball of a subsegment or of a subfacet, so all of them are in the Delaunay
 //!    triangulation;
-//! 2. (completion) the circumradius is at most `(1 - 1e-9) f(centre)` for every subsegment, for every subfacet with its
-//!    centre outside all balls of subsegments, and for every cell with its centre outside all balls of subsegments and
-//!    subfacets; and all centres of cells lie in the domain.
+//! 2. (completion) the circumradius is at most `(1 - 1e-9) f(centre)` for every subsegment, every subfacet with its
+//!    centre outside all balls of subsegments, and every cell with its centre outside all balls. All centres of cells
+//!    lie in the domain.
 //!
 //! Then a cell with centre c, circumradius R and shortest edge l has `R / l <= g / (1 - g L)`, where
 //!
@@ -55,9 +55,9 @@
 //! if L is at least 0.41, for (above) with any subfacet if L is at least 0.25, and for (above) with a known k if `k L`
 //! is at least 0.41.
 //!
-//! Two facts follow from the lemma of Ruppert and Shewchuk for angles of at least 90 degrees: circumcentres lie in the
-//! domain, and points on one feature stay out of the balls on another. By the lemma, a projection onto a facet or line
-//! that leaves it crosses the ball of a subsegment of its boundary, which is empty.
+//! Two facts follow from the lemma of Ruppert and Shewchuk for angles of at least 90 degrees. Circumcentres lie in
+//! the domain, and points on one feature stay out of the balls on another. By the lemma, a projection onto a facet or
+//! line that leaves it crosses the ball of a subsegment of its boundary, which is empty.
 //!
 //! **Source.** Section 5 of the paper; Ruppert (1995), Shewchuk (1998), Spielman, Teng and Ungor (2007).
 //!
@@ -70,10 +70,10 @@
 //! - *Cocircular points.* If four points of a facet inside the domain are cocircular up to rounding, the centre of the
 //!   circle may be inserted (`missing`). Its distance from the points is the radius of the circle, which may be below
 //!   f.
-//! - *Small angles.* If features meet at less than 90 degrees, two kinds of simplices are divided although points then
-//!   are closer than f (`recover`): subsegments whose balls contain a point, and subfacets without an empty ball of
-//!   little more than their radius. The balls found in this way are closed to the points of the volume. Claim 1 holds
-//!   with these balls instead of the smallest ones.
+//! - *Small angles.* If features meet at less than 90 degrees, two kinds of simplices are divided (`recover`),
+//!   although points then are closer than f. They are subsegments whose balls contain a point, and subfacets without
+//!   an empty ball of little more than their radius. The balls found in this way are closed to the points of the
+//!   volume. Claim 1 holds with these balls instead of the smallest ones.
 //!
 //! **Rounds and work.** Each stage needs one independent set, then one per round of completion. Each triangulation and
 //! each set is a run of the [`Machine`].

@@ -20,12 +20,12 @@
 //! subsegment between the facets. Radii are therefore bounded from below by the distance from the common corner or
 //! segment times the sine of the angle there.
 //!
-//! *Subfacets with an edge on the common segment.* They have a witness of some width at any angle: the sphere through a
-//! subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. It is not proved
-//! that points do not approach the segment without end, because each row of subfacets may require a finer row next to
-//! it. At angles of some ten degrees they do not, below one degree they do. After [`PATIENT`] rounds, the width allowed
-//! for witnesses therefore grows with every round. In the limit this is the condition of the Delaunay triangulation
-//! itself. If recovery still does not end, the features are reported as an error.
+//! *Subfacets with an edge on the common segment.* They have a witness of some width at any angle. The sphere through
+//! a subsegment and one apex on each of two facets meets both planes in circumcircles, which are empty. It is not
+//! proved that points do not approach the segment without end, because each row of subfacets may require a finer row
+//! next to it. At angles of some ten degrees they do not, below one degree they do. After [`PATIENT`] rounds, the
+//! width allowed for witnesses therefore grows with every round. In the limit this is the condition of the Delaunay
+//! triangulation itself. If recovery still does not end, the features are reported as an error.
 //!
 //! *Corners.* Several facets may meet at one corner within some ten degrees of each other, between segments more than
 //! 90 degrees apart (folds and creases of scans). Then subfacets at the corner recur at half the size. Such corners are

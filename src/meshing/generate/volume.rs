@@ -41,7 +41,7 @@ const SEVERAL: usize = 1 << 20;
 /// volume `f^d`. There is at least one vertex per two such volumes.
 pub(super) const CELLS: u64 = 6;
 
-/// How often a ball is widened by a fifth until it contains a point.
+/// The largest number of times that a ball is widened by a fifth until it contains a point.
 const MOST_WIDENINGS: u32 = 40;
 
 /// The triangulation of all points.

@@ -4,8 +4,8 @@
 //! simplices that contains all simplices no farther from m than `lfs(m)`. So it can compute `lfs(m)` exactly. Its
 //! children inherit the simplices no farther than `lfs(m) + 2 r`.
 //!
-//! *This set suffices.* The centre m' of a child satisfies `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`. A simplex within
-//! this distance of m' is no farther than `lfs(m) + 2 r` from m.
+//! *This set suffices.* The centre m' of a child satisfies `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`. The distance
+//! from m of a simplex within this distance of m' is at most `lfs(m) + 2 r`.
 //!
 //! The children also inherit the distances from m and the two simplices that determine `lfs(m)`. These two give an
 //! upper bound u of `lfs(m')`, and only simplices within `u + |m m'|` of m need to be tested. Distances are rounded, so
@@ -79,7 +79,7 @@ struct Known {
     size: f64,
     /// The two simplices that determine it.
     pair: Option<[u32; 2]>,
-    /// All simplices that are no farther, ascending.
+    /// All simplices within the distance lfs, ascending.
     near: Vec<(f64, u32)>,
 }
 

@@ -88,10 +88,10 @@ impl<P> SizeOptions<P> {
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum SizeError {
     /// L is not strictly between 0 and 1.
-    #[error("the Lipschitz constant is {0}: it must lie between 0 and 1, both exclusive")]
+    #[error("the Lipschitz constant {0} is not between 0 and 1 (both excluded)")]
     Lipschitz(f64),
     /// The loss is out of its range.
-    #[error("the loss is {loss}: it must be above 0 and at most {most}")]
+    #[error("the loss {loss} is not above 0 and at most {most}")]
     Loss {
         /// The loss as given.
         loss: f64,
@@ -99,10 +99,10 @@ pub enum SizeError {
         most: f64,
     },
     /// A size is not a positive finite number.
-    #[error("a size is {0}: sizes must be positive and finite")]
+    #[error("the size {0} is not positive and finite")]
     Size(f64),
     /// A coordinate of the constraints is not finite.
-    #[error("a place of the sizes wished has a coordinate that is not finite")]
+    #[error("a coordinate of the size constraints is not finite")]
     Place,
     /// The domain or the sizes are too fine.
     #[error(transparent)]

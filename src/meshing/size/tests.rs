@@ -10,7 +10,7 @@ use crate::input::{Input, InputSegment, Kind};
 use crate::octree::Key;
 use crate::tests::shapes::{add_box, cube, cube_surface, facet, segment};
 
-/// Local feature size by its definition: all pairs of disjoint features.
+/// Computes the local feature size from its definition, over all pairs of disjoint features.
 fn by_pairs<P: Space>(domain: &Domain<P>, features: &Features<P>, x: P) -> f64 {
     let all: Vec<(Feature, f64)> = domain.features().map(|f| (f, features.distance(f, x))).collect();
     let pairs = all.iter().enumerate().flat_map(|(i, a)| all[i + 1..].iter().map(move |b| (a, b)));
@@ -44,7 +44,7 @@ pub(crate) fn slit() -> Domain<DVec2> {
     check(&input).unwrap()
 }
 
-/// Points of the domain's box, some on features.
+/// Points of the domain's bounding box, some of them on features.
 fn places<P: Space>(domain: &Domain<P>, count: usize) -> Vec<P> {
     let bounds = Features::new(domain).bounds();
     let mut x = 0x9e37_79b9_7f4a_7c15u64;
@@ -82,7 +82,7 @@ fn local_feature_size_is_that_of_all_pairs() {
     lfs_is_right(&check(&cube_surface()).unwrap());
 }
 
-/// The inequalities of the statement, at cones, at places and for pairs of places.
+/// Checks the inequalities of the statement at cones, at points and for pairs of points.
 fn bounds_hold<P: Space>(domain: &Domain<P>, lipschitz: f64, loss: f64) {
     let options = SizeOptions { loss, ..SizeOptions::new(lipschitz) };
     let size = SizeFunction::new(domain, &options).unwrap();
@@ -124,7 +124,7 @@ fn undropped<'a, P: Space>(
     Terms { features, domain: None, user, slope, loss, drops: false }
 }
 
-/// Without drops: balanced, whole, and lfs within its bounds of the side.
+/// Without drops, the tree is balanced and complete, and lfs is within its bounds relative to the side.
 fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let options = SizeOptions::new(lipschitz);
     let features = Features::new(domain);
@@ -179,7 +179,7 @@ fn drops_and_filters_lose_nothing() {
     let whole = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
-    // Both satisfy the statement, so neither is more than a loss away from the other.
+    // Both satisfy the statement, so they differ by at most one loss.
     let whole = Cones::new(0.25, all);
     for x in places(&domain, 300) {
         let (f, g) = (size.at(x), whole.at(x));
@@ -236,7 +236,7 @@ fn collisions_are_found_beforehand() {
     let domain = slit();
     let size = SizeFunction::new(&domain, &SizeOptions::new(0.25)).unwrap();
     let found = size.collisions(&domain, 90.0);
-    // The slit opens by 1/8 over 3: 1.2 + 1.2 degrees, and sin is less than L.
+    // The slit opens by 1/8 over a length of 3, that is 1.2 + 1.2 degrees, so the sine is less than L.
     assert!((found[0].angle.degrees() - 2.386).abs() < 1e-3 && found[0].reach.is_none());
     assert_eq!(domain.points()[found[0].angle.at as usize], DVec2::new(4.0625, 1.0));
     let hole = found.iter().find(|c| (c.angle.degrees() - 56.31).abs() < 0.01).unwrap();
@@ -255,7 +255,7 @@ fn cones() -> impl Strategy<Value = Vec<Cone<DVec3>>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// The tree answers as if it had looked at every cone, to the last bit; filtering changes roundings at most.
+    /// The tree returns the minimum of all cones to the last bit. Filtering changes only roundings.
     #[test]
     fn trees_of_cones(cones in cones(), slope in 0.01..0.99f64, at in prop::collection::vec(
         (-20.0..20.0f64, -20.0..20.0f64, -20.0..20.0f64), 20)) {
@@ -275,7 +275,7 @@ proptest! {
         }
     }
 
-    /// The size function of a domain is L-Lipschitz, wishes and all.
+    /// The size function of a domain with constraints is L-Lipschitz.
     #[test]
     fn lipschitz(slope in 0.05..0.95f64, most in 0.05..2.0f64, least in 0.01..0.2f64,
                  x in (0.0..8.0f64, 0.0..4.0f64), y in (0.0..8.0f64, 0.0..4.0f64), near in 1e-6..1.0f64) {
@@ -315,7 +315,7 @@ fn the_order_of_the_cores_is_nobodys_concern() {
     assert_eq!(one.levels(), other.levels());
 }
 
-/// A cell is left out only if nothing of the domain is in it, and there are such cells.
+/// Only cells without any part of the domain are left out, and such cells exist.
 #[test]
 fn what_lies_outside_is_left_out() {
     let domain = slit();
@@ -335,7 +335,7 @@ fn what_lies_outside_is_left_out() {
     };
     assert!(everywhere.leaves.iter().any(|&(key, _)| far(key)));
     assert!(!within.leaves.iter().any(|&(key, _)| far(key)));
-    // In the domain both say the same, but for what is lost.
+    // In the domain, the two functions differ only by the loss.
     let [narrow, wide] = [within, everywhere].map(|grown| grown.leaves.into_iter().map(|(_, cone)| cone));
     let (narrow, wide) = (Cones::new(0.25, narrow.collect()), Cones::new(0.25, wide.collect()));
     for x in places(&domain, 300).into_iter().filter(|&x| domain.is_inside(x)) {

@@ -1,8 +1,8 @@
 //! The sizes that a user requests.
 //!
-//! **Statement.** There are three kinds of constraints: a size everywhere, sizes at points (of a field, or of the
-//! vertices of a background mesh), and singularities, towards which the size decreases to a given value. The largest
-//! L-Lipschitz function that is nowhere above any of them is
+//! **Statement.** There are three kinds of constraints: a size everywhere, sizes at points, and singularities,
+//! towards which the size decreases to a given value. The points belong to a field, or are the vertices of a
+//! background mesh. The largest L-Lipschitz function that is nowhere above any of them is
 //! `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`. Each S is a point or a segment. Figure 1 of the
 //! paper shows points around a singularity.
 //!

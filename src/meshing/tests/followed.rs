@@ -1,4 +1,4 @@
-//! Boundaries that follow a surface, and such that do not.
+//! Remeshed boundaries that follow a surface, and boundaries that do not.
 
 use glam::DVec3;
 
@@ -20,7 +20,7 @@ fn checked(domain: &Domain<DVec3>, mesh: &Mesh<DVec3>, distance: Option<f64>) ->
     check_remeshed(domain, mesh, &Follow { feature_angle: 60.0, distance })
 }
 
-/// Spoils the lattice and looks for a defect.
+/// Modifies the lattice and expects a defect.
 fn spoilt(spoil: impl FnOnce(&mut Mesh<DVec3>), expected: impl Fn(&MeshDefect) -> bool) {
     let (domain, mut mesh) = lattice();
     spoil(&mut mesh);
@@ -28,7 +28,7 @@ fn spoilt(spoil: impl FnOnce(&mut Mesh<DVec3>), expected: impl Fn(&MeshDefect) -
     assert!(found.defects.iter().any(expected), "{:?}", found.defects);
 }
 
-/// The faces that the cells have alone, all said to be on one facet.
+/// The faces with only one cell, all assigned to one facet.
 fn bare(mesh: &mut Mesh<DVec3>) {
     let mut sides: Vec<([u32; 3], u32)> = Vec::new();
     for (i, &[a, b, c, d]) in (0u32..).zip(&mesh.cells) {
@@ -68,7 +68,7 @@ fn a_lattice_follows_its_cube() {
 
 #[test]
 fn boundaries_that_are_no_manifolds() {
-    // Without two cubes that have an edge (or a corner alone) in common.
+    // Two cubes that share only an edge, or only a corner, are removed.
     let at = |mesh: &Mesh<DVec3>, cell: &[u32; 4]| {
         let sum: DVec3 = cell.iter().map(|&v| mesh.points[v as usize]).sum();
         (sum / 4.0).floor()
@@ -136,7 +136,7 @@ fn boundaries_that_are_elsewhere() {
     assert!(!checked(&domain, &mesh, Some(0.6)).defects.iter().any(is_astray), "size {size}");
     let deviation = checked(&domain, &mesh, None).deviation.unwrap();
     assert!(deviation.of_boundary > 0.3 && deviation.of_boundary <= 0.5, "{deviation:?}");
-    // A layer of cells is gone: the surface is far from what is left.
+    // A layer of cells is removed, so the surface is far from the rest.
     let (domain, mut mesh) = lattice();
     let low = |mesh: &Mesh<DVec3>, c: &[u32; 4]| c.iter().any(|&v| mesh.points[v as usize].z < 0.5);
     let kept: Vec<bool> = mesh.cells.iter().map(|c| !low(&mesh, c)).collect();
@@ -149,7 +149,7 @@ fn boundaries_that_are_elsewhere() {
         found.defects.iter().any(|d| matches!(d, MeshDefect::Astray { what: "vertex", .. })),
         "{found:?}"
     );
-    // Nothing is left at all.
+    // All cells are removed.
     spoilt(
         |m| {
             m.cells.clear();

@@ -1,4 +1,4 @@
-//! Quality against brute formulas.
+//! Quality compared with direct formulas.
 
 use glam::DVec3;
 use num_bigint::BigInt;
@@ -71,7 +71,7 @@ fn centres_outside_are_told_from_near_ones() {
     };
 }
 
-/// `x = m 2^e` by the standard library alone.
+/// Splits `x = m 2^e` with the standard library only.
 fn whole(x: f64, shift: i32) -> BigInt {
     let scaled = x * 2f64.powi(shift);
     assert_eq!(scaled.trunc(), scaled);
@@ -114,7 +114,7 @@ fn bounds_hold_and_decisions_are_exact() {
     let (mut open, mut checked) = (0, 0);
     for round in 0..400 {
         let mut cell = [0; 4].map(|_| DVec3::new(draw(&mut state), draw(&mut state), draw(&mut state)));
-        // Ever flatter ones.
+        // Increasingly flat cells.
         let flatness = 2f64.powi(-(round % 30));
         for p in &mut cell {
             p.z = (p.z * flatness * 2f64.powi(50)).round() * 2f64.powi(-50);

@@ -7,13 +7,13 @@
 //! edge of a face meet the surface in s. The *surface ball* of the face has its centre in s, passes through the corners
 //! of the face, and contains no vertex. When the refinement ends,
 //!
-//! 1. every surface ball has a radius of at most f(s), the corners of its face lie on the surface, and the centre of
-//!    the face is no farther from s than the requested distance;
+//! 1. every surface ball has a radius of at most f(s). The corners of its face lie on the surface, and the distance
+//!    of its centre from s is at most the requested distance;
 //! 2. every edge of the boundary has two faces, and every vertex on the surface has one fan of faces, so the boundary
-//!    is a 2-manifold; it has the Euler characteristic of the surface, or balls were divided down to the limit of
+//!    is a 2-manifold. It has the Euler characteristic of the surface, or balls were divided down to the limit of
 //!    `thin_sheets`;
-//! 3. every chord of a ridge is an edge of the boundary, and its midpoint is no farther from that of the ridge than the
-//!    requested distance;
+//! 3. every chord of a ridge is an edge of the boundary, and its midpoint is within the requested distance of the
+//!    midpoint of its part of the ridge;
 //! 4. every cell inside has a circumradius of at most f at its centre.
 //!
 //! Each violation gives a point to insert: s, the midpoint of a chord, or the centre of the cell. If a centre lies in a
@@ -75,7 +75,7 @@ pub fn remesh<P: Space, M: Machine<P> + Sync>(
     machine: &mut M,
 ) -> Result<Generated<P>, Failure<M::Error>> {
     if P::DIM != 3 || domain.kind != crate::input::Kind::Surface {
-        return Err(Failure::Unsupported("only closed surfaces of space can be remeshed"));
+        return Err(Failure::Unsupported("only closed surfaces in space can be remeshed"));
     }
     let features = SurfaceFeatures::new(domain, feature_angle);
     let mut generator = Generator::new(domain, rules, machine);

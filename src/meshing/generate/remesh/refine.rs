@@ -44,7 +44,7 @@ const SMALLEST: f64 = 1e-6;
 /// The largest number of points for correct handles, relative to the first faultless boundary with wrong handles.
 const MORE: usize = 2;
 
-/// How often vertices without a face are removed. Those that recur later stay.
+/// The largest number of removals of vertices without a face. Vertices that recur later stay.
 const TAKEN: u32 = 3;
 
 impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {

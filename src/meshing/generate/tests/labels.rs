@@ -1,4 +1,4 @@
-//! Labels of cells: they say where cells lie, and depend on no order.
+//! Labels of cells give their components and depend on no order.
 
 use std::sync::LazyLock;
 
@@ -20,7 +20,7 @@ use crate::size::tests::slit;
 use crate::size::{SizeFunction, SizeOptions};
 use crate::space::Space;
 
-/// What labels are made of.
+/// The input of labelling.
 #[derive(Clone)]
 struct Posed<P: Space> {
     vertices: Vertices<P>,
@@ -29,14 +29,14 @@ struct Posed<P: Space> {
     delaunay: Triangulation<P::Cell>,
 }
 
-/// Faces with their facets and the cells beside them.
+/// Faces with their facets and their adjacent cells.
 type Faces<P> = Vec<(u32, <P as Point>::Facet, [u32; 2])>;
 
 fn no_size<P>(_: P) -> f64 {
     1.0
 }
 
-/// What [`crate::generate::generate`] has when it labels cells for the last time.
+/// Returns the state of [`crate::generate::generate`] at the last labelling.
 fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) -> Posed<P> {
     let mut options = SizeOptions::new(lipschitz);
     options.constraints.most = most;
@@ -55,7 +55,7 @@ fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) 
     Posed { vertices: generator.vertices, chains, subfacets, delaunay }
 }
 
-/// The labels, and the faces with their facets, vertices ascending.
+/// Returns the labels, and the faces with their facets, vertices ascending.
 fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<P>) {
     let rules = Rules { size: &no_size, lipschitz: 0.5, seed: 1, most: 1 << 24 };
     let mut machine = Alone { seed: 1 };
@@ -72,7 +72,7 @@ fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<
     (labels.of, faces)
 }
 
-/// Numbers in an order that depends on nothing but the seed.
+/// Returns a permutation that depends only on the seed.
 struct Orders(u64);
 
 impl Orders {
@@ -85,7 +85,7 @@ impl Orders {
         (1..list.len()).rev().for_each(|i| list.swap(i, self.below(i + 1)));
     }
 
-    /// The new number of each.
+    /// The new index of each entry.
     fn permutation(&mut self, n: usize) -> Vec<u32> {
         let mut numbers: Vec<u32> = (0..n as u32).collect();
         self.shuffle(&mut numbers);
@@ -93,7 +93,7 @@ impl Orders {
     }
 }
 
-/// Lists in an order in which entry `i` has become entry `to[i]`.
+/// Permutes a list: entry `i` moves to `to[i]`.
 fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
     let mut from = vec![0; to.len()];
     for (i, &j) in to.iter().enumerate() {
@@ -102,7 +102,7 @@ fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
     from.into_iter().map(|i| list[i].clone()).collect()
 }
 
-/// The same with other numbers of points and of cells, and other orders of triangles and within rows.
+/// Renumbers points and cells, and reorders subfacets and the vertices within rows.
 fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<u32>, Vec<u32>) {
     let points = orders.permutation(posed.vertices.len());
     let cells = orders.permutation(posed.delaunay.cells.len());
@@ -123,7 +123,7 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
     for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
         row.as_mut().iter_mut().for_each(renamed);
         across.as_mut().iter_mut().filter(|j| **j != u32::MAX).for_each(|j| *j = cells[*j as usize]);
-        // Turns of three are even permutations.
+        // Rotations of three are even permutations.
         for _ in 0..3 {
             let [first, turns] = [orders.below(P::Cell::LEN - 2), orders.below(3)];
             row.as_mut()[first..first + 3].rotate_left(turns);
@@ -134,7 +134,7 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
     (other, points, cells)
 }
 
-/// A domain with what is labelled, and the labels.
+/// A domain with the input of labelling and the labels.
 struct Case<P: Space> {
     name: &'static str,
     domain: Domain<P>,
@@ -177,7 +177,8 @@ impl<P: Triangulate> Case<P> {
         Ok(())
     }
 
-    /// The middle of a cell that is not nearly flat lies where the label says. How many were judged?
+    /// Checks that the centroid of each cell that is not nearly flat lies in the labelled component. Returns the
+    /// number of cells checked.
     fn are_where_they_lie(&self) -> usize {
         let mut checked = 0;
         for (cell, &label) in self.posed.delaunay.cells.iter().zip(&self.labels) {
@@ -201,7 +202,8 @@ impl<P: Triangulate> Case<P> {
     }
 }
 
-/// A block with a notch, turned: the ends of its arms lie in one plane, and facets that meet nowhere have the space between them.
+/// A rotated block with a notch. The ends of its arms lie in one plane, so coplanar facets do not meet and enclose
+/// empty space.
 pub(super) fn notched(gap: f64, deep: f64, height: f64, turn: [f64; 3]) -> Input<DVec3> {
     let (right, top) = (2.0 + gap, 1.0 + deep);
     let (inner, arm) = (1.0 + gap, 1.0);
@@ -229,8 +231,8 @@ pub(super) fn notched(gap: f64, deep: f64, height: f64, turn: [f64; 3]) -> Input
     Input::surface(points, faces)
 }
 
-/// Blocks with flat cells across the ends of both arms: the rounded middle of such a cell lies in the notch or beyond the
-/// ends, by the order of its corners.
+/// Blocks with flat cells across the ends of both arms. The rounded centroid of such a cell lies in the notch or
+/// beyond the ends, depending on the order of its corners.
 #[expect(clippy::unreadable_literal, reason = "found by a search, kept to the bit")]
 const NOTCHED: [(f64, f64, f64, [f64; 3]); 3] = [
     (
@@ -253,7 +255,8 @@ const NOTCHED: [(f64, f64, f64, [f64; 3]); 3] = [
     ),
 ];
 
-/// Two rooms of a turned box: the wall between them meets the floor, one facet for both, inside of it. A square hangs on the wall.
+/// Two rooms of a rotated box. The wall between them meets the floor, one facet for both rooms, in its interior. A
+/// square hangs on the wall.
 fn rooms() -> Input<DVec3> {
     let mut input = cube();
     input.points.extend([[2., 0., 0.], [2., 4., 0.], [2., 4., 4.], [2., 0., 4.]].map(DVec3::from));
@@ -323,7 +326,7 @@ fn flat_cells_across_the_arms_of_a_block() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Other numbers of cells and points, other orders of corners: the same labels and faces.
+    /// Different indices of cells and points and different orders of corners give the same labels and faces.
     #[test]
     fn labels_depend_on_no_order(seed in any::<u64>()) {
         for case in &*SPACE {
