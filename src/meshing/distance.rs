@@ -329,9 +329,9 @@ mod tests {
                 prop_assert!(distance <= there.distance(q) + 1e-11);
             }
             let normal = (b - a).cross(c - a);
-            let beside = |p: DVec3, r: DVec3| (r - p).cross(found - p).dot(normal) / normal.length_squared();
+            let side = |p: DVec3, r: DVec3| (r - p).cross(found - p).dot(normal) / normal.length_squared();
             for (p, r) in [(a, b), (b, c), (c, a)] {
-                prop_assert!(beside(p, r) >= -1e-6 && (found - p).dot(normal).abs() <= 1e-9 * normal.length());
+                prop_assert!(side(p, r) >= -1e-6 && (found - p).dot(normal).abs() <= 1e-9 * normal.length());
             }
         }
 

@@ -69,8 +69,8 @@ pub fn sizes<P: Triangulate>(
         let diagonal = septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt();
         constraints.most = Some(diagonal / DEFAULT_PARTS);
     }
-    let kept = SurfaceFeatures::new(domain, request.feature_angle);
-    Ok(SizeFunction::of_features(domain, &kept.distance_features(domain), &options, &AllCores)?)
+    let surface = SurfaceFeatures::new(domain, request.feature_angle);
+    Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, &AllCores)?)
 }
 
 /// Measures the quality of a mesh of this request. For a remeshed surface no radius-edge ratio is promised, and the
@@ -178,11 +178,11 @@ fn build<P: Triangulate>(
         Failure::Unsupported(what) => MeshError::Unsupported(what),
     })?;
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
-    let home = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
-    let home = home.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
+    let known = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
+    let known = known.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
     let (mut stages, run_log) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
-    let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
+    let owners = known.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
         let _span = stage_span(request.seed, "improve");
         let start = Instant::now();

@@ -31,10 +31,10 @@ use septet_geometry::point::dist2;
 
 use super::balls::Ball;
 use super::facets::{Plane, as_space, circumcircle, from_space};
-use super::generator::Generator;
+use super::generator::{Candidate, Generator};
 use super::machine::Machine;
 use super::missing::MissingParts;
-use super::segments::{Chains, subsegments_of};
+use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
@@ -47,7 +47,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         planes: &[Plane],
         chains: &Chains,
         missing: &MissingParts,
-    ) -> Vec<(Site<P>, Carrier)> {
+    ) -> Vec<Candidate<P>> {
         let all = subsegments_of(chains);
         let subsegments = missing.subsegments.iter().map(|&(s, subsegment)| self.halved(s, subsegment));
         let subfacets = missing.subfacets.iter().map(|&(f, t)| {
@@ -101,7 +101,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Returns the first subsegment of a facet's segments that a path in the plane of the facet crosses.
-    fn behind(&self, f: u32, plane: &Plane, chains: &Chains, way: [P; 2]) -> Option<(u32, [u32; 2])> {
+    fn behind(&self, f: u32, plane: &Plane, chains: &Chains, way: [P; 2]) -> Option<Subsegment> {
         let flat = |p: P| plane.of(as_space(p));
         let facet = &self.domain.facets[f as usize];
         let segments = facet.boundary.iter().chain(&facet.internal);
@@ -116,7 +116,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Returns the point that divides a subsegment.
-    pub(super) fn halved(&self, s: u32, [a, b]: [u32; 2]) -> (Site<P>, Carrier) {
+    pub(super) fn halved(&self, s: u32, [a, b]: [u32; 2]) -> Candidate<P> {
         let (p, q) = (self.vertices.points[a as usize], self.vertices.points[b as usize]);
         let length = dist2(p, q).sqrt();
         let is_corner = |v: u32| matches!(self.vertices.carriers[v as usize], Carrier::Corner(_));
@@ -132,9 +132,9 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
 
 /// Returns the parameter at which a path in the plane crosses a segment.
 fn crossing([from, to]: [DVec2; 2], [p, q]: [DVec2; 2]) -> Option<f64> {
-    let beside = |x: DVec2| (q - p).perp_dot(x - p);
+    let side = |x: DVec2| (q - p).perp_dot(x - p);
     let along = |x: DVec2| (to - from).perp_dot(x - from);
-    let (s, t) = (beside(from), beside(to));
+    let (s, t) = (side(from), side(to));
     ((s > 0.0) != (t > 0.0) && (along(p) > 0.0) != (along(q) > 0.0)).then(|| s / (s - t))
 }
 

@@ -11,7 +11,7 @@ use septet_geometry::measure;
 use septet_geometry::point::{Point, dist2, lex_cmp};
 
 use super::balls::{Ball, Balls};
-use super::generator::{CANDIDATES, Generator, SIDE};
+use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::Machine;
 use super::off_centre::Subfeatures;
 use super::segments::{Chains, subsegments_of};
@@ -19,7 +19,6 @@ use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
 use crate::octree::{Cube, DEEPEST, Key};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// The plane of a facet, with the walls of the facet in planar coordinates.
@@ -108,8 +107,11 @@ pub(super) fn circumcircle<P: Point>(a: P, b: P, c: P) -> Ball<P> {
     Ball { centre, radius2 }
 }
 
-/// The subfacets of all facets: the facet and the vertices.
-pub(super) type Subfacets = Vec<(u32, [u32; 3])>;
+/// A subfacet: its facet and its vertices.
+pub type Subfacet = (u32, [u32; 3]);
+
+/// The subfacets of all facets.
+pub(super) type Subfacets = Vec<Subfacet>;
 
 impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Returns the planes of all facets. Empty in the plane.
@@ -154,7 +156,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     pub(super) fn balls_of_subfacets(&self, subfacets: &Subfacets) -> Vec<Ball<P>> {
-        let ball = |(_, t): &(u32, [u32; 3])| {
+        let ball = |(_, t): &Subfacet| {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             circumcircle(a, b, c)
         };
@@ -227,7 +229,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             })
     }
 
-    fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<(Site<P>, Carrier)> {
+    fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<Candidate<P>> {
         let cube = Cube::around(&plane.tree.bounds());
         let seed = self.seed_of(f);
         let mut found = Vec::new();
@@ -261,7 +263,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         plane: &Plane,
         subfacets: &[[u32; 3]],
         flats: &Subfeatures<'_>,
-    ) -> Vec<(Site<P>, Carrier)> {
+    ) -> Vec<Candidate<P>> {
         let mut found = Vec::new();
         for t in subfacets {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);

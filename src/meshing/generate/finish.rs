@@ -3,7 +3,7 @@
 use septet_geometry::point::{Point, Simplex};
 use septet_geometry::range::scale;
 
-use super::{Generated, Labels};
+use super::{Generated, Labels, Subsegment};
 use crate::domain::Domain;
 use crate::mesh::{Edge, Face, Mesh, OUTSIDE};
 use crate::space::Space;
@@ -34,7 +34,7 @@ impl<P: Space> Generated<P> {
         };
         let mut faces: Vec<Face<P>> = self.faces.iter().map(face).collect();
         faces.sort_unstable_by_key(|face| (face.facet, face.vertices));
-        let edge = |&(segment, vertices): &(u32, [u32; 2])| Edge {
+        let edge = |&(segment, vertices): &Subsegment| Edge {
             vertices,
             segment,
             marker: domain.segments[segment as usize].marker,

@@ -24,6 +24,9 @@ pub(super) const SIDE: f64 = 1.4;
 /// The number of candidates per cell.
 pub(super) const CANDIDATES: u32 = 1;
 
+/// A candidate for a point, with its carrier.
+pub(super) type Candidate<P> = (Site<P>, Carrier);
+
 /// The parameters of generation.
 #[derive(Clone, Copy)]
 pub struct Rules<'a, P> {
@@ -123,7 +126,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
     }
 
     /// Places the first points of a stage: a maximal independent set of candidates, with all earlier points fixed.
-    pub(super) fn sample(&mut self, candidates: Vec<(Site<P>, Carrier)>) -> Result<(), M::Error> {
+    pub(super) fn sample(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), M::Error> {
         let mut sites = self.vertices.sites();
         let fixed = sites.len();
         let candidates = distinct(candidates);
@@ -133,11 +136,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
 
     /// Runs a round of completion. Places an independent set of the candidates that do not conflict with a vertex.
     /// Returns the number of points placed. `free` states that no candidate conflicts with a vertex.
-    pub(super) fn complete(
-        &mut self,
-        candidates: Vec<(Site<P>, Carrier)>,
-        free: bool,
-    ) -> Result<u64, M::Error> {
+    pub(super) fn complete(&mut self, candidates: Vec<Candidate<P>>, free: bool) -> Result<u64, M::Error> {
         let mut candidates = distinct(candidates);
         if !free && !candidates.is_empty() {
             let sites = self.vertices.sites();
@@ -162,7 +161,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
         &mut self,
         sites: &[Site<P>],
         fixed: usize,
-        candidates: &[(Site<P>, Carrier)],
+        candidates: &[Candidate<P>],
     ) -> Result<(), M::Error> {
         if candidates.is_empty() {
             return Ok(());

@@ -21,10 +21,10 @@
 use septet_geometry::incremental::facet_without;
 
 use super::cells::is_flat;
-use super::facets::{Plane, Subfacets, as_space};
+use super::facets::{Plane, Subfacet, Subfacets, as_space};
 use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
-use super::segments::{Chains, subsegments_of};
+use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::domain::Feature;
 use crate::mesh::Carrier;
 use crate::space::Space;
@@ -33,9 +33,9 @@ use crate::space::Space;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct MissingParts {
     /// Segments, with the ends of subsegments.
-    pub(super) subsegments: Vec<(u32, [u32; 2])>,
+    pub(super) subsegments: Vec<Subsegment>,
     /// Facets, with the vertices of subfacets.
-    pub(super) subfacets: Vec<(u32, [u32; 3])>,
+    pub(super) subfacets: Vec<Subfacet>,
 }
 
 impl MissingParts {
@@ -63,9 +63,9 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         subfacets: &Subfacets,
     ) -> MissingParts {
         let (edges, faces) = self.carried(delaunay);
-        let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
+        let absent = |&(_, [a, b]): &Subsegment| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
         let subsegments = subsegments_of(chains).into_iter().filter(absent).collect();
-        let absent = |(_, t): &&(u32, [u32; 3])| {
+        let absent = |(_, t): &&Subfacet| {
             let mut t = *t;
             t.sort_unstable();
             faces.binary_search(&t).is_err()

@@ -100,8 +100,10 @@ use crate::domain::{Domain, Feature};
 use crate::space::Space;
 
 pub use cells::Labels;
+pub use facets::Subfacet;
 pub use generator::{Rules, Stage};
 pub use machine::{Alone, Machine, Triangulation};
+pub use segments::Subsegment;
 pub use vertices::{Holders, Vertices};
 
 use barrier::Own;
@@ -121,7 +123,7 @@ pub struct Generated<P: Space> {
     /// Faces of the mesh on facets (in the plane: edges on segments), as facet, face, and adjacent cells.
     pub faces: Vec<(u32, P::Facet, [u32; 2])>,
     /// The subsegments, with their segments.
-    pub subsegments: Vec<(u32, [u32; 2])>,
+    pub subsegments: Vec<Subsegment>,
     /// The counts of each stage.
     pub stages: Vec<Stage>,
 }

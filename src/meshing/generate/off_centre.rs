@@ -26,6 +26,7 @@ use super::balls::Ball;
 use super::facets::Subfacets;
 use super::generator::Generator;
 use super::machine::Machine;
+use super::segments::Subsegment;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
 
@@ -37,7 +38,7 @@ const BEYOND: f64 = 1.0 + 1e-9;
 
 /// The subsegments and subfacets, in the order of their balls.
 pub(super) struct Subfeatures<'a> {
-    pub(super) subsegments: Vec<(u32, [u32; 2])>,
+    pub(super) subsegments: Vec<Subsegment>,
     pub(super) subfacets: &'a Subfacets,
 }
 

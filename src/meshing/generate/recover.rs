@@ -37,14 +37,12 @@
 use super::balls::{Ball, Balls};
 use super::corner_shells::ENCLOSE_AFTER;
 use super::facets::{Plane, ROUNDING, Subfacets};
-use super::generator::Generator;
+use super::generator::{Candidate, Generator};
 use super::machine::Machine;
 use super::missing::MissingParts;
-use super::segments::{Chains, subsegments_of};
+use super::segments::{Chains, Subsegment, subsegments_of};
 use super::witness::Near;
 use super::{Failure, Missing};
-use crate::mesh::Carrier;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// The largest radius of a witness, relative to the radius of its subfacet.
@@ -87,8 +85,8 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
                     missing
                 }
             };
-            let forced = self.divided(planes, &chains, &missing);
-            let finest = forced.iter().map(|f| f.0.size).fold(f64::INFINITY, f64::min);
+            let dividing = self.divided(planes, &chains, &missing);
+            let finest = dividing.iter().map(|f| f.0.size).fold(f64::INFINITY, f64::min);
             if round == MOST_ROUNDS || finest < self.coarse_rounding() {
                 return Err(Failure::Missing(Missing { features: missing.features() }));
             }
@@ -102,7 +100,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
             let corners = if round > ENCLOSE_AFTER { self.unresolved_corners(&missing) } else { Vec::new() };
             let stale = if corners.is_empty() {
                 let before = self.vertices.len();
-                self.insert_forced(forced).map_err(Failure::Machine)?;
+                self.insert_dividing(dividing).map_err(Failure::Machine)?;
                 self.facets_of(before)
             } else {
                 self.enclose(&corners, &chains);
@@ -157,7 +155,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Returns the subsegments whose balls contain vertices.
-    pub(super) fn encroached(&self, near: &Near<'_, P>, chains: &Chains) -> Vec<(u32, [u32; 2])> {
+    pub(super) fn encroached(&self, near: &Near<'_, P>, chains: &Chains) -> Vec<Subsegment> {
         let subsegments = subsegments_of(chains);
         let empty = self.machine.map(&subsegments, |&(_, subsegment)| {
             near.is_empty(subsegment.map(|v| self.vertices.points[v as usize]))
@@ -171,9 +169,9 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     }
 
     /// Inserts an independent set of the points. Their sizes are those of the size function.
-    fn insert_forced(&mut self, forced: Vec<(Site<P>, Carrier)>) -> Result<u64, M::Error> {
+    fn insert_dividing(&mut self, dividing: Vec<Candidate<P>>) -> Result<u64, M::Error> {
         let before = self.vertices.len();
-        let placed = self.complete(forced, true)?;
+        let placed = self.complete(dividing, true)?;
         for v in before..self.vertices.len() {
             self.vertices.sizes[v] = (self.rules.size)(self.vertices.points[v]);
         }

@@ -9,19 +9,21 @@
 use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
-use super::generator::{CANDIDATES, Generator, SIDE};
+use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::Machine;
 use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// The vertices on every segment, in order.
 pub(super) type Chains = Vec<Vec<u32>>;
 
+/// A subsegment: its segment and its ends.
+pub type Subsegment = (u32, [u32; 2]);
+
 /// Returns all subsegments with their segments.
-pub(super) fn subsegments_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
+pub(super) fn subsegments_of(chains: &Chains) -> Vec<Subsegment> {
     (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
 }
 
@@ -64,7 +66,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         chains.iter().flat_map(|chain| chain.windows(2).map(ball)).collect()
     }
 
-    fn candidates_on(&self, s: u32, out: &mut Vec<(Site<P>, Carrier)>) {
+    fn candidates_on(&self, s: u32, out: &mut Vec<Candidate<P>>) {
         let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
         let (along, seed) = (b - a, self.seed_of(s));
         let length = along.norm2().sqrt();

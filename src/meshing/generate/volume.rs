@@ -14,7 +14,7 @@ use super::balls::{Ball, Balls};
 use super::barrier::{Barrier, Own};
 use super::cells::Labels;
 use super::facets::circumcircle;
-use super::generator::{CANDIDATES, Generator, Rules, SIDE};
+use super::generator::{CANDIDATES, Candidate, Generator, Rules, SIDE};
 use super::machine::{Machine, Triangulation};
 use super::missing::MissingParts;
 use super::off_centre::Subfeatures;
@@ -130,7 +130,7 @@ impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
         !self.subsegments.hold(at) && !self.subfacets.hold(at) && !self.closed.hold(at)
     }
 
-    pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<(Site<P>, Carrier)> {
+    pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<Candidate<P>> {
         let names =
             (0..CANDIDATES).map(|number| Name { cell: cell.key, number }.place(cell, self.rules.seed));
         let free = names.filter(|&at| self.is_open(at) && (whole || self.domain.is_inside(at)));

@@ -4,8 +4,8 @@
 //! simplices that contains all simplices no farther from m than `lfs(m)`. So it can compute `lfs(m)` exactly. Its
 //! children inherit the simplices no farther than `lfs(m) + 2 r`.
 //!
-//! *This set suffices.* The centre m' of a child satisfies `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`. The distance
-//! from m of a simplex within this distance of m' is at most `lfs(m) + 2 r`.
+//! *This set suffices.* The centre m' of a child satisfies `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`. If a simplex
+//! has at most this distance from m', its distance from m is at most `lfs(m) + 2 r`.
 //!
 //! The children also inherit the distances from m and the two simplices that determine `lfs(m)`. These two give an
 //! upper bound u of `lfs(m')`, and only simplices within `u + |m m'|` of m need to be tested. Distances are rounded, so

@@ -1,6 +1,7 @@
 //! Chords of ridges, between consecutive vertices.
 
 use crate::generate::balls::Ball;
+use crate::generate::generator::Candidate;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
@@ -18,7 +19,7 @@ pub(super) struct Chord<P> {
 
 impl<P: Space> Chord<P> {
     /// Returns the dividing point as a candidate. It conflicts with points closer than half the chord.
-    pub(super) fn candidate(&self) -> (Site<P>, Carrier) {
+    pub(super) fn candidate(&self) -> Candidate<P> {
         (Site { at: self.middle, size: self.ball.radius2.sqrt() }, Carrier::Segment(self.segment))
     }
 }

@@ -22,8 +22,9 @@
 use septet_geometry::point::dist2;
 
 use super::chord::Chord;
-use super::refinement::{Candidate, Refinement};
+use super::refinement::Refinement;
 use super::restricted::Face;
+use crate::generate::generator::Candidate;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
 use crate::octree::Key;

@@ -5,8 +5,6 @@ use super::features::SurfaceFeatures;
 use super::surface::Surface;
 use crate::bvh::Bvh;
 use crate::generate::generator::Generator;
-use crate::mesh::Carrier;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// The generator of meshes with a remeshed boundary.
@@ -30,9 +28,6 @@ pub(super) struct Refinement<'a, P: Space, M> {
     /// The tree of their bounding boxes.
     pub(super) chord_tree: Bvh<P>,
 }
-
-/// A point to insert, with its carrier.
-pub(super) type Candidate<P> = (Site<P>, Carrier);
 
 /// Returns the edges of a face, ends ascending.
 pub(super) fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {

@@ -60,8 +60,8 @@ pub(super) struct Restricted<P: Point> {
 /// edges. The circumcentre of a flat cell may be anywhere on a line.
 const FLAT: f64 = 1e-10;
 
-/// The squared distance of a corner from the circle of the others, relative to the squared radius, below which a flat
-/// cell counts as cocircular.
+/// The tolerance for cocircular corners of a flat cell. It bounds the power of a corner with respect to the circle of
+/// the others, relative to the squared radius.
 const CIRCULAR: f64 = 1e-6;
 
 /// The offset of the centre of a cocircular flat cell from its circle, relative to the radius.

@@ -11,12 +11,11 @@ use super::refinement::Refinement;
 use crate::bvh::{Bounds, Bvh};
 use crate::generate::Failure;
 use crate::generate::balls::{Ball, Balls};
-use crate::generate::generator::CANDIDATES;
+use crate::generate::generator::{CANDIDATES, Candidate};
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
@@ -51,7 +50,7 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
             || dist2(chord.middle, chord.ball.centre) > distance * distance
     }
 
-    fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<(Site<P>, Carrier)> {
+    fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<Candidate<P>> {
         let seed = self.generator.seed_of(number);
         let length = ridge.length();
         let (mut found, mut cells) = (Vec::new(), vec![Key::ROOT]);

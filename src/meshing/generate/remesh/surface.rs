@@ -5,12 +5,11 @@ use septet_geometry::point::dist2;
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
-use crate::generate::generator::{CANDIDATES, Rules};
+use crate::generate::generator::{CANDIDATES, Candidate, Rules};
 use crate::generate::volume::CELLS;
 use crate::mesh::Carrier;
 use crate::octree::Key;
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// A point on the surface.
@@ -153,12 +152,7 @@ impl<P: Space> Surface<P> {
     /// Returns the candidates on a wall. The wall is quartered until its edges are at most f at its centroid. Each part
     /// then has on average [`PER_AREA`] candidates per area `f^2`. Returns `None` if there are more than [`CELLS`] per
     /// vertex allowed.
-    pub(super) fn candidates(
-        &self,
-        wall: u32,
-        rules: &Rules<'_, P>,
-        seed: u64,
-    ) -> Option<Vec<(Site<P>, Carrier)>> {
+    pub(super) fn candidates(&self, wall: u32, rules: &Rules<'_, P>, seed: u64) -> Option<Vec<Candidate<P>>> {
         let most = rules.most.saturating_mul(CELLS);
         let carrier = Carrier::Facet(self.facets[wall as usize]);
         let mut found = Vec::new();

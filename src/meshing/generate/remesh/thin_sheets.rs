@@ -34,21 +34,21 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         let across = face.place.normal * (radius / face.place.normal.norm2().sqrt());
         let found = [across, across * -1.0].map(|d| self.surface.again(at, d));
         let Some(thickness2) = found.into_iter().flatten().min_by(f64::total_cmp) else { return false };
-        !self.is_beside_ridge(at, thickness2)
+        !self.is_near_ridge(at, thickness2)
     }
 
     /// Returns `true` if the squared distance to the nearest ridge is at most `limit2`.
-    fn is_beside_ridge(&self, at: P, limit2: f64) -> bool {
+    fn is_near_ridge(&self, at: P, limit2: f64) -> bool {
         let ends = |c: u32| self.chords[c as usize].ends.map(|v| self.generator.vertices.points[v as usize]);
-        let mut beside = false;
+        let mut near = false;
         let distance = |c: u32| {
             let [p, q] = ends(c);
             dist2(closest_on_segment(p, q, at), at)
         };
         self.chord_tree.nearest(at, distance, |_, d2| {
-            beside = d2 <= limit2;
+            near = d2 <= limit2;
             false
         });
-        beside
+        near
     }
 }

@@ -9,9 +9,10 @@ use std::collections::BTreeMap;
 
 use septet_geometry::point::Point;
 
-use super::refinement::{Candidate, Refinement, edges_of};
+use super::refinement::{Refinement, edges_of};
 use super::restricted::Restricted;
 use crate::bvh::Bounds;
+use crate::generate::generator::Candidate;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;

@@ -162,14 +162,14 @@ impl<P: Triangulate> Case<P> {
             face.as_mut().iter_mut().for_each(|v| *v = points[*v as usize]);
             face.as_mut().sort_unstable();
             let number = |c: u32| if c == u32::MAX { c } else { cells[c as usize] };
-            let mut beside = [number(i), number(j)];
-            beside.sort_unstable();
-            (f, face, beside)
+            let mut cells = [number(i), number(j)];
+            cells.sort_unstable();
+            (f, face, cells)
         };
         let mut expected: Vec<_> = self.faces.iter().map(renamed).collect();
         let mut faces = faces;
-        for (_, _, beside) in &mut faces {
-            beside.sort_unstable();
+        for (_, _, cells) in &mut faces {
+            cells.sort_unstable();
         }
         expected.sort_unstable();
         faces.sort_unstable();
