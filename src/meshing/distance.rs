@@ -337,7 +337,7 @@ mod tests {
 
         /// What is said to be beyond a distance is.
         #[test]
-        fn beyond_is_beyond(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
+        fn is_beyond_is_certain(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
             let mut corners = corners;
             let last = corners[len - 1];
             corners[len - 1..].fill(last);

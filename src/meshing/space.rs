@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn crossings_tell_the_general_from_the_special() {
+    fn crossings_separate_proper_from_degenerate() {
         let at = |x, y| DVec3::crossing(&T, v(x, y, -1.0), v(x, y, 1.0));
         assert_eq!(at(1.0, 1.0), Crossing::Proper);
         assert_eq!(at(2.0, 2.0), Crossing::Degenerate);

@@ -152,7 +152,7 @@ fn graded_sets_are_spaced_complete_and_well_shaped() {
 }
 
 #[test]
-fn larger_spaced_sets_have_the_number_asked_for() {
+fn larger_spaced_sets_have_the_requested_number() {
     for kind in [Kind::WellSpaced, Kind::GradedPoint, Kind::GradedLine] {
         let set = made(&request(kind, 50_000, 3, None));
         let count = set.points.len() as f64;
@@ -165,7 +165,7 @@ fn larger_spaced_sets_have_the_number_asked_for() {
 }
 
 #[test]
-fn every_kind_is_repeatable_and_lives_in_the_unit_cube() {
+fn every_kind_is_repeatable_and_inside_the_unit_cube() {
     for kind in Kind::all() {
         for dimension in [2, 3] {
             let ask = request(kind, 700, dimension, None);
@@ -218,7 +218,7 @@ fn lattices_are_exact() {
 }
 
 #[test]
-fn samples_are_read_from_text() {
+fn samples_are_parsed() {
     let read = |spec| parse_sample(spec).unwrap();
     let plain = Request { seed: 0, ..request(Kind::Uniform, 1000, 3, None) };
     assert_eq!(read("uniform:1000"), plain);
@@ -236,7 +236,7 @@ fn samples_are_read_from_text() {
 }
 
 #[test]
-fn impossible_requests_are_refused() {
+fn impossible_requests_are_rejected() {
     let refusal = |request: Request| generate(&request, &mut |_, _, _| {}).unwrap_err();
     let dimension = refusal(request(Kind::Uniform, 10, 4, None));
     assert!(matches!(dimension, GenerateError::Dimension(4)));

@@ -1,8 +1,8 @@
 //! Implements the machine of the generator by runs of `septet`.
 //!
-//! An independent set is a run of [`crate::independent`], and a triangulation is a run of [`crate::triangulate`].
-//! Facets with at most [`LEAF`] points are leaves of a machine with one leaf per facet. They are triangulated locally
-//! and in parallel.
+//! An independent set is a run of [`crate::independent`], and a triangulation is a run of [`crate::triangulate`]. A
+//! facet with at most `LEAF` points is a leaf of a machine of its own. Such facets are triangulated locally and in
+//! parallel.
 
 use std::time::Instant;
 

@@ -11,7 +11,9 @@
 //!    centre outside all balls of subsegments, and every cell with its centre outside all balls. All centres of cells
 //!    lie in the domain.
 //!
-//! Then a cell with centre c, circumradius R and shortest edge l has `R / l <= g / (1 - g L)`, where
+//! Balls are written (centre, radius): (p, s) for a subsegment, (m, r) for a subfacet. A point is *above* a subfacet
+//! if the ball of the subfacet contains it and its foot in the plane lies in the subfacet. A cell with centre c,
+//! circumradius R and shortest edge l satisfies `R / l <= g / (1 - g L)`, where
 //!
 //! - (free) g = 1 if c lies in no ball;
 //! - (near) `g = sqrt(2) / (1 - L)` if c lies in the ball of a subsegment, or above a subfacet with `r <= f(m)`;
@@ -19,17 +21,17 @@
 //!   `g = max sqrt(4 - 2 d^2) / (1 - L sqrt(3 + 2 d))` over d in `[0, sqrt(2)]`.
 //!
 //! *Proof.* The shortest edge of a cell ends at some vertex v with `l >= f(v) >= f(c) - L R`. So `R <= g f(c)` gives
-//! `R / l <= g / (1 - g L)`. If c lies in no ball, completion gives g = 1. Let (p, s) be the ball of a subsegment, with
-//! `s <= f(p)`, and (m, r) that of a subfacet.
+//! `R / l <= g / (1 - g L)`. If c lies in no ball, completion gives g = 1. By completion, `s <= f(p)` for every
+//! subsegment.
 //!
-//! 1. *The ball of a subsegment contains c.* The foot q of c on the line of the subsegment lies in the subsegment. Let
-//!    v be the nearer end, so that `|v - q| = s - |p - q|`. Then
+//! 1. *The ball of a subsegment contains c.* The foot q of c on the line of the subsegment lies in the subsegment.
+//!    Let v be the nearer end, so that `|v - q| = s - |p - q|`. Then
 //!    `|v - c|^2 = |q - c|^2 + |v - q|^2 <= (s^2 - |p - q|^2) + (s - |p - q|)^2 <= 2 s^2`. The ball of the cell is
-//!    empty, hence `R <= |v - c| <= sqrt(2) s`. From `s <= f(p) <= f(c) + L s` follows `s <= f(c) / (1 - L)`.
+//!    empty, hence `R <= |v - c| <= sqrt(2) s`. Because `s <= f(p) <= f(c) + L s`, we have `s <= f(c) / (1 - L)`.
 //! 2. *The ball of a subfacet contains c, no ball of a subsegment does, and the foot q of c in the plane lies in the
-//!    facet.* Let (m, r) be the ball of the subfacet that contains q: c is *above* this subfacet. Its ball also
-//!    contains c, because the subfacets are Delaunay and the power of q is least there. Let `q = sum a_i v_i` be a
-//!    convex combination of its corners. From `sum a_i |v_i - q|^2 = r^2 - |m - q|^2` follows that some corner has
+//!    facet.* Let (m, r) be the ball of the subfacet that contains q. This ball also contains c, because the
+//!    subfacets are Delaunay and the power of q is least there. So c is above this subfacet. Let `q = sum a_i v_i` be
+//!    a convex combination of its corners. Because `sum a_i |v_i - q|^2 = r^2 - |m - q|^2`, some corner has
 //!    `|v - c|^2 <= |q - c|^2 + r^2 - d^2 <= 2 (r^2 - d^2)` with `d = |m - q|`. Hence `R <= sqrt(2) r`. If
 //!    `r <= k f(m) <= k (f(c) + L r)`, then `r <= k f(c) / (1 - k L)`. For k = 1 this is the case (near), otherwise
 //!    (above).

@@ -91,7 +91,7 @@ fn a_slanted_box() {
 }
 
 #[test]
-fn internal_and_dangling_pieces() {
+fn internal_and_dangling_elements() {
     let mut input = cube();
     input.points.extend([[0., 0., 2.], [4., 0., 2.], [4., 4., 2.], [0., 4., 2.]].map(DVec3::from));
     facet(&mut input, &[&[8, 9, 10, 11]]);
@@ -210,13 +210,13 @@ fn fans_of_needles() {
 }
 
 #[test]
-fn without_small_angles_nothing_is_forced() {
+fn without_small_angles_recovery_inserts_nothing() {
     let (_, made) = meshed(&cube(), 0.25, Some(0.5));
     assert!(made.stages.iter().all(|s| s.name != "force"), "{:?}", made.stages);
 }
 
 #[test]
-fn slivers_are_taken_out() {
+fn slivers_are_removed() {
     for (input, size) in [(cube(), 0.35), (cube(), 0.2)] {
         let (domain, made) = meshed(&input, 0.5, Some(size));
         let mut mesh = made.into_mesh(&domain);

@@ -156,7 +156,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn witnesses_are_balls_without_vertices(points in prop::collection::vec(vector(), 4..24), widest in 1.0..4.0f64) {
+        fn witnesses_contain_no_vertex(points in prop::collection::vec(vector(), 4..24), widest in 1.0..4.0f64) {
             let near = Near::new(&points);
             let corners = [points[0], points[1], points[2]];
             let small = circumcircle(corners[0], corners[1], corners[2]);

@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bounds_are_what_the_table_says() {
+    fn bounds_agree_with_the_table() {
         assert_eq!(Promise::of(0.5).all(), [Some(2.0), None, None]);
         let none = Promise::of(0.0);
         assert_eq!(none.free, 1.0);

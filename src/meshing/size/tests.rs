@@ -189,7 +189,7 @@ fn drops_and_filters_lose_nothing() {
 }
 
 #[test]
-fn wishes_come_true() {
+fn constraints_are_satisfied() {
     let domain = slit();
     let make = |constraints: Constraints<DVec2>| {
         SizeFunction::new(&domain, &SizeOptions { constraints, ..SizeOptions::new(0.25) }).unwrap()
@@ -215,7 +215,7 @@ fn wishes_come_true() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_options_are_rejected() {
     let domain = slit();
     let with = |change: &dyn Fn(&mut SizeOptions<DVec2>)| {
         let mut options = SizeOptions::new(0.25);
@@ -232,7 +232,7 @@ fn what_cannot_be_is_refused() {
 }
 
 #[test]
-fn collisions_are_found_beforehand() {
+fn collisions_are_found_before_generation() {
     let domain = slit();
     let size = SizeFunction::new(&domain, &SizeOptions::new(0.25)).unwrap();
     let found = size.collisions(&domain, 90.0);
@@ -306,7 +306,7 @@ impl Executor for Backwards {
 }
 
 #[test]
-fn the_order_of_the_cores_is_nobodys_concern() {
+fn sizes_do_not_depend_on_the_executor() {
     let domain = busy();
     let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
     let one = SizeFunction::of_features(&domain, &features, &options, &Sequential).unwrap();
@@ -317,7 +317,7 @@ fn the_order_of_the_cores_is_nobodys_concern() {
 
 /// Only cells without any part of the domain are left out, and such cells exist.
 #[test]
-fn what_lies_outside_is_left_out() {
+fn elements_outside_are_left_out() {
     let domain = slit();
     let features = Features::new(&domain);
     let user = User::new(0.25, &Constraints::default());

@@ -144,7 +144,7 @@ fn spoilt<P: Space>(
 }
 
 #[test]
-fn arrays_that_do_not_fit() {
+fn inconsistent_arrays() {
     let (domain, good) = divided_mesh();
     let far = good.points.len() as u32;
     spoilt(
@@ -182,7 +182,7 @@ fn arrays_that_do_not_fit() {
 }
 
 #[test]
-fn cells_that_are_wrong() {
+fn wrong_cells() {
     let (domain, good) = divided_mesh();
     spoilt(
         &domain,
@@ -246,7 +246,7 @@ fn two_cells_on_one_side() {
 }
 
 #[test]
-fn faces_that_are_wrong() {
+fn wrong_faces() {
     let (domain, good) = divided_mesh();
     let inner = good.faces.iter().position(|f| f.cells[1] != OUTSIDE).unwrap();
     let outer = good.faces.iter().position(|f| f.cells[1] == OUTSIDE).unwrap();
@@ -301,7 +301,7 @@ fn faces_that_are_wrong() {
 }
 
 #[test]
-fn edges_that_are_wrong() {
+fn wrong_edges() {
     let (domain, good) = divided_mesh();
     let segment = good.edges[5].segment;
     spoilt(
@@ -337,7 +337,7 @@ fn edges_that_are_wrong() {
 }
 
 #[test]
-fn carriers_that_are_wrong() {
+fn wrong_carriers() {
     let (domain, good) = divided_mesh();
     let segment = good.edges[5].segment;
     let at = |p: [f64; 3]| good.points.iter().position(|&q| q == DVec3::from(p)).unwrap();
@@ -391,7 +391,7 @@ fn carriers_that_are_wrong() {
 }
 
 #[test]
-fn the_plane_is_checked_alike() {
+fn the_plane_is_checked_in_the_same_way() {
     let domain = domain(&holed());
     let (points, cells) = squares(4);
     let good = mesh_of(&domain, &points, cells);

@@ -42,7 +42,7 @@ fn open_and_pinched_surfaces() {
 }
 
 #[test]
-fn doubled_duplicate_and_degenerate_pieces() {
+fn overlapping_duplicate_and_degenerate_elements() {
     let mut input = cube();
     input.points.push(DVec3::splat(4.0));
     input.points.push(DVec3::new(2.0, 0.0, 0.0));

@@ -67,7 +67,7 @@ fn a_lattice_follows_its_cube() {
 }
 
 #[test]
-fn boundaries_that_are_no_manifolds() {
+fn non_manifold_boundaries() {
     // Two cubes that share only an edge, or only a corner, are removed.
     let at = |mesh: &Mesh<DVec3>, cell: &[u32; 4]| {
         let sum: DVec3 = cell.iter().map(|&v| mesh.points[v as usize]).sum();
@@ -93,7 +93,7 @@ fn boundaries_that_are_no_manifolds() {
 }
 
 #[test]
-fn ridges_that_are_not_kept() {
+fn missing_ridges() {
     spoilt(drop_edge, |d| matches!(d, MeshDefect::Chain { at: Some(_), .. }));
     let all_of_one = |m: &mut Mesh<DVec3>| {
         let segment = m.edges[0].segment;
@@ -120,7 +120,7 @@ fn ridges_that_are_not_kept() {
 }
 
 #[test]
-fn boundaries_that_are_elsewhere() {
+fn distant_boundaries() {
     let dented = |depth: f64| {
         move |m: &mut Mesh<DVec3>| {
             let at = m.points.iter().position(|&p| p == DVec3::new(2.0, 2.0, 4.0)).unwrap();

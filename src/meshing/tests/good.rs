@@ -66,7 +66,7 @@ fn shells_cavities_and_regions() {
 }
 
 #[test]
-fn internal_and_dangling_pieces() {
+fn internal_and_dangling_elements() {
     let mut input = cube();
     // An internal facet halfway, with its corners in the middle of edges of the cube.
     input.points.extend([[0., 0., 2.], [4., 0., 2.], [4., 4., 2.], [0., 4., 2.]].map(DVec3::from));

@@ -59,7 +59,7 @@ fn a_lattice_has_the_known_numbers() {
 }
 
 #[test]
-fn centres_outside_are_told_from_near_ones() {
+fn centres_outside_differ_from_near_ones() {
     let domain = crate::check(&cube()).unwrap();
     let features = Features::new(&domain);
     let zones = Zones { domain: &domain, features: &features, size: &|_| 1.0, zone: 0.5 };
@@ -149,7 +149,7 @@ fn bounds_hold_and_decisions_are_exact() {
 }
 
 #[test]
-fn ties_with_the_bound_count_as_kept() {
+fn ratios_equal_to_the_bound_satisfy_it() {
     use glam::DVec2;
     // Legs 3 and 4: the ratio is 2.5 / 3; legs 1 and 1: half the root of 2.
     let right = |a: f64, b: f64| [DVec2::ZERO, DVec2::new(a, 0.0), DVec2::new(0.0, b)];
@@ -190,7 +190,7 @@ fn histograms_count_everything() {
 }
 
 #[test]
-fn slivers_and_slopes_are_seen() {
+fn slivers_and_slopes_are_reported() {
     let (domain, mut mesh) = lattice();
     let inner = mesh.points.iter().position(|&p| p == DVec3::splat(2.0)).unwrap();
     mesh.sizes[inner] = 1.5;

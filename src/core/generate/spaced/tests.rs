@@ -37,7 +37,7 @@ fn the_set_is_the_same_for_every_machine() {
 }
 
 #[test]
-fn a_callback_that_unwinds_ends_the_work() {
+fn a_callback_that_unwinds_cancels_the_generation() {
     let sizing = Sizing { centre: Centre::Point, slope: 0.0, least: 0.02 };
     let mut calls = 0;
     let ended = catch_unwind(AssertUnwindSafe(|| {

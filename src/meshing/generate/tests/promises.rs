@@ -43,7 +43,7 @@ fn meshes(input: &Input<DVec3>, lipschitz: f64, most: Option<f64>, seeds: u64) -
 /// On the slanted facet, the shells of corners have points on a common circle, off the plane by rounding. They form a
 /// flat cell with a different diagonal on either side.
 #[test]
-fn wedges_inside_of_a_box_are_not_torn() {
+fn wedges_inside_a_box_are_matched() {
     for (lipschitz, most) in [(0.25, None), (0.5, None), (0.25, Some(0.4)), (0.5, Some(0.3)), (0.12, None)] {
         let mut input = cube();
         add_wedge(&mut input, 10.0);
@@ -85,7 +85,7 @@ fn corner(opening: f64, rise: f64) -> Input<DVec3> {
 }
 
 #[test]
-fn sharp_corners_have_an_end() {
+fn sharp_corners_terminate() {
     for degrees in [2.5f64, 5.0, 10.0, 20.0, 30.0] {
         for rise in [0.2, 0.5] {
             meshes(&corner((0.5 * degrees).to_radians().tan(), rise), 0.5, None, 2);
@@ -96,7 +96,7 @@ fn sharp_corners_have_an_end() {
 /// The facet in the plane is blunt, and others are within 12 degrees of it. Subfacets at the corner recur at half the
 /// size until the corner is enclosed.
 #[test]
-fn blunt_corners_between_others_have_an_end() {
+fn blunt_corners_between_facets_terminate() {
     for (opening, rise) in [(2.0, 0.1), (2.5, 0.5), (3.0, 0.5)] {
         let mesh = &meshes(&corner(opening, rise), 0.5, None, 1)[0];
         assert!(mesh.points.len() < 30_000, "{opening} {rise}: {} points", mesh.points.len());
