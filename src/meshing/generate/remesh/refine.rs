@@ -41,7 +41,8 @@ const TURNED: f64 = 0.02;
 /// sheets that meet at small angles.
 const SMALLEST: f64 = 1e-6;
 
-/// The largest number of points for correct handles, relative to the first faultless boundary with wrong handles.
+/// The limit for the refinement of a boundary with wrong handles: the number of vertices, relative to that of the
+/// first such boundary without other faults.
 const MORE: usize = 2;
 
 /// The largest number of removals of vertices without a face. Vertices that recur later stay.

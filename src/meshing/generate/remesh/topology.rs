@@ -86,7 +86,7 @@ pub(super) fn unfaced<P: Point>(carriers: &mut [Carrier], made: &Restricted<P>) 
     kept
 }
 
-/// Returns corners of walls for the shells on which the boundary has no face, because they are too small for the
+/// Returns corners of walls of those shells on which the boundary has no face. Such shells are too small for the
 /// requested size. The corners are a quarter of the shell's extent apart, so about a dozen per shell are inserted.
 pub(super) fn lost<P: Space, M: Machine<P> + Sync>(
     at: &Refinement<'_, P, M>,
