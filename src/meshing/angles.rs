@@ -1,45 +1,47 @@
-//! Angles between features, and where they are small.
+//! Angles between features.
 //!
-//! **Statement.** Where two features meet in a corner or along a segment, and neither holds the other, their angle
-//! is the smallest one between a direction into the one and a direction into the other. For two facets
-//! along a segment it is their dihedral angle; for two segments the plane angle; for a segment and a facet the angle
-//! with the facet's plane, if the segment's projection runs into the facet (if not, the smallest angle is one with a
-//! segment of the facet). Two facets that meet in a corner only have no smaller angle than one of those.
+//! **Statement.** Let two features meet in a corner or along a segment, and let neither contain the other. Their angle
+//! is the smallest angle between a direction into one feature and a direction into the other.
+//! 1. Two facets along a segment: the angle is their dihedral angle.
+//! 2. Two segments: it is the plane angle.
+//! 3. A segment and a facet: it is the angle between the segment and the plane of the facet if the projection of the
+//!    segment runs into the facet. Otherwise the smallest angle is that with a segment of the facet.
+//! 4. Two facets that meet only in a corner: their angle is not smaller than one of the angles above.
 //!
 //! **Work and depth.** All pairs at each corner and segment.
 //!
-//! Angles are rounded. They are compared by their cosines, which need square roots alone; degrees are for reports.
+//! Angles are rounded. Comparisons use cosines, which need only square roots. Degrees are for reports.
 
 use septet_geometry::point::Point;
 
 use crate::domain::{Domain, Feature, Segment};
 use crate::space::Space;
 
-/// A place where two features meet at a small angle.
+/// Two features that meet at a small angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmallAngle {
     /// The features.
     pub features: [Feature; 2],
-    /// The corner where they meet (for facets: the first end of their segment), a vertex.
+    /// The vertex of the corner in which they meet. For two facets it is the first end of their segment.
     pub at: u32,
-    /// The segment along which two facets meet.
+    /// The segment along which two facets meet. `None` for other pairs.
     pub along: Option<u32>,
-    /// Cosine of the angle.
+    /// The cosine of the angle.
     pub cosine: f64,
 }
 
 impl SmallAngle {
-    /// The angle in degrees.
+    /// Returns the angle in degrees.
     pub fn degrees(&self) -> f64 {
         self.cosine.clamp(-1.0, 1.0).acos().to_degrees()
     }
 }
 
-/// How far below the limit an angle has to be, as a difference of cosines: rounded coordinates of a slanted box do
-/// not make its right angles small.
+/// The margin below the limit, as a difference of cosines. It keeps the right angles of a slanted box from being small
+/// because of rounded coordinates.
 const MARGIN: f64 = 1e-9;
 
-/// The cosine of the angle between two vectors.
+/// Returns the cosine of the angle between two vectors.
 pub fn cosine<P: Point>(a: P, b: P) -> f64 {
     a.dot(b) / (a.norm2().sqrt() * b.norm2().sqrt())
 }
@@ -51,13 +53,13 @@ impl<P: Space> Domain<P> {
         self.points()[far as usize] - self.points()[from as usize]
     }
 
-    /// The cosine of the plane angle between two segments at a common corner (a vertex).
+    /// Returns the cosine of the plane angle between two segments at a common corner (a vertex).
     pub fn plane_angle(&self, a: u32, b: u32, corner: u32) -> f64 {
         let [a, b] = [a, b].map(|s| self.direction(&self.segments[s as usize], corner));
         cosine(a, b)
     }
 
-    /// The directions into a facet perpendicular to a segment: one on the boundary, two inside.
+    /// Returns the directions into a facet that are perpendicular to a segment: one on the boundary, two inside.
     fn inward(&self, facet: u32, segment: u32) -> Vec<P> {
         let segment = &self.segments[segment as usize];
         let edge = [segment.chain[0], segment.chain[1]];
@@ -75,15 +77,16 @@ impl<P: Space> Domain<P> {
             .collect()
     }
 
-    /// The cosine of the smallest dihedral angle, at most 180 degrees, between two facets at a common segment.
-    /// `None` if one of them does not hold the segment.
+    /// Returns the cosine of the smallest dihedral angle between two facets at a common segment. The angle is at most
+    /// 180 degrees. Returns `None` if one of the facets does not contain the segment.
     pub fn dihedral_angle(&self, a: u32, b: u32, segment: u32) -> Option<f64> {
         let (a, b) = (self.inward(a, segment), self.inward(b, segment));
         a.iter().flat_map(|&x| b.iter().map(move |&y| cosine(x, y))).max_by(f64::total_cmp)
     }
 
-    /// The segments that are ridges: with one facet or more than two, or with two whose dihedral angle differs
-    /// from 180 degrees by at least `feature_angle` (degrees). Ascending. Marks only: nothing is joined.
+    /// Returns the segments that are ridges, ascending. A segment is a ridge if its number of facets is not two, or
+    /// if its dihedral angle differs from 180 degrees by at least `feature_angle` (in degrees). Ridges are not joined
+    /// here.
     pub fn ridges(&self, feature_angle: f64) -> Vec<u32> {
         let limit = -feature_angle.to_radians().cos();
         let is_ridge = |&s: &u32| match self.segments[s as usize].facets[..] {
@@ -93,9 +96,9 @@ impl<P: Space> Domain<P> {
         (0..self.segments.len() as u32).filter(is_ridge).collect()
     }
 
-    /// All places where features meet at less than `limit` degrees, the smallest angle first.
+    /// Returns all pairs of features that meet at less than `limit` degrees, the smallest angle first.
     pub fn small_angles(&self, limit: f64) -> Vec<SmallAngle> {
-        // The cosine of 90 degrees is 0, without rounding.
+        // The cosine of 90 degrees must be exactly 0.
         let least = if limit == 90.0 { 0.0 } else { limit.to_radians().cos() } + MARGIN;
         let mut found = Vec::new();
         for (&at, segments) in &self.segments_at() {
@@ -133,7 +136,7 @@ impl<P: Space> Domain<P> {
         }
     }
 
-    /// Segments against the facets that they meet in a corner.
+    /// Adds the angles between segments and the facets that they meet in a corner.
     fn segments_and_facets(&self, found: &mut Vec<SmallAngle>) {
         let segments_at = self.segments_at();
         for (f, facet) in self.facets.iter().enumerate() {
@@ -150,8 +153,8 @@ impl<P: Space> Domain<P> {
         }
     }
 
-    /// The cosine of the angle between a direction from a vertex and the plane of those walls, if the projection
-    /// runs into one of them.
+    /// Returns the cosine of the angle between a direction from a vertex and the plane of the walls. Returns `None` if
+    /// the projection of the direction runs into none of them.
     fn angle_with_walls(&self, walls: &[u32], at: u32, direction: P) -> Option<f64> {
         let origin = self.points()[at as usize];
         walls.iter().find_map(|&wall| {

@@ -1,17 +1,17 @@
 //! A tree of bounding boxes over simplices.
 //!
-//! **Statement.** Boxes are closed, their bounds are coordinates of the simplices themselves (no rounding), so
-//! a query never misses a pair that meets. The tree halves the items at the median of the centres along the
-//! longest side of their box, ties by position: it is a function of the items in their order.
+//! **Statement.** Boxes are closed, and their bounds are coordinates of the simplices, without rounding. A query
+//! therefore finds every pair of boxes that meet. The tree splits the items at the median of their centres along the
+//! longest side of their box, with ties by position. It is a function of the ordered list of items.
 //!
-//! **Work and depth.** `m log m` to build; a query costs what it visits.
+//! **Work and depth.** `m log m` to build. A query costs one step per visited node.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use septet_geometry::point::Point;
 
-/// A closed box with sides along the axes; empty if some `low > high`.
+/// A closed box with sides along the axes. It is empty if some `low > high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<P> {
     /// Smallest coordinates.
@@ -21,17 +21,17 @@ pub struct Bounds<P> {
 }
 
 impl<P: Point> Bounds<P> {
-    /// The empty box.
+    /// Returns the empty box.
     pub fn empty() -> Self {
         Bounds { low: P::splat(f64::INFINITY), high: P::splat(f64::NEG_INFINITY) }
     }
 
-    /// The smallest box around points.
+    /// Returns the smallest box that contains the points.
     pub fn of(points: impl IntoIterator<Item = P>) -> Self {
         points.into_iter().fold(Bounds::empty(), |b, p| b.join(&Bounds { low: p, high: p }))
     }
 
-    /// The smallest box around both.
+    /// Returns the smallest box that contains both boxes.
     #[must_use]
     pub fn join(mut self, other: &Self) -> Self {
         for i in 0..P::DIM {
@@ -41,18 +41,19 @@ impl<P: Point> Bounds<P> {
         self
     }
 
-    /// Do the boxes share a point?
+    /// Returns `true` if the boxes share a point.
     pub fn meets(&self, other: &Self) -> bool {
         (0..P::DIM)
             .all(|i| self.low.coord(i) <= other.high.coord(i) && other.low.coord(i) <= self.high.coord(i))
     }
 
-    /// The sides.
+    /// Returns the lengths of the sides.
     pub fn extent(&self) -> P {
         self.high - self.low
     }
 
-    /// Does a segment meet the box widened by what rounding may have done? Never no where it does.
+    /// Returns `true` if a segment may meet the box. The box is widened by a bound on the rounding, so the answer
+    /// `false` is certain.
     pub fn meets_segment(&self, p: P, q: P) -> bool {
         let mut span = [0.0f64, 1.0];
         for i in 0..P::DIM {
@@ -71,7 +72,7 @@ impl<P: Point> Bounds<P> {
         span[0] <= span[1]
     }
 
-    /// Squared distance to a point, rounded; 0 inside.
+    /// Returns the squared distance to a point, rounded. It is 0 inside.
     pub fn dist2(&self, p: P) -> f64 {
         let mut gap = P::splat(0.0);
         for i in 0..P::DIM {
@@ -82,15 +83,15 @@ impl<P: Point> Bounds<P> {
     }
 }
 
-/// Items in a leaf.
+/// The largest number of items of a leaf.
 const LEAF: usize = 4;
 
 #[derive(Clone, Debug)]
 struct Node<P> {
     bounds: Bounds<P>,
-    /// Range of `order`.
+    /// The range in `order`.
     range: (u32, u32),
-    /// The right child; the left one is the next node. 0 at a leaf.
+    /// The right child, or 0 for a leaf. The left child is the next node.
     right: u32,
 }
 
@@ -103,7 +104,7 @@ pub struct Bvh<P> {
 }
 
 impl<P: Point> Bvh<P> {
-    /// A tree over boxes; queries answer with positions in `boxes`.
+    /// Builds a tree over boxes. Queries return positions in `boxes`.
     pub fn new(boxes: Vec<Bounds<P>>) -> Self {
         let mut tree = Bvh { nodes: Vec::new(), order: (0..boxes.len() as u32).collect(), boxes };
         if !tree.order.is_empty() {
@@ -135,12 +136,12 @@ impl<P: Point> Bvh<P> {
         self.build(half, to);
     }
 
-    /// The box around everything.
+    /// Returns the bounding box of all items.
     pub fn bounds(&self) -> Bounds<P> {
         self.nodes.first().map_or_else(Bounds::empty, |n| n.bounds)
     }
 
-    /// The items whose boxes meet `query`, ascending.
+    /// Returns the items whose boxes meet `query`, ascending.
     pub fn meeting(&self, query: &Bounds<P>) -> Vec<u32> {
         let mut found = Vec::new();
         self.visit(query, |i| {
@@ -151,9 +152,9 @@ impl<P: Point> Bvh<P> {
         found
     }
 
-    /// Calls `f` with each of them, in the tree's order, until it answers `false`.
+    /// Calls `f` with each item whose box meets `query`, in the order of the tree, until `f` returns `false`.
     pub fn visit(&self, query: &Bounds<P>, mut f: impl FnMut(u32) -> bool) {
-        // The tree halves its items: 32 levels hold 2^32 leaves.
+        // Every level halves the items, so 32 levels suffice for 2^32 leaves.
         let mut stack = [0u32; 34];
         let mut top = usize::from(!self.nodes.is_empty());
         while top > 0 {
@@ -178,8 +179,8 @@ impl<P: Point> Bvh<P> {
         }
     }
 
-    /// Calls `f` with the items whose boxes the segment from `p` to `q` meets, up to rounding, in the tree's order,
-    /// until it answers `false`.
+    /// Calls `f` with each item whose box may meet the segment from `p` to `q`, in the order of the tree, until `f`
+    /// returns `false`. Boxes are widened by the rounding.
     pub fn visit_along(&self, p: P, q: P, mut f: impl FnMut(u32) -> bool) {
         let mut stack = [0u32; 34];
         let mut top = usize::from(!self.nodes.is_empty());
@@ -205,8 +206,8 @@ impl<P: Point> Bvh<P> {
         }
     }
 
-    /// Calls `visit` with items in ascending order of `dist2` (ties by position), until it answers `false`.
-    /// `dist2` is never smaller than the distance to the item's box, up to rounding.
+    /// Calls `visit` with items in ascending order of `dist2` (ties by position), until `visit` returns `false`.
+    /// `dist2` must not be smaller than the squared distance to the box of the item, up to rounding.
     pub fn nearest(
         &self,
         from: P,
@@ -238,7 +239,8 @@ impl<P: Point> Bvh<P> {
     }
 }
 
-/// Distance, is it an item, which: nodes come before items of the same distance, items by position.
+/// A squared distance, whether the entry is an item, and its index. At equal distances, nodes come before items, and
+/// items are ordered by position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Entry(f64, bool, u32);
 

@@ -1,14 +1,18 @@
-//! The checker: a domain, or everything that is wrong with it.
+//! The checker of inputs: it returns a domain, or all defects of the input.
 //!
-//! **Statement.** The pieces are looked at one by one ([`crate::resolve`]), then against each other
-//! ([`crate::contact`]), then surfaces for being closed ([`crate::manifold`]). Only if all is well is it asked what
-//! they enclose ([`crate::sides`]) and where holes and regions lie. [`Defect`] says what is a defect of which
-//! kind of input.
+//! **Statement.** The checks run in this order:
+//! 1. Each element alone ([`crate::resolve`]).
+//! 2. Contacts between elements ([`crate::contact`]).
+//! 3. Whether a surface is a closed manifold ([`crate::manifold`]).
+//! 4. Without defects so far: the components of the complement of the walls ([`crate::sides`]), and the positions of
+//!    holes and regions.
+//!
+//! [`Defect`] lists the defects of each kind of input.
 
 use septet_geometry::range::scale;
 
 use crate::contact::contacts;
-use crate::defect::{Defect, Misplaced, Piece};
+use crate::defect::{Defect, Element, Misplaced};
 use crate::domain::{Component, Domain};
 use crate::facet::Triangulate;
 use crate::input::{Input, Kind};
@@ -16,10 +20,10 @@ use crate::manifold::manifold;
 use crate::resolve::{Simplices, resolve};
 use crate::sides::{Location, Sides};
 
-/// Checks a domain and makes it ready for meshing.
+/// Checks an input and prepares its domain for meshing.
 ///
 /// # Errors
-/// All defects, in an order that depends on the input alone; at least one.
+/// All defects, in an order that depends only on the input. There is at least one.
 pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     let (simplices, mut defects) = resolve(input);
     let Some(simplices) = simplices else { return Err(defects) };
@@ -32,13 +36,13 @@ pub fn check<P: Triangulate>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>>
     }
     let sides = Sides::new(&simplices).map_err(|undecided| {
         let at = simplices.place(simplices.walls[undecided.0 as usize].as_ref()[0]);
-        vec![Defect::TooThin { piece: simplices.piece(undecided.0), at }]
+        vec![Defect::TooThin { element: simplices.element(undecided.0), at }]
     })?;
     let components = components(input, &simplices, &sides)?;
     Ok(Domain::new(input, simplices, sides, components))
 }
 
-/// What every component is: outside, hole, or part of the domain, of which region.
+/// Classifies every component as outside, hole, or part of the domain, and finds its region.
 fn components<P: Triangulate>(
     input: &Input<P>,
     simplices: &Simplices<P>,
@@ -53,20 +57,24 @@ fn components<P: Triangulate>(
         })
         .collect();
     let mut defects = Vec::new();
-    let mut component_of = |at: P, piece: Piece| {
+    let mut component_of = |at: P, element: Element| {
         let at = scale(at, simplices.exponent);
         let place = match sides.locate(&simplices.points, at) {
             Some(Location::Component(0)) => Misplaced::Outside,
             Some(Location::Component(c)) => return Some(c as usize),
             Some(Location::Wall(_)) | None => Misplaced::OnBoundary,
         };
-        defects.push(Defect::Misplaced { piece, place, at: simplices.at(at) });
+        defects.push(Defect::Misplaced { element, place, at: simplices.at(at) });
         None
     };
     let holes: Vec<_> =
-        input.holes.iter().enumerate().map(|(i, &h)| component_of(h, Piece::Hole(i as u32))).collect();
-    let regions: Vec<_> =
-        input.regions.iter().enumerate().map(|(i, r)| component_of(r.at, Piece::Region(i as u32))).collect();
+        input.holes.iter().enumerate().map(|(i, &h)| component_of(h, Element::Hole(i as u32))).collect();
+    let regions: Vec<_> = input
+        .regions
+        .iter()
+        .enumerate()
+        .map(|(i, r)| component_of(r.at, Element::Region(i as u32)))
+        .collect();
     for hole in holes.into_iter().flatten() {
         components[hole].inside = false;
     }
@@ -75,8 +83,8 @@ fn components<P: Triangulate>(
         let at = simplices.at(scale(input.regions[i].at, simplices.exponent));
         match components[c].region {
             _ if !components[c].inside => {
-                let piece = Piece::Region(i as u32);
-                defects.push(Defect::Misplaced { piece, place: Misplaced::InHole, at });
+                let element = Element::Region(i as u32);
+                defects.push(Defect::Misplaced { element, place: Misplaced::InHole, at });
             }
             Some(first) => defects.push(Defect::SharedComponent { regions: [first, i as u32], at }),
             None => components[c].region = Some(i as u32),

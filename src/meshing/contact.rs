@@ -1,20 +1,23 @@
-//! Where pieces of a domain meet that must not.
+//! Contacts between elements of an input.
 //!
-//! **Statement.** The simplices are a complex iff no edge of a wall or segment meets a wall, and no segment
-//! meets another, beyond a common face, and no wall is there twice; [`crate::space`] has the argument. All pairs
-//! whose boxes meet are looked at.
+//! **Statement.** The simplices are a complex iff
+//! 1. no edge of a wall or segment meets a wall beyond a common face,
+//! 2. no segment meets another segment beyond a common face, and
+//! 3. no two walls coincide.
 //!
-//! **Work and depth.** `O(m log m + pairs)`, one parallel step over edges if it were charged; sequential here.
+//! [`crate::space`] gives the argument. All pairs whose boxes meet are tested.
+//!
+//! **Work and depth.** `O(m log m + pairs)`, sequential. Edges are independent of each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::bvh::{Bounds, Bvh};
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::facet::wall_edges;
 use crate::resolve::{Part, Simplices};
 use crate::space::{Space, edges_overlap};
 
-/// All forbidden meetings, each pair of pieces once.
+/// Returns all forbidden contacts, each pair of elements once.
 pub fn contacts<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
     let mut search = Search { simplices, edges: wall_edges::<P>(&simplices.walls), found: BTreeMap::new() };
     for part in &simplices.parts {
@@ -25,18 +28,18 @@ pub fn contacts<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
         search.parts_and_parts();
     }
     let mut defects = doubled(simplices);
-    defects.extend(search.found.into_iter().map(|(pieces, b)| {
+    defects.extend(search.found.into_iter().map(|(elements, b)| {
         let at = simplices.at((b.low + b.high) * 0.5);
-        Defect::Intersect { pieces, at }
+        Defect::Intersect { elements, at }
     }));
     defects
 }
 
 struct Search<'a, P: Space> {
     simplices: &'a Simplices<P>,
-    /// All edges, each with its walls.
+    /// All edges with their walls.
     edges: BTreeMap<[u32; 2], Vec<u32>>,
-    found: BTreeMap<[Piece; 2], Bounds<P>>,
+    found: BTreeMap<[Element; 2], Bounds<P>>,
 }
 
 impl<P: Space> Search<'_, P> {
@@ -61,28 +64,28 @@ impl<P: Space> Search<'_, P> {
                 &self.simplices.bounds(&edge),
                 &self.simplices.bounds(self.simplices.walls[wall as usize].as_ref()),
             );
-            let other = self.simplices.piece(wall);
-            let mut pieces: Vec<Piece> = owners.iter().map(|&w| self.simplices.piece(w)).collect();
+            let other = self.simplices.element(wall);
+            let mut elements: Vec<Element> = owners.iter().map(|&w| self.simplices.element(w)).collect();
             if owners.is_empty() {
-                pieces.extend(self.segment(edge));
+                elements.extend(self.segment(edge));
             }
-            for piece in pieces {
-                self.add(piece, other, bounds);
+            for element in elements {
+                self.add(element, other, bounds);
             }
         }
     }
 
-    /// The segment of the input that an edge is part of.
-    fn segment(&self, edge: [u32; 2]) -> Option<Piece> {
+    /// Returns the input segment that contains an edge.
+    fn segment(&self, edge: [u32; 2]) -> Option<Element> {
         let i = self.simplices.parts.binary_search_by_key(&edge, |p| p.ends).ok()?;
-        self.simplices.parts[i].of.first().map(|&of| Piece::Segment(of))
+        self.simplices.parts[i].of.first().map(|&of| Element::Segment(of))
     }
 
-    fn add(&mut self, a: Piece, b: Piece, bounds: Bounds<P>) {
+    fn add(&mut self, a: Element, b: Element, bounds: Bounds<P>) {
         self.found.entry([a.min(b), a.max(b)]).or_insert(bounds);
     }
 
-    /// Do an edge and a wall meet beyond their common face?
+    /// Returns `true` if an edge and a wall meet beyond their common face.
     fn beyond(&self, edge: [u32; 2], wall: u32) -> bool {
         let wall = self.simplices.walls[wall as usize];
         let corners = wall.as_ref();
@@ -100,7 +103,7 @@ impl<P: Space> Search<'_, P> {
         }
     }
 
-    /// Segments of space that are no edge of a wall, against each other.
+    /// Tests the segments of space that are not edges of walls against each other.
     fn parts_and_parts(&mut self) {
         let free = |p: &&Part| self.edges.get(&p.ends).is_none_or(Vec::is_empty);
         let parts: Vec<&Part> = self.simplices.parts.iter().filter(free).collect();
@@ -120,7 +123,7 @@ impl<P: Space> Search<'_, P> {
             }
         }
         for (a, b, bounds) in hits {
-            self.add(Piece::Segment(a), Piece::Segment(b), bounds);
+            self.add(Element::Segment(a), Element::Segment(b), bounds);
         }
     }
 
@@ -136,7 +139,7 @@ impl<P: Space> Search<'_, P> {
     }
 }
 
-/// Where two boxes that meet overlap.
+/// Returns the intersection of two boxes that meet.
 fn overlap<P: Space>(a: &Bounds<P>, b: &Bounds<P>) -> Bounds<P> {
     let mut both = *a;
     for i in 0..P::DIM {
@@ -146,7 +149,7 @@ fn overlap<P: Space>(a: &Bounds<P>, b: &Bounds<P>) -> Bounds<P> {
     both
 }
 
-/// Walls with the same vertices.
+/// Reports walls with the same vertices.
 fn doubled<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
     let mut by_vertices: BTreeMap<Vec<u32>, Vec<u32>> = BTreeMap::new();
     for (i, wall) in simplices.walls.iter().enumerate() {
@@ -157,9 +160,9 @@ fn doubled<P: Space>(simplices: &Simplices<P>) -> Vec<Defect> {
     let mut found = BTreeMap::new();
     for (vertices, walls) in &by_vertices {
         for pair in walls.windows(2) {
-            let pieces = [simplices.piece(pair[0]), simplices.piece(pair[1])];
-            found.entry(pieces).or_insert_with(|| simplices.place(vertices[0]));
+            let elements = [simplices.element(pair[0]), simplices.element(pair[1])];
+            found.entry(elements).or_insert_with(|| simplices.place(vertices[0]));
         }
     }
-    found.into_iter().map(|(pieces, at)| Defect::Doubled { pieces, at }).collect()
+    found.into_iter().map(|(elements, at)| Defect::Doubled { elements, at }).collect()
 }

@@ -1,12 +1,13 @@
-//! Walls in the order in which a line crosses them.
+//! The order in which a line crosses walls.
 //!
-//! **Statement.** A line crosses a wall at a point of it, so between the least and the largest coordinate of the wall's
-//! corners along any axis; and from one end of the line to the other each coordinate grows or falls. *So a wall whose
-//! coordinates along an axis all come before those of another is crossed before it:* a comparison of coordinates as given,
-//! with nothing rounded. Where they overlap the fractions of [`crate::exact`] decide. Both are the order of the same points
-//! on the line, so they agree, and it is one total order (walls crossed at one point by their numbers).
+//! **Statement.** Along any axis, the point at which a line crosses a wall lies between the smallest and the largest
+//! coordinate of the corners. From one end of the line to the other, each coordinate is monotone. *Hence, if all
+//! coordinates of a wall along an axis precede those of another wall, the line crosses it first.* This compares input
+//! coordinates without rounding. If the ranges overlap, the fractions of [`crate::exact`] decide. Both criteria order
+//! the same points on the line, so they agree. Together they give one total order. Walls crossed at the same point are
+//! ordered by index.
 //!
-//! **Work and depth.** O(1) a comparison; big numbers for walls that lie beside each other, made once a wall.
+//! **Work and depth.** O(1) per comparison. Big integers are needed for walls with overlapping ranges, once per wall.
 
 use std::cell::OnceCell;
 use std::cmp::Ordering;
@@ -15,7 +16,7 @@ use septet_geometry::point::Point;
 
 use crate::exact::Fraction;
 
-/// A segment that walls are crossed by, and the axis that it runs along most.
+/// The segment that crosses the walls, and its dominant axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line<P> {
     from: P,
@@ -30,13 +31,13 @@ impl<P: Point> Line<P> {
     }
 }
 
-/// A wall that a line crosses in its inside.
+/// A wall whose interior a line crosses.
 #[derive(Clone, Debug)]
 pub(crate) struct Met<P> {
     pub(crate) wall: u32,
     line: Line<P>,
     corners: Vec<P>,
-    /// The coordinates of its corners along the line's axis, all times -1 where the line falls.
+    /// The range of its corners along the axis of the line, with the sign flipped if the line descends.
     range: [f64; 2],
     place: OnceCell<Fraction>,
 }
@@ -56,7 +57,7 @@ impl<P: Point> Met<P> {
         self.place.get_or_init(|| Fraction::crossing(&self.corners, self.line.from, self.line.to))
     }
 
-    /// Which of two walls on the same line is crossed first?
+    /// Compares two walls on the same line by the order in which it crosses them.
     pub(crate) fn order(&self, other: &Self) -> Ordering {
         if self.range[1] < other.range[0] {
             Ordering::Less

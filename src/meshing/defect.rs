@@ -1,26 +1,26 @@
-//! What can be wrong with a domain.
+//! Defects of inputs.
 //!
-//! Every defect names the pieces at fault by their positions in the input, and a place. What is a defect
-//! depends on the [`Kind`](crate::input::Kind) of the input:
+//! Every defect gives the elements at fault, by their positions in the input, and a place. The
+//! [`Kind`](crate::input::Kind) of the input decides whether some properties are defects:
 //!
 //! | | complex | surface |
 //! | --- | --- | --- |
 //! | edge of one facet, dangling facet or segment | legal | [`OpenEdge`](Defect::OpenEdge) |
-//! | edge of three facets and more, several fans at a vertex | legal | not manifold |
+//! | edge of three or more facets, several fans at a vertex | legal | not manifold |
 //! | vertex on a segment or in a facet of others | legal, they are divided | [`Intersect`](Defect::Intersect) |
 //! | nothing is enclosed | [`Unclosed`](Defect::Unclosed) | follows from the open edges |
 //! | everything else below | defect | defect |
 
 use std::fmt;
 
-/// A piece of the input, by its position there.
+/// An element of the input, by its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Piece {
+pub enum Element {
     /// A point.
     Point(u32),
     /// An edge between two points: a listed segment, or an edge of a facet's polygon.
     Segment([u32; 2]),
-    /// A facet (of a surface: a face).
+    /// A facet. In a surface, a face.
     Facet(u32),
     /// A hole point.
     Hole(u32),
@@ -28,21 +28,21 @@ pub enum Piece {
     Region(u32),
 }
 
-impl Piece {
-    /// The piece in the numbering of a file that counts from `first_id`.
+impl Element {
+    /// Formats the element with the indices of a file that counts from `first_id`.
     pub fn in_file(self, first_id: u64) -> String {
         let id = |position: u32| u64::from(position) + first_id;
         match self {
-            Piece::Point(i) => format!("point {}", id(i)),
-            Piece::Segment([a, b]) => format!("segment {}-{}", id(a), id(b)),
-            Piece::Facet(i) => format!("facet {}", id(i)),
-            Piece::Hole(i) => format!("hole point {}", id(i)),
-            Piece::Region(i) => format!("region {}", id(i)),
+            Element::Point(i) => format!("point {}", id(i)),
+            Element::Segment([a, b]) => format!("segment {}-{}", id(a), id(b)),
+            Element::Facet(i) => format!("facet {}", id(i)),
+            Element::Hole(i) => format!("hole point {}", id(i)),
+            Element::Region(i) => format!("region {}", id(i)),
         }
     }
 }
 
-/// A place: 2 or 3 coordinates in the file's unit, rounded.
+/// A place: 2 or 3 coordinates in the unit of the file, rounded.
 #[derive(Clone, Debug, PartialEq, PartialOrd)]
 pub struct At(pub Vec<f64>);
 
@@ -56,165 +56,165 @@ impl fmt::Display for At {
     }
 }
 
-/// Where a hole point or region point stands that it must not.
+/// The reason why the place of a hole point or region point is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Misplaced {
     /// On a segment or facet.
     OnBoundary,
-    /// Outside of everything.
+    /// Outside the domain.
     Outside,
     /// A region point in a hole.
     InHole,
 }
 
-/// One thing wrong with a domain.
+/// A defect of an input.
 #[derive(Clone, Debug, PartialEq, PartialOrd)]
 #[non_exhaustive]
 pub enum Defect {
-    /// There are no points, or no facets and segments at all.
+    /// There are no facets and no segments.
     Empty,
-    /// Coordinates are not finite or spread too far for exact signs; the text says which.
+    /// Coordinates are not finite, or their range is too large for exact signs. The text gives the details.
     Range(String),
-    /// A piece names a point that is not there.
+    /// An element refers to a point that does not exist.
     NoSuchPoint {
-        /// The piece.
-        piece: Piece,
-        /// The position it names.
+        /// The element.
+        element: Element,
+        /// The position of the point.
         named: u64,
-        /// How many points there are.
+        /// The number of points.
         count: u64,
     },
-    /// Points with the same coordinates.
+    /// Several points have the same coordinates.
     Duplicate {
-        /// All of them, ascending.
+        /// These points, ascending.
         points: Vec<u32>,
-        /// Where.
+        /// Their coordinates.
         at: At,
     },
-    /// A segment with both ends in one point, or a facet without area.
+    /// A segment has both ends in one point, or a facet has no area.
     Degenerate {
-        /// The piece.
-        piece: Piece,
-        /// A corner of it.
+        /// The element.
+        element: Element,
+        /// One of its corners.
         at: At,
     },
-    /// A facet with a corner off the plane of the others.
+    /// A corner of a facet does not lie in the plane of the others.
     NotPlanar {
         /// The facet.
         facet: u32,
         /// The corner.
         point: u32,
-        /// Its distance from the plane of the first corners that span one.
+        /// Its distance from the plane of the first three corners that span one.
         distance: f64,
-        /// The corner's place.
+        /// The coordinates of the corner.
         at: At,
     },
-    /// A point that should lie in a hole of a facet, and does not.
+    /// A hole point of a facet does not lie in a hole.
     FacetHole {
         /// The facet.
         facet: u32,
-        /// Which of its hole points.
+        /// The index of the hole point within the facet.
         hole: u32,
-        /// Where it is.
+        /// Its coordinates.
         at: At,
     },
-    /// Two pieces cover the same place.
+    /// Two elements overlap.
     Doubled {
-        /// The pieces; the same facet twice if its polygons cover it twice.
-        pieces: [Piece; 2],
-        /// Where.
+        /// The elements. The same facet twice if its polygons overlap.
+        elements: [Element; 2],
+        /// A common place.
         at: At,
     },
-    /// Two pieces meet elsewhere than in common vertices and edges.
+    /// Two elements meet outside common vertices and edges.
     Intersect {
-        /// The pieces.
-        pieces: [Piece; 2],
-        /// About where.
+        /// The elements.
+        elements: [Element; 2],
+        /// An approximate common place.
         at: At,
     },
-    /// An edge of a surface with one face only.
+    /// An edge of a surface has only one face.
     OpenEdge {
         /// Its ends.
         ends: [u32; 2],
         /// The face.
         facet: u32,
-        /// Its middle.
+        /// Its midpoint.
         at: At,
     },
-    /// An edge of a surface with more than two faces.
+    /// An edge of a surface has more than two faces.
     NonManifoldEdge {
         /// Its ends.
         ends: [u32; 2],
         /// The faces.
         facets: Vec<u32>,
-        /// Its middle.
+        /// Its midpoint.
         at: At,
     },
-    /// A vertex of a surface where several fans of faces meet.
+    /// Several fans of faces meet at a vertex of a surface.
     NonManifoldVertex {
         /// The vertex.
         point: u32,
-        /// How many fans.
+        /// The number of fans.
         fans: u32,
-        /// Where.
+        /// Its coordinates.
         at: At,
     },
-    /// A piece that a surface must not have.
+    /// A surface contains an element that only complexes may have.
     Dangling {
-        /// The piece.
-        piece: Piece,
-        /// Where.
+        /// The element.
+        element: Element,
+        /// One of its points.
         at: At,
     },
-    /// Facets and segments that enclose nothing but holes.
+    /// The facets and segments enclose only holes.
     Unclosed,
-    /// A hole point or region point where it must not be.
+    /// The place of a hole point or region point is invalid.
     Misplaced {
         /// The hole or region.
-        piece: Piece,
-        /// Where it is.
+        element: Element,
+        /// The reason.
         place: Misplaced,
         /// Its coordinates.
         at: At,
     },
-    /// A shell so thin that its inside cannot be told from its outside.
+    /// A shell is so thin that no line in general position passes through it.
     TooThin {
-        /// A facet or segment of it.
-        piece: Piece,
-        /// Where.
+        /// A facet or segment of the shell.
+        element: Element,
+        /// One of its points.
         at: At,
     },
-    /// Two regions that nothing separates.
+    /// No wall separates two regions.
     SharedComponent {
         /// The regions.
         regions: [u32; 2],
-        /// The point of the second.
+        /// The point of the second region.
         at: At,
     },
 }
 
 impl Defect {
-    /// The defect in the numbering of a file that counts from `first_id`.
+    /// Formats the defect with the indices of a file that counts from `first_id`.
     pub fn in_file(&self, first_id: u64) -> InFile<'_> {
         InFile { defect: self, first_id }
     }
 
-    /// The kind of defect in a few words, for counts.
+    /// Returns the kind of defect in a few words, for counts.
     pub fn kind(&self) -> &'static str {
         match self {
             Defect::Empty => "empty domain",
             Defect::Range(_) => "coordinates out of range",
             Defect::NoSuchPoint { .. } => "index out of range",
             Defect::Duplicate { .. } => "duplicate points",
-            Defect::Degenerate { .. } => "degenerate piece",
+            Defect::Degenerate { .. } => "degenerate element",
             Defect::NotPlanar { .. } => "facet not planar",
             Defect::FacetHole { .. } => "misplaced hole point of a facet",
-            Defect::Doubled { .. } => "doubled piece",
+            Defect::Doubled { .. } => "doubled element",
             Defect::Intersect { .. } => "intersection",
             Defect::OpenEdge { .. } => "open edge",
             Defect::NonManifoldEdge { .. } => "edge not manifold",
             Defect::NonManifoldVertex { .. } => "vertex not manifold",
-            Defect::Dangling { .. } => "dangling piece",
+            Defect::Dangling { .. } => "dangling element",
             Defect::Unclosed => "nothing enclosed",
             Defect::Misplaced { .. } => "misplaced hole or region point",
             Defect::TooThin { .. } => "thin shell",
@@ -229,7 +229,7 @@ impl fmt::Display for Defect {
     }
 }
 
-/// A defect that speaks in the numbering of its file.
+/// A defect that is displayed with the indices of its file.
 #[derive(Clone, Copy, Debug)]
 pub struct InFile<'a> {
     defect: &'a Defect,
@@ -241,8 +241,8 @@ impl InFile<'_> {
         u64::from(position) + self.first_id
     }
 
-    fn piece(&self, piece: Piece) -> String {
-        piece.in_file(self.first_id)
+    fn element(&self, element: Element) -> String {
+        element.in_file(self.first_id)
     }
 
     fn list(&self, ids: &[u32]) -> String {
@@ -255,22 +255,22 @@ impl fmt::Display for InFile<'_> {
         match self.defect {
             Defect::Empty => write!(f, "no facets and no segments: a domain needs a boundary"),
             Defect::Range(text) => f.write_str(text),
-            Defect::NoSuchPoint { piece, named, count } => write!(
+            Defect::NoSuchPoint { element, named, count } => write!(
                 f,
-                "{} names point {}, but there are {count} points",
-                self.piece(*piece),
+                "{} refers to point {}, but there are {count} points",
+                self.element(*element),
                 named + self.first_id
             ),
             Defect::Duplicate { points, at } => {
                 write!(f, "points {} have the same coordinates {at}", self.list(points))
             }
-            Defect::Degenerate { piece, at } => {
-                let lacks = if matches!(piece, Piece::Segment(_)) { "length" } else { "area" };
-                write!(f, "{} has no {lacks}, at {at}", self.piece(*piece))
+            Defect::Degenerate { element, at } => {
+                let missing = if matches!(element, Element::Segment(_)) { "length" } else { "area" };
+                write!(f, "{} has no {missing}, at {at}", self.element(*element))
             }
             Defect::NotPlanar { facet, point, distance, at } => write!(
                 f,
-                "facet {} is not planar: point {} at {at} is {distance:e} off its plane",
+                "facet {} is not planar: point {} at {at} is at distance {distance:e} from its plane",
                 self.id(*facet),
                 self.id(*point)
             ),
@@ -280,11 +280,11 @@ impl fmt::Display for InFile<'_> {
                 self.id(*hole),
                 self.id(*facet)
             ),
-            Defect::Doubled { pieces: [a, b], at } => {
-                write!(f, "{} and {} cover the same place, at {at}", self.piece(*a), self.piece(*b))
+            Defect::Doubled { elements: [a, b], at } => {
+                write!(f, "{} and {} overlap at {at}", self.element(*a), self.element(*b))
             }
-            Defect::Intersect { pieces: [a, b], at } => {
-                write!(f, "{} and {} intersect, near {at}", self.piece(*a), self.piece(*b))
+            Defect::Intersect { elements: [a, b], at } => {
+                write!(f, "{} and {} intersect, near {at}", self.element(*a), self.element(*b))
             }
             _ => self.surface(f),
         }
@@ -292,12 +292,12 @@ impl fmt::Display for InFile<'_> {
 }
 
 impl InFile<'_> {
-    /// Defects of surfaces and of what they enclose.
+    /// Formats the defects of surfaces and of their components.
     fn surface(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.defect {
             Defect::OpenEdge { ends, facet, at } => write!(
                 f,
-                "the surface is open: edge {}-{} at {at} has only facet {}",
+                "the surface is open: edge {}-{} at {at} belongs only to facet {}",
                 self.id(ends[0]),
                 self.id(ends[1]),
                 self.id(*facet)
@@ -313,20 +313,24 @@ impl InFile<'_> {
             Defect::NonManifoldVertex { point, fans, at } => {
                 write!(f, "point {} at {at} joins {fans} fans of facets", self.id(*point))
             }
-            Defect::Dangling { piece, at } => {
-                write!(f, "{} at {at} dangles from a closed surface", self.piece(*piece))
+            Defect::Dangling { element, at } => {
+                write!(f, "{} at {at} is a dangling element of a closed surface", self.element(*element))
             }
-            Defect::Unclosed => write!(f, "the facets and segments enclose nothing that is not a hole"),
-            Defect::Misplaced { piece, place, at } => {
+            Defect::Unclosed => write!(f, "the facets and segments enclose only holes"),
+            Defect::Misplaced { element, place, at } => {
                 let place = match place {
                     Misplaced::OnBoundary => "lies on a segment or facet",
-                    Misplaced::Outside => "lies outside of the domain",
+                    Misplaced::Outside => "lies outside the domain",
                     Misplaced::InHole => "lies in a hole",
                 };
-                write!(f, "{} at {at} {place}", self.piece(*piece))
+                write!(f, "{} at {at} {place}", self.element(*element))
             }
-            Defect::TooThin { piece, at } => {
-                write!(f, "{} at {at} belongs to a shell too thin to have an inside", self.piece(*piece))
+            Defect::TooThin { element, at } => {
+                write!(
+                    f,
+                    "{} at {at} belongs to a shell that is too thin to have an interior",
+                    self.element(*element)
+                )
             }
             Defect::SharedComponent { regions: [a, b], at } => write!(
                 f,

@@ -1,15 +1,16 @@
 //! Distances to features, and the local feature size.
 //!
 //! **Statement.** `lfs(x)` is the radius of the smallest ball around `x` that meets two disjoint features (Ruppert
-//! 1995). Features are met in the order of their distance; the first that is disjoint from one met before it ends
-//! the search, and its distance is `lfs(x)`. (It is not the second nearest of all, nor the nearest that is disjoint
-//! from the nearest: near the middle of a short segment the two are its ends.) `lfs` is positive and 1-Lipschitz.
+//! 1995). The search visits features in the order of their distance. It ends at the first feature that is disjoint from
+//! a feature visited before, and the distance of that feature is `lfs(x)`. Neither the second nearest feature nor the
+//! nearest feature disjoint from the nearest one would suffice. Near the middle of a short segment, for example, the
+//! two features are its ends. `lfs` is positive and 1-Lipschitz.
 //!
-//! A facet's distance is the least one of its triangles.
+//! The distance of a facet is the smallest distance of its triangles.
 //!
-//! **Work and depth.** A query meets the features inside the ball and their boxes.
+//! **Work and depth.** A query visits the features that meet the ball, and their boxes.
 //!
-//! Distances are rounded (relative error of a few units in the last place of the coordinates' differences).
+//! Distances are rounded. Their relative error is a few units in the last place of the differences of coordinates.
 
 use septet_geometry::point::Point;
 
@@ -17,56 +18,56 @@ use crate::bvh::{Bounds, Bvh};
 use crate::domain::{Domain, Feature};
 use crate::space::Space;
 
-/// A simplex that belongs to a feature: one, two or three vertices.
+/// A simplex of a feature, with one, two or three vertices.
 #[derive(Clone, Copy, Debug)]
 struct Item {
-    /// The number of the feature.
+    /// The index of the feature.
     feature: u32,
     vertices: [u32; 3],
     len: usize,
-    /// The wall that it is; `u32::MAX` if it is none, or not known as one.
+    /// The index of the wall that equals the simplex, or `u32::MAX` for simplices without a known wall.
     wall: u32,
 }
 
-/// A feature met at a distance.
+/// A feature found by a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Met {
     /// The feature.
     pub feature: Feature,
-    /// The distance, in scaled coordinates.
+    /// Its distance, in scaled coordinates.
     pub distance: f64,
 }
 
-/// What the local feature size at a point is, and why.
+/// The local feature size at a point, and the features that determine it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalSize {
     /// The radius; infinite if no two features are disjoint.
     pub radius: f64,
-    /// The two disjoint features, the nearer one first.
+    /// The two disjoint features, the nearer one first. `None` if the radius is infinite.
     pub features: Option<[Feature; 2]>,
 }
 
 /// The features of a domain, ready for queries.
 #[derive(Clone, Debug)]
 pub struct Features<P: Space> {
-    /// All features in order: corners, segments, facets.
+    /// All features, in the order corners, segments, facets.
     all: Vec<Feature>,
-    /// The corners of each, ascending.
+    /// The corners of each feature, ascending.
     corners: Vec<Vec<u32>>,
     items: Vec<Item>,
     shapes: Vec<Shape<P>>,
     tree: Bvh<P>,
-    /// Are these all features of a domain?
+    /// Whether these are all features of a domain.
     whole: bool,
 }
 
-/// A simplex by its coordinates.
+/// A simplex given by its coordinates.
 #[derive(Clone, Copy, Debug)]
 struct Shape<P> {
-    /// Its corners; beyond their number the last one again.
+    /// Its corners. The last corner fills unused entries.
     corners: [P; 3],
     len: usize,
-    /// A ball that holds it.
+    /// The centre and radius of a ball that contains it.
     centre: P,
     radius: f64,
 }
@@ -79,23 +80,23 @@ impl<P: Point> Shape<P> {
         Shape { corners, len, centre, radius: reach2.sqrt() * ROUNDING }
     }
 
-    /// Is it farther than a distance for certain?
+    /// Returns `true` if the simplex is certainly farther than a distance.
     fn is_beyond(&self, q: P, distance: f64) -> bool {
         let reach = (distance + self.radius) * ROUNDING;
         (q - self.centre).norm2() > reach * reach
     }
 }
 
-/// What is said to be beyond a distance is beyond it by this factor, so that rounding does not matter.
+/// The factor by which [`Shape::is_beyond`] widens its comparisons because of rounding.
 const ROUNDING: f64 = 1.0 + 1e-12;
 
-/// The simplices by their coordinates.
+/// Returns the simplices with their coordinates.
 fn shapes<P: Point>(points: &[P], items: &[Item]) -> Vec<Shape<P>> {
     items.iter().map(|i| Shape::new(i.vertices.map(|v| points[v as usize]), i.len)).collect()
 }
 
 impl<P: Space> Features<P> {
-    /// All features.
+    /// Collects all features of a domain.
     pub fn new(domain: &Domain<P>) -> Self {
         let all: Vec<Feature> = domain.features().collect();
         let corners = all.iter().map(|&f| domain.corners_of(f)).collect();
@@ -123,7 +124,8 @@ impl<P: Space> Features<P> {
         Features { shapes: shapes(domain.points(), &items), all, corners, items, tree, whole: true }
     }
 
-    /// Corners (one vertex) and chains of edges (more), each with its name. Two are disjoint if they share no end.
+    /// Builds features from named corners (one vertex) and chains of edges (several). Two are disjoint if they share no
+    /// end.
     pub fn of_chains(domain: &Domain<P>, chains: Vec<(Feature, Vec<u32>)>) -> Self {
         let (mut all, mut corners, mut items) = (Vec::new(), Vec::new(), Vec::new());
         for (number, (feature, chain)) in (0u32..).zip(chains) {
@@ -142,32 +144,32 @@ impl<P: Space> Features<P> {
         Features { shapes: shapes(domain.points(), &items), all, corners, items, tree, whole: false }
     }
 
-    /// Are these all features of the domain that they were made of?
+    /// Returns `true` if these are all features of their domain.
     pub fn is_whole(&self) -> bool {
         self.whole
     }
 
-    /// How many simplices the features are made of.
+    /// Returns the number of simplices of all features.
     pub fn item_count(&self) -> u32 {
         self.items.len() as u32
     }
 
-    /// The number of the feature that a simplex belongs to.
+    /// Returns the index of the feature of a simplex.
     pub fn feature_of(&self, item: u32) -> u32 {
         self.items[item as usize].feature
     }
 
-    /// The feature of a number.
+    /// Returns the feature with an index.
     pub fn feature(&self, number: u32) -> Feature {
         self.all[number as usize]
     }
 
-    /// The wall that a simplex is, if it is one of a facet's.
+    /// Returns the wall that equals a simplex, if the simplex belongs to a facet.
     pub fn wall(&self, item: u32) -> Option<u32> {
         Some(self.items[item as usize].wall).filter(|&w| w != u32::MAX)
     }
 
-    /// Have two features, by their numbers, no point in common?
+    /// Returns `true` if two features, given by index, have no common point.
     pub fn are_disjoint(&self, a: u32, b: u32) -> bool {
         let (mut few, mut many) = (&self.corners[a as usize][..], &self.corners[b as usize][..]);
         if few.len() > many.len() {
@@ -179,7 +181,7 @@ impl<P: Space> Features<P> {
         few.iter().all(|v| many.binary_search(v).is_err())
     }
 
-    /// The point of a simplex closest to `q`, rounded.
+    /// Returns the point of a simplex closest to `q`, rounded.
     pub fn closest(&self, item: u32, q: P) -> P {
         let Shape { corners: [a, b, c], len, .. } = self.shapes[item as usize];
         match len {
@@ -189,29 +191,30 @@ impl<P: Space> Features<P> {
         }
     }
 
-    /// Is a simplex farther than a distance for certain? A test by its ball; "no" says nothing.
+    /// Returns `true` if the ball of a simplex shows that it is farther than a distance. The answer `false` is
+    /// inconclusive.
     pub fn is_beyond(&self, item: u32, q: P, distance: f64) -> bool {
         self.shapes[item as usize].is_beyond(q, distance)
     }
 
-    /// The middle of a simplex: the mean of its vertices, rounded.
+    /// Returns the centroid of a simplex, rounded.
     pub fn middle(&self, item: u32) -> P {
         let Shape { corners, len, .. } = self.shapes[item as usize];
         corners[..len].iter().fold(P::splat(0.0), |sum, &c| sum + c) / len as f64
     }
 
-    /// The squared distance to a simplex.
+    /// Returns the squared distance to a simplex.
     pub fn dist2(&self, item: u32, q: P) -> f64 {
         (q - self.closest(item, q)).norm2()
     }
 
-    /// The distance to one feature.
+    /// Returns the distance to one feature.
     pub fn distance(&self, feature: Feature, q: P) -> f64 {
         let own = (0..self.item_count()).filter(|&i| self.feature(self.feature_of(i)) == feature);
         own.map(|i| self.dist2(i, q)).min_by(f64::total_cmp).map_or(f64::INFINITY, f64::sqrt)
     }
 
-    /// Visits features from the nearest on, each once, until `visit` answers `false`.
+    /// Visits each feature once, in ascending order of distance, until `visit` returns `false`.
     pub fn nearest(&self, q: P, mut visit: impl FnMut(Met) -> bool) {
         let mut seen = Vec::new();
         let dist2 = |i| self.dist2(i, q);
@@ -225,7 +228,7 @@ impl<P: Space> Features<P> {
         });
     }
 
-    /// The local feature size.
+    /// Returns the local feature size.
     pub fn local_size(&self, q: P) -> LocalSize {
         let mut found = None;
         let mut search = Search::default();
@@ -240,21 +243,22 @@ impl<P: Space> Features<P> {
         })
     }
 
-    /// The box of all features.
+    /// Returns the bounding box of all features.
     pub fn bounds(&self) -> Bounds<P> {
         self.tree.bounds()
     }
 }
 
-/// The search for two disjoint features among simplices that are met in the order of their distance.
+/// The search for two disjoint features among simplices visited in the order of their distance.
 #[derive(Clone, Debug, Default)]
 pub struct Search {
-    /// The first simplex of each feature met.
+    /// The first visited simplex of each feature.
     met: Vec<u32>,
 }
 
 impl Search {
-    /// Meets a simplex; answers with the first one met whose feature is disjoint from its, and it.
+    /// Visits a simplex. If its feature is disjoint from one visited before, returns the first such simplex and this
+    /// one.
     pub fn meet<P: Space>(&mut self, features: &Features<P>, item: u32) -> Option<[u32; 2]> {
         let number = features.feature_of(item);
         if self.met.iter().any(|&i| features.feature_of(i) == number) {
@@ -266,15 +270,15 @@ impl Search {
     }
 }
 
-/// The point of a closed segment closest to `q`.
+/// Returns the point of a closed segment closest to `q`.
 pub fn closest_on_segment<P: Point>(a: P, b: P, q: P) -> P {
     let (d, e) = (b - a, q - a);
     let t = (e.dot(d) / d.norm2()).clamp(0.0, 1.0);
-    // From the nearer end, so that an end is met exactly.
+    // Starting from the nearer end makes the result exact at the ends.
     if t <= 0.5 { a + d * t } else { b - d * (1.0 - t) }
 }
 
-/// The point of a closed triangle closest to `q`.
+/// Returns the point of a closed triangle closest to `q`.
 pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
     let (u, v, e) = (b - a, c - a, q - a);
     let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
@@ -289,12 +293,12 @@ pub fn closest_on_triangle<P: Point>(a: P, b: P, c: P, q: P) -> P {
     let nearer = |p: P, r: P| if (q - r).norm2() < (q - p).norm2() { r } else { p };
     let edges = [(b, c), (c, a)].map(|(s, t)| closest_on_segment(s, t, q));
     let best = edges.into_iter().fold(closest_on_segment(a, b, q), nearer);
-    // Of a thin triangle x and y can be far off; what they name is in the triangle all the same, and the edges
-    // are close.
+    // In a thin triangle, x and y may have large errors. The foot that they give still lies in the triangle, and the
+    // closest point of the edges is near.
     if inside { nearer(best, foot) } else { best }
 }
 
-/// The squared sine below which an angle of a triangle is taken for thin: above, x and y are good to 1e-12.
+/// The squared sine of an angle below which a triangle counts as thin. Above it, x and y are accurate to 1e-12.
 const THIN: f64 = 1e-4;
 
 #[cfg(test)]
@@ -325,15 +329,15 @@ mod tests {
                 prop_assert!(distance <= there.distance(q) + 1e-11);
             }
             let normal = (b - a).cross(c - a);
-            let beside = |p: DVec3, r: DVec3| (r - p).cross(found - p).dot(normal) / normal.length_squared();
+            let side = |p: DVec3, r: DVec3| (r - p).cross(found - p).dot(normal) / normal.length_squared();
             for (p, r) in [(a, b), (b, c), (c, a)] {
-                prop_assert!(beside(p, r) >= -1e-6 && (found - p).dot(normal).abs() <= 1e-9 * normal.length());
+                prop_assert!(side(p, r) >= -1e-6 && (found - p).dot(normal).abs() <= 1e-9 * normal.length());
             }
         }
 
         /// What is said to be beyond a distance is.
         #[test]
-        fn beyond_is_beyond(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
+        fn is_beyond_is_certain(corners in [place(), place(), place()], len in 1usize..4, q in place(), far in 0.0..3.0f64) {
             let mut corners = corners;
             let last = corners[len - 1];
             corners[len - 1..].fill(last);

@@ -1,16 +1,15 @@
-//! Domains: corners, segments and facets with who meets whom.
+//! Domains: corners, segments and facets with their incidences.
 //!
-//! **Statement.** A *feature* is a corner, a segment (closed) or a facet (closed). In a complex the pieces of a file
-//! are features as they stand, segments divided at every vertex on them. Triangles of a surface are joined into one
-//! facet where they share an edge and are exactly coplanar; every other edge is part of a segment, and edges in
-//! a row on one line between the same facets are one segment. Vertices in the middle of such a facet or segment
-//! are not corners.
+//! **Statement.** A *feature* is a corner, a segment (closed) or a facet (closed). The features of a complex are the
+//! elements of the file, with segments divided at every vertex on them. In a surface, coplanar triangles that share an
+//! edge are joined into one facet (exact test). Every other edge is part of a segment. Consecutive collinear edges
+//! between the same facets form one segment. Vertices inside such a facet or segment are not corners.
 //!
-//! Two features share a point iff they share a corner: in a simplicial complex they share a face, so a vertex;
-//! a vertex that is not a corner lies in one facet, or in one segment and the facets around it, and these have
-//! the ends of that segment in common.
+//! *Two features share a point iff they share a corner.* Two features of a simplicial complex that share a point share
+//! a face, hence a vertex. A vertex that is not a corner lies in one facet, or in one segment and the facets around it.
+//! All of these contain the ends of that segment.
 //!
-//! What lies outside the domain and in holes on both sides is no feature; it is listed.
+//! Elements with no part of the domain on either side are not features. They are listed as left out.
 //!
 //! **Work and depth.** `O(m log m)`.
 
@@ -18,14 +17,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use septet_geometry::predicates::{Sign, orientation};
 
-use crate::defect::Piece;
+use crate::defect::Element;
 use crate::facet::wall_edges;
 use crate::input::{Input, Kind, Region};
 use crate::resolve::Simplices;
 use crate::sides::{Location, Sets, Sides};
 use crate::space::{Space, on_segment};
 
-/// A piece of the domain that points may not come close to without reason.
+/// A part of the domain's boundary from which points must keep a distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Feature {
     /// Position in [`Domain::corners`].
@@ -39,16 +38,16 @@ pub enum Feature {
 /// A straight segment between two corners.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Segment {
-    /// The vertices on it in order; the first and the last are its corners.
+    /// The vertices on the segment, in order. The first and the last are its corners.
     pub chain: Vec<u32>,
-    /// The facets that hold it, ascending.
+    /// The facets that contain it, ascending.
     pub facets: Vec<u32>,
-    /// The marker of the input, 0 if there is none.
+    /// The marker of the input, or 0.
     pub marker: i64,
 }
 
 impl Segment {
-    /// The vertices at its ends.
+    /// Returns the vertices at its ends.
     pub fn ends(&self) -> [u32; 2] {
         [self.chain[0], self.chain[self.chain.len() - 1]]
     }
@@ -59,22 +58,22 @@ impl Segment {
 pub struct Facet {
     /// Its triangles, as positions in [`Domain::walls`], ascending.
     pub walls: Vec<u32>,
-    /// The vertices that are corners, on its boundary and inside of it, ascending.
+    /// The vertices that are corners, on its boundary and inside it, ascending.
     pub corners: Vec<u32>,
-    /// The segments on its boundary: the facet lies on one side of them.
+    /// The segments on its boundary. The facet lies on one side of each.
     pub boundary: Vec<u32>,
-    /// The segments inside of it.
+    /// The segments inside it.
     pub internal: Vec<u32>,
-    /// The facets of the input that it is made of, ascending.
+    /// The input facets that it consists of, ascending.
     pub of: Vec<u32>,
-    /// The marker of the input, 0 if there is none.
+    /// The marker of the input, or 0.
     pub marker: i64,
 }
 
-/// A component of the space without its walls.
+/// A component of the complement of the walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Component {
-    /// Is it part of the domain?
+    /// Whether it is part of the domain.
     pub inside: bool,
     /// Its region in the input.
     pub region: Option<u32>,
@@ -85,28 +84,28 @@ pub struct Component {
 /// A domain without defects.
 #[derive(Clone, Debug)]
 pub struct Domain<P: Space> {
-    /// What it was read as.
+    /// The kind of the input.
     pub kind: Kind,
     /// The simplices that the features are made of.
     pub simplices: Simplices<P>,
-    /// What the walls enclose.
+    /// The components on the sides of the walls.
     pub sides: Sides<P>,
-    /// The components; 0 is the unbounded one.
+    /// The components. Component 0 is unbounded.
     pub components: Vec<Component>,
     /// Vertices that are corners, ascending.
     pub corners: Vec<u32>,
     /// The segments, ascending by their chains.
     pub segments: Vec<Segment>,
-    /// The facets, ascending by their walls; none in the plane.
+    /// The facets, ascending by their walls. Empty in the plane.
     pub facets: Vec<Facet>,
     /// The regions of the input.
     pub regions: Vec<Region<P>>,
-    /// Pieces of the input that lie outside the domain or in its holes and bound nothing.
-    pub left_out: Vec<Piece>,
+    /// Input elements that lie outside the domain or in its holes.
+    pub left_out: Vec<Element>,
 }
 
 impl<P: Space> Domain<P> {
-    /// Makes features of simplices that are a complex.
+    /// Builds features from the simplices of a complex.
     pub(crate) fn new(
         input: &Input<P>,
         simplices: Simplices<P>,
@@ -129,17 +128,18 @@ impl<P: Space> Domain<P> {
         domain
     }
 
-    /// All points times the power of two of [`Simplices::exponent`].
+    /// Returns all points, scaled by the power of two of [`Simplices::exponent`].
     pub fn points(&self) -> &[P] {
         &self.simplices.points
     }
 
-    /// The simplices of one dimension less than the space: triangles of facets, pieces of segments.
+    /// Returns the simplices of codimension one: triangles of facets, or subsegments in the plane.
     pub fn walls(&self) -> &[P::Facet] {
         &self.simplices.walls
     }
 
-    /// The vertices of the walls of all facets, by facets; in space, where they are triangles.
+    /// Returns the vertices of the walls of all facets, in the order of the facets. Only for space, where walls are
+    /// triangles.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         let walls = self.facets.iter().flat_map(|f| &f.walls);
         let corners = |&w: &u32| {
@@ -149,12 +149,12 @@ impl<P: Space> Domain<P> {
         walls.map(corners).collect()
     }
 
-    /// Has the wall a part of the domain beside it?
+    /// Returns `true` if the domain lies on at least one side of the wall.
     pub fn bounds_inside(&self, wall: u32) -> bool {
-        self.sides.beside(wall).iter().any(|&c| self.components[c as usize].inside)
+        self.sides.components_at(wall).iter().any(|&c| self.components[c as usize].inside)
     }
 
-    /// The facet group of every wall: joined where a surface is flat.
+    /// Returns the facet group of every wall. Coplanar adjacent walls of a surface are joined.
     fn groups(&self, edges: &BTreeMap<[u32; 2], Vec<u32>>, live: &[bool], input: &Input<P>) -> Vec<u32> {
         let mut sets = Sets::new(self.walls().len());
         if P::DIM == 2 {
@@ -180,7 +180,7 @@ impl<P: Space> Domain<P> {
         (0..self.walls().len() as u32).map(|w| sets.find(w)).collect()
     }
 
-    /// The edges that belong to segments, with the groups around them and their markers.
+    /// Returns the edges that belong to segments, with the groups around them and their markers.
     fn segment_edges(
         &self,
         edges: &BTreeMap<[u32; 2], Vec<u32>>,
@@ -201,13 +201,13 @@ impl<P: Space> Domain<P> {
         found
     }
 
-    /// Does the domain hold the middle of an edge that is part of no wall?
+    /// Returns `true` if the domain contains the middle of an edge that is not part of a wall.
     fn holds(&self, [a, b]: [u32; 2]) -> bool {
         let (p, q) = (self.points()[a as usize], self.points()[b as usize]);
         [0.5, 0.25, 0.75].into_iter().any(|t| self.is_inside(p + (q - p) * t))
     }
 
-    /// Does the point lie strictly inside the domain?
+    /// Returns `true` if the point lies strictly inside the domain.
     pub fn is_inside(&self, q: P) -> bool {
         match self.sides.locate(self.points(), q) {
             Some(Location::Component(c)) => self.components[c as usize].inside,
@@ -215,12 +215,13 @@ impl<P: Space> Domain<P> {
         }
     }
 
-    /// Does a point lie strictly inside, if a wall of the domain can be seen from it, past its own plane?
+    /// Returns `true` if a point lies strictly inside. No other wall may lie between the point and the given wall, and
+    /// the point must not lie in the plane of that wall.
     pub fn is_inside_by(&self, wall: u32, q: P) -> bool {
         self.components[self.sides.towards(self.points(), wall, q) as usize].inside
     }
 
-    /// Joins edges in a row into segments.
+    /// Joins consecutive edges into segments.
     fn make_segments(&mut self, edges: &BTreeMap<[u32; 2], (BTreeSet<u32>, i64)>) {
         let mut at: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
         for edge in edges.keys() {
@@ -318,28 +319,28 @@ impl<P: Space> Domain<P> {
     fn note_left_out(&mut self, live: &[bool]) {
         let mut out = BTreeSet::new();
         for wall in (0..live.len() as u32).filter(|&w| !live[w as usize]) {
-            out.insert(self.simplices.piece(wall));
+            out.insert(self.simplices.element(wall));
         }
         if P::DIM == 3 {
             let edges = wall_edges::<P>(self.walls());
             let kept: BTreeSet<[u32; 2]> = self.segments.iter().map(Segment::ends).collect();
             for part in self.simplices.parts.iter().filter(|p| !edges.contains_key(&p.ends)) {
                 if !kept.contains(&part.ends) {
-                    out.insert(Piece::Segment(part.of[0]));
+                    out.insert(Element::Segment(part.of[0]));
                 }
             }
         }
         self.left_out = out.into_iter().collect();
     }
 
-    /// All features: corners, segments, facets.
+    /// Returns all features: corners, segments, facets.
     pub fn features(&self) -> impl Iterator<Item = Feature> + use<P> {
         let corners = (0..self.corners.len() as u32).map(Feature::Corner);
         let segments = (0..self.segments.len() as u32).map(Feature::Segment);
         corners.chain(segments).chain((0..self.facets.len() as u32).map(Feature::Facet))
     }
 
-    /// The vertices of a feature that are corners, ascending.
+    /// Returns the vertices of a feature that are corners, ascending.
     pub fn corners_of(&self, feature: Feature) -> Vec<u32> {
         match feature {
             Feature::Corner(c) => vec![self.corners[c as usize]],
@@ -352,7 +353,7 @@ impl<P: Space> Domain<P> {
         }
     }
 
-    /// Have the features no point in common?
+    /// Returns `true` if the features have no common point.
     pub fn are_disjoint(&self, a: Feature, b: Feature) -> bool {
         let (mut few, mut many) = (self.corners_of(a), self.corners_of(b));
         if few.len() > many.len() {
@@ -361,7 +362,7 @@ impl<P: Space> Domain<P> {
         few.iter().all(|v| many.binary_search(v).is_err())
     }
 
-    /// The segments at every corner, by the corner's vertex.
+    /// Returns the segments at every corner, by the vertex of the corner.
     pub fn segments_at(&self) -> BTreeMap<u32, Vec<u32>> {
         let mut at: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for (i, segment) in self.segments.iter().enumerate() {
@@ -372,7 +373,7 @@ impl<P: Space> Domain<P> {
         at
     }
 
-    /// Area or volume of the domain in scaled coordinates, rounded.
+    /// Returns the area or volume of the domain in scaled coordinates, rounded.
     pub fn measure(&self) -> f64 {
         self.components.iter().filter(|c| c.inside).map(|c| c.measure).sum()
     }

@@ -1,17 +1,17 @@
-//! The order of crossings along a line, in integers.
+//! The exact order of crossings along a line, with big integers.
 //!
-//! **Statement.** Where the segment from `p` to `q` crosses the plane of a wall, its parameter is
-//! `o(p) / (o(p) - o(q))` with `o` the wall's orientation determinant. Coordinates times one power of two are
-//! integers, so parameters are fractions and compare exactly.
+//! **Statement.** The segment from `p` to `q` crosses the plane of a wall at the parameter `o(p) / (o(p) - o(q))`,
+//! where `o` is the orientation determinant of the wall. Multiplied by a common power of two, the coordinates are
+//! integers. Hence parameters are fractions that can be compared exactly.
 //!
-//! **Work and depth.** O(1) big-number operations a comparison.
+//! **Work and depth.** O(1) operations on big integers per comparison.
 
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 use septet_geometry::point::Point;
 
-/// `x = m 2^e`.
+/// Splits `x` into `m` and `e` with `x = m 2^e`.
 pub(crate) fn split(x: f64) -> (i64, i32) {
     let bits = x.to_bits();
     let biased = ((bits >> 52) & 0x7ff) as i32;
@@ -20,7 +20,7 @@ pub(crate) fn split(x: f64) -> (i64, i32) {
     (if x < 0.0 { -m } else { m }, e)
 }
 
-/// Coordinates as integers, all times one power of two.
+/// Converts coordinates to integers, with a common power of two as factor.
 pub(crate) fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
     let parts = |p: &P| (0..P::DIM).map(|i| split(p.coord(i))).collect::<Vec<_>>();
     let all: Vec<Vec<(i64, i32)>> = points.iter().map(parts).collect();
@@ -29,7 +29,7 @@ pub(crate) fn integers<P: Point>(points: &[P]) -> Vec<Vec<BigInt>> {
     all.iter().map(|p| p.iter().map(whole).collect()).collect()
 }
 
-/// The orientation determinant of differences: rows `wall[1..] - wall[0]` and `q - wall[0]`.
+/// Returns the orientation determinant with the rows `wall[1..] - wall[0]` and `q - wall[0]`.
 pub(crate) fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
     let minus = |a: &[BigInt]| a.iter().zip(&wall[0]).map(|(a, o)| a - o).collect::<Vec<_>>();
     let a = minus(&wall[1]);
@@ -43,12 +43,13 @@ pub(crate) fn determinant(wall: &[Vec<BigInt>], q: &[BigInt]) -> BigInt {
         + &c[2] * (&a[0] * &b[1] - &a[1] * &b[0])
 }
 
-/// A place on a line: `numerator / denominator`, the denominator positive.
+/// A parameter on a line: numerator and positive denominator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fraction(BigInt, BigInt);
 
 impl Fraction {
-    /// Where the segment from `p` to `q`, whose ends lie on different sides of the plane of `wall`, crosses it.
+    /// Returns the parameter at which the segment from `p` to `q` crosses the plane of `wall`. The ends lie on
+    /// different sides of the plane.
     pub fn crossing<P: Point>(wall: &[P], p: P, q: P) -> Self {
         let mut all = wall.to_vec();
         all.extend([p, q]);

@@ -1,8 +1,9 @@
-//! Facets: checked for planarity, and triangulated.
+//! The planarity check and the triangulation of facets.
 //!
-//! **Statement.** A facet is planar iff every corner has orientation 0 with three corners that span a plane. Its
-//! triangulation is made in the projection along an axis, which is exact; it has the points and segments of other
-//! pieces in it, too, but only the facet's own polygons and holes decide what is inside.
+//! **Statement.** A facet is planar iff every corner has orientation 0 with three corners that span a plane. The
+//! triangulation is computed in the projection along an axis, which is exact. It includes the points and segments of
+//! other elements that lie in the facet. Only the polygons and holes of the facet itself decide which triangles are
+//! inside.
 //!
 //! **Work and depth.** See [`crate::planar`].
 
@@ -13,15 +14,15 @@ use septet_geometry::predicates::{Sign, orientation};
 use septet_geometry::range::scale;
 
 use crate::bvh::{Bounds, Bvh};
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::input::{Input, Kind};
 use crate::planar::Planar;
 use crate::simplices::{Outline, Simplices};
 use crate::space::{Space, ascending, project, projection_axis};
 
-/// How a dimension makes walls.
+/// The construction of walls in a dimension.
 pub trait Triangulate: Space {
-    /// Checks a facet for itself.
+    /// Checks a facet on its own.
     fn outline(
         input: &Input<Self>,
         simplices: &Simplices<Self>,
@@ -29,7 +30,7 @@ pub trait Triangulate: Space {
         defects: &mut Vec<Defect>,
     ) -> Option<Outline>;
 
-    /// Makes the walls of all facets.
+    /// Builds the walls of all facets.
     fn walls(
         input: &Input<Self>,
         simplices: &mut Simplices<Self>,
@@ -40,7 +41,7 @@ pub trait Triangulate: Space {
 }
 
 impl Triangulate for DVec2 {
-    /// There are no facets in the plane: polygons are loops of segments.
+    /// There are no facets in the plane. Polygons are loops of segments.
     fn outline(
         input: &Input<Self>,
         simplices: &Simplices<Self>,
@@ -80,7 +81,7 @@ impl Triangulate for DVec3 {
         let p = |v: u32| simplices.points[v as usize];
         let Some(plane) = plane(&corners, simplices) else {
             let at = simplices.place(corners.first().copied()?);
-            defects.push(Defect::Degenerate { piece: Piece::Facet(facet), at });
+            defects.push(Defect::Degenerate { element: Element::Facet(facet), at });
             return None;
         };
         let [a, b, c] = plane.map(p);
@@ -129,12 +130,12 @@ fn segments_only(
     defects: &mut Vec<Defect>,
 ) -> Outline {
     for l in loops.iter().filter(|l| l.len() == 2 && l[0] == l[1]) {
-        defects.push(Defect::Degenerate { piece: Piece::Facet(facet), at: simplices.place(l[0]) });
+        defects.push(Defect::Degenerate { element: Element::Facet(facet), at: simplices.place(l[0]) });
     }
     Outline { loops, plane: None }
 }
 
-/// Three corners that are not on a line.
+/// Returns three corners that are not collinear.
 fn plane(corners: &[u32], simplices: &Simplices<DVec3>) -> Option<[u32; 3]> {
     let p = |v: u32| simplices.points[v as usize];
     let (&a, rest) = corners.split_first()?;
@@ -143,7 +144,7 @@ fn plane(corners: &[u32], simplices: &Simplices<DVec3>) -> Option<[u32; 3]> {
     Some([a, b, c])
 }
 
-/// Has the triangle no other point in it or on its edges?
+/// Returns `true` if the triangle contains no other point, inside or on its edges.
 fn bare(simplices: &Simplices<DVec3>, tree: &Bvh<DVec3>, t: [u32; 3]) -> bool {
     let corners = DVec3::corners(&simplices.points, &t);
     tree.meeting(&simplices.bounds(&t)).into_iter().all(|v| {
@@ -151,7 +152,7 @@ fn bare(simplices: &Simplices<DVec3>, tree: &Bvh<DVec3>, t: [u32; 3]) -> bool {
     })
 }
 
-/// One facet to be triangulated.
+/// The triangulation of one facet.
 struct Job<'a> {
     input: &'a Input<DVec3>,
     simplices: &'a Simplices<DVec3>,
@@ -167,7 +168,7 @@ impl Job<'_> {
         let Some(axis) = projection_axis(a, b, c) else { return Vec::new() };
         let bounds = self.simplices.bounds(&loops.concat());
         let flat = |v: u32| project(p(v), axis);
-        // The plane may be met by coordinates alone, so the box is that of the projection.
+        // Points may lie in the plane outside the box of the facet, so the box is that of the projection.
         let mut planar = Planar::new(&Bounds::of([project(bounds.low, axis), project(bounds.high, axis)]));
         let mut vertices: BTreeMap<u32, u32> = BTreeMap::new();
         let mut near = self.tree.meeting(&bounds);
@@ -185,7 +186,7 @@ impl Job<'_> {
         for [u, v] in own.edges() {
             let ends = vertices.get(&u).zip(vertices.get(&v));
             if ends.is_none_or(|(&u, &v)| planar.constrain(u, v).is_err()) {
-                // Two edges of the facet cross; the pair is found where edges are compared.
+                // Two edges of the facet cross. The comparison of edges reports them.
                 return Vec::new();
             }
         }
@@ -193,7 +194,8 @@ impl Job<'_> {
         for (&u, &inner) in &vertices {
             for [_, v] in self.parts_at.get(&u).into_iter().flatten().filter(|e| e[0] == u) {
                 if let Some(&other) = vertices.get(v) {
-                    // Where it crosses another it is refused there, and found where edges are compared.
+                    // If it crosses another constraint, it is rejected here. The comparison of edges reports the
+                    // crossing.
                     let _ = planar.constrain(inner, other);
                 }
             }
@@ -222,7 +224,7 @@ impl Job<'_> {
     }
 }
 
-/// The edges of walls with the walls that have them, ascending.
+/// Returns the edges of walls with the walls that contain them, ascending.
 pub fn wall_edges<P: Space>(walls: &[P::Facet]) -> BTreeMap<[u32; 2], Vec<u32>> {
     let mut edges: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for (i, wall) in walls.iter().enumerate() {

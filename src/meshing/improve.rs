@@ -1,18 +1,20 @@
-//! Slivers taken out of a mesh by moving vertices.
+//! Removal of slivers by moving vertices.
 //!
-//! **Statement.** The quality of a cell is the least sine of its angles (dihedral ones in space), negative if it is
-//! inverted. While there are cells below a target, each of their vertices in turn climbs: of a fixed set of
-//! directions and halving steps it takes the place where the worst cell around it is best, if that is better than
-//! before. Cells and faces keep their vertices, so the mesh stays conforming; points on facets move in their plane,
-//! corners and points on segments not at all. A place is taken only if every cell around stays positive by
-//! exact sign and no radius-edge ratio around rises above the bound, or above the worst that was there. The mesh is no longer
-//! Delaunay where points have moved.
+//! **Statement.** The quality of a cell is the smallest sine of its angles (in space: dihedral angles), negative if
+//! the cell is inverted. While cells are below a target, each of their vertices in turn climbs. It tries a fixed set
+//! of directions with halving steps. It moves to the place at which the worst cell around it is best, if that
+//! improves on the current place.
+//! - Cells and faces keep their vertices, so the mesh still conforms. Points on facets move in their plane. Corners and
+//!   points on segments do not move.
+//! - A vertex moves only if every cell around it stays positive by exact sign. No radius-edge ratio around it may rise
+//!   above the bound, or above the worst previous ratio there.
+//! - The mesh is no longer Delaunay where points have moved.
 //!
 //! **Source.** Freitag and Ollivier-Gooch (1997), optimisation-based smoothing; the sine after Klingner and Shewchuk
-//! (2007). **Departures.** A pattern search takes the place of the linear programs: it needs no gradients of a
-//! function that has none at its best places.
+//! (2007). **Departures.** A pattern search replaces the linear programs. It needs no gradients, and the objective has
+//! none at its maxima.
 //!
-//! **Work and depth.** O(1) for each vertex of a bad cell and sweep; one after the other, in the order of the cells.
+//! **Work and depth.** O(1) per sweep for each vertex of a bad cell, sequential, in the order of the cells.
 
 use septet_geometry::measure::radius_edge_ratio;
 use septet_geometry::point::{Point, Simplex, dist2};
@@ -23,16 +25,16 @@ use crate::domain::Domain;
 use crate::mesh::{Carrier, Mesh};
 use crate::space::Space;
 
-/// What is asked for.
+/// The goal of an improvement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Cells with an angle below this, or above its supplement, in degrees, are improved.
     pub angle: f64,
-    /// The radius-edge ratio up to which cells may become.
+    /// The radius-edge ratio that cells may reach.
     pub ratio: f64,
     /// The largest number of sweeps over the bad cells.
     pub sweeps: u32,
-    /// Does the boundary stay as it is, points in facets included?
+    /// Whether the boundary is fixed, including points in facets.
     pub fixed: bool,
 }
 
@@ -42,20 +44,20 @@ impl Default for Target {
     }
 }
 
-/// What was done.
+/// The result of an improvement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Improved {
     /// Bad cells before and after.
     pub bad: [u64; 2],
-    /// Vertices that moved, as often as they did.
+    /// The number of moves of vertices.
     pub moved: u64,
-    /// Sweeps over the bad cells.
+    /// The number of sweeps over the bad cells.
     pub sweeps: u32,
 }
 
 /// Improves a mesh of this domain in place.
 pub fn improve<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> Improved {
-    // Signs are exact in the domain's scaled coordinates.
+    // Signs are exact in the scaled coordinates of the domain.
     let scaled = |mesh: &mut Mesh<P>, exponent: i32| {
         mesh.points.iter_mut().for_each(|p| *p = scale(*p, exponent));
         mesh.sizes.iter_mut().for_each(|s| *s = scale(P::splat(*s), exponent).coord(0));
@@ -71,7 +73,7 @@ fn sweep<P: Space>(domain: &Domain<P>, mesh: &mut Mesh<P>, target: &Target) -> I
     let planes = normals(domain);
     let stars = Stars::new(mesh);
     let wanted = target.angle.to_radians().sin();
-    // A better star may have cells below the target that were above, so all are looked at after each sweep.
+    // A better star may contain new cells below the target, so each sweep rechecks all cells.
     let below = |mesh: &Mesh<P>| -> Vec<u32> {
         (0..mesh.cells.len() as u32).filter(|&c| quality(mesh, c) < wanted).collect()
     };
@@ -126,7 +128,7 @@ impl Stars {
     }
 }
 
-/// The unit normal of each facet; none in the plane.
+/// Returns the unit normal of each facet. Empty in the plane.
 fn normals<P: Space>(domain: &Domain<P>) -> Vec<P> {
     let unit = |f: u32| {
         let n = crate::generate::normal_of(domain, f);
@@ -135,21 +137,22 @@ fn normals<P: Space>(domain: &Domain<P>) -> Vec<P> {
     (0..domain.facets.len() as u32).map(unit).collect()
 }
 
-/// The least sine of a cell's angles.
+/// Returns the smallest sine of the angles of a cell of the mesh.
 fn quality<P: Point>(mesh: &Mesh<P>, cell: u32) -> f64 {
     least_sine(&mesh.corners(cell)[..P::Cell::LEN])
 }
 
-/// The least sine of the angles of a cell, negative if it is inverted.
+/// Returns the smallest sine of the angles of a cell, negative if the cell is inverted.
 pub fn least_sine<P: Point>(p: &[P]) -> f64 {
     let rel = [p[1] - p[0], p[2] - p[0], if P::DIM == 3 { p[3] - p[0] } else { P::splat(0.0) }];
     let (w, _) = P::sphere_plane(&rel[..P::DIM]);
     if P::DIM == 2 {
-        // sin = 2 area / (the two sides).
+        // sin = 2 area / (product of the two sides).
         let [a, b, c] = [dist2(p[1], p[2]), dist2(p[0], p[2]), dist2(p[0], p[1])];
         return w / (a * b).max(b * c).max(c * a).sqrt();
     }
-    // sin of the angle at an edge e = 3 volume |e| / (2 area area'), six volumes and twice the areas at hand.
+    // The sine of the angle at an edge e is 3 volume |e| / (2 area area'). w is six volumes, and the areas are doubled
+    // and squared.
     let twice = |a: usize, b: usize, c: usize| {
         let (u, v) = (p[b] - p[a], p[c] - p[a]);
         u.norm2() * v.norm2() - u.dot(v) * u.dot(v)
@@ -163,7 +166,7 @@ pub fn least_sine<P: Point>(p: &[P]) -> f64 {
     w * least.sqrt()
 }
 
-/// Directions of a search: the axes and the diagonals.
+/// Returns the search directions: the axes and the diagonals.
 fn directions<P: Point>() -> Vec<P> {
     let mut found = Vec::new();
     for code in 1..3usize.pow(P::DIM as u32) {
@@ -178,7 +181,7 @@ fn directions<P: Point>() -> Vec<P> {
     found
 }
 
-/// Moves a vertex to a better place, if one is found.
+/// Moves a vertex to a better place, if the search finds one. Returns whether it moved.
 fn climb<P: Space>(
     mesh: &mut Mesh<P>,
     stars: &Stars,
@@ -224,7 +227,7 @@ fn climb<P: Space>(
     best.1 != start
 }
 
-/// Rounds of a search.
+/// The number of rounds of a search.
 const SEARCHES: u32 = 10;
 
 fn is_positive<P: Point>(mesh: &Mesh<P>, cells: &[u32]) -> bool {

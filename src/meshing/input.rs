@@ -1,15 +1,15 @@
-//! A domain as a file states it, before anything has been checked.
+//! A domain as a file describes it, before any check.
 
 use septet_geometry::point::Point;
 
-/// What the pieces of an input are meant to be.
+/// The kind of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A piecewise linear complex (`.poly`, `.smesh`): internal and dangling pieces, isolated points,
-    /// hole points and regions are legal; vertices may lie on segments and in facets.
+    /// A piecewise linear complex (`.poly`, `.smesh`). Internal and dangling elements, isolated points, hole points and
+    /// regions are legal. Vertices may lie on segments and in facets.
     Complex,
-    /// Closed triangle surfaces (`.stl .off .ply .obj`): every shell must be a manifold without boundary;
-    /// the domain is what an odd number of shells surrounds.
+    /// Closed triangle surfaces (`.stl .off .ply .obj`). Every shell must be a manifold without boundary. The domain is
+    /// the set of points that an odd number of shells encloses.
     Surface,
 }
 
@@ -18,44 +18,44 @@ pub enum Kind {
 pub struct InputSegment {
     /// Its ends, as positions in [`Input::points`].
     pub ends: [u32; 2],
-    /// The marker of the file, 0 if there is none.
+    /// The marker of the file, or 0.
     pub marker: i64,
 }
 
-/// A planar facet of the input (space only): what its polygons surround, without its holes. The outside of
-/// the outermost polygons is not part of it.
+/// A planar facet of the input (space only): the area inside its polygons, without its holes. The area outside the
+/// outermost polygons is not part of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputFacet<P> {
-    /// Polygons as closed loops of positions in [`Input::points`]; a loop of two is a segment in the facet,
-    /// a loop of one a point in it.
+    /// Polygons as closed loops of positions in [`Input::points`]. A loop of two points is a segment in the facet, and
+    /// a loop of one is a point in it.
     pub polygons: Vec<Vec<u32>>,
     /// Points in the holes of the facet.
     pub holes: Vec<P>,
-    /// The marker of the file, 0 if there is none.
+    /// The marker of the file, or 0.
     pub marker: i64,
 }
 
 /// A region: the component of the domain around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region<P> {
-    /// A point strictly inside of it.
+    /// A point strictly inside it.
     pub at: P,
-    /// The attribute that its cells get.
+    /// The attribute of its cells.
     pub attribute: f64,
-    /// The largest volume (area in the plane) that its cells may have, if limited.
+    /// The target for the volume (in the plane: the area) of its cells, if there is one.
     pub limit: Option<f64>,
 }
 
 /// A domain as read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<P> {
-    /// Complex or surface.
+    /// The kind: complex or surface.
     pub kind: Kind,
-    /// The vertices. Coordinates in the file's unit.
+    /// The vertices, in the unit of the file.
     pub points: Vec<P>,
-    /// A marker for each point, or none at all.
+    /// The marker of each point, or an empty list.
     pub markers: Vec<i64>,
-    /// Segments that are listed for themselves.
+    /// The segments listed separately from facets.
     pub segments: Vec<InputSegment>,
     /// Facets (space only).
     pub facets: Vec<InputFacet<P>>,
@@ -66,7 +66,7 @@ pub struct Input<P> {
 }
 
 impl<P: Point> Input<P> {
-    /// An input of these points and nothing else.
+    /// Creates an input of points only.
     pub fn new(kind: Kind, points: Vec<P>) -> Self {
         Input {
             kind,
@@ -79,7 +79,7 @@ impl<P: Point> Input<P> {
         }
     }
 
-    /// A closed surface of these faces.
+    /// Creates a closed surface of these faces.
     pub fn surface(points: Vec<P>, faces: impl IntoIterator<Item = Vec<u32>>) -> Self {
         let facet = |face| InputFacet { polygons: vec![face], holes: Vec::new(), marker: 0 };
         Input { facets: faces.into_iter().map(facet).collect(), ..Input::new(Kind::Surface, points) }

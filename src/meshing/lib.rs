@@ -1,7 +1,8 @@
-//! septet-meshing: domains and what mesh generation asks of them, in the order the data flows.
+//! septet-meshing: domains, size functions, mesh generation and quality. Modules are listed in the order of the data
+//! flow.
 //!
-//! No input or output, no threads, no clock, no unordered maps. Signs are exact; distances and angles are
-//! rounded and decide nothing that a sign could decide.
+//! The crate has no input or output, threads, clock or unordered maps. Signs are exact. Distances and angles are
+//! rounded, and they decide nothing that a sign can decide.
 
 pub mod input;
 
@@ -35,7 +36,7 @@ pub mod angles;
 
 pub mod distance;
 
-pub mod cores;
+pub mod executor;
 
 pub mod octree;
 

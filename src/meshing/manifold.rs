@@ -1,21 +1,20 @@
-//! Is a surface closed and manifold?
+//! The check that a surface is a closed manifold.
 //!
 //! **Statement.** Every edge of a closed manifold has two faces, and the faces at every vertex form one fan.
-//! Faces that intersect elsewhere are [`crate::contact`]'s business.
+//! [`crate::contact`] finds faces that intersect elsewhere.
 //!
 //! **Work and depth.** `O(m log m)`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::facet::wall_edges;
 use crate::input::Input;
 use crate::resolve::Simplices;
 use crate::sides::Sets;
 use crate::space::{Space, ascending};
 
-/// Edges of the stated faces (also of those with other defects) with another number than two, and vertices
-/// with several fans.
+/// Reports edges that do not have two faces, and vertices with several fans. Edges of faces with other defects count.
 pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
     let mut faces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for (i, facet) in input.facets.iter().enumerate() {
@@ -33,7 +32,7 @@ pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Def
         .segments
         .iter()
         .filter_map(|s| Some((s.ends, simplices.represent(&s.ends)?)))
-        .map(|(ends, at)| Defect::Dangling { piece: Piece::Segment(ends), at: simplices.place(at[0]) })
+        .map(|(ends, at)| Defect::Dangling { element: Element::Segment(ends), at: simplices.place(at[0]) })
         .collect();
     for (&ends, facets) in faces.iter().filter(|(_, f)| f.len() != 2) {
         let at = simplices.middle(ends);
@@ -46,12 +45,13 @@ pub fn manifold<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Def
     defects
 }
 
-/// Vertices where the walls form several fans. Where a face has another defect and is no wall, nothing is said.
+/// Reports vertices at which the walls form several fans. Skips vertices of faces with other defects.
 fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> {
     let whole: BTreeSet<u32> = simplices.owner.iter().copied().collect();
-    let torn = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
-    let torn = torn.flat_map(|f| input.facets[f as usize].polygons.concat());
-    let torn: BTreeSet<u32> = torn.filter_map(|v| simplices.same.get(v as usize).copied()).collect();
+    let incomplete = (0..input.facets.len() as u32).filter(|f| !whole.contains(f));
+    let incomplete = incomplete.flat_map(|f| input.facets[f as usize].polygons.concat());
+    let incomplete: BTreeSet<u32> =
+        incomplete.filter_map(|v| simplices.same.get(v as usize).copied()).collect();
     let mut at: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (i, wall) in simplices.walls.iter().enumerate() {
         for &v in wall.as_ref() {
@@ -60,7 +60,7 @@ fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> 
     }
     let edges = wall_edges::<P>(&simplices.walls);
     let mut defects = Vec::new();
-    for (&v, walls) in at.iter().filter(|(v, _)| !torn.contains(v)) {
+    for (&v, walls) in at.iter().filter(|(v, _)| !incomplete.contains(v)) {
         let mut sets = Sets::new(walls.len());
         for (k, &wall) in walls.iter().enumerate() {
             for edge in P::edges(&simplices.walls[wall as usize]).iter().filter(|e| e.contains(&v)) {
@@ -79,7 +79,7 @@ fn pinched<P: Space>(input: &Input<P>, simplices: &Simplices<P>) -> Vec<Defect> 
     defects
 }
 
-/// Vertices less edges plus triangles: the Euler characteristic of a surface.
+/// Returns the Euler characteristic of a surface: vertices minus edges plus triangles.
 pub(crate) fn euler(triangles: impl IntoIterator<Item = [u32; 3]>) -> i64 {
     let (mut vertices, mut edges, mut count) = (Vec::new(), Vec::new(), 0);
     for [a, b, c] in triangles {

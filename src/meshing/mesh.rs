@@ -1,18 +1,18 @@
-//! Meshes of domains: what generation makes and everything behind it takes.
+//! Meshes of domains: the result of generation.
 //!
-//! **Statement.** Points lie on *carriers*, the lowest-dimensional pieces of the domain that hold them; cells tile
-//! the components of the domain, faces tile its facets (in the plane: its segments), edges its segments in space.
-//! [`crate::conformity::check`] says whether all this is so.
+//! **Statement.** Points lie on *carriers*, the features of lowest dimension that contain them. Cells tile the
+//! components of the domain. Faces tile its facets (in the plane: its segments). In space, edges tile its segments.
+//! [`crate::conformity::check`] verifies this.
 
 use septet_geometry::point::{Point, Simplex};
 
 use crate::domain::{Domain, Feature};
 use crate::space::Space;
 
-/// No cell: the outside of the domain, holes included.
+/// The index for the outside of the domain, including holes.
 pub const OUTSIDE: u32 = u32::MAX;
 
-/// The lowest-dimensional piece of the domain that a point lies on.
+/// The feature of lowest dimension on which a point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Carrier {
     /// Position in [`Domain::corners`].
@@ -21,12 +21,12 @@ pub enum Carrier {
     Segment(u32),
     /// Position in [`Domain::facets`].
     Facet(u32),
-    /// Nothing but the inside.
+    /// The interior of the domain.
     Volume,
 }
 
 impl Carrier {
-    /// 0 for corners, 1 for segments, 2 for facets; what is on none of them has the dimension of the space.
+    /// Returns 0 for corners, 1 for segments, 2 for facets, and the dimension of the space for the interior.
     pub fn dimension(self, space: usize) -> usize {
         match self {
             Carrier::Corner(_) => 0,
@@ -36,7 +36,7 @@ impl Carrier {
         }
     }
 
-    /// The feature, if it is one.
+    /// Returns the feature, or `None` for the interior.
     pub fn feature(self) -> Option<Feature> {
         match self {
             Carrier::Corner(i) => Some(Feature::Corner(i)),
@@ -57,20 +57,20 @@ impl From<Feature> for Carrier {
     }
 }
 
-/// A facet of cells that lies on the domain's own (in the plane: an edge on a segment).
+/// A facet of cells that lies on a facet of the domain. In the plane, an edge on a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Face<P: Point> {
     /// Its points, in any order.
     pub vertices: P::Facet,
-    /// Position in [`Domain::facets`], in the plane in [`Domain::segments`].
+    /// Position in [`Domain::facets`], or in the plane in [`Domain::segments`].
     pub facet: u32,
-    /// The marker of that piece.
+    /// The marker of that facet or segment.
     pub marker: i64,
-    /// The cells that have it, in any order; [`OUTSIDE`] where there is none.
+    /// The adjacent cells, in any order. [`OUTSIDE`] if there is none.
     pub cells: [u32; 2],
 }
 
-/// An edge of cells that lies on a segment. In the plane faces say this.
+/// An edge of cells that lies on a segment of space. In the plane, faces take this role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     /// Its points, in any order.
@@ -88,18 +88,18 @@ pub struct Mesh<P: Point> {
     pub points: Vec<P>,
     /// The size function at each point, in the unit of the file.
     pub sizes: Vec<f64>,
-    /// What each point lies on.
+    /// The carrier of each point.
     pub carriers: Vec<Carrier>,
-    /// Positively oriented rows in canonical order: smallest point first, then the second smallest, the last two
-    /// by orientation (in the plane: smallest first); rows ascending.
+    /// Positively oriented rows in canonical order, sorted. In space, a row starts with the smallest point, then the
+    /// second smallest, and the orientation determines the last two. In the plane, it starts with the smallest.
     pub cells: Vec<P::Cell>,
     /// Position of each cell's component in [`Domain::components`].
     pub regions: Vec<u32>,
     /// The faces on facets.
     pub faces: Vec<Face<P>>,
-    /// The edges on segments; none in the plane.
+    /// The edges on segments. Empty in the plane.
     pub edges: Vec<Edge>,
-    /// Cells with all vertices on one facet that were left out.
+    /// The number of dropped cells, with all vertices on one facet.
     pub dropped: u64,
 }
 
@@ -119,7 +119,7 @@ impl<P: Point> Default for Mesh<P> {
 }
 
 impl<P: Point> Mesh<P> {
-    /// The points of a cell, the first `DIM + 1` of four.
+    /// Returns the points of a cell: the first `DIM + 1` entries of four.
     pub fn corners(&self, cell: u32) -> [P; 4] {
         let mut corners = [P::default(); 4];
         for (corner, &v) in corners.iter_mut().zip(self.cells[cell as usize].as_ref()) {
@@ -128,7 +128,7 @@ impl<P: Point> Mesh<P> {
         corners
     }
 
-    /// Every edge of the cells once, ends ascending, sorted.
+    /// Returns every edge of the cells once, ends ascending, sorted.
     pub fn cell_edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::with_capacity(self.cells.len() * P::Cell::LEN * (P::Cell::LEN - 1) / 2);
         for cell in &self.cells {
@@ -143,8 +143,9 @@ impl<P: Point> Mesh<P> {
     }
 }
 
-/// The number that names each component in files: the attribute of its region; components without a region get
-/// whole numbers above all attributes, or their own number if there are no regions at all. What is not inside is 0.
+/// Returns the number that represents each component in files. It is the attribute of the region. Components without a
+/// region receive whole numbers above all attributes, or consecutive numbers if there are no regions. Components
+/// outside are 0.
 pub fn region_names<P: Space>(domain: &Domain<P>) -> Vec<f64> {
     let attributes = domain.regions.iter().map(|r| r.attribute);
     let mut next = attributes.fold(0.0f64, f64::max).floor();
@@ -159,8 +160,8 @@ pub fn region_names<P: Space>(domain: &Domain<P>) -> Vec<f64> {
     domain.components.iter().map(&mut name).collect()
 }
 
-/// The marker of each point: that of its carrier; of a corner, the first that is not 0 of the segments and then the
-/// facets that have it.
+/// Returns the marker of each point: that of its carrier. A corner has the first marker other than 0 of the segments
+/// and then the facets that contain it.
 pub fn point_markers<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Vec<i64> {
     let position = |v: u32| domain.corners.binary_search(&v).ok();
     let mut of_corner = vec![0; domain.corners.len()];
@@ -183,28 +184,28 @@ pub fn point_markers<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Vec<i64> {
     mesh.carriers.iter().map(marker).collect()
 }
 
-/// What one stage of generation did.
+/// The counts of one stage of generation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageLine {
-    /// Its name, such as `segments`.
+    /// The name, such as `segments`.
     pub name: String,
-    /// Candidates made.
+    /// The number of candidates.
     pub candidates: u64,
-    /// Points kept.
+    /// The number of points placed.
     pub points: u64,
-    /// Rounds of completion.
+    /// The number of rounds of completion.
     pub completion_rounds: u64,
-    /// Rounds of independent sets.
+    /// The number of rounds of independent sets.
     pub set_rounds: u64,
-    /// Rounds of the machine.
+    /// The number of rounds of the machine.
     pub rounds: u64,
-    /// Messages sent.
+    /// The number of messages.
     pub messages: u64,
-    /// Bytes of them.
+    /// The bytes of the messages.
     pub bytes: u64,
-    /// Operations counted.
+    /// The number of operations.
     pub work: u64,
-    /// Steps of the longest chain.
+    /// The number of steps of the longest chain.
     pub depth: u64,
     /// Seconds, as measured by the caller.
     pub seconds: f64,

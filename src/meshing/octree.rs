@@ -1,41 +1,43 @@
-//! Octrees (quadtrees in the plane), grown level by level.
+//! Octrees (in the plane: quadtrees), built level by level.
 //!
-//! **Statement.** A cell of level `l` is one of the `2^(d l)` equal cubes of a root cube. What a cell does is
-//! decided by a [`Rule`] from the cell and from what its parent hands down: one parent, no neighbours, so a
-//! level is one round, and the outcome does not depend on the order within it.
+//! **Statement.** A cell of level `l` is one of the `2^(d l)` equal cubes of a root cube. A [`Rule`] decides about a
+//! cell from the cell and the data inherited from its parent. Neighbours have no influence. A level is therefore one
+//! round, and the result does not depend on the order within it.
 //!
-//! *Balance.* Let `g` be K-Lipschitz, and let a cell with centre `m` and side `s` be split iff `g(m) < k s`. If
-//! `k >= 1.5 K sqrt(d)`, cells that touch (if only in a corner) differ by one level at most. *Proof.* Let C of side
-//! `s` be split, N of side `2s` touch C. Along each axis their centres are at most `s/2 + s` apart, so
-//! `g(m_N) <= g(m_C) + 1.5 K sqrt(d) s < k s + k s`: N is split. So every cell of side `2s` that touches C is
-//! split; the cells that touch C's children are no larger than those of C's level.
+//! *Balance.* Let `g` be K-Lipschitz. Let a cell with centre `m` and side `s` be split iff `g(m) < k s`. If
+//! `k >= 1.5 K sqrt(d)`, the levels of cells that touch differ by at most one, even if they touch only in a corner.
 //!
-//! **Source.** Mitchell and Vavasis (2000), who balance afterwards. **Work and depth.** One call of the rule for
-//! each cell; depth the number of levels times a rule's.
+//! *Proof.* Let C of side `s` be split, and let N of side `2s` touch C. Along each axis, their centres are at most
+//! `s/2 + s` apart. So `g(m_N) <= g(m_C) + 1.5 K sqrt(d) s < k s + k s`, and N is split. So every cell of side `2s`
+//! that touches C is split, and the cells that touch the children of C are no larger than C. QED.
+//!
+//! **Source.** Mitchell and Vavasis (2000), who balance afterwards. **Work and depth.** One evaluation of the rule per
+//! cell. The depth is the number of levels times that of the rule.
 
 use septet_geometry::point::Point;
 use thiserror::Error;
 
 use crate::bvh::Bounds;
-use crate::cores::Cores;
+use crate::executor::Executor;
 
-/// Levels below the root: positions have 30 bits.
+/// The deepest level below the root. Positions have 30 bits.
 pub const DEEPEST: u8 = 30;
 
-/// A cell's identity: its level and its position among the cells of that level.
+/// The identity of a cell: its level and its position in that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key {
-    /// The root has level 0.
+    /// The level. The root has level 0.
     pub level: u8,
-    /// Counted from the low corner of the root, below `2^level`; 0 beyond the dimension.
+    /// The position along each axis, from the low corner of the root, below `2^level`. Axes beyond the dimension have
+    /// 0.
     pub at: [u32; 3],
 }
 
 impl Key {
-    /// The whole cube.
+    /// The root.
     pub const ROOT: Key = Key { level: 0, at: [0; 3] };
 
-    /// Child `i < 2^d`: bit `k` says which half along axis `k`.
+    /// Returns child `i < 2^d`. Bit `k` selects the half along axis `k`.
     #[must_use]
     pub fn child<P: Point>(self, i: u32) -> Key {
         let half = |k: usize| if k < P::DIM { i >> k & 1 } else { 0 };
@@ -43,35 +45,35 @@ impl Key {
     }
 }
 
-/// The cube that a tree divides.
+/// The root cube of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube<P> {
-    /// Its low corner.
+    /// The low corner.
     pub low: P,
-    /// Its side, a power of two.
+    /// The side, a power of two.
     pub side: f64,
 }
 
-/// A cell with its place.
+/// A cell with its geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell<P> {
-    /// Which one.
+    /// The identity.
     pub key: Key,
-    /// Its centre.
+    /// The centre.
     pub centre: P,
-    /// Its side.
+    /// The side.
     pub side: f64,
 }
 
 impl<P: Point> Cell<P> {
-    /// Half of the diagonal: no point of the cell is farther from the centre.
+    /// Returns half the diagonal, the largest distance of a point of the cell from the centre.
     pub fn radius(&self) -> f64 {
         self.side * 0.5 * (P::DIM as f64).sqrt()
     }
 }
 
 impl<P: Point> Cube<P> {
-    /// The smallest cube with a power of two for a side that holds a box in its middle.
+    /// Returns the smallest cube that contains a box in its middle and whose side is a power of two.
     pub fn around(bounds: &Bounds<P>) -> Self {
         let extent = bounds.extent();
         let longest = (0..P::DIM).map(|i| extent.coord(i)).fold(f64::MIN_POSITIVE, f64::max);
@@ -81,7 +83,7 @@ impl<P: Point> Cube<P> {
         Cube { low: middle - P::splat(0.5 * side), side }
     }
 
-    /// The cell of a key.
+    /// Returns the cell with this key.
     pub fn cell(&self, key: Key) -> Cell<P> {
         let side = self.side / (1u64 << key.level) as f64;
         let mut centre = self.low;
@@ -92,60 +94,60 @@ impl<P: Point> Cube<P> {
     }
 }
 
-/// What becomes of a cell.
+/// The decision about a cell.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict<Load, Leaf> {
-    /// It is divided, and hands this down.
+pub enum Decision<Load, Leaf> {
+    /// The cell is split, and its children inherit the load.
     Split(Load),
-    /// It stays.
+    /// The cell is a leaf.
     Keep(Leaf),
-    /// It stays, and nobody needs to know.
+    /// The cell is a leaf without data, and the tree omits it.
     Drop,
 }
 
-/// How cells are judged.
+/// The rule that decides about cells.
 pub trait Rule<P: Point>: Sync {
-    /// What a cell hands down to its children.
+    /// The data that children inherit.
     type Load: Send + Sync;
-    /// What a cell that stays is kept with.
+    /// The data of a leaf.
     type Leaf: Send;
 
-    /// Judges a cell by what its parent hands down.
-    fn judge(&self, cell: &Cell<P>, handed: &Self::Load) -> Verdict<Self::Load, Self::Leaf>;
+    /// Decides about a cell, given the data inherited from its parent.
+    fn decide(&self, cell: &Cell<P>, inherited: &Self::Load) -> Decision<Self::Load, Self::Leaf>;
 }
 
-/// How many cells a level has, by what became of them.
+/// The numbers of cells of a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Level {
-    /// Divided.
+    /// Cells that were split.
     pub split: u64,
-    /// Kept.
+    /// Cells that were kept as leaves.
     pub kept: u64,
-    /// Dropped.
+    /// Cells that were dropped.
     pub dropped: u64,
 }
 
-/// A tree that has been grown.
+/// A complete tree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grown<Leaf> {
-    /// The cells that were kept, by levels, and within a level in the order of the parents and children.
+    /// The leaves, ordered by level and then by parents and children.
     pub leaves: Vec<(Key, Leaf)>,
-    /// Counts by level: as many rounds.
+    /// The numbers of cells per level. Each level is one round.
     pub levels: Vec<Level>,
 }
 
-/// Why a tree was not grown to its end.
+/// Errors for trees that would be too fine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum TooFine {
-    /// Too many cells.
+    /// The tree needs too many cells.
     #[error("the size function needs more than {limit} cells: raise the minimum size or the memory limit")]
     Cells {
         /// The limit.
         limit: u64,
     },
-    /// Too many levels.
+    /// The tree needs too many levels.
     #[error(
-        "the size function needs cells smaller than the domain over 2^30, near {at:?}: raise the minimum size"
+        "the size function needs cells smaller than 2^-30 of the domain, near {at:?}: raise the minimum size"
     )]
     Levels {
         /// A cell of the last level.
@@ -153,7 +155,7 @@ pub enum TooFine {
     },
 }
 
-/// Grows a tree. The parents of a level are mapped, each to its children's verdicts, and these taken in order.
+/// Builds a tree. Maps the parents of a level to the decisions about their children, and takes these in order.
 ///
 /// # Errors
 /// [`TooFine`], as soon as there are more than `limit` cells.
@@ -162,11 +164,11 @@ pub fn grow<P: Point, R: Rule<P>>(
     rule: &R,
     root: &R::Load,
     limit: u64,
-    cores: &impl Cores,
+    executor: &impl Executor,
 ) -> Result<Grown<R::Leaf>, TooFine> {
     let mut grown = Grown { leaves: Vec::new(), levels: Vec::new() };
     let mut cells = 1;
-    let first = rule.judge(&cube.cell(Key::ROOT), root);
+    let first = rule.decide(&cube.cell(Key::ROOT), root);
     let mut split = grown.take([(Key::ROOT, first)]);
     while let Some(&(first, _)) = split.first() {
         if first.level == DEEPEST {
@@ -176,33 +178,33 @@ pub fn grow<P: Point, R: Rule<P>>(
         if cells > limit {
             return Err(TooFine::Cells { limit });
         }
-        let judged = cores.map(&split, |(key, load)| {
+        let decided = executor.map(&split, |(key, load)| {
             let children = (0..1 << P::DIM).map(|i| key.child::<P>(i));
-            children.map(|child| (child, rule.judge(&cube.cell(child), load))).collect::<Vec<_>>()
+            children.map(|child| (child, rule.decide(&cube.cell(child), load))).collect::<Vec<_>>()
         });
-        split = grown.take(judged.into_iter().flatten());
+        split = grown.take(decided.into_iter().flatten());
     }
     Ok(grown)
 }
 
 impl<Leaf> Grown<Leaf> {
-    /// Takes a level; what is to be divided comes back.
+    /// Adds a level. Returns the cells to split.
     fn take<Load>(
         &mut self,
-        judged: impl IntoIterator<Item = (Key, Verdict<Load, Leaf>)>,
+        decided: impl IntoIterator<Item = (Key, Decision<Load, Leaf>)>,
     ) -> Vec<(Key, Load)> {
         let (mut split, mut level) = (Vec::new(), Level::default());
-        for (key, verdict) in judged {
-            match verdict {
-                Verdict::Split(load) => {
+        for (key, decision) in decided {
+            match decision {
+                Decision::Split(load) => {
                     level.split += 1;
                     split.push((key, load));
                 }
-                Verdict::Keep(leaf) => {
+                Decision::Keep(leaf) => {
                     level.kept += 1;
                     self.leaves.push((key, leaf));
                 }
-                Verdict::Drop => level.dropped += 1,
+                Decision::Drop => level.dropped += 1,
             }
         }
         self.levels.push(level);
@@ -213,21 +215,21 @@ impl<Leaf> Grown<Leaf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cores::One;
+    use crate::executor::Sequential;
     use glam::{DVec2, DVec3};
 
-    /// Splits by a function.
+    /// Splits by comparison with a function.
     struct By<F>(F, f64);
 
     impl<P: Point, F: Fn(P) -> f64 + Sync> Rule<P> for By<F> {
         type Load = ();
         type Leaf = ();
-        fn judge(&self, cell: &Cell<P>, (): &()) -> Verdict<(), ()> {
-            if (self.0)(cell.centre) < self.1 * cell.side { Verdict::Split(()) } else { Verdict::Keep(()) }
+        fn decide(&self, cell: &Cell<P>, (): &()) -> Decision<(), ()> {
+            if (self.0)(cell.centre) < self.1 * cell.side { Decision::Split(()) } else { Decision::Keep(()) }
         }
     }
 
-    /// Do two cells touch?
+    /// Returns `true` if two cells touch.
     fn touch<P: Point>(cube: &Cube<P>, a: Key, b: Key) -> bool {
         let (a, b) = (cube.cell(a), cube.cell(b));
         let reach = 0.5 * (a.side + b.side);
@@ -245,17 +247,17 @@ mod tests {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let near =
             |p: DVec2| 1e-4 + p.distance(DVec2::new(0.301, 0.777)).min(p.distance(DVec2::new(0.9, 0.1)));
-        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &One).unwrap();
+        let grown = grow(&cube, &By(near, 1.5 * 2f64.sqrt()), &(), 1 << 20, &Sequential).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 10);
         let area: f64 = grown.leaves.iter().map(|&(k, ())| cube.cell(k).side.powi(2)).sum();
         assert_eq!(area, 1.0);
-        // The bound is not there for nothing.
-        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20, &One).unwrap();
+        // With a smaller factor, the tree is not balanced.
+        let grown = grow(&cube, &By(near, 0.8), &(), 1 << 20, &Sequential).unwrap();
         assert!(!balanced(&cube, &grown.leaves));
 
         let cube = Cube { low: DVec3::splat(-1.0), side: 4.0 };
         let near = |p: DVec3| 0.1 + 0.5 * p.distance(DVec3::new(0.3, 0.8, 0.5));
-        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &One).unwrap();
+        let grown = grow(&cube, &By(near, 0.75 * 3f64.sqrt()), &(), 1 << 20, &Sequential).unwrap();
         assert!(balanced(&cube, &grown.leaves) && grown.levels.len() > 4);
     }
 
@@ -263,9 +265,9 @@ mod tests {
     fn limits_are_kept() {
         let cube = Cube { low: DVec2::ZERO, side: 1.0 };
         let even = By(|_: DVec2| 0.01, 1.0);
-        assert_eq!(grow(&cube, &even, &(), 100, &One), Err(TooFine::Cells { limit: 100 }));
+        assert_eq!(grow(&cube, &even, &(), 100, &Sequential), Err(TooFine::Cells { limit: 100 }));
         let point = By(|p: DVec2| p.distance(DVec2::new(1.0 / 3.0, 0.5)), 1.0);
-        assert!(matches!(grow(&cube, &point, &(), 1 << 20, &One), Err(TooFine::Levels { .. })));
+        assert!(matches!(grow(&cube, &point, &(), 1 << 20, &Sequential), Err(TooFine::Levels { .. })));
     }
 
     #[test]

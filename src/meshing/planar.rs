@@ -1,13 +1,14 @@
-//! A triangulation of a planar straight-line graph.
+//! The constrained triangulation of a planar straight-line graph.
 //!
-//! **Statement.** Points and constraints of the plane are put one after the other into a triangulation of a box
-//! around all of them; a constraint that is no edge yet becomes one in place of the edges that it crosses, and
-//! the two sides are filled with the Delaunay triangles of their chains (Anglada 1997). Then what is outside the graph, or reached from a hole point without crossing a constraint, is
-//! taken away. The triangles serve exact tests and distances, not meshes: they are not all Delaunay.
+//! **Statement.** Points and constraints of the plane are inserted one by one into the triangulation of a box around
+//! all of them. A constraint that is not an edge yet replaces the edges that it crosses. The polygons on its two sides
+//! are filled with the Delaunay triangles of their chains (Anglada 1997). Finally, triangles outside the graph are
+//! removed, and those that a path from a hole point reaches without crossing a constraint. The triangles serve exact
+//! tests and distances, not meshes. Not all of them are Delaunay.
 //!
-//! **Work and depth.** `O(m^2)` at worst for `m` points, sequential.
+//! **Work and depth.** `O(m^2)` in the worst case for `m` points, sequential.
 //!
-//! A triangle is kept as three directed edges that know the vertex opposite; all signs are exact.
+//! A triangle is stored as three directed edges with their opposite vertices. All signs are exact.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,10 +18,10 @@ use septet_geometry::predicates::{Sign, in_sphere, orientation};
 use crate::bvh::Bounds;
 use crate::space::ascending;
 
-/// Where a point lies.
+/// The position of a point.
 enum Spot {
     Vertex(u32),
-    /// On the edge from `.0` to `.1` of the triangle to its left.
+    /// On the edge from `.0` to `.1`, which belongs to the triangle on its left.
     Edge(u32, u32),
     Inside([u32; 3]),
 }
@@ -29,21 +30,21 @@ enum Spot {
 #[derive(Clone, Debug)]
 pub struct Planar {
     points: Vec<DVec2>,
-    /// The vertex to the left of a directed edge, opposite to it.
+    /// The vertex opposite each directed edge, on its left.
     apex: BTreeMap<(u32, u32), u32>,
     constraints: BTreeSet<[u32; 2]>,
-    /// The constraints that bound; all of them unless told otherwise.
+    /// The constraints that bound the graph. `None` stands for all.
     barriers: Option<BTreeSet<[u32; 2]>>,
-    /// Where the last search ended.
+    /// The edge at which the next search starts.
     last: (u32, u32),
 }
 
-/// Two constraints cross where there is no vertex.
+/// The error that two constraints cross without a common vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crossed;
 
 impl Planar {
-    /// The two triangles of a box with room for these points.
+    /// Creates the two triangles of a box with room for points in `bounds`.
     pub fn new(bounds: &Bounds<DVec2>) -> Self {
         let room = bounds.extent().max_element().max(f64::MIN_POSITIVE);
         let (low, high) = (bounds.low - DVec2::splat(room), bounds.high + DVec2::splat(room));
@@ -76,7 +77,8 @@ impl Planar {
         self.side(a, b, self.points[c as usize])
     }
 
-    /// The point inside of a triangle, on its edge, at its corner; `None` if it is outside of it.
+    /// Returns the position of a point in a triangle: at a corner, on an edge, or inside. `None` if the point lies
+    /// outside.
     fn spot_in(&self, t: [u32; 3], q: DVec2) -> Option<Spot> {
         if let Some(&v) = t.iter().find(|&&v| self.points[v as usize] == q) {
             return Some(Spot::Vertex(v));
@@ -90,7 +92,7 @@ impl Planar {
         Some(on.map_or(Spot::Inside(t), |(&(a, b), _)| Spot::Edge(a, b)))
     }
 
-    /// Walks towards `q`; where the walk goes in circles, looks at every triangle.
+    /// Walks towards `q`. If the walk is cyclic, tests every triangle.
     fn locate(&self, q: DVec2) -> Option<Spot> {
         let (mut a, mut b) = self.last;
         for step in 0..self.apex.len() {
@@ -105,7 +107,7 @@ impl Planar {
         self.apex.iter().find_map(|(&(a, b), &c)| self.spot_in([a, b, c], q))
     }
 
-    /// Puts a point in, and returns its vertex; `None` outside of the box.
+    /// Inserts a point and returns its vertex. Returns `None` if the point lies outside the box.
     pub fn insert(&mut self, q: DVec2) -> Option<u32> {
         let spot = self.locate(q)?;
         let n = self.points.len() as u32;
@@ -135,15 +137,15 @@ impl Planar {
         Some(n)
     }
 
-    /// The neighbours of a vertex: `(u, v)` for every triangle `(vertex, u, v)`.
+    /// Returns the neighbours of a vertex: `(u, v)` for every triangle `(vertex, u, v)`.
     fn fan(&self, vertex: u32) -> impl Iterator<Item = (u32, u32)> {
         self.apex.range((vertex, 0)..=(vertex, u32::MAX)).map(|(&(_, u), &v)| (u, v))
     }
 
-    /// Makes the segment between two vertices a constraint, through all vertices on it.
+    /// Makes the segment between two vertices a constraint, divided at all vertices on it.
     ///
     /// # Errors
-    /// [`Crossed`], if an earlier constraint crosses it; then nothing is known of the part beyond.
+    /// [`Crossed`], if it crosses an earlier constraint. Then the part beyond the crossing is undefined.
     pub fn constrain(&mut self, from: u32, to: u32) -> Result<(), Crossed> {
         let mut at = from;
         while at != to {
@@ -152,7 +154,7 @@ impl Planar {
         Ok(())
     }
 
-    /// Constrains up to the first vertex on the way, and returns it.
+    /// Adds the constraint up to the first vertex on the segment, and returns that vertex.
     fn constrain_step(&mut self, from: u32, to: u32) -> Result<u32, Crossed> {
         let ahead = |v: u32| {
             let [o, a, b] = [from, to, v].map(|i| self.points[i as usize]);
@@ -197,8 +199,8 @@ impl Planar {
         Ok(end)
     }
 
-    /// Fills the side of an edge up to a chain of vertices, which leads from `a` to `b` on its left. The triangle
-    /// on the edge is the Delaunay one, so a vertex that the chain passes twice is cut off by what it holds.
+    /// Fills the polygon between an edge and a chain of vertices from `a` to `b` on its left. The triangle on the edge
+    /// is Delaunay, so the part of the chain between two visits of the same vertex is separated.
     fn fill(&mut self, chain: &[u32], a: u32, b: u32) {
         let mut stack = vec![(chain, a, b)];
         while let Some((chain, a, b)) = stack.pop() {
@@ -216,18 +218,18 @@ impl Planar {
         }
     }
 
-    /// From now on constraints bound nothing: what is inside is decided by those that are there.
+    /// Closes the boundary: later constraints do not bound the graph.
     pub fn close(&mut self) {
         self.barriers = Some(self.constraints.clone());
     }
 
-    /// Does the edge bound the graph or a hole?
+    /// Returns `true` if the edge bounds the graph or a hole.
     fn is_barrier(&self, a: u32, b: u32) -> bool {
         self.barriers.as_ref().unwrap_or(&self.constraints).contains(&ascending([a, b]))
     }
 
-    /// The triangles that are neither outside the graph nor in a hole, smallest vertex first, ascending; and
-    /// which holes' points lie on a constraint or outside of the graph.
+    /// Returns the triangles that are neither outside the graph nor in a hole, smallest vertex first, ascending.
+    /// Returns also the indices of hole points that lie on a constraint or outside the graph.
     pub fn inside(&self, holes: &[DVec2]) -> (Vec<[u32; 3]>, Vec<usize>) {
         let mut gone = BTreeSet::new();
         self.flood(0, 1, &mut gone);
@@ -247,7 +249,7 @@ impl Planar {
         (all.difference(&gone).copied().collect(), misplaced)
     }
 
-    /// The triangle left of an edge, its smallest vertex first.
+    /// Returns the triangle on the left of an edge, its smallest vertex first.
     fn canonical(&self, a: u32, b: u32) -> [u32; 3] {
         let c = self.apex.get(&(a, b)).copied().unwrap_or(a);
         if a < b && a < c {

@@ -1,13 +1,13 @@
-//! From polygons to simplices: a complex whose pieces meet in common vertices, or the reasons why not.
+//! The conversion of polygons to simplices: a complex whose elements meet in common vertices, or the defects.
 //!
-//! **Statement.** Edges are divided at the points on them, each facet is triangulated with all points and
-//! segments that lie in it. If the input is a valid complex, the outcome is simplicial; [`crate::contact`]
-//! decides whether it is. In the plane the walls are the pieces of segments.
+//! **Statement.** Edges are divided at the points on them. Each facet is triangulated with all points and segments that
+//! lie in it. If the input is a valid complex, the result is simplicial. [`crate::contact`] decides whether it is. In
+//! the plane, the walls are the subsegments.
 //!
-//! A piece with a defect is left out of what follows, so that it does not cause others; points at the same place
-//! are one.
+//! Elements with a defect are omitted from later steps, so that they do not cause other defects. Points with the same
+//! coordinates are identified.
 //!
-//! **Work and depth.** `O(m log m)` and what the boxes visited cost, sequential; a facet of `k` points `O(k^2)`.
+//! **Work and depth.** `O(m log m)`, plus the visited boxes, sequential. A facet of `k` points needs `O(k^2)`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,13 +15,13 @@ use septet_geometry::point::lex_cmp;
 use septet_geometry::range::{scale, scale_exponent};
 
 use crate::bvh::{Bounds, Bvh};
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::facet::Triangulate;
 use crate::input::{Input, Kind};
 pub use crate::simplices::{Outline, Part, Simplices};
 use crate::space::{Space, ascending, on_segment};
 
-/// The work in progress.
+/// The state of the conversion.
 struct Resolver<'a, P: Space> {
     input: &'a Input<P>,
     out: Simplices<P>,
@@ -29,8 +29,8 @@ struct Resolver<'a, P: Space> {
     defects: Vec<Defect>,
 }
 
-/// The simplices of an input and what is wrong with its pieces one by one. `None` where the coordinates or the
-/// lack of any pieces make everything else pointless.
+/// Returns the simplices of an input, and the defects of single elements. The simplices are `None` if the coordinates
+/// are out of range or there are no elements.
 pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<Defect>) {
     if input.segments.is_empty() && input.facets.is_empty() {
         return (None, vec![Defect::Empty]);
@@ -41,7 +41,7 @@ pub fn resolve<P: Triangulate>(input: &Input<P>) -> (Option<Simplices<P>>, Vec<D
         Ok(exponent) => exponent,
         Err(error) => return (None, vec![Defect::Range(error.to_string())]),
     };
-    // Adding zero makes 0.0 of -0.0.
+    // Adding zero converts -0.0 to 0.0.
     let points: Vec<P> = input.points.iter().map(|&p| scale(p, exponent) + P::splat(0.0)).collect();
     let tree = Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect());
     let same = (0..points.len() as u32).collect();
@@ -88,32 +88,33 @@ impl<P: Space> Resolver<'_, P> {
         }
     }
 
-    /// Names every position that is not there.
+    /// Reports every reference to a point that does not exist.
     fn indices(&mut self) {
         let count = self.out.points.len() as u64;
-        let segments = self.input.segments.iter().map(|s| (Piece::Segment(s.ends), s.ends.to_vec()));
+        let segments = self.input.segments.iter().map(|s| (Element::Segment(s.ends), s.ends.to_vec()));
         let facets = self.input.facets.iter().enumerate();
-        let facets = facets.map(|(i, f)| (Piece::Facet(i as u32), f.polygons.concat()));
-        for (piece, named) in segments.chain(facets) {
+        let facets = facets.map(|(i, f)| (Element::Facet(i as u32), f.polygons.concat()));
+        for (element, named) in segments.chain(facets) {
             let missing = named.into_iter().map(u64::from).filter(|&n| n >= count);
-            self.defects.extend(missing.map(|named| Defect::NoSuchPoint { piece, named, count }));
+            self.defects.extend(missing.map(|named| Defect::NoSuchPoint { element, named, count }));
         }
     }
 
-    /// Divides all edges at the points on them (of a surface: reports those).
+    /// Divides all edges at the points on them. In a surface, reports such points.
     fn divide(&mut self, facets: &[Option<Outline>]) {
         let mut edges: BTreeMap<[u32; 2], i64> = BTreeMap::new();
         for (segment, listed) in self.input.segments.iter().map(|s| (s, s.ends)) {
             let Some(ends) = self.out.represent(&listed) else { continue };
             if ends[0] == ends[1] {
                 let at = self.out.place(ends[0]);
-                self.defects.push(Defect::Degenerate { piece: Piece::Segment(listed), at });
+                self.defects.push(Defect::Degenerate { element: Element::Segment(listed), at });
                 continue;
             }
             let ends = ascending([ends[0], ends[1]]);
             if P::DIM == 2 && edges.contains_key(&ends) {
-                let piece = Piece::Segment(ascending(listed));
-                self.defects.push(Defect::Doubled { pieces: [piece, piece], at: self.out.middle(ends) });
+                let element = Element::Segment(ascending(listed));
+                self.defects
+                    .push(Defect::Doubled { elements: [element, element], at: self.out.middle(ends) });
             }
             edges.entry(ends).or_insert(segment.marker);
         }
@@ -126,8 +127,8 @@ impl<P: Space> Resolver<'_, P> {
             let on = self.on_edge(edge, &used);
             if self.input.kind == Kind::Surface {
                 for &v in &on {
-                    let pieces = [Piece::Point(v), Piece::Segment(edge)];
-                    self.defects.push(Defect::Intersect { pieces, at: self.out.place(v) });
+                    let elements = [Element::Point(v), Element::Segment(edge)];
+                    self.defects.push(Defect::Intersect { elements, at: self.out.place(v) });
                 }
             }
             let chain: Vec<u32> = [edge[0]].into_iter().chain(on).chain([edge[1]]).collect();
@@ -144,13 +145,13 @@ impl<P: Space> Resolver<'_, P> {
         }
     }
 
-    /// Segments of the plane that lie on each other.
+    /// Reports segments of the plane that overlap.
     fn overlaps(&mut self) {
         let pairs: BTreeSet<[[u32; 2]; 2]> =
             self.out.parts.iter().flat_map(|p| p.of.windows(2).map(|w| [w[0], w[1]])).collect();
         for [a, b] in pairs {
             let at = self.out.middle(if self.covers(a, b) { b } else { a });
-            self.defects.push(Defect::Doubled { pieces: [Piece::Segment(a), Piece::Segment(b)], at });
+            self.defects.push(Defect::Doubled { elements: [Element::Segment(a), Element::Segment(b)], at });
         }
     }
 
@@ -158,7 +159,7 @@ impl<P: Space> Resolver<'_, P> {
         b.iter().all(|&v| on_segment(self.p(a[0]), self.p(a[1]), self.p(v)))
     }
 
-    /// The points strictly between the ends of an edge, in order.
+    /// Returns the points strictly between the ends of an edge, in order.
     fn on_edge(&self, [a, b]: [u32; 2], used: &BTreeSet<u32>) -> Vec<u32> {
         let surface = self.input.kind == Kind::Surface;
         let mut on = self.tree.meeting(&self.out.bounds(&[a, b]));
@@ -169,7 +170,7 @@ impl<P: Space> Resolver<'_, P> {
                 && (!surface || used.contains(&v))
                 && on_segment(self.p(a), self.p(b), self.p(v))
         });
-        // Along the axis where the edge is longest the order is that of one coordinate.
+        // Along the longest axis of the edge, one coordinate determines the order.
         let d = self.p(b) - self.p(a);
         let axis = (1..P::DIM).fold(0, |k, i| if d.coord(i).abs() > d.coord(k).abs() { i } else { k });
         on.sort_by(|&u, &v| self.p(u).coord(axis).total_cmp(&self.p(v).coord(axis)));

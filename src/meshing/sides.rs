@@ -1,23 +1,27 @@
-//! What a complex encloses: the components of the space without its walls.
+//! The components of the complement of the walls.
 //!
-//! **Statement.** Every wall has two sides. Around a hinge (a vertex in the plane, an edge in space) the walls have
-//! a cyclic order, and sides that face each other across the gap between two consecutive walls bound the same
-//! component: they are linked. Classes of linked sides are *shells*. Through one wall of every shell a line is laid
-//! in general position, and what follows each other along the line is linked, too: the unbounded component with
-//! the first side, the far side of a wall with the near side of the next. *Then two sides are in one class iff they
-//! bound the same component.*
+//! **Statement.** Every wall has two sides. Around a hinge (a vertex in the plane, an edge in space), the walls have a
+//! cyclic order. Two sides that face each other across the gap between two consecutive walls bound the same component,
+//! so they are linked. The classes of linked sides are *shells*. A line in general position passes through one wall of
+//! every shell. Consecutive sides on this line are also linked: the unbounded component with the first side, and the
+//! far side of each wall with the near side of the next. *Then two sides are in one class iff they bound the same
+//! component.*
 //!
-//! *Proof.* Links never join different components. Let U be a component, S a shell of it, oriented outwards: S is a
-//! cycle, so it has a winding number w, constant on U, 0 far away, that changes only where a line crosses a wall with
-//! one side in S, and there by 1, between its value c on U (all sides of S face U) and c - 1. So w has only these
-//! two values; as 0 is one of them, c is 0 or 1; and as the shells of U sum to the boundary of U, whose winding
-//! number is 1 on U if U is bounded and 0 if not, exactly one shell has c = 1 in the first case, none in the
-//! second. On a line, whoever leaves U through S (w becomes c - 1) comes back to U only after w is c again,
-//! that is through S: so all sides of U on one line are in one class. Before a line is in a bounded U for the first
-//! time, w of the shell with c = 1 is 0, so it enters through that shell; before it leaves an unbounded U it starts
-//! in it. So the classes of all lines that meet U have a side in common, and every shell of U is on one. QED.
+//! *Proof.* Links never join different components. It remains to show that all sides of a component U are in one class.
+//! 1. Let S be a shell of U, oriented outwards. S is a cycle, so it has a winding number w. It is constant on U and 0
+//!    far away. It changes only where a line crosses a wall with one side in S. There it changes by 1, between its
+//!    value c on U and c - 1, because all sides of S face U. So w has only these two values. One of them is 0, so c is
+//!    0 or 1.
+//! 2. The shells of U sum to the boundary of U. The winding number of this boundary is 1 on U if U is bounded, and 0
+//!    otherwise. So exactly one shell has c = 1 if U is bounded, and none if U is unbounded.
+//! 3. If a line leaves U through S, w becomes c - 1. The line returns to U only after w is c again, that is, through S.
+//!    So all sides of U on one line are in one class.
+//! 4. Let U be bounded. Before a line enters U for the first time, w is 0 for the shell with c = 1, so the line enters
+//!    through that shell. If U is unbounded, every line starts in U.
+//! 5. So the classes of all lines that meet U have a side in common, and every shell of U is on one of these lines.
+//!    QED.
 //!
-//! **Work and depth.** `O(m log m)` and, for each shell, the walls that a thin box meets.
+//! **Work and depth.** `O(m log m)`, plus for each shell the walls that a thin box meets.
 
 use std::collections::BTreeMap;
 
@@ -29,23 +33,23 @@ use crate::crossed::{Line, Met};
 use crate::resolve::Simplices;
 use crate::space::{Crossing, Space};
 
-/// A side of a wall: `2 * wall`, or `2 * wall + 1` for the side of negative orientation.
+/// A side of a wall: `2 * wall` for the positive side, `2 * wall + 1` for the negative side.
 pub type Side = u32;
 
-/// Where a point lies.
+/// The location of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Location {
-    /// In a component; 0 is the unbounded one.
+    /// In a component. Component 0 is unbounded.
     Component(u32),
     /// On a wall.
     Wall(u32),
 }
 
-/// No line in general position was found through a shell that has this wall.
+/// The error that no line in general position through the shell of this wall was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undecided(pub u32);
 
-/// The components.
+/// The components on the sides of the walls.
 #[derive(Clone, Debug)]
 pub struct Sides<P: Space> {
     walls: Vec<P::Facet>,
@@ -53,11 +57,11 @@ pub struct Sides<P: Space> {
     /// The component of every side.
     component: Vec<u32>,
     count: u32,
-    /// Does an odd number of walls lie between a component and the outside?
+    /// Whether an odd number of walls separates each component from the outside.
     odd: Vec<bool>,
 }
 
-/// Sets that are joined, each named by its smallest member.
+/// Disjoint sets with union. The smallest member represents a set.
 pub(crate) struct Sets(Vec<u32>);
 
 impl Sets {
@@ -80,7 +84,7 @@ impl Sets {
 }
 
 impl<P: Space> Sides<P> {
-    /// The components of a complex that [`crate::contact`] has passed.
+    /// Finds the components of a complex that [`crate::contact`] accepts.
     ///
     /// # Errors
     /// [`Undecided`], if all walls of a shell are too thin for a line through them.
@@ -89,7 +93,7 @@ impl<P: Space> Sides<P> {
         let boxes = walls.iter().map(|w| simplices.bounds(w.as_ref())).collect();
         let tree = Bvh::new(boxes);
         let mut sides = Sides { walls, tree, component: Vec::new(), count: 1, odd: vec![false] };
-        // Set 0 is the outside, side s is set s + 1.
+        // Set 0 is the outside, and set s + 1 is side s.
         let mut sets = Sets::new(2 * sides.walls.len() + 1);
         sides.around_hinges(&simplices.points, &mut sets);
         sides.along_lines(&simplices.points, &mut sets)?;
@@ -111,7 +115,8 @@ impl<P: Space> Sides<P> {
                 orientation(&ids.map(|v| points[v as usize]).collect::<Vec<_>>())
             };
             let first = walls[0].0;
-            // The half turn that a wall lies in, counted from the first: itself, below, opposite, beyond.
+            // The part of the turn in which a wall lies, from the first wall: itself, first half, opposite, second
+            // half.
             let half = |apex: u32| match turn(first, apex) {
                 _ if apex == first => 0,
                 Sign::Positive => 1,
@@ -135,9 +140,10 @@ impl<P: Space> Sides<P> {
         }
     }
 
-    /// The side of a wall that one meets after it when turning around the hinge.
+    /// Returns the side of a wall that faces the next wall in the rotation around the hinge.
     fn side_after(&self, hinge: &[u32], apex: u32, wall: u32) -> Side {
-        // A point with positive orientation to (hinge, apex) comes after; is the wall's own order the same?
+        // A point with positive orientation to (hinge, apex) comes next. The parity of the wall's own order selects the
+        // side.
         let own = self.walls[wall as usize];
         let own = own.as_ref();
         let ours: Vec<u32> = hinge.iter().copied().chain([apex]).collect();
@@ -149,7 +155,7 @@ impl<P: Space> Sides<P> {
         2 * wall + inversions % 2
     }
 
-    /// Links what follows each other on a line through every shell.
+    /// Links consecutive sides on a line through every shell.
     fn along_lines(&self, points: &[P], sets: &mut Sets) -> Result<(), Undecided> {
         let mut shells: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for side in 0..2 * self.walls.len() as u32 {
@@ -158,25 +164,25 @@ impl<P: Space> Sides<P> {
         for walls in shells.into_values() {
             let line = walls.iter().find_map(|&wall| self.line_through(points, wall));
             let (from, crossed) = line.ok_or(Undecided(walls[0]))?;
-            let mut before = 0;
+            let mut previous = 0;
             for wall in crossed {
                 let near = self.side_towards(points, wall, from);
-                sets.join(before, near + 1);
-                before = (near ^ 1) + 1;
+                sets.join(previous, near + 1);
+                previous = (near ^ 1) + 1;
             }
-            sets.join(before, 0);
+            sets.join(previous, 0);
         }
         Ok(())
     }
 
-    /// The side of a wall on which a point lies that is not in its plane.
+    /// Returns the side of a wall on which a point lies. The point must not be in its plane.
     fn side_towards(&self, points: &[P], wall: u32, q: P) -> Side {
         let mut corners = P::corners(points, &self.walls[wall as usize]);
         corners.push(q);
         2 * wall + u32::from(orientation(&corners) == Sign::Negative)
     }
 
-    /// A line in general position through the inside of a wall: where it starts, and all walls in their order.
+    /// Returns a line in general position through the interior of a wall: its start, and all walls in their order.
     fn line_through(&self, points: &[P], wall: u32) -> Option<(P, Vec<u32>)> {
         let corners = P::corners(points, &self.walls[wall as usize]);
         let normal = normal(&corners);
@@ -199,7 +205,7 @@ impl<P: Space> Sides<P> {
         None
     }
 
-    /// Two points outside of the box of everything, on a line that passes close to `inner` and mainly along `axis`.
+    /// Returns two points outside the bounding box, on a line near `inner` and mainly along `axis`.
     fn ends(&self, inner: P, axis: usize, attempt: u32) -> Option<(P, P)> {
         let all = self.tree.bounds();
         let extent = all.extent();
@@ -215,7 +221,7 @@ impl<P: Space> Sides<P> {
         outside.then_some((from, to))
     }
 
-    /// The walls that a segment crosses; `None` if it is not in general position.
+    /// Returns the walls that a segment crosses, or `None` if it is not in general position.
     fn crossed(&self, points: &[P], from: P, to: P) -> Option<Vec<Met<P>>> {
         let line = Line::through(from, to);
         let mut found = Vec::new();
@@ -260,28 +266,28 @@ impl<P: Space> Sides<P> {
         }
     }
 
-    /// The number of components; 0 is the unbounded one.
+    /// Returns the number of components. Component 0 is unbounded.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// The components on the positive and the negative side of a wall.
-    pub fn beside(&self, wall: u32) -> [u32; 2] {
+    /// Returns the components on the positive and the negative side of a wall.
+    pub fn components_at(&self, wall: u32) -> [u32; 2] {
         [0, 1].map(|s| self.component[(2 * wall + s) as usize])
     }
 
-    /// The component on the side of a wall on which a point lies that is not in its plane.
+    /// Returns the component on the side of a wall on which a point lies. The point must not be in its plane.
     pub fn towards(&self, points: &[P], wall: u32, q: P) -> u32 {
         self.component[self.side_towards(points, wall, q) as usize]
     }
 
-    /// Does an odd number of walls lie between the component and the outside? A property of closed surfaces.
+    /// Returns `true` if an odd number of walls separates the component from the outside. Only for closed surfaces.
     pub fn is_odd(&self, component: u32) -> bool {
         self.odd[component as usize]
     }
 
-    /// Where a point lies, exactly. `points` are those that the sides were made of. `None` if every line tried
-    /// meets an edge.
+    /// Returns the exact location of a point. `points` must be the points of the complex. Returns `None` if every line
+    /// tried meets an edge.
     pub fn locate(&self, points: &[P], q: P) -> Option<Location> {
         if self.tree.bounds().dist2(q) > 0.0 {
             return Some(Location::Component(0));
@@ -300,18 +306,18 @@ impl<P: Space> Sides<P> {
         })
     }
 
-    /// The measure of every bounded component (area or volume), rounded; index 0 is unbounded and 0.
+    /// Returns the area or volume of every bounded component, rounded. Component 0 is unbounded and has 0.
     pub fn measures(&self, points: &[P]) -> Vec<f64> {
         let mut sums = vec![0.0; self.count as usize];
         let origin = self.tree.bounds().low;
         for (i, wall) in self.walls.iter().enumerate() {
             let corners = P::corners(points, wall);
             let part = signed_measure(&corners, origin);
-            let [positive, negative] = self.beside(i as u32);
+            let [positive, negative] = self.components_at(i as u32);
             sums[positive as usize] += part;
             sums[negative as usize] -= part;
         }
-        // Divided last: what is whole stays whole.
+        // Divided last, so that sums of integers stay exact.
         let factorial = if P::DIM == 2 { 2.0 } else { 6.0 };
         for sum in &mut sums {
             *sum /= factorial;
@@ -321,11 +327,11 @@ impl<P: Space> Sides<P> {
     }
 }
 
-/// Attempts at general position through a wall (there are other walls), and from a point (there are not).
+/// The number of lines tried through a wall, which may be replaced by another wall.
 const TRIES: u32 = 8;
 const ATTEMPTS: u32 = 64;
 
-/// A number in `[0, 1)` of 24 bits from a position in a fixed sequence.
+/// Returns the number of a fixed sequence at a position: 24 bits in `[0, 1)`.
 fn unit(i: u32) -> f64 {
     let mut x = u64::from(i).wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x ^= x >> 29;
@@ -334,18 +340,19 @@ fn unit(i: u32) -> f64 {
     (x >> 40) as f64 / (1u64 << 24) as f64
 }
 
-/// A vector across a wall, rounded.
+/// Returns a normal vector of a wall, rounded.
 fn normal<P: Point>(corners: &[P]) -> P {
     let rel: Vec<P> = corners[1..].iter().map(|&c| c - corners[0]).collect();
     P::hull_normal(&rel)
 }
 
-/// The axis of the largest coordinate.
+/// Returns the axis of the largest coordinate.
 fn steepest<P: Point>(v: P) -> usize {
     (1..P::DIM).fold(0, |k, i| if v.coord(i).abs() > v.coord(k).abs() { i } else { k })
 }
 
-/// The measure of the parallelepiped of a wall and a point, positive if the point is on the positive side.
+/// Returns the measure of the parallelepiped of a wall and a point. It is positive if the point is on the positive
+/// side.
 fn signed_measure<P: Point>(corners: &[P], origin: P) -> f64 {
     normal(corners).dot(origin - corners[0])
 }

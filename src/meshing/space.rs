@@ -1,76 +1,77 @@
-//! Exact contact between segments, triangles and points, in the plane and in space.
+//! Exact contacts between segments, triangles and points, in the plane and in space.
 //!
-//! **Statement.** A *wall* is a simplex with one dimension less than the space: an edge in the plane, a
-//! triangle in space. A set of points, edges and walls is a simplicial complex iff no two of them meet outside
-//! a common face. For two triangles of space it is enough to ask that of every edge of the one and the other:
-//! the intersection is convex, so if it leaves the common face some extreme point of it does, which lies on an
-//! edge of one of them; and an edge meets the other triangle beyond *its* common face with it iff it meets it
-//! beyond that of the two triangles.
+//! **Statement.** A *wall* is a simplex of codimension one: an edge in the plane, a triangle in space. A set of points,
+//! edges and walls is a simplicial complex iff no two of them meet outside a common face. For two triangles of space,
+//! it suffices to test every edge of one against the other.
 //!
-//! **Work and depth.** O(1) a pair.
+//! *Proof.* The intersection of two triangles is convex. If it leaves the common face, some extreme point of it does.
+//! This point lies on an edge of one of the triangles. An edge meets the other triangle beyond *its* common face with
+//! it iff it meets it beyond the common face of the two triangles. QED.
 //!
-//! All answers come from signs of orientations ([`septet_geometry::predicates`]), in space also of the
-//! orientations of projections along an axis, which drop a coordinate and round nothing.
+//! **Work and depth.** O(1) per pair.
+//!
+//! All answers follow from signs of orientations ([`septet_geometry::predicates`]). In space, this includes
+//! orientations of projections along an axis, which drop a coordinate without rounding.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation, raises_dimension};
 
-/// What a segment in general position does at a wall.
+/// The contact between a segment and a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crossing {
     /// They do not meet.
     None,
-    /// The segment passes through the inside of the wall.
+    /// The segment passes through the interior of the wall.
     Proper,
-    /// They may meet in another way: at an edge, in a plane, at an end.
+    /// They may meet in another way: at an edge, in a plane, or at an end.
     Degenerate,
 }
 
-/// A dimension in which domains live.
+/// A dimension for domains: the plane or space.
 pub trait Space: Point {
-    /// A wall's own faces: vertices of an edge, edges of a triangle, as ascending vertex numbers.
+    /// A face of a wall: a vertex of an edge, or an edge of a triangle, as ascending vertex indices.
     type Hinge: Copy + Ord + std::fmt::Debug + AsRef<[u32]>;
 
-    /// The hinges of a wall, in the order of the vertex opposite.
+    /// Returns the hinges of a wall, in the order of the opposite vertices.
     fn hinges(wall: &Self::Facet) -> Vec<Self::Hinge>;
 
-    /// The edges of a wall, ends ascending.
+    /// Returns the edges of a wall, ends ascending.
     fn edges(wall: &Self::Facet) -> Vec<[u32; 2]>;
 
-    /// Are three points on one line? Exact.
+    /// Returns `true` if three points are collinear. Exact.
     fn collinear(a: Self, b: Self, c: Self) -> bool {
         if Self::DIM == 2 { orientation(&[a, b, c]) == Sign::Zero } else { collinear(a, b, c) }
     }
 
-    /// Do two edges without a common end meet (touching counts)?
+    /// Returns `true` if two edges without a common end meet. Touching counts.
     fn edges_meet(e: [Self; 2], f: [Self; 2]) -> bool;
 
-    /// Do an edge and a wall without a common vertex meet (touching counts)?
+    /// Returns `true` if an edge and a wall without a common vertex meet. Touching counts.
     fn edge_meets_wall(e: [Self; 2], wall: &[Self]) -> bool;
 
-    /// Does an edge from the first vertex of a wall to `q`, which is no vertex of the wall, run in the wall
-    /// for a while?
+    /// Returns `true` if an edge from the first vertex of a wall to `q` runs inside the wall at first. `q` is not a
+    /// vertex of the wall.
     fn edge_enters_wall(wall: &[Self], q: Self) -> bool;
 
-    /// Does the point lie on the closed wall?
+    /// Returns `true` if the point lies on the closed wall.
     fn on_wall(wall: &[Self], q: Self) -> bool;
 
-    /// How the segment from `p` to `q` crosses the wall.
+    /// Returns the contact between the segment from `p` to `q` and the wall.
     fn crossing(wall: &[Self], p: Self, q: Self) -> Crossing;
 
-    /// The wall's corners.
+    /// Returns the corners of a wall.
     fn corners(points: &[Self], wall: &Self::Facet) -> Vec<Self> {
         wall.as_ref().iter().map(|&v| points[v as usize]).collect()
     }
 }
 
-/// Are three points on one line?
+/// Returns `true` if three points are collinear.
 fn collinear<P: Point>(a: P, b: P, c: P) -> bool {
     !raises_dimension(&[a], b) || !raises_dimension(&[a, b], c)
 }
 
-/// Is `q`, on the line through `a` and `b`, between them (ends included)?
+/// Returns `true` if `q`, on the line through `a` and `b`, lies between them. The ends count.
 fn between<P: Point>(a: P, b: P, q: P) -> bool {
     (0..P::DIM).all(|i| {
         let (a, b, q) = (a.coord(i), b.coord(i), q.coord(i));
@@ -78,17 +79,17 @@ fn between<P: Point>(a: P, b: P, q: P) -> bool {
     })
 }
 
-/// Does `q` lie on the closed segment?
+/// Returns `true` if `q` lies on the closed segment.
 pub fn on_segment<P: Space>(a: P, b: P, q: P) -> bool {
     between(a, b, q) && P::collinear(a, b, q)
 }
 
-/// Do two edges from a common end `a` overlap in more than it?
+/// Returns `true` if two edges from a common end `a` overlap in more than this end.
 pub fn edges_overlap<P: Space>(a: P, b: P, c: P) -> bool {
     P::collinear(a, b, c) && (between(a, b, c) || between(a, c, b))
 }
 
-/// Drops coordinate `axis` of a point of space; keeps a right-handed order.
+/// Drops coordinate `axis` of a point of space. The other two keep a right-handed order.
 pub fn project(p: DVec3, axis: usize) -> DVec2 {
     match axis {
         0 => DVec2::new(p.y, p.z),
@@ -97,8 +98,8 @@ pub fn project(p: DVec3, axis: usize) -> DVec2 {
     }
 }
 
-/// An axis along which the triangle does not project to a line; the one of the largest area as rounded, if
-/// that is exact. `None` for triangles without area.
+/// Returns an axis along which the triangle does not project to a line: the one with the largest rounded area, if exact
+/// signs confirm it. Returns `None` for triangles without area.
 pub fn projection_axis(a: DVec3, b: DVec3, c: DVec3) -> Option<usize> {
     let n = (b - a).cross(c - a).abs();
     let mut axes = [0, 1, 2];
@@ -110,7 +111,7 @@ fn sign2(a: DVec2, b: DVec2, c: DVec2) -> Sign {
     orientation(&[a, b, c])
 }
 
-/// Do closed segments of the plane meet?
+/// Returns `true` if two closed segments of the plane meet.
 fn segments_meet(e: [DVec2; 2], f: [DVec2; 2]) -> bool {
     let (s, t) = (sign2(e[0], e[1], f[0]), sign2(e[0], e[1], f[1]));
     let (u, v) = (sign2(f[0], f[1], e[0]), sign2(f[0], f[1], e[1]));
@@ -122,7 +123,7 @@ fn segments_meet(e: [DVec2; 2], f: [DVec2; 2]) -> bool {
         .any(|(a, b, q, sign)| sign == Sign::Zero && between(a, b, q))
 }
 
-/// Does the closed triangle of the plane hold the point?
+/// Returns `true` if the closed triangle of the plane contains the point.
 fn in_triangle(t: [DVec2; 3], q: DVec2) -> bool {
     let signs = [sign2(t[0], t[1], q), sign2(t[1], t[2], q), sign2(t[2], t[0], q)];
     !(signs.contains(&Sign::Positive) && signs.contains(&Sign::Negative))
@@ -187,7 +188,7 @@ impl Space for DVec3 {
         let axis = projection_axis(e[0], e[1], f[0]).or_else(|| projection_axis(e[0], e[1], f[1]));
         match axis {
             Some(axis) => segments_meet(e.map(|p| project(p, axis)), f.map(|p| project(p, axis))),
-            // All on one line.
+            // All four points are collinear.
             None => [(e, f), (f, e)].into_iter().any(|(a, b)| b.iter().any(|&q| between(a[0], a[1], q))),
         }
     }
@@ -243,7 +244,7 @@ impl Space for DVec3 {
     }
 }
 
-/// On which side of the line through `p` and `q` the edges of the triangle pass.
+/// Returns the sides on which the edges of the triangle pass the line through `p` and `q`.
 fn around(w: &[DVec3], p: DVec3, q: DVec3) -> [Sign; 3] {
     [(0, 1), (1, 2), (2, 0)].map(|(i, j)| orientation(&[p, q, w[i], w[j]]))
 }
@@ -252,7 +253,7 @@ fn mixed(signs: [Sign; 3]) -> bool {
     signs.contains(&Sign::Positive) && signs.contains(&Sign::Negative)
 }
 
-/// The two numbers in order.
+/// Sorts two indices.
 pub fn ascending(pair: [u32; 2]) -> [u32; 2] {
     [pair[0].min(pair[1]), pair[0].max(pair[1])]
 }
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn crossings_tell_the_general_from_the_special() {
+    fn crossings_separate_proper_from_degenerate() {
         let at = |x, y| DVec3::crossing(&T, v(x, y, -1.0), v(x, y, 1.0));
         assert_eq!(at(1.0, 1.0), Crossing::Proper);
         assert_eq!(at(2.0, 2.0), Crossing::Degenerate);

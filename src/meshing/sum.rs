@@ -1,6 +1,6 @@
-//! Sums of many measures whose rounding errors do not grow.
+//! Sums of many measures with compensated rounding.
 
-/// A sum with its rounding carried along (Neumaier).
+/// A sum with its accumulated rounding error (Neumaier).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sum {
     sum: f64,

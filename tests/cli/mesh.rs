@@ -56,8 +56,8 @@ fn each_defect_is_named_with_ids_and_place() {
         ("crossing.off", 18, "facet 2 and facet 16 intersect"),
         ("crossing.poly", 2, "facet 5 and facet 7 intersect"),
         ("degenerate.off", 4, "facet 13 has no area, at (0, 0, 0)"),
-        ("doubled.off", 4, "facet 3 and facet 12 cover the same place"),
-        ("doubled.poly", 1, "facet 1 and facet 7 cover the same place"),
+        ("doubled.off", 4, "facet 3 and facet 12 overlap"),
+        ("doubled.poly", 1, "facet 1 and facet 7 overlap"),
         ("duplicate.off", 1, "points 7, 8 have the same coordinates (4, 4, 4)"),
         ("edge-of-three.off", 3, "edge 6-7 at (2, 4, 4) has 3 facets: 3, 6, 12"),
         ("facet-hole.poly", 1, "hole point 1 of facet 5 at (0, 9, 2)"),
@@ -65,14 +65,14 @@ fn each_defect_is_named_with_ids_and_place() {
         ("hole-outside.poly", 1, "hole point 1 at (9, 9, 9) lies outside"),
         ("no-length.poly", 1, "segment 2-2 has no length, at (4, 0)"),
         ("not-planar.poly", 1, "facet 2 is not planar: point 7 at (0, 4, 4)"),
-        ("open.off", 3, "the surface is open: edge 1-5 at (4, 0, 2) has only facet 4"),
+        ("open.off", 3, "the surface is open: edge 1-5 at (4, 0, 2) belongs only to facet 4"),
         ("pierced.poly", 1, "segment 9-10 and facet 2 intersect"),
         ("pinched.off", 1, "point 7 at (4, 4, 4) joins 2 fans"),
         ("region-in-hole.poly", 1, "region 1 at (2.5, 3, 3) lies in a hole"),
         ("region-outside.poly", 1, "region 1 at (9, 1, 1) lies outside"),
         ("regions-together.poly", 1, "regions 1 and 2 lie in one component, 2 at (3, 3, 3)"),
         ("touching.off", 9, "point 8 and segment 4-7 intersect"),
-        ("unclosed.poly", 1, "enclose nothing"),
+        ("unclosed.poly", 1, "enclose only holes"),
     ];
     let mut named: Vec<&str> = expected.iter().map(|e| e.0).collect();
     named.push("no-such-point.off");
@@ -89,7 +89,7 @@ fn each_defect_is_named_with_ids_and_place() {
         assert_eq!(talk.lines().count(), count + 2, "{name}: {talk}");
     }
     let (code, talk) = check(&root("domains/bad/no-such-point.off"));
-    assert!(code == 3 && talk.contains("names point 8"), "{talk}");
+    assert!(code == 3 && talk.contains("refers to point 8"), "{talk}");
 }
 
 #[test]

@@ -150,7 +150,7 @@ impl Job<'_> {
             stages: &found.stages,
             quality: &found.quality,
             conformity: &found.conformity,
-            record: &found.record,
+            run_log: &found.run_log,
             picture: picture.as_ref(),
         };
         self.tell(&judged, &around, files)?;

@@ -16,7 +16,7 @@ use septet_common::samples::kuhn;
 use septet_core::config::{Transport, Workers};
 use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
-use septet_core::mesh::record::Record;
+use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::{
     DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, Promise, Shape, SingularityRequest, generate, measure,
     sizes,
@@ -351,7 +351,7 @@ fn the_report_says_what_was_found() {
         stages: &stages,
         quality: &quality,
         conformity: &conformity,
-        record: &Record::default(),
+        run_log: &RunLog::default(),
         picture: None,
     };
     let around = Surroundings { input: "cube.poly", first_id: 1, ..Surroundings::default() };
@@ -388,13 +388,13 @@ fn the_report_says_what_was_found() {
 }
 
 #[test]
-fn requests_become_wishes() {
+fn requests_become_constraints() {
     let domain = cube();
     let place = |shape, at: &[f64]| {
         let singularity = Some(SingularityRequest { shape, at: at.to_vec() });
         MeshRequest { singularity, min_size: Some(0.01), ..request() }.size_options(&domain)
     };
-    let of = |shape, at: &[f64]| place(shape, at).unwrap().wishes.singularities;
+    let of = |shape, at: &[f64]| place(shape, at).unwrap().constraints.singularities;
     assert_eq!(of(Shape::Point, &[]), [(Singularity::Point(DVec3::splat(0.5)), 0.01)]);
     assert_eq!(of(Shape::Point, &[1., 2., 3.]), [(Singularity::Point(DVec3::new(1., 2., 3.)), 0.01)]);
     let Singularity::Line(p, q) = of(Shape::Line, &[])[0].0 else { panic!() };
@@ -404,7 +404,7 @@ fn requests_become_wishes() {
     let plane = MeshRequest { field: Some(field.clone()), ..request() };
     assert!(matches!(plane.size_options(&domain), Err(MeshError::Dimension { expected: 3, .. })));
     let space = MeshRequest { field: Some(SizeField { dimension: 3, ..field }), ..request() };
-    assert_eq!(space.size_options(&domain).unwrap().wishes.field.len(), 1);
+    assert_eq!(space.size_options(&domain).unwrap().constraints.field.len(), 1);
     assert_eq!(Promise::of(0.5).free, 2.0);
     assert!(Promise::of(0.06).near.is_some_and(|g| g > 1.5 && g < 1.7), "{:?}", Promise::of(0.06));
 }

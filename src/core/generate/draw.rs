@@ -1,22 +1,22 @@
-//! Random draws that are the same on every machine: `ChaCha` and the four operations.
+//! Random draws that are the same on every platform: `ChaCha` and the four arithmetic operations.
 //!
-//! **Statement.** Every draw is a function of (seed, purpose, number of the draw). No logarithm or
-//! other library function is called: exponential variates come from comparisons alone (von Neumann,
-//! "Various techniques used in connection with random digits", 1951), a Poisson number from counting
-//! exponential gaps, bell-shaped offsets from sums of twelve uniform ones.
+//! **Statement.** Every draw is a function of (seed, purpose, index of the draw). No logarithm or other library
+//! function is used. Exponential variates come from comparisons only (von Neumann, "Various techniques used in
+//! connection with random digits", 1951). Poisson variates count exponential gaps. Bell-shaped offsets are sums of
+//! twelve uniform variates.
 //!
-//! **Work.** O(1) expected per variate; a Poisson number of mean `n` costs O(n).
+//! **Work.** O(1) expected per variate. A Poisson variate of mean `n` costs O(n).
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use septet_geometry::point::Point;
 
-/// What a stream of draws is for: streams never overlap.
+/// The use of a stream. Streams of different purposes never overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Purpose {
     /// Coordinates.
     Points = 1,
-    /// A random number of points.
+    /// The number of points of a Poisson process.
     Count = 2,
     /// Centres of clusters.
     Centres = 3,
@@ -26,24 +26,24 @@ pub(super) enum Purpose {
 pub(super) struct Draw(ChaCha8Rng);
 
 impl Draw {
-    /// The stream of one seed and purpose.
+    /// Starts the stream of a seed and a purpose.
     pub fn new(seed: u64, purpose: Purpose) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(purpose as u64);
         Draw(rng)
     }
 
-    /// 64 random bits.
+    /// Draws 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0.next_u64()
     }
 
-    /// Uniform in `[0, 1)`, a multiple of 2^-53.
+    /// Draws a uniform multiple of 2^-53 from `[0, 1)`.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Uniform in the unit square or cube.
+    /// Draws a uniform point of the unit square or cube.
     pub fn point<P: Point>(&mut self) -> P {
         let mut p = P::default();
         for i in 0..P::DIM {
@@ -52,7 +52,7 @@ impl Draw {
         p
     }
 
-    /// Uniform in the ball of radius 1 about the origin, by rejection.
+    /// Draws a uniform point of the ball of radius 1 about the origin, by rejection.
     pub fn in_ball<P: Point>(&mut self) -> P {
         loop {
             let p = self.point::<P>() * 2.0 - P::splat(1.0);
@@ -62,7 +62,7 @@ impl Draw {
         }
     }
 
-    /// Bell-shaped with variance 1 in every coordinate, within 6 of 0.
+    /// Draws a bell-shaped vector: every coordinate has mean 0, variance 1 and absolute value at most 6.
     pub fn bell<P: Point>(&mut self) -> P {
         let mut sum = P::splat(-6.0);
         for _ in 0..12 {
@@ -71,8 +71,9 @@ impl Draw {
         sum
     }
 
-    /// Exponential with mean 1. A run of falling uniform draws has odd length with probability
-    /// `exp(-u)`, `u` being its first; each run of even length adds 1.
+    /// Draws an exponential variate with mean 1. Uniform numbers are drawn as long as they decrease. The length of such
+    /// a run is odd with probability `exp(-u)`, where `u` is its first number. A run of odd length ends the draw, and
+    /// each run of even length adds 1.
     pub fn exponential(&mut self) -> f64 {
         let mut whole = 0.0;
         loop {
@@ -94,7 +95,7 @@ impl Draw {
         }
     }
 
-    /// A Poisson number: the exponential gaps that fit into `mean`.
+    /// Draws a Poisson variate: the number of exponential gaps that fit into `mean`.
     pub fn poisson(&mut self, mean: u64) -> u64 {
         let mut count = 0;
         let mut time = self.exponential();

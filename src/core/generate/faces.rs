@@ -1,18 +1,18 @@
-//! The faces of the unit square or cube, tiled by cubes.
+//! Faces of the unit square or cube, and their tilings by cubes.
 
 use septet_geometry::point::Point;
 
-/// A face of the unit square or cube, of any dimension: some axes free, the others at 0 or 1.
+/// A face of the unit square or cube of any dimension. Its fixed axes are at 0 or 1, and its other axes are free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Face<P> {
-    /// The coordinates of the fixed axes; 0 in the free ones.
+    /// The coordinates of the fixed axes. Free axes have 0.
     base: P,
-    /// Which axes are free.
+    /// Whether each axis is free.
     free: [bool; 3],
 }
 
 impl<P: Point> Face<P> {
-    /// All faces of dimension `k`.
+    /// Returns all faces of dimension `k`.
     pub fn all(k: usize) -> impl Iterator<Item = Face<P>> {
         (0..3usize.pow(P::DIM as u32)).filter_map(move |mut code| {
             let mut face = Face { base: P::default(), free: [false; 3] };
@@ -25,13 +25,13 @@ impl<P: Point> Face<P> {
         })
     }
 
-    /// The free axes.
+    /// Returns the free axes.
     fn axes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..P::DIM).filter(|&i| self.free[i])
     }
 
-    /// Visits cubes that tile the face and whose sides are at most `bound(midpoint)`: midpoint and
-    /// side.
+    /// Tiles the face by cubes with sides of at most `bound(midpoint)`. Calls `visit` with the midpoint and the side of
+    /// each cube.
     pub fn tile(&self, bound: impl Fn(&P) -> f64, mut visit: impl FnMut(P, f64)) {
         let axes: Vec<usize> = self.axes().collect();
         let mut whole = self.base;

@@ -1,4 +1,4 @@
-//! The kinds of point sets: names, limits, and how they are written on a command line.
+//! Kinds of point sets: their names, their limits, and their notation on the command line.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,34 +10,34 @@ use super::request::{GenerateError, Request};
 pub enum Kind {
     /// Independent and uniform.
     Uniform,
-    /// A homogeneous Poisson process: the number of points is random with mean `n`.
+    /// A homogeneous Poisson process. The number of points is random with mean `n`.
     Poisson,
-    /// Uniform in the ball (disc) of radius 1/2.
+    /// Uniform in the ball (in the plane: the disc) of radius 1/2.
     Ball,
-    /// Uniform on the sphere (circle) of radius 1/2, up to rounding.
+    /// Uniform on the sphere (in the plane: the circle) of radius 1/2, up to rounding.
     Sphere,
-    /// Integer points `0..k` in every axis over a power of two, so that ties are exact; `k^d` points.
+    /// The integer points `0..k` of every axis, divided by a power of two so that ties are exact. `k^d` points.
     Grid,
-    /// Integer points with an even sum over a power of two: face-centred cubic in space, its planar
-    /// analogue (the centred square lattice) in the plane; `4 m^3` and `2 m^2` points.
+    /// The integer points with an even sum, divided by a power of two. In space this is the face-centred cubic lattice
+    /// with `4 m^3` points. In the plane it is the centred square lattice with `2 m^2` points.
     Fcc,
-    /// A grid of `k^d` cells with one point in the middle half of each.
+    /// A grid of `k^d` cells with one point in the middle half of each cell.
     Jittered,
-    /// Ten bell-shaped clusters far apart, each half as wide as the one before.
+    /// Ten bell-shaped clusters far apart. Each is half as wide as the previous one.
     Clusters,
-    /// Uniform, with thickness 1/1000 along the last axis.
+    /// Uniform in a slab of thickness 1/1000 along the last axis.
     Slab,
-    /// Uniform within 1/1000 of points of a slanted segment.
+    /// Uniform within 1/1000 of random points of a slanted segment.
     Line,
-    /// Points `(t, t^2, t^3)` for `t = 0..n`, each axis over a power of two: in space every two of
-    /// them are neighbours.
+    /// The points `(t, t^2, t^3)` for `t = 0..n`, each axis divided by a power of two. In space, every two of them are
+    /// Delaunay neighbours.
     MomentCurve,
-    /// f-spaced with constant f, with boundary.
+    /// f-spaced with boundary, where f is constant.
     WellSpaced,
-    /// f-spaced, f growing linearly with the distance from the centre, with boundary.
+    /// f-spaced with boundary, where f grows linearly with the distance from the centre.
     GradedPoint,
-    /// f-spaced, f growing linearly with the distance from the line through the centre along the last
-    /// axis, with boundary.
+    /// f-spaced with boundary, where f grows linearly with the distance from the line through the centre along the last
+    /// axis.
     GradedLine,
 }
 
@@ -59,36 +59,36 @@ const NAMES: [(Kind, &str); 14] = [
     (Kind::GradedLine, "graded-line"),
 ];
 
-/// The names of all kinds, separated by commas.
+/// Returns the names of all kinds, separated by commas.
 pub(super) fn names() -> String {
     NAMES.map(|(_, name)| name).join(", ")
 }
 
 impl Kind {
-    /// Every kind.
+    /// Returns every kind.
     pub fn all() -> impl Iterator<Item = Kind> {
         NAMES.into_iter().map(|(kind, _)| kind)
     }
 
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
 
-    /// Is the set f-spaced?
+    /// Returns `true` if the set is f-spaced.
     pub fn is_spaced(self) -> bool {
         matches!(self, Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine)
     }
 
-    /// Does the size function grow, so that a Lipschitz constant means something?
+    /// Returns `true` if the size function grows, so that a Lipschitz constant applies.
     pub fn is_graded(self) -> bool {
         matches!(self, Kind::GradedPoint | Kind::GradedLine)
     }
 
-    /// The largest number of points: what memory, exact coordinates or vertex numbers allow.
+    /// Returns the largest number of points. Memory, exact coordinates or vertex indices limit it.
     pub(super) fn limit(self, dimension: usize) -> u64 {
         match (self, dimension) {
-            // t^d has to be a 53-bit integer.
+            // t^d must be an integer of 53 bits.
             (Kind::MomentCurve, 2) => 1 << 26,
             (Kind::MomentCurve, _) => 1 << 17,
             (kind, _) if kind.is_spaced() => 1 << 25,
@@ -96,13 +96,13 @@ impl Kind {
         }
     }
 
-    /// Why the number of points may differ from the request.
+    /// Returns the reason why the number of points may differ from the request.
     pub(super) fn count_rule(self) -> &'static str {
         match self {
             Kind::Poisson => "the number of points of a Poisson process is random",
-            Kind::Grid | Kind::Jittered => "the nearest power of a whole side",
-            Kind::Fcc => "the nearest whole number of lattice cells per side",
-            _ => "the number is as asked for, or within 5 %",
+            Kind::Grid | Kind::Jittered => "rounded to a power of an integer side",
+            Kind::Fcc => "rounded to an integer number of lattice cells per side",
+            _ => "the number is the requested one, or within 5 % of it",
         }
     }
 }
@@ -123,13 +123,12 @@ impl FromStr for Kind {
     }
 }
 
-/// Reads `KIND:N[,d=2][,seed=7][,lipschitz=0.25]`; without them, dimension 3, seed 0 and the default
-/// constant. `N` may be written with an exponent, as in `1e6`.
+/// Parses `KIND:N[,d=2][,seed=7][,lipschitz=0.25]`. The defaults are dimension 3, seed 0 and the default constant. `N`
+/// may have an exponent, as in `1e6`.
 ///
 /// # Errors
 ///
-/// Names the part that cannot be read, and refuses an unknown kind. Ranges are checked by
-/// [`super::generate`].
+/// Names the part that cannot be parsed, and rejects unknown kinds. [`super::generate`] checks the ranges.
 pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
     let fail = |reason: String| GenerateError::Spec { spec: spec.into(), reason };
     let (kind, rest) =
@@ -142,19 +141,19 @@ pub fn parse_sample(spec: &str) -> Result<Request, GenerateError> {
     let mut request = Request { kind, n, dimension: 3, seed: 0, lipschitz: None };
     for part in parts {
         let (key, value) =
-            part.split_once('=').ok_or_else(|| fail(format!("expected KEY=VALUE in place of `{part}`")))?;
-        let bad = || fail(format!("`{value}` is no value for {key}"));
+            part.split_once('=').ok_or_else(|| fail(format!("expected KEY=VALUE instead of `{part}`")))?;
+        let bad = || fail(format!("`{value}` is not a valid value for {key}"));
         match key {
             "d" => request.dimension = value.parse().map_err(|_| bad())?,
             "seed" => request.seed = value.parse().map_err(|_| bad())?,
             "lipschitz" => request.lipschitz = Some(value.parse().map_err(|_| bad())?),
-            _ => return Err(fail(format!("unknown key `{key}`: d, seed or lipschitz"))),
+            _ => return Err(fail(format!("unknown key `{key}`: expected d, seed or lipschitz"))),
         }
     }
     Ok(request)
 }
 
-/// A whole number, with an exponent if need be.
+/// Parses a whole number, optionally with an exponent.
 fn parse_count(text: &str) -> Option<u64> {
     match text.split_once(['e', 'E']) {
         None => text.parse().ok(),

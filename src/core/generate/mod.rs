@@ -1,8 +1,8 @@
-//! Point sets to try things on: random, degenerate, clustered, and f-spaced with a known constant.
+//! Point sets for experiments: random, degenerate, clustered, and f-spaced with a known constant.
 //!
-//! A set is a function of (kind, number, dimension, seed, Lipschitz constant) and nothing else: no clock decides
-//! anything, no number of threads, no library function beyond the square root. All kinds live in the unit square or
-//! cube; the f-spaced ones are made on the machine (`spaced`).
+//! A set is a function of (kind, number, dimension, seed, Lipschitz constant). It does not depend on a clock, on the
+//! number of threads, or on any library function except the square root. All kinds lie in the unit square or cube. The
+//! machine generates the f-spaced kinds (`spaced`).
 
 mod draw;
 mod faces;
@@ -25,8 +25,8 @@ use crate::model::Points;
 ///
 /// # Errors
 ///
-/// Refuses dimensions other than 2 and 3, numbers of points above the kind's limit, and Lipschitz
-/// constants that are out of range or that the kind has no use for.
+/// Rejects dimensions other than 2 and 3, and numbers of points above the limit of the kind. Rejects Lipschitz
+/// constants that are out of range or that the kind does not use.
 pub fn generate(
     request: &Request,
     progress: &mut dyn FnMut(&str, u64, u64),
@@ -67,11 +67,11 @@ fn typed<P: Unit>(
     let mut spacing = None;
     let spaced = request.kind.is_spaced();
     let points = if spaced {
-        let found = search::spaced_set::<P>(request, progress)?;
-        let sizing = found.sizing;
+        let set = search::spaced_set::<P>(request, progress)?;
+        let sizing = set.sizing;
         spacing = Some(Spacing { lipschitz: sizing.slope, dimension: P::DIM, sizing });
-        notes = found.notes;
-        found.points
+        notes = set.notes;
+        set.points
     } else {
         progress(request.kind.name(), 0, request.n);
         let points = shapes::points::<P>(request);
@@ -80,7 +80,7 @@ fn typed<P: Unit>(
     };
     if !spaced && points.len() as u64 != request.n {
         let (made, asked) = (points.len(), request.n);
-        notes.push(format!("{made} points, {asked} asked for: {}", request.kind.count_rule()));
+        notes.push(format!("{made} points instead of {asked}: {}", request.kind.count_rule()));
     }
     Ok(Generated { points: wrap(points), spacing, requested: request.n, notes })
 }

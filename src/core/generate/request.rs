@@ -1,4 +1,4 @@
-//! What is asked of a generator, and what it gives or refuses.
+//! The request for a set, its result, and its errors.
 
 use glam::{DVec2, DVec3};
 use thiserror::Error;
@@ -7,32 +7,32 @@ use super::kind::{self, Kind};
 use super::sizing::Sizing;
 use crate::model::Points;
 
-/// What to generate.
+/// The request for a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
     /// The kind of set.
     pub kind: Kind,
-    /// Number of points asked for; see [`Kind`] for what the kinds make of it.
+    /// The number of points requested. [`Kind`] documents how the kinds round it.
     pub n: u64,
     /// 2 or 3.
     pub dimension: usize,
     /// The seed of all draws.
     pub seed: u64,
-    /// The Lipschitz constant of the graded kinds, between 0 and 1; 0.25 if not given.
+    /// The Lipschitz constant of the graded kinds, between 0 and 1. The default is 0.25.
     pub lipschitz: Option<f64>,
 }
 
 /// The guarantee of an f-spaced set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spacing {
-    /// The Lipschitz constant of the size function; 0 for constant size.
+    /// The Lipschitz constant of the size function. It is 0 if the size is constant.
     pub lipschitz: f64,
     pub(super) dimension: usize,
     pub(super) sizing: Sizing,
 }
 
 impl Spacing {
-    /// The size function at a place; in the plane its third coordinate does not count.
+    /// Evaluates the size function at a point. In the plane, the third coordinate is ignored.
     pub fn size(&self, [x, y, z]: [f64; 3]) -> f64 {
         match self.dimension {
             2 => self.sizing.at(&DVec2::new(x, y)),
@@ -46,60 +46,60 @@ impl Spacing {
 pub struct Generated {
     /// The points.
     pub points: Points,
-    /// For f-spaced sets, the constant of f.
+    /// The spacing of an f-spaced set. `None` for other kinds.
     pub spacing: Option<Spacing>,
-    /// The number asked for.
+    /// The number of points requested.
     pub requested: u64,
-    /// What a reader of the report should know, one sentence each.
+    /// Notes for the reader of the report, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Why a set could not be generated.
+/// Errors of the generation of a set.
 #[derive(Debug, Error)]
 pub enum GenerateError {
-    /// No such kind.
+    /// The kind is unknown.
     #[error("unknown kind of point set `{name}`; known kinds: {}", kind::names())]
     UnknownKind {
-        /// As given.
+        /// The name as given.
         name: String,
     },
-    /// Neither 2 nor 3.
+    /// The dimension is neither 2 nor 3.
     #[error("dimension {0} is not supported: 2 or 3")]
     Dimension(usize),
-    /// Outside the open interval from 0 to 1.
+    /// The constant is outside the open interval from 0 to 1.
     #[error("lipschitz = {0} is not between 0 and 1 (both excluded)")]
     Lipschitz(f64),
-    /// A constant for a kind that has none.
-    #[error("`{0}` takes no lipschitz constant: only graded kinds do")]
+    /// The kind has no Lipschitz constant.
+    #[error("`{0}` does not use a lipschitz constant: only graded kinds do")]
     LipschitzUnused(Kind),
-    /// More points than the kind can have.
+    /// The kind cannot have as many points.
     #[error("{n} points are too many for `{kind}`: at most {limit}")]
     TooMany {
         /// The kind.
         kind: Kind,
-        /// Points asked for.
+        /// The number of points requested.
         n: u64,
         /// The largest number allowed.
         limit: u64,
     },
-    /// A sample specification that cannot be read.
+    /// The specification of a sample cannot be parsed.
     #[error("cannot read the sample `{spec}`: {reason}")]
     Spec {
-        /// As given.
+        /// The specification as given.
         spec: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
-    /// The machine that makes an f-spaced set failed.
-    #[error("an f-spaced set could not be made")]
+    /// The machine that generates an f-spaced set failed.
+    #[error("the generation of an f-spaced set failed")]
     Machine(#[from] crate::Error),
-    /// An f-spaced set could not be completed.
-    #[error("an f-spaced set could not be completed: {reason}; this is a fault of septet")]
+    /// The generation of an f-spaced set did not finish.
+    #[error("the generation of an f-spaced set did not finish: {reason}; this is a bug in septet")]
     Incomplete {
-        /// What went wrong.
+        /// The failure.
         reason: String,
     },
 }
 
-/// Reports progress: what is being done, how much of it is done, and how much there is.
+/// A callback for progress. Its arguments are the name of the step, the amount done, and the total amount.
 pub type Progress<'a> = dyn FnMut(&str, u64, u64) + 'a;

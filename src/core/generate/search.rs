@@ -1,14 +1,14 @@
-//! The size function whose f-spaced set has the number of points asked for.
+//! The size function whose f-spaced set has the requested number of points.
 //!
-//! **Statement.** A completed f-spaced set has about `sum over faces F of c_k * integral of f^-k over F`
-//! points, `k` the dimension of `F`, with constants `c_k` that were measured. That estimate is inverted
-//! by bisection and corrected by what a first, smaller set of the same slope came to; a set within 5 %
-//! of the request is accepted, after at most [`TRIALS`] trials the nearest one.
+//! **Statement.** A complete f-spaced set has about `sum over faces F of c_k * integral of f^-k over F` points. Here
+//! `k` is the dimension of `F`, and the constants `c_k` were measured. Bisection inverts this estimate. The measured
+//! size of a first, smaller set with the same slope corrects it. A set within 5 % of the request is accepted. After
+//! [`TRIALS`] trials, the closest set is accepted.
 //!
-//! **Work.** That of a set of n points per trial.
+//! **Work.** The generation of a set of n points per trial.
 //!
-//! **Departures.** With the slope L given, a set graded to a point has only O(L^-d log(1/least))
-//! points. Beyond that the slope is lowered, which keeps f L-Lipschitz; the slope used is reported.
+//! **Departures.** With a fixed slope L, a set graded to a point has only O(L^-d log(1/least)) points. For larger
+//! requests the slope is reduced. Then f is still L-Lipschitz. The result reports the slope that was used.
 
 use septet_geometry::point::Point;
 
@@ -19,26 +19,26 @@ use super::sizing::{Centre, Sizing};
 use super::spaced;
 use super::unit::Unit;
 
-/// Accepted relative difference from the number asked for.
+/// The accepted relative difference from the requested number.
 const TOLERANCE: f64 = 0.05;
 
-/// Full-size sets built at most.
+/// The largest number of trials, each with a set of full size.
 const TRIALS: usize = 4;
 
-/// Points per `f^k` on faces of dimension `k`, in the plane and in space. Below the full dimension,
-/// what the boundary adds to the interior count.
+/// The number of points per `f^k` on faces of dimension `k`, in the plane and in space. Below the full dimension, it is
+/// the contribution of the boundary to the count.
 const DENSITY: [[f64; 4]; 2] = [[1.0, 0.21, 0.711, 0.0], [1.0, -0.085, 0.332, 0.741]];
 
-/// The size of the set that calibrates the estimate for larger ones.
+/// The number of points of the set that calibrates the estimate for larger ones.
 const PILOT: f64 = 20_000.0;
 
-/// A set and what to say of it.
-pub(super) struct Found<P> {
+/// An f-spaced set with its size function.
+pub(super) struct SpacedSet<P> {
     /// The points.
     pub points: Vec<P>,
     /// The size function used.
     pub sizing: Sizing,
-    /// Remarks.
+    /// Notes for the reader of the report.
     pub notes: Vec<String>,
 }
 
@@ -46,13 +46,13 @@ pub(super) struct Found<P> {
 pub(super) fn spaced_set<P: Unit>(
     request: &Request,
     progress: &mut Progress,
-) -> Result<Found<P>, GenerateError> {
+) -> Result<SpacedSet<P>, GenerateError> {
     let family = Family::of(request);
     let wanted = request.n as f64;
     let first = family.sizing::<P>(wanted.max(1.0), None);
-    let mut found = Found { points: Vec::new(), sizing: first, notes: Vec::new() };
+    let mut set = SpacedSet { points: Vec::new(), sizing: first, notes: Vec::new() };
     if request.n == 0 {
-        return Ok(found);
+        return Ok(set);
     }
     let mut factor = 1.0;
     let mut best = f64::MAX;
@@ -70,31 +70,30 @@ pub(super) fn spaced_set<P: Unit>(
         let error = (made / wanted - 1.0).abs();
         if error < best {
             best = error;
-            found.points = points;
-            found.sizing = sizing;
+            set.points = points;
+            set.sizing = sizing;
         }
         if best <= TOLERANCE {
             break;
         }
     }
     if best > TOLERANCE {
-        let (made, asked) = (found.points.len(), request.n);
-        found.notes.push(format!("{made} points, {asked} asked for: no size function came nearer"));
+        let (made, asked) = (set.points.len(), request.n);
+        set.notes.push(format!("{made} points instead of {asked}: no size function gives a closer number"));
     }
-    if found.sizing.slope < family.slope {
-        let (used, asked) = (found.sizing.slope, family.slope);
-        found
-            .notes
-            .push(format!("size function with slope {used:.4}: with {asked} there are not that many points"));
+    if set.sizing.slope < family.slope {
+        let (used, asked) = (set.sizing.slope, family.slope);
+        set.notes
+            .push(format!("the size function has slope {used:.4}, because slope {asked} gives fewer points"));
     }
-    Ok(found)
+    Ok(set)
 }
 
 /// The size functions of a kind.
 struct Family {
     centre: Centre,
     slope: f64,
-    /// The least `least / slope` there is: how sharply sizes fall.
+    /// The smallest `least / slope` of the family. It limits how sharply sizes decrease.
     sharpest: f64,
 }
 
@@ -108,7 +107,7 @@ impl Family {
         }
     }
 
-    /// The size function with an estimate of `wanted` points, of a fixed slope if given.
+    /// Returns the size function with an estimate of `wanted` points. Uses the given slope, if any.
     fn sizing<P: Point>(&self, wanted: f64, slope: Option<f64>) -> Sizing {
         let centre = self.centre;
         if self.slope == 0.0 {
@@ -119,7 +118,7 @@ impl Family {
         let at = |offset: f64| Sizing { centre, slope, least: slope * offset };
         let sharpest = at(self.sharpest);
         if estimate::<P>(&sharpest) >= wanted {
-            // Sizes at the corners must not exceed their distance, 1.
+            // Sizes at the corners must not exceed the side, 1.
             let corner = sharpest.distance(&P::splat(0.0));
             return invert::<P>(wanted, self.sharpest, 1.0 / slope - corner, at);
         }
@@ -128,8 +127,8 @@ impl Family {
     }
 }
 
-/// The member of a family of growing size functions with an estimate of `wanted` points, by bisection
-/// of the parameter's ratio.
+/// Returns the member of an increasing family of size functions that has an estimate of `wanted` points. Bisects the
+/// parameter geometrically.
 fn invert<P: Point>(wanted: f64, low: f64, high: f64, at: impl Fn(f64) -> Sizing) -> Sizing {
     let (mut low, mut high) = (low, high);
     for _ in 0..40 {
@@ -143,7 +142,7 @@ fn invert<P: Point>(wanted: f64, low: f64, high: f64, at: impl Fn(f64) -> Sizing
     at(high)
 }
 
-/// The number of points to expect.
+/// Estimates the number of points.
 pub(super) fn estimate<P: Point>(sizing: &Sizing) -> f64 {
     let mut sum = 0.0;
     for (k, density) in DENSITY[P::DIM - 2].iter().enumerate().take(P::DIM + 1) {

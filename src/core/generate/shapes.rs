@@ -1,6 +1,6 @@
-//! The kinds that need no size function: random sets, lattices and curves.
+//! Kinds without a size function: random sets, lattices and curves.
 //!
-//! **Work.** O(n), but for the ten centres of the clusters.
+//! **Work.** O(n), plus the choice of ten cluster centres.
 
 use septet_geometry::point::{Point, dist2};
 
@@ -8,7 +8,7 @@ use super::draw::{Draw, Purpose};
 use super::kind::Kind;
 use super::request::Request;
 
-/// The points of a kind that is not f-spaced; the request is checked.
+/// Generates the points of a kind that is not f-spaced. The request must be checked.
 pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
     let Request { kind, n, seed, .. } = *request;
     let mut draw = Draw::new(seed, Purpose::Points);
@@ -45,17 +45,17 @@ pub(super) fn points<P: Point>(request: &Request) -> Vec<P> {
             let unit = 1.0 / n.saturating_sub(1).next_power_of_two() as f64;
             (0..n).map(|t| moment(t as f64 * unit)).collect()
         }
-        // The f-spaced kinds are made elsewhere.
+        // The f-spaced kinds are generated elsewhere.
         Kind::Uniform | Kind::WellSpaced | Kind::GradedPoint | Kind::GradedLine => many(&mut || draw.point()),
     }
 }
 
-/// From the ball of radius 1 about the origin into the unit cube.
+/// Maps the ball of radius 1 about the origin into the unit cube.
 fn centred<P: Point>(p: P) -> P {
     p * 0.5 + P::splat(0.5)
 }
 
-/// A direction by rejection from the ball, so that no sine is needed.
+/// Draws a direction by rejection from the ball, so that no sine is needed.
 fn on_sphere<P: Point>(draw: &mut Draw) -> P {
     loop {
         let p: P = draw.in_ball();
@@ -67,7 +67,7 @@ fn on_sphere<P: Point>(draw: &mut Draw) -> P {
     }
 }
 
-/// The side `k` whose count comes nearest to `n`; at least 1 unless `n` is 0.
+/// Returns the side `k` whose count is closest to `n`. It is at least 1, unless `n` is 0.
 fn nearest_side(n: u64, count: impl Fn(u64) -> u64) -> u64 {
     let mut side = 0;
     while count(side) < n {
@@ -76,7 +76,7 @@ fn nearest_side(n: u64, count: impl Fn(u64) -> u64) -> u64 {
     if side > 1 && n - count(side - 1) < count(side) - n { side - 1 } else { side }
 }
 
-/// The integer points `0..side` in every axis, the last axis fastest.
+/// Returns the integer points `0..side` of every axis. The last axis varies fastest.
 fn lattice<P: Point>(side: u64) -> impl Iterator<Item = P> {
     (0..side.pow(P::DIM as u32)).map(move |mut i| {
         let mut p = P::default();
@@ -96,8 +96,8 @@ fn fcc<P: Point>(n: u64) -> Vec<P> {
     lattice::<P>(side).filter(even).map(|p| p * unit).collect()
 }
 
-/// Cluster `i` has standard deviation `0.02 / 2^i` and reaches six of them; centres are the farthest of
-/// 64 random places from the centres before.
+/// Draws clusters. Cluster `i` has standard deviation `0.02 / 2^i` and a radius of six deviations. Each centre is the
+/// farthest of 64 random places from the previous centres.
 fn clusters<P: Point>(request: &Request, draw: &mut Draw) -> Vec<P> {
     const CLUSTERS: u64 = 10;
     let mut places = Draw::new(request.seed, Purpose::Centres);

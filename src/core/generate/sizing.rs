@@ -1,11 +1,11 @@
 //! Size functions of the f-spaced kinds.
 //!
-//! **Statement.** A size function here is `f(x) = least + slope * dist(x, centre)`, the centre being a point or a line
-//! (or the slope 0): exactly `slope`-Lipschitz.
+//! **Statement.** A size function is `f(x) = least + slope * dist(x, centre)`, where the centre is a point or a line.
+//! Hence f is `slope`-Lipschitz. A slope of 0 gives a constant size.
 
 use septet_geometry::point::Point;
 
-/// Where the size function is least.
+/// The set on which the size function is smallest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Centre {
     /// The midpoint of the domain.
@@ -17,16 +17,16 @@ pub(super) enum Centre {
 /// A size function on the unit square or cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sizing {
-    /// Where it is least.
+    /// The set on which it is smallest.
     pub centre: Centre,
     /// Its Lipschitz constant.
     pub slope: f64,
-    /// Its least value.
+    /// Its smallest value.
     pub least: f64,
 }
 
 impl Sizing {
-    /// The value at a point.
+    /// Evaluates the function at a point.
     #[inline]
     pub fn at<P: Point>(&self, p: &P) -> f64 {
         if self.slope == 0.0 {
@@ -35,7 +35,7 @@ impl Sizing {
         self.least + self.slope * self.distance(p)
     }
 
-    /// Distance from the centre.
+    /// Returns the distance from the centre.
     #[inline]
     pub fn distance<P: Point>(&self, p: &P) -> f64 {
         let axes = match self.centre {

@@ -1,23 +1,29 @@
 //! f-spaced sets with boundary: the points of a mesh of the unit square or cube.
 //!
-//! **Statement.** The set is that of [`septet_meshing::generate`] for the unit square or cube, corners first, then points on
-//! edges, on faces and in the volume. It is f-spaced (Definition 5.2 read with `>=`). No point lies in the smallest ball
-//! of an edge's piece or of a face's triangle, so all circumcentres lie in the domain, and a cell with its centre c outside of all
-//! those balls has `R <= f(c)`: a radius-edge ratio of at most `1 / (1 - L)`, and Delaunay edges
-//! `|uv| <= 2(1+L)/(1-L) min(nn_u, nn_v)`. Such a ball has a radius of at most f at its centre, so it lies within
-//! `f(x) / (1 - L)` of the boundary, x its point. Where the centre is in one, `R <= g f(c)` with `g = sqrt(2) / (1 - L)`, and
-//! 5/4 in the place of g for constant f, farther than 3 f from the other faces. That edges are within 1.25 times the bound above
-//! everywhere is measured, not proved: the most of 250 sets was 1.18 times it.
+//! **Statement.** The set is the result of [`septet_meshing::generate`] for the unit square or cube: corners first,
+//! then points on edges, on faces and in the volume.
+//! 1. The set is f-spaced (Definition 5.2 read with `>=`).
+//! 2. No point lies in the smallest ball of a subsegment of an edge or of a subfacet of a face. Hence all circumcentres
+//!    lie in the domain.
+//! 3. A cell whose centre c lies outside all these balls has `R <= f(c)`. Then the radius-edge ratio is at most
+//!    `1 / (1 - L)`, and Delaunay edges satisfy `|uv| <= 2(1+L)/(1-L) min(nn_u, nn_v)`.
+//! 4. Such a ball has a radius of at most f at its centre. It therefore lies within `f(x) / (1 - L)` of the boundary
+//!    for each of its points x.
+//! 5. A cell whose centre lies in such a ball has `R <= g f(c)` with `g = sqrt(2) / (1 - L)`. If f is constant and the
+//!    centre is farther than 3 f from the other faces, g is 5/4.
 //!
-//! **Why sizes need not be below the local feature size.** Sizes of a request are at most 1, so the balls of pieces and triangles
-//! have radii below 1 and do not reach what is disjoint from their own face; what meets it does so at right angles,
-//! where the generator's lemmas hold at any size.
+//! Edges everywhere stay within 1.25 times the bound of claim 3. This is measured, not proved: the maximum over 250
+//! sets was 1.18 times the bound.
 //!
-//! **Work.** That of the generator's runs: independent sets and triangulations on the machine, all of them `O(n log n)`.
+//! **Why sizes need not be below the local feature size.** The sizes of a request are at most 1. The balls of
+//! subsegments and subfacets therefore have radii below 1 and do not reach faces that are disjoint from their own.
+//! Faces that meet their own face do so at right angles, where the lemmas of the generator hold for any size.
+//!
+//! **Work.** The runs of the generator: independent sets and triangulations on the machine, all of them `O(n log n)`.
 //! The set is the same for every number of workers and threads.
 //!
-//! **Departures.** The generator works in a thread of its own while the caller's hears of it: so a caller that unwinds
-//! from its callback ends the runs of the machine.
+//! **Departures.** The generator runs in its own thread and sends its progress to the thread of the caller. If the
+//! caller's callback unwinds, the runs of the machine are cancelled.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -40,36 +46,36 @@ use super::unit::Unit;
 use crate::config::{Config, Transport, Workers};
 use crate::mesh::machine::Counted;
 
-/// Points that cells of 32 bits can have.
+/// The number of points that cells of 32 bits can index.
 const MOST_POINTS: u64 = 1 << 26;
 
-/// How often the caller is told that the generator is still at work.
+/// The interval at which the callback of the caller runs while the generator works.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// A machine that tells how many points there are.
-struct Told<M> {
+/// A machine that sends the number of points after each step.
+struct Reporting<M> {
     machine: M,
     points: Sender<u64>,
 }
 
-impl<M> Told<M> {
-    fn tell(&self, points: usize) {
-        // Nobody listens any more if the caller has given up.
+impl<M> Reporting<M> {
+    fn report(&self, points: usize) {
+        // The receiver is gone if the caller has given up.
         let _ = self.points.send(points as u64);
     }
 }
 
-impl<P: Point, M: Machine<P>> Machine<P> for Told<M> {
+impl<P: Point, M: Machine<P>> Machine<P> for Reporting<M> {
     type Error = M::Error;
 
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, M::Error> {
         let set = self.machine.independent(sites, fixed)?;
-        self.tell(fixed + set.members.len());
+        self.report(fixed + set.members.len());
         Ok(set)
     }
 
     fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, M::Error> {
-        self.tell(points.len());
+        self.report(points.len());
         self.machine.delaunay(points)
     }
 
@@ -82,7 +88,7 @@ impl<P: Point, M: Machine<P>> Machine<P> for Told<M> {
     }
 }
 
-/// Tells the machine to give up when it is dropped.
+/// Cancels the runs of the machine when it is dropped.
 struct GiveUp(Arc<AtomicBool>);
 
 impl Drop for GiveUp {
@@ -91,43 +97,44 @@ impl Drop for GiveUp {
     }
 }
 
-/// An f-spaced, completed set with boundary.
+/// Builds a complete f-spaced set with boundary.
 pub(super) fn build<P: Unit>(
     sizing: Sizing,
     seed: u64,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<P>, GenerateError> {
-    let refused = |reason: String| GenerateError::Incomplete { reason };
-    let domain = P::domain().map_err(|defects| refused(format!("{} defects", defects.len())))?;
+    let incomplete = |reason: String| GenerateError::Incomplete { reason };
+    let domain = P::domain().map_err(|defects| incomplete(format!("{} defects", defects.len())))?;
     let give_up = GiveUp(Arc::default());
     let config = machine(seed, Config::default().threads, give_up.0.clone());
     let work = |points: Sender<u64>| {
-        // What the machine does to make points is no part of a run over them.
+        // Runs over the points must not include the spans of their generation.
         with_default(NoSubscriber::new(), || {
-            set(&domain, sizing, seed, &mut Told { machine: Counted::new(config), points })
+            set(&domain, sizing, seed, &mut Reporting { machine: Counted::new(config), points })
         })
     };
-    match heard(work, give_up, progress) {
+    match run_in_thread(work, give_up, progress) {
         Ok(points) => Ok(points),
         Err(Failure::Machine(error)) => Err(error.into()),
-        Err(failure) => Err(refused(format!("{failure:?}"))),
+        Err(failure) => Err(incomplete(format!("{failure:?}"))),
     }
 }
 
-/// What comes of work in a thread of its own. If `progress` unwinds, the work is told to give up, and waited for.
-fn heard<T: Send>(
+/// Runs `work` in its own thread and calls `progress` meanwhile. If `progress` unwinds, cancels the work and waits for
+/// it.
+fn run_in_thread<T: Send>(
     work: impl FnOnce(Sender<u64>) -> T + Send,
     give_up: GiveUp,
     progress: &mut dyn FnMut(u64),
 ) -> T {
-    let (points, told) = channel();
+    let (points, counts) = channel();
     thread::scope(|scope| {
         // Dropped before the scope waits for its thread.
         let _give_up = give_up;
         let work = scope.spawn(move || work(points));
         let mut latest = 0;
         loop {
-            match told.recv_timeout(PATIENCE) {
+            match counts.recv_timeout(PATIENCE) {
                 Ok(points) => latest = points,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -149,7 +156,7 @@ fn machine(seed: u64, workers: usize, cancel: Arc<AtomicBool>) -> Config {
     }
 }
 
-/// The set as a machine makes it.
+/// Generates the set on a machine.
 fn set<P: Unit, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     sizing: Sizing,

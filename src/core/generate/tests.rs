@@ -7,20 +7,20 @@ use septet_geometry::point::{Point, Simplex, dist2};
 use super::sizing::Sizing;
 use super::*;
 
-/// What the theorems speak about, measured.
+/// The measured quantities of the theorems.
 #[derive(Debug, Default)]
 struct Quality {
-    /// Cells with centres farther than `f/(1-L)` from the boundary.
+    /// The number of cells with centres farther than `f/(1-L)` from the boundary.
     free: usize,
-    /// Greatest `R / f(c)` over them, and over all.
+    /// The largest `R / f(c)` over these cells, and over all.
     gap: [f64; 2],
-    /// Greatest radius-edge ratio likewise.
+    /// The largest radius-edge ratio, in the same way.
     ratio: [f64; 2],
-    /// Greatest `|uv| / min(nn_u, nn_v)` over Delaunay edges.
+    /// The largest `|uv| / min(nn_u, nn_v)` over Delaunay edges.
     alpha: f64,
-    /// How far centres lie outside of the domain.
+    /// The largest distance of a centre outside the domain.
     outside: f64,
-    /// Greatest depth of a point in the smallest ball of a face on the hull, over its radius.
+    /// The largest depth of a point in the smallest ball of a hull face, relative to its radius.
     depth: f64,
 }
 
@@ -63,7 +63,7 @@ fn for_edges<P: Point>(points: &[P], cell: &P::Cell, mut visit: impl FnMut(usize
     }
 }
 
-/// How deep a point lies in the smallest ball through a face of the hull, over its radius.
+/// Returns the depth of a point in the smallest ball through a hull face, relative to its radius.
 fn depth<P: Point>(points: &[P], face: &[u32]) -> f64 {
     let at = |i: usize| points[face[i] as usize];
     let (u, v) = (at(1) - at(0), at(P::DIM - 1) - at(0));
@@ -103,7 +103,7 @@ fn made(request: &Request) -> Generated {
     generate(request, &mut |_, _, _| {}).unwrap()
 }
 
-/// Spacing, completion and quality of the set of a request; returns its number of points.
+/// Checks spacing, completion and quality of the set of a request. Returns its number of points.
 fn check_spaced<P: unit::Unit>(request: &Request) -> usize {
     let found = search::spaced_set::<P>(request, &mut |_, _, _| {}).unwrap();
     let (points, sizing) = (found.points, found.sizing);
@@ -152,20 +152,20 @@ fn graded_sets_are_spaced_complete_and_well_shaped() {
 }
 
 #[test]
-fn larger_spaced_sets_have_the_number_asked_for() {
+fn larger_spaced_sets_have_the_requested_number() {
     for kind in [Kind::WellSpaced, Kind::GradedPoint, Kind::GradedLine] {
         let set = made(&request(kind, 50_000, 3, None));
         let count = set.points.len() as f64;
         assert!((count / 50_000.0 - 1.0).abs() <= 0.05, "{kind}: {count}");
         let spacing = set.spacing.unwrap();
         assert!(spacing.lipschitz <= 0.25);
-        // Only a point cannot carry that many at the slope asked for.
+        // Only the set graded to a point cannot have that many points at the requested slope.
         assert_eq!(set.notes.is_empty(), kind != Kind::GradedPoint, "{:?}", set.notes);
     }
 }
 
 #[test]
-fn every_kind_is_repeatable_and_lives_in_the_unit_cube() {
+fn every_kind_is_repeatable_and_inside_the_unit_cube() {
     for kind in Kind::all() {
         for dimension in [2, 3] {
             let ask = request(kind, 700, dimension, None);
@@ -208,7 +208,7 @@ fn lattices_are_exact() {
     };
     assert_eq!(curve[64], DVec3::new(0.5, 0.25, 0.125));
     let dt = Incremental::new(curve).unwrap();
-    // Every two points of the curve are neighbours: n - 1 of them around each.
+    // Every two points of the curve are neighbours, so each has n - 1.
     let mut star = Vec::new();
     dt.star(50, &mut star);
     let mut around: Vec<u32> = star.iter().flat_map(|&cell| *dt.complex().cell(cell)).collect();
@@ -218,7 +218,7 @@ fn lattices_are_exact() {
 }
 
 #[test]
-fn samples_are_read_from_text() {
+fn samples_are_parsed() {
     let read = |spec| parse_sample(spec).unwrap();
     let plain = Request { seed: 0, ..request(Kind::Uniform, 1000, 3, None) };
     assert_eq!(read("uniform:1000"), plain);
@@ -236,7 +236,7 @@ fn samples_are_read_from_text() {
 }
 
 #[test]
-fn impossible_requests_are_refused() {
+fn impossible_requests_are_rejected() {
     let refusal = |request: Request| generate(&request, &mut |_, _, _| {}).unwrap_err();
     let dimension = refusal(request(Kind::Uniform, 10, 4, None));
     assert!(matches!(dimension, GenerateError::Dimension(4)));

@@ -1,4 +1,4 @@
-//! The unit square and the unit cube, as domains.
+//! The unit square and the unit cube as domains.
 
 use glam::{DVec2, DVec3};
 use septet_meshing::check;
@@ -7,15 +7,15 @@ use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::{Input, InputFacet, InputSegment, Kind};
 
-/// A space with a unit cube.
+/// A dimension with a unit cube.
 pub trait Unit: Triangulate {
-    /// The cube as a file would state it.
+    /// Returns the cube as an input, as a file would describe it.
     fn input() -> Input<Self>;
 
-    /// The cube as a domain, in coordinates that are not scaled.
+    /// Returns the cube as a domain, in unscaled coordinates.
     ///
     /// # Errors
-    /// None: there is no defect.
+    /// None: the input has no defect.
     fn domain() -> Result<Domain<Self>, Vec<Defect>> {
         let domain = check(&Self::input())?;
         debug_assert_eq!(domain.simplices.exponent, 0);

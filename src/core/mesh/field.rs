@@ -1,4 +1,4 @@
-//! Sizes at points, as `--size-field` gives them.
+//! Sizes at points, as given with `--size-field`.
 
 use septet_geometry::point::Point;
 use septet_meshing::size::cones::Cone;
@@ -8,14 +8,14 @@ use super::request::MeshError;
 /// Sizes at points of the plane or of space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SizeField {
-    /// 2 or 3.
+    /// Either 2 or 3.
     pub dimension: usize,
-    /// The coordinates, and the size there in place of the next one.
+    /// Coordinates and the size there. Coordinates beyond the dimension are ignored.
     pub rows: Vec<([f64; 3], f64)>,
 }
 
 impl SizeField {
-    /// The sizes as a size function takes them.
+    /// Converts the sizes to cones of a size function.
     ///
     /// # Errors
     /// [`MeshError::Dimension`].

@@ -1,4 +1,4 @@
-//! A mesh as the writers take it.
+//! A mesh as arrays for the writers.
 
 use bytemuck::cast_slice;
 use septet_geometry::point::{Point, Simplex};
@@ -17,7 +17,7 @@ pub struct Labelled<'a, P: Point> {
 }
 
 impl<'a, P: Space> Labelled<'a, P> {
-    /// The arrays of a mesh of this domain. The mesh must be in order: its rows name what exists.
+    /// Collects the arrays of a mesh of this domain. All indices in the mesh must be valid.
     pub fn of(domain: &Domain<P>, mesh: &'a Mesh<P>) -> Self {
         let names = region_names(domain);
         let cells = mesh.cells.iter().flat_map(AsRef::as_ref).map(|&v| u64::from(v)).collect();
@@ -48,7 +48,7 @@ impl<'a, P: Space> Labelled<'a, P> {
         Labelled { mesh, cells, labels }
     }
 
-    /// As writers take it.
+    /// Returns the view that writers take.
     pub fn view(&self) -> MeshView<'_> {
         MeshView {
             dimension: P::DIM,
@@ -69,15 +69,15 @@ fn carrier<P: Point>(carrier: Carrier) -> [i32; 2] {
     [carrier.dimension(P::DIM) as i32, number]
 }
 
-/// The cells of a face, one that exists first, then that of the smaller region.
+/// Returns the cells of a face: existing cells first, then by region.
 fn inner_first<P: Point>(mesh: &Mesh<P>, face: &Face<P>) -> [u32; 2] {
     let mut cells = face.cells;
     cells.sort_by_key(|&c| (c == OUTSIDE, mesh.regions.get(c as usize).copied(), c));
     cells
 }
 
-/// The points of a face such that its normal points out of a cell (in the plane: the cell lies on the left), the
-/// smallest first if there are three.
+/// Returns the points of a face such that its normal points out of a cell. In the plane, the cell lies on the left.
+/// Three points start with the smallest.
 fn outward<P: Point>(mesh: &Mesh<P>, face: &Face<P>, cell: u32) -> P::Facet {
     let Some(row) = mesh.cells.get(cell as usize) else { return face.vertices };
     let row = row.as_ref();

@@ -1,7 +1,8 @@
-//! What the generator asks for, as runs of the machine.
+//! Implements the machine of the generator by runs of `septet`.
 //!
-//! An independent set is a run of [`crate::independent`], a triangulation one of [`crate::triangulate`]. Facets of at most
-//! a leaf's points are leaves of a machine that has only those: they are triangulated where they are, side by side.
+//! An independent set is a run of [`crate::independent`], and a triangulation is a run of [`crate::triangulate`]. A
+//! facet with at most `LEAF` points is a leaf of a machine of its own. Such facets are triangulated locally and in
+//! parallel.
 
 use std::time::Instant;
 
@@ -9,7 +10,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use septet_geometry::incremental::{Incremental, IncrementalError};
 use septet_geometry::point::{Point, Simplex};
-use septet_meshing::cores::Cores;
+use septet_meshing::executor::Executor;
 use septet_meshing::generate::{Machine, Stage, Triangulation};
 use septet_meshing::mesh::StageLine;
 use septet_meshing::points::conflicts::Site;
@@ -19,24 +20,24 @@ use septet_protocol::ledger::Ledger;
 use septet_workers::profile::stage_span;
 use tracing::span::EnteredSpan;
 
-use super::record::{INDEPENDENT_SET, Record, TRIANGULATION};
+use super::run_log::{INDEPENDENT_SET, RunLog, SiteCounts, TRIANGULATION};
 use crate::config::Config;
 use crate::error::Error;
 use crate::run::independent::independent;
 use crate::run::{Traffic, triangulate};
 
-/// Points up to which a facet is one leaf.
+/// The largest number of points of a facet that is one leaf.
 const LEAF: usize = 4096;
 
-/// The machine with what each stage took.
+/// A machine that counts the resources of each stage.
 #[derive(Debug)]
 pub struct Counted {
     config: Config,
     lines: Vec<StageLine>,
-    record: Record,
+    run_log: RunLog,
     owners: Owners,
     since: Instant,
-    /// Told to whoever listens, as long as the stage goes on.
+    /// The span of the current stage, for subscribers.
     span: Option<EnteredSpan>,
 }
 
@@ -47,7 +48,7 @@ struct Owners {
     of: Vec<u32>,
 }
 
-/// What a run is recorded by.
+/// The data of a run for the log.
 struct Taken<'a> {
     task: &'static str,
     points: usize,
@@ -58,20 +59,20 @@ struct Taken<'a> {
 }
 
 impl Counted {
-    /// A machine of this configuration.
+    /// Creates a machine with this configuration.
     pub fn new(config: Config) -> Self {
         Counted {
             config,
             lines: Vec::new(),
-            record: Record::default(),
+            run_log: RunLog::default(),
             owners: Owners::default(),
             since: Instant::now(),
             span: None,
         }
     }
 
-    /// The workers of the cells of the last triangulation in this dimension, in its order; none if there was none of so
-    /// many cells.
+    /// Returns the worker of each cell of the last triangulation in this dimension, in its order. Returns `None` if
+    /// that triangulation did not have `cells` cells.
     pub(super) fn owners(&self, dimension: usize, cells: usize) -> Option<&[u32]> {
         let Owners { dimension: of, of: owners } = &self.owners;
         (*of == dimension && owners.len() == cells).then_some(owners)
@@ -86,9 +87,9 @@ impl Counted {
         line.bytes += bytes;
         line.work += ledger.phases.iter().map(|p| p.work).sum::<u64>();
         line.depth += ledger.phases.iter().map(|p| p.critical_depth).sum::<u64>();
-        let points = [taken.points as u64, taken.fixed as u64];
-        self.record.add(&line.name, taken.task, points, ledger, taken.seconds);
-        self.record.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
+        let sites = SiteCounts { points: taken.points as u64, fixed: taken.fixed as u64 };
+        self.run_log.add(&line.name, taken.task, sites, ledger, taken.seconds);
+        self.run_log.add_phases(&line.name, taken.task, ledger, taken.phase_seconds);
     }
 
     fn close(&mut self) {
@@ -99,8 +100,8 @@ impl Counted {
         self.since = Instant::now();
     }
 
-    /// The lines with what the generator counted itself, and what the runs took one by one.
-    pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, Record) {
+    /// Adds the counts of the generator to the lines. Returns the lines and the log of all runs.
+    pub(super) fn finish(mut self, stages: &[Stage]) -> (Vec<StageLine>, RunLog) {
         self.close();
         for (line, stage) in self.lines.iter_mut().zip(stages) {
             line.candidates = stage.candidates;
@@ -108,7 +109,7 @@ impl Counted {
             line.completion_rounds = u64::from(stage.completion);
             line.set_rounds = u64::from(stage.set_rounds);
         }
-        (self.lines, self.record)
+        (self.lines, self.run_log)
     }
 }
 
@@ -194,17 +195,17 @@ impl<P: Point> Machine<P> for Counted {
     }
 }
 
-/// The threads of the global pool, for what needs no machine.
+/// Maps with the threads of the global pool, for computations without a machine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AllCores;
 
-impl Cores for AllCores {
+impl Executor for AllCores {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
         items.par_iter().map(f).collect()
     }
 }
 
-/// The triangles of a leaf; nothing if they are for the machine to find, or to say why there are none.
+/// Triangulates a leaf. Returns `None` on an error, so that the machine triangulates the facet or reports the error.
 fn in_a_leaf(points: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     match Incremental::new(points.to_vec()) {
         Ok(built) => Some(built.cells().collect()),

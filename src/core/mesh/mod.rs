@@ -1,14 +1,14 @@
-//! Meshes of domains: what is asked for, the mesh as files take it, and its report.
+//! Meshes of domains: the request, the mesh as arrays for files, and its quality.
 //!
-//! `generate` makes a mesh, [`labelled::Labelled`] is what writers take of it, `report` what `--json` says, `tables` what
-//! `--profile` says. [`record`] is what the machine did meanwhile, [`view`] the picture in the report.
+//! `generate` generates a mesh. [`labelled::Labelled`] holds the arrays for the writers. [`run_log`] records the runs
+//! of the machine, and [`view`] is the picture in the report.
 
 pub mod field;
 pub mod labelled;
 pub mod machine;
 pub mod pipeline;
-pub mod record;
 mod request;
+pub mod run_log;
 pub mod view;
 
 use std::time::Instant;
@@ -17,7 +17,7 @@ use septet_meshing::conformity::{self, Conformity, Follow};
 use septet_meshing::distance::Features;
 use septet_meshing::domain::Domain;
 use septet_meshing::facet::Triangulate;
-use septet_meshing::generate::remesh::{DEFAULT_PARTS, Kept, Options, remesh};
+use septet_meshing::generate::remesh::{DEFAULT_PARTS, Options, SurfaceFeatures, remesh};
 use septet_meshing::generate::{self, Failure, Rules};
 use septet_meshing::improve::{Target, improve};
 use septet_meshing::mesh::{Mesh, StageLine};
@@ -32,12 +32,12 @@ use crate::config::Config;
 use crate::run::memory;
 use machine::{AllCores, Counted};
 pub use pipeline::{Dimension, Keep, Made, MakeError, check, make, make_of};
-use record::Record;
 pub use request::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshError, MeshRequest, Shape, SingularityRequest,
 };
+use run_log::RunLog;
 
-/// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
+/// Compares a mesh with its domain. The request selects whether the boundary is exact or remeshed.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
     let _span = stage_span(request.seed, "conformity");
     match request.boundary_of(domain.kind) {
@@ -49,10 +49,10 @@ pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &Mes
     }
 }
 
-/// The size function that is asked for.
+/// Builds the size function of a request.
 ///
 /// # Errors
-/// Sizes out of range, or too fine.
+/// Sizes that are out of range or too fine.
 pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
@@ -62,18 +62,18 @@ pub fn sizes<P: Triangulate>(
     if !request.remeshes(domain) {
         return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
     }
-    let wishes = &mut options.wishes;
-    if wishes.most.is_none() && wishes.field.is_empty() && wishes.singularities.is_empty() {
+    let constraints = &mut options.constraints;
+    if constraints.most.is_none() && constraints.field.is_empty() && constraints.singularities.is_empty() {
         let live = domain.corners.iter().map(|&v| domain.points()[v as usize]);
         let extent = septet_meshing::bvh::Bounds::of(live).extent();
         let diagonal = septet_geometry::range::scale(extent, -domain.simplices.exponent).norm2().sqrt();
-        wishes.most = Some(diagonal / DEFAULT_PARTS);
+        constraints.most = Some(diagonal / DEFAULT_PARTS);
     }
-    let kept = Kept::new(domain, request.feature_angle);
-    Ok(SizeFunction::of_features(domain, &kept.features(domain), &options, &AllCores)?)
+    let surface = SurfaceFeatures::new(domain, request.feature_angle);
+    Ok(SizeFunction::of_features(domain, &surface.distance_features(domain), &options, &AllCores)?)
 }
 
-/// How good a mesh is that was asked for so. Of a remeshed surface nothing is promised about radius-edge ratios, and the
+/// Measures the quality of a mesh of this request. For a remeshed surface no radius-edge ratio is promised, and the
 /// local feature size is that of its corners and ridges.
 pub fn assess<P: Triangulate>(
     domain: &Domain<P>,
@@ -87,7 +87,7 @@ pub fn assess<P: Triangulate>(
         return measure(domain, mesh, size, worst);
     }
     let features = Features::new(domain);
-    let kept = Kept::new(domain, request.feature_angle).features(domain);
+    let kept = SurfaceFeatures::new(domain, request.feature_angle).distance_features(domain);
     let zone = 1.0 / (1.0 - size.lipschitz());
     let zones = Zones { domain, features: &features, size: &|x| size.at(x), zone };
     let measure = Measure {
@@ -99,7 +99,7 @@ pub fn assess<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
-/// How good a mesh is, against the size function asked for and the promise.
+/// Measures the quality of a mesh against its size function and the promised ratios.
 pub fn measure<P: Triangulate>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
@@ -118,17 +118,19 @@ pub fn measure<P: Triangulate>(
     quality(domain, mesh, &measure)
 }
 
-/// A mesh before it is checked, and what it took.
+/// A mesh before it is checked, with its stages and runs.
 struct Built<P: Triangulate> {
     mesh: Mesh<P>,
     stages: Vec<StageLine>,
-    record: Record,
-    /// The worker that owned each cell, if asked for.
+    run_log: RunLog,
+    /// The worker that owned each cell, if requested.
     owners: Option<Vec<u32>>,
 }
 
-/// Makes a mesh of a domain, unchecked: [`make`] compares it with the domain. The stage `improve` counts bad cells as candidates, moves as points and sweeps as rounds of
-/// completion. The result is the same for every number of workers, threads and every transport.
+/// Generates a mesh of a domain without checking it. [`make`] also compares it with the domain.
+///
+/// The stage `improve` reports bad cells as candidates, moves as points, and sweeps as rounds of completion. The result
+/// is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
 /// [`MeshError`].
@@ -140,7 +142,7 @@ pub fn generate<P: Triangulate>(
     build(domain, size, request, 0).map(|made| (made.mesh, made.stages))
 }
 
-/// `generate` with all that the machine did. The owners of cells are kept of a mesh of at most `owned` cells.
+/// Generates a mesh with the log of the machine. Keeps the owners of cells if the mesh has at most `owned` cells.
 ///
 /// # Errors
 /// [`MeshError`].
@@ -176,11 +178,11 @@ fn build<P: Triangulate>(
         Failure::Unsupported(what) => MeshError::Unsupported(what),
     })?;
     let inside = (0..made.delaunay.cells.len() as u32).filter(|&c| made.labels.is_inside(c)).count();
-    let home = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
-    let home = home.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
-    let (mut stages, record) = machine.finish(&made.stages);
+    let known = machine.owners(P::DIM, made.delaunay.cells.len()).filter(|_| inside <= owned);
+    let known = known.map(|owners| (made.delaunay.cells.clone(), owners.to_vec()));
+    let (mut stages, run_log) = machine.finish(&made.stages);
     let mut mesh = made.into_mesh(domain);
-    let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
+    let owners = known.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
         let _span = stage_span(request.seed, "improve");
         let start = Instant::now();
@@ -196,7 +198,7 @@ fn build<P: Triangulate>(
             ..StageLine::default()
         });
     }
-    Ok(Built { mesh, stages, record, owners })
+    Ok(Built { mesh, stages, run_log, owners })
 }
 
 fn machine(request: &MeshRequest) -> Counted {
@@ -211,8 +213,8 @@ fn machine(request: &MeshRequest) -> Counted {
     })
 }
 
-/// Points that cells of 32 bits can have.
+/// The number of points that cells of 32 bits can index.
 const MOST_POINTS: u64 = 1 << 26;
 
-/// Bytes a point of a mesh: measured peaks, rounded up.
+/// Bytes of memory per point of a mesh: measured peaks, rounded up.
 const BYTES_PER_POINT: u64 = 3000;

@@ -1,6 +1,6 @@
-//! From a domain to a mesh that is known to conform: the order of the steps, for both dimensions.
+//! From a domain to a mesh that conforms to it: the order of the steps for both dimensions.
 //!
-//! [`make`] is compiled here for the plane and for space, so that a caller does not compile the generator.
+//! [`make`] is compiled here for the plane and for space, so that callers do not compile the generator.
 
 use std::time::Instant;
 
@@ -15,15 +15,15 @@ use septet_meshing::quality::Quality;
 use septet_meshing::size::SizeFunction;
 use thiserror::Error;
 
-use super::record::Record;
+use super::run_log::RunLog;
 use super::{Built, MeshError, MeshRequest, assess, build, conform, sizes};
 
-/// What is kept of a mesh besides itself.
+/// The data of a mesh that the result keeps besides the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keep {
-    /// The owners of cells are kept of a mesh of at most this many cells.
+    /// The largest number of cells for which the owners of cells are kept.
     pub owned: usize,
-    /// This many worst cells are kept of each kind.
+    /// The number of worst cells kept in each list.
     pub worst: usize,
 }
 
@@ -33,42 +33,42 @@ impl Default for Keep {
     }
 }
 
-/// A mesh with the judgement of it. [`make`] returns it only if the mesh conforms to its domain.
+/// A mesh with its check and quality. [`make`] returns it only if the mesh conforms to its domain.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Made<P: Triangulate> {
     /// The mesh.
     pub mesh: Mesh<P>,
-    /// The size function that it was made by.
+    /// The size function used.
     pub size: SizeFunction<P>,
     /// The stages of generation.
     pub stages: Vec<StageLine>,
     /// The runs of the machine.
-    pub record: Record,
-    /// The worker that owned each cell, if asked for.
+    pub run_log: RunLog,
+    /// The worker that owned each cell, if requested.
     pub owners: Option<Vec<u32>>,
     /// The comparison with the domain.
     pub conformity: Conformity,
-    /// Its shapes, sizes and angles.
+    /// The shapes, sizes and angles of its cells.
     pub quality: Quality<P>,
-    /// Measured seconds of generation, sizes included.
+    /// Measured seconds of generation, including the size function.
     pub seconds: f64,
 }
 
-/// Why [`make`] returns no mesh.
+/// Errors of [`make`].
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MakeError<P: Triangulate> {
     /// The input is not a domain.
-    #[error("the input is not a domain: {} defects, the first one: {}", .0.len(), first(.0))]
+    #[error("the input is not a domain: {} defects, the first is: {}", .0.len(), first(.0))]
     Input(Vec<Defect>),
-    /// The mesh could not be made.
+    /// The mesh could not be generated.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A mesh was made whose cells do not bound anything that could be compared with the domain.
-    #[error("the mesh has no shape: {} defects", .0.defects.len())]
+    /// The indices of the mesh are invalid, so it cannot be compared with the domain.
+    #[error("the arrays of the mesh are inconsistent: {} defects", .0.defects.len())]
     Shapeless(Conformity),
-    /// A mesh was made that does not conform to its domain: a fault of septet.
+    /// The mesh does not conform to its domain. This is a bug in septet.
     #[error("the mesh does not conform to its domain: {} defects", .0.conformity.defects.len())]
     NotConforming(Box<Made<P>>),
 }
@@ -77,15 +77,15 @@ fn first(defects: &[Defect]) -> &'static str {
     defects.first().map_or("none", Defect::kind)
 }
 
-/// A dimension whose meshes are made by code that is compiled in this crate: the plane and space.
+/// A dimension whose mesh generation is compiled in this crate: the plane or space.
 pub trait Dimension: Triangulate {
-    /// [`septet_meshing::check`] in this dimension.
+    /// Runs [`septet_meshing::check`] in this dimension.
     ///
     /// # Errors
     /// The defects of the input.
     fn check(input: &Input<Self>) -> Result<Domain<Self>, Vec<Defect>>;
 
-    /// [`make_of`] in this dimension.
+    /// Runs [`make_of`] in this dimension.
     ///
     /// # Errors
     /// [`MakeError`].
@@ -98,7 +98,7 @@ impl Dimension for DVec2 {
     }
 
     fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>> {
-        judged(domain, request, keep)
+        checked(domain, request, keep)
     }
 }
 
@@ -108,11 +108,11 @@ impl Dimension for DVec3 {
     }
 
     fn make(domain: &Domain<Self>, request: &MeshRequest, keep: Keep) -> Result<Made<Self>, MakeError<Self>> {
-        judged(domain, request, keep)
+        checked(domain, request, keep)
     }
 }
 
-/// The domain that an input describes.
+/// Checks an input and returns the domain that it describes.
 ///
 /// # Errors
 /// Its defects.
@@ -120,8 +120,8 @@ pub fn check<P: Dimension>(input: &Input<P>) -> Result<Domain<P>, Vec<Defect>> {
     P::check(input)
 }
 
-/// Checks an input, makes a mesh of its domain, and checks the mesh: it conforms to the domain exactly, or there is none.
-/// The result is the same for every number of workers, threads and every transport.
+/// Checks an input, generates a mesh of its domain, and checks the mesh. Returns a mesh only if it conforms to the
+/// domain exactly. The result is the same for every number of workers and threads and for every transport.
 ///
 /// # Errors
 /// [`MakeError`].
@@ -130,7 +130,7 @@ pub fn make<P: Dimension>(input: &Input<P>, request: &MeshRequest) -> Result<Mad
     P::make(&domain, request, Keep::default())
 }
 
-/// [`make`] of an input that is checked already.
+/// Runs [`make`] on a domain that is already checked.
 ///
 /// # Errors
 /// [`MakeError`].
@@ -142,19 +142,20 @@ pub fn make_of<P: Dimension>(
     P::make(domain, request, keep)
 }
 
-/// Sizes, mesh, conformity, quality: in this order.
-fn judged<P: Triangulate>(
+/// Computes sizes, mesh, conformity and quality, in this order.
+fn checked<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
     keep: Keep,
 ) -> Result<Made<P>, MakeError<P>> {
     if request.max_distance.is_some() && !request.remeshes(domain) {
-        let what = "a largest distance is for remeshed boundaries: this one is kept exactly";
+        let what =
+            "a largest distance applies only to remeshed boundaries, but this boundary is kept exactly";
         return Err(MeshError::Unsupported(what).into());
     }
     let start = Instant::now();
     let size = sizes(domain, request)?;
-    let Built { mesh, stages, record, owners } = build(domain, &size, request, keep.owned)?;
+    let Built { mesh, stages, run_log, owners } = build(domain, &size, request, keep.owned)?;
     let seconds = start.elapsed().as_secs_f64();
     request.check_cancelled()?;
     let conformity = conform(domain, &mesh, request);
@@ -162,6 +163,6 @@ fn judged<P: Triangulate>(
         return Err(MakeError::Shapeless(conformity));
     }
     let quality = assess(domain, &mesh, &size, request, keep.worst);
-    let made = Made { mesh, size, stages, record, owners, conformity, quality, seconds };
+    let made = Made { mesh, size, stages, run_log, owners, conformity, quality, seconds };
     if made.conformity.defects.is_empty() { Ok(made) } else { Err(MakeError::NotConforming(Box::new(made))) }
 }

@@ -1,4 +1,4 @@
-//! What is asked of a mesh.
+//! The request for a mesh and its errors.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,22 +6,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use septet_meshing::domain::{Domain, Feature};
 use septet_meshing::facet::Triangulate;
 use septet_meshing::input::Kind;
-use septet_meshing::size::user::{Singularity, Wishes};
+use septet_meshing::size::user::{Constraints, Singularity};
 use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
 
 use super::field::SizeField;
 use crate::config::{Transport, Workers};
 
-/// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
-/// boundary, the bound that mesh generators take by default; a smaller L costs points everywhere, a larger one saves
-/// few, since sizes grow by L on each unit of length and no faster than the local feature size does.
+/// The default Lipschitz constant. It bounds radius-edge ratios away from the boundary by `1/(1-L) = 2`, the usual
+/// default of mesh generators. A smaller L needs more points everywhere. A larger L saves few points, because sizes
+/// grow by at most L per unit of length and no faster than the local feature size.
 pub const DEFAULT_LIPSCHITZ: f64 = 0.5;
 
-/// The feature angle where nothing is asked for, in degrees.
+/// The default feature angle in degrees.
 pub const DEFAULT_FEATURE_ANGLE: f64 = 60.0;
 
-/// What is kept of the boundary.
+/// The part of the boundary that the mesh keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
     /// Every segment and every facet of the input.
@@ -31,7 +31,7 @@ pub enum Boundary {
 }
 
 impl Boundary {
-    /// What is kept if nothing is asked for: of a complex all that it states, of a surface what it describes.
+    /// Returns the default for a kind of domain: `Exact` for a complex, `Remesh` for a surface.
     pub fn of(kind: Kind) -> Self {
         match kind {
             Kind::Complex => Boundary::Exact,
@@ -43,139 +43,140 @@ impl Boundary {
 /// The shape of a singularity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// A point, the middle of the domain's box if no place is given.
+    /// A point. The default is the midpoint of the bounding box.
     Point,
-    /// A segment, the middle third of the box's first axis if no place is given.
+    /// A segment. The default is the middle third of the bounding box along the first axis.
     Line,
 }
 
-/// A place towards which sizes fall to the smallest one.
+/// A point or segment towards which sizes decrease to the smallest size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SingularityRequest {
-    /// Point or line.
+    /// The shape.
     pub shape: Shape,
-    /// Its coordinates, one point or two; none for the default.
+    /// The coordinates of one or two points. Empty for the default.
     pub at: Vec<f64>,
 }
 
-/// What is asked for. Lengths are in the unit of the file.
+/// The request for a mesh. Lengths are in the unit of the file.
 #[derive(Clone, Debug)]
 pub struct MeshRequest {
-    /// What is kept of the boundary; by the kind of the domain if not said.
+    /// The part of the boundary that is kept. The default depends on the kind of the domain.
     pub boundary: Option<Boundary>,
     /// The largest size anywhere.
     pub size: Option<f64>,
     /// Sizes at points.
     pub field: Option<SizeField>,
-    /// Where sizes fall to the smallest one.
+    /// The singularity, at which sizes decrease to the smallest size.
     pub singularity: Option<SingularityRequest>,
     /// The smallest size anywhere.
     pub min_size: Option<f64>,
     /// The Lipschitz constant L, between 0 and 1.
     pub lipschitz: f64,
-    /// Edges whose faces turn by more than this, in degrees, are ridges.
+    /// The feature angle in degrees. Edges whose faces turn by more are ridges.
     pub feature_angle: f64,
-    /// The largest distance between the boundary of a remeshed surface and the surface.
+    /// The largest distance between a surface and the remeshed boundary.
     pub max_distance: Option<f64>,
-    /// Are slivers to be removed?
+    /// Whether slivers are removed.
     pub improve: bool,
-    /// Largest leaf of the partition trees of independent sets; by dimension if none.
+    /// The largest leaf of the partition trees of independent sets. The default depends on the dimension.
     pub leaf: Option<u64>,
-    /// Workers of the machine.
+    /// The workers of the machine.
     pub workers: Workers,
-    /// Threads that run them.
+    /// The threads that run them.
     pub threads: usize,
-    /// How their messages travel.
+    /// The transport of their messages.
     pub transport: Transport,
-    /// Seed of every random draw.
+    /// The seed of every random draw.
     pub seed: u64,
-    /// Refuse to start if more memory is expected, in bytes. If not said, a mesh ends where it is sure to need more than there is.
+    /// The memory limit in bytes. Generation does not start if the forecast exceeds it. Without a limit, generation
+    /// stops once the mesh certainly needs more than the available memory.
     pub max_memory: Option<u64>,
-    /// Ends the machine's next run with [`Error::Interrupted`](crate::Error::Interrupted) once it is true.
+    /// Ends the next run of the machine with [`Error::Interrupted`](crate::Error::Interrupted) once it is true.
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
-/// Why there is no mesh.
+/// Errors of mesh generation.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// This cannot be done.
+    /// The request is not supported.
     #[error("{0}")]
     Unsupported(&'static str),
-    /// The sizes asked for are out of range, or too fine.
+    /// The sizes requested are out of range or too fine.
     #[error(transparent)]
     Size(#[from] SizeError),
-    /// A size field or a singularity has another dimension than the domain.
-    #[error("{what} has {found} coordinates a point, the domain has {expected}")]
+    /// A size field or a singularity has a different dimension than the domain.
+    #[error("{what} has {found} coordinates per point, but the domain has {expected}")]
     Dimension {
-        /// Which.
+        /// The option at fault.
         what: &'static str,
-        /// The domain's.
+        /// The dimension of the domain.
         expected: usize,
-        /// Its own.
+        /// The dimension of the option.
         found: usize,
     },
-    /// Features that meet at small angles and could not be kept.
-    #[error("{} of the domain's segments and facets cannot be kept, where features meet at small angles", features.len())]
+    /// Features that meet at small angles could not be recovered.
+    #[error("{} segments and facets of the domain cannot be recovered because features meet at small angles", features.len())]
     Missing {
-        /// The features, and how many of their pieces or triangles are missing.
+        /// The features, and the number of missing subsegments or subfacets of each.
         features: Vec<(Feature, u32)>,
     },
-    /// More points than allowed.
-    #[error("the mesh needs more than {most} points, which is more than memory or ids of 32 bits hold")]
+    /// The mesh needs more points than the limit.
+    #[error("the mesh needs more than {most} points, the limit of the memory or of 32-bit indices")]
     TooMany {
         /// The limit.
         most: u64,
     },
-    /// More memory than allowed would be needed.
-    #[error("about {forecast} bytes would be needed for {points} points, the limit is {limit}")]
+    /// The mesh needs more memory than the limit.
+    #[error("{points} points need about {forecast} bytes of memory, but the limit is {limit}")]
     Memory {
-        /// Bytes expected.
+        /// The forecast in bytes.
         forecast: u64,
-        /// Bytes allowed.
+        /// The limit in bytes.
         limit: u64,
-        /// Points expected.
+        /// The number of points expected.
         points: u64,
     },
-    /// The machine failed, or the triangulation.
+    /// A run of the machine failed.
     #[error(transparent)]
     Run(#[from] crate::Error),
 }
 
 impl MeshRequest {
-    /// Has the caller given up?
+    /// Returns an error if the caller has cancelled.
     pub(super) fn check_cancelled(&self) -> Result<(), MeshError> {
         let cancelled = self.cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed));
         if cancelled { Err(MeshError::Run(crate::Error::Interrupted)) } else { Ok(()) }
     }
 
-    /// What is kept of the boundary of such a domain.
+    /// Returns the part of the boundary that is kept of a domain of this kind.
     pub fn boundary_of(&self, kind: Kind) -> Boundary {
         self.boundary.unwrap_or_else(|| Boundary::of(kind))
     }
 
-    /// Is this domain remeshed?
+    /// Returns `true` if this domain is remeshed.
     pub fn remeshes<P: Triangulate>(&self, domain: &Domain<P>) -> bool {
         self.boundary_of(domain.kind) == Boundary::Remesh
     }
 
-    /// The largest radius-edge ratio away from the boundary: `1/(1-L)`.
+    /// Returns the largest radius-edge ratio away from the boundary: `1/(1-L)`.
     pub fn radius_edge(&self) -> f64 {
         1.0 / (1.0 - self.lipschitz)
     }
 
-    /// What the size function is asked for in this domain.
+    /// Returns the options of the size function for this domain.
     ///
     /// # Errors
-    /// A field or a singularity of another dimension.
+    /// A field or a singularity of a different dimension.
     pub fn size_options<P: Triangulate>(&self, domain: &Domain<P>) -> Result<SizeOptions<P>, MeshError> {
         let field = self.field.as_ref().map(SizeField::cones::<P>).transpose()?.unwrap_or_default();
         let singularities = match (&self.singularity, self.min_size) {
             (Some(singularity), Some(size)) => vec![(singularity.place(domain)?, size)],
             _ => Vec::new(),
         };
-        let wishes = Wishes { most: self.size, least: self.min_size, field, singularities };
-        Ok(SizeOptions { wishes, ..SizeOptions::new(self.lipschitz) })
+        let constraints = Constraints { most: self.size, least: self.min_size, field, singularities };
+        Ok(SizeOptions { constraints, ..SizeOptions::new(self.lipschitz) })
     }
 }
 

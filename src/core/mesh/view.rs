@@ -1,7 +1,7 @@
-//! The picture of a mesh: its points and cells, and what its cells are coloured by.
+//! The picture of a mesh: its points and cells, and the values that colour its cells.
 //!
-//! A picture is of the whole mesh or there is none: a part of the cells would show gaps that the mesh does not have.
-//! Coordinates are rounded to 1e-7 of the mesh's extent, other numbers to six digits: a picture shows no more.
+//! A picture shows the whole mesh or does not exist, because a subset of the cells would show gaps that the mesh does
+//! not have. Coordinates are rounded to 1e-7 of the extent of the mesh, and other numbers to six digits.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,13 +16,13 @@ use septet_meshing::size::SizeFunction;
 
 use crate::result::view::Digits;
 
-/// The most cells that a picture may have: some 12 MB of JSON.
+/// The largest number of cells of a picture: about 12 MB of JSON.
 pub const MOST_CELLS: u32 = 200_000;
 
-/// The most cells that a picture has if nothing else is asked for: about 1 MB of JSON.
+/// The default of the largest number of cells: about 1 MB of JSON.
 pub const DEFAULT_CELLS: u32 = 20_000;
 
-/// A mesh as it is drawn. Every list about cells has one entry a cell, in the order of the mesh.
+/// A mesh for drawing. Every list about cells has one entry per cell, in the order of the mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeshPicture {
     /// Number of points.
@@ -33,26 +33,26 @@ pub struct MeshPicture {
     pub low: Vec<f64>,
     /// Largest coordinates.
     pub high: Vec<f64>,
-    /// Coordinates of one point after the other, in the unit of the file.
+    /// The coordinates of all points, in the unit of the file.
     pub positions: Vec<f64>,
-    /// Points of one cell after the other, positions from 0.
+    /// The points of all cells, as positions from 0.
     pub corners: Vec<u32>,
-    /// Radius-edge ratio; null where rounding leaves it open.
+    /// Radius-edge ratios. Null if the bound is infinite because of rounding.
     pub radius_edge: Vec<Option<f64>>,
-    /// The smallest angle in degrees: dihedral, in the plane at a corner.
+    /// Smallest angles in degrees: dihedral angles in space, angles at corners in the plane.
     pub least_angle: Vec<f64>,
     /// The size function at the mean of the points, in the unit of the file.
     pub size: Vec<f64>,
-    /// A position in `regions`.
+    /// Positions in `regions`.
     pub region: Vec<u32>,
-    /// Names of the regions, as in files.
+    /// The names of the regions, as in files.
     pub regions: Vec<f64>,
-    /// The worker that the cell was at home with; null where it is not known.
+    /// The worker that owned each cell. Null if unknown.
     pub owner: Option<Vec<u32>>,
 }
 
 impl MeshPicture {
-    /// The picture of a mesh of this domain and size function.
+    /// Draws a mesh of this domain and size function.
     pub fn of<P: Triangulate>(
         domain: &Domain<P>,
         mesh: &Mesh<P>,
@@ -99,7 +99,7 @@ impl MeshPicture {
     }
 }
 
-/// Smallest and largest coordinates.
+/// Returns the smallest and the largest coordinates.
 fn corners<P: Point>(points: &[P]) -> [P; 2] {
     let first = points.first().copied().unwrap_or_default();
     points.iter().fold([first; 2], |[mut low, mut high], p| {
@@ -115,7 +115,8 @@ fn six_digits(x: f64) -> f64 {
     format!("{x:.5e}").parse().unwrap_or(x)
 }
 
-/// The owners of a mesh's cells, given those of the triangulation that they are from; nothing if a cell is not there.
+/// Returns the owners of the cells of a mesh, given the owners in the triangulation that contains them. Returns `None`
+/// if a cell is missing there.
 pub(super) fn owned<P: Point>(cells: &[P::Cell], owners: &[u32], mesh: &Mesh<P>) -> Option<Vec<u32>> {
     let sorted = |cell: &P::Cell| {
         let mut cell = *cell;

@@ -120,8 +120,8 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimEr
     let refused = |reason: String| ClaimError::Mesh { reason };
     let domain = P::domain().map_err(|defects| refused(format!("{} defects", defects.len())))?;
     let mut options = SizeOptions::new(lipschitz);
-    options.wishes.most = Some(size);
-    options.wishes.field = vec![Cone { at: P::splat(0.5), size: 0.1 * size }];
+    options.constraints.most = Some(size);
+    options.constraints.field = vec![Cone { at: P::splat(0.5), size: 0.1 * size }];
     let f = SizeFunction::new(&domain, &options).map_err(|e| refused(e.to_string()))?;
     let at = |x| f.at(x);
     let rules = Rules { size: &at, lipschitz, seed: lab.seed(), most: 1 << 24 };

@@ -1,4 +1,4 @@
-//! Which cells have which facet, and which of these are faces.
+//! The cells at each facet, and the listed faces among these facets.
 
 use std::collections::BTreeMap;
 
@@ -15,11 +15,11 @@ struct Side<F> {
     /// Its points, ascending.
     key: F,
     cell: u32,
-    /// Does the ascending order see it from inside the cell?
+    /// Whether the ascending order is positive as seen from inside the cell.
     inside: bool,
 }
 
-/// Sorts; was the permutation odd?
+/// Sorts a simplex. Returns also whether the permutation was odd.
 fn sorted<S: Simplex>(mut simplex: S) -> (S, bool) {
     let row = simplex.as_mut();
     let mut odd = false;
@@ -53,7 +53,7 @@ impl<P: Space> Checker<'_, P> {
         sides
     }
 
-    /// Parts 1 and 2 of the statement.
+    /// Checks parts 1 and 2 of the statement.
     pub(super) fn faces(&mut self) {
         let mut faces: BTreeMap<P::Facet, u32> = BTreeMap::new();
         for (row, face) in self.mesh.faces.iter().enumerate() {
@@ -75,7 +75,7 @@ impl<P: Space> Checker<'_, P> {
             }
             if let Some(&face) = faces.get(&group[0].key) {
                 seen[face as usize] = true;
-                self.named(face, cells);
+                self.check_cells(face, cells);
                 continue;
             }
             match *cells.as_slice() {
@@ -87,17 +87,17 @@ impl<P: Space> Checker<'_, P> {
             }
         }
         for (row, _) in seen.iter().enumerate().filter(|(_, seen)| !**seen) {
-            self.named(row as u32, Vec::new());
+            self.check_cells(row as u32, Vec::new());
         }
     }
 
-    /// Is a face in the cells that it names?
-    fn named(&mut self, face: u32, found: Vec<u32>) {
-        let mut named: Vec<u32> = self.mesh.faces[face as usize].cells.to_vec();
-        named.retain(|&c| c != OUTSIDE);
-        named.sort_unstable();
-        if named != found || found.is_empty() {
-            self.report(MeshDefect::FaceCells { face, named, found });
+    /// Checks that a face belongs to exactly the cells that it lists.
+    fn check_cells(&mut self, face: u32, found: Vec<u32>) {
+        let mut listed: Vec<u32> = self.mesh.faces[face as usize].cells.to_vec();
+        listed.retain(|&c| c != OUTSIDE);
+        listed.sort_unstable();
+        if listed != found || found.is_empty() {
+            self.report(MeshDefect::FaceCells { face, listed, found });
         }
     }
 }

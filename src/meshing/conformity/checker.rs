@@ -1,4 +1,4 @@
-//! The state of a check, which its parts share.
+//! The state that the parts of a check share.
 
 use septet_geometry::predicates::{Sign, orientation};
 use septet_geometry::range::scale;
@@ -11,17 +11,17 @@ use crate::quality::angles::measure;
 use crate::space::Space;
 use crate::sum::Sum;
 
-/// How far sums of areas and volumes may be off, relative to the whole.
+/// The tolerance for sums of areas and volumes, relative to the whole.
 pub const SUMS: f64 = 1e-9;
 
-/// How far a point may be off its carrier, relative to the largest coordinate.
+/// The tolerance for the distance of a point from its carrier, relative to the largest coordinate.
 pub const OFF: f64 = 1e-12;
 
-/// What all parts of the check look at.
+/// The state of a check.
 pub(super) struct Checker<'a, P: Space> {
     pub(super) domain: &'a Domain<P>,
     pub(super) mesh: &'a Mesh<P>,
-    /// The points of the mesh in the domain's scaled coordinates.
+    /// The points of the mesh in the scaled coordinates of the domain.
     pub(super) points: Vec<P>,
     pub(super) found: Conformity,
 }
@@ -39,7 +39,7 @@ impl<P: Space> Checker<'_, P> {
         corners
     }
 
-    /// A measure of dimension `d` in the unit of the file.
+    /// Converts a measure of dimension `d` to the unit of the file.
     pub(super) fn unscaled(&self, mut x: f64, d: usize) -> f64 {
         for _ in 0..d {
             x = scale(P::splat(x), -self.domain.simplices.exponent).coord(0);
@@ -99,7 +99,7 @@ impl<P: Space> Checker<'_, P> {
     }
 }
 
-/// Are two sums further apart than they may be?
+/// Returns `true` if the difference of two sums exceeds the tolerance.
 pub(super) fn off(expected: f64, found: f64, whole: f64) -> bool {
     let difference = (expected - found).abs();
     difference > SUMS * whole.abs() || difference.is_nan()

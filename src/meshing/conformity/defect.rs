@@ -1,53 +1,53 @@
-//! What may be wrong with a mesh of a domain.
+//! Defects of a mesh of a domain.
 
 use septet_geometry::predicates::Sign;
 
 use crate::domain::Feature;
 use crate::mesh::Carrier;
 
-/// A component of the domain, or nothing of it.
-pub type Beside = Option<u32>;
+/// A component of the domain, or `None` for its outside.
+pub type SideComponent = Option<u32>;
 
-/// What is wrong with a mesh. Cells, faces, edges and points are positions in the mesh, all else in the domain.
+/// A defect of a mesh. Indices of cells, faces, edges and points refer to the mesh, all others to the domain.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshDefect {
-    /// Arrays do not fit together.
-    #[error("{found} {what} where {expected} are due")]
+    /// The length of an array is wrong.
+    #[error("array {what} has {found} entries instead of {expected}")]
     Length {
-        /// Of what.
+        /// The array.
         what: &'static str,
-        /// How many there should be.
+        /// The length required.
         expected: usize,
-        /// How many there are.
+        /// The length found.
         found: usize,
     },
-    /// A number names nothing.
-    #[error("{what} {row} names {value}, which does not exist")]
+    /// An index is out of range.
+    #[error("{what} {row} refers to {value}, which does not exist")]
     Index {
-        /// What names it.
+        /// The kind of the row.
         what: &'static str,
-        /// Its row.
+        /// The row.
         row: u32,
-        /// The number.
+        /// The index.
         value: u32,
     },
-    /// A row names a point twice.
-    #[error("{what} {row} has a point twice")]
+    /// A row contains a point twice.
+    #[error("{what} {row} contains a point twice")]
     Repeated {
-        /// What does.
+        /// The kind of the row.
         what: &'static str,
-        /// Its row.
+        /// The row.
         row: u32,
     },
-    /// Coordinates are not finite or need more digits than exact signs have.
-    #[error("the coordinates: {0}")]
+    /// Coordinates are not finite, or they exceed the range of the exact predicates.
+    #[error("invalid coordinates: {0}")]
     Range(String),
-    /// The size at a point is no positive number.
-    #[error("point {point}: the size is {size}")]
+    /// The size at a point is not a positive number.
+    #[error("point {point} has size {size}, which is not positive and finite")]
     Size {
         /// The point.
         point: u32,
-        /// As given.
+        /// The size.
         size: f64,
     },
     /// A cell is inverted or flat.
@@ -55,16 +55,16 @@ pub enum MeshDefect {
     Orientation {
         /// The cell.
         cell: u32,
-        /// Its sign.
+        /// The sign of its orientation.
         sign: Sign,
     },
-    /// A row is not in canonical order, or not behind the one before.
+    /// A cell is not in canonical order, or it does not follow the previous one.
     #[error("cell {cell} is out of order")]
     Order {
         /// The cell.
         cell: u32,
     },
-    /// A cell is said to lie in what is not part of the domain.
+    /// A cell is assigned to a component outside the domain.
     #[error("cell {cell} lies in component {component}, which is not part of the domain")]
     Region {
         /// The cell.
@@ -72,12 +72,12 @@ pub enum MeshDefect {
         /// The component.
         component: u32,
     },
-    /// More than two cells have a facet.
-    #[error("{count} cells have the facet {vertices:?}")]
+    /// More than two cells share a facet.
+    #[error("{count} cells share the facet {vertices:?}")]
     Crowded {
-        /// Its points, ascending.
+        /// The points of the facet, ascending.
         vertices: Vec<u32>,
-        /// How many.
+        /// The number of cells.
         count: usize,
     },
     /// Two cells lie on the same side of their common facet.
@@ -86,178 +86,180 @@ pub enum MeshDefect {
         /// The cells.
         cells: [u32; 2],
     },
-    /// A facet of one cell only is no face.
-    #[error("the facet {vertices:?} of cell {cell} has no other cell and is no face")]
+    /// A facet of only one cell is not a listed face.
+    #[error("the facet {vertices:?} of cell {cell} has no other cell and is not a listed face")]
     Open {
         /// The cell.
         cell: u32,
         /// The points of the facet, ascending.
         vertices: Vec<u32>,
     },
-    /// The facet between two components is no face.
-    #[error("cells {} and {} lie in different components and have no face between them", .cells[0], .cells[1])]
+    /// A facet between two components is not a listed face.
+    #[error("cells {} and {} lie in different components, but no listed face separates them", .cells[0], .cells[1])]
     Unmarked {
         /// The cells.
         cells: [u32; 2],
     },
-    /// A face is not in the cells that it names, and in these only.
-    #[error("face {face} names cells {named:?} and is in {found:?}")]
+    /// The cells that a face lists are not exactly the cells that have the face.
+    #[error("face {face} lists cells {listed:?} but belongs to cells {found:?}")]
     FaceCells {
         /// The face.
         face: u32,
-        /// The cells named.
-        named: Vec<u32>,
-        /// The cells that have it.
+        /// The cells that it lists.
+        listed: Vec<u32>,
+        /// The cells that have the face.
         found: Vec<u32>,
     },
     /// A face or an edge is listed twice.
     #[error("{what} {row} is listed twice")]
     Twice {
-        /// Face or edge.
+        /// The kind: face or edge.
         what: &'static str,
-        /// The second of them.
+        /// The second row.
         row: u32,
     },
-    /// A face or an edge has another marker than the domain.
-    #[error("{what} {row} has marker {found}, the domain has {expected}")]
+    /// The marker of a face or an edge differs from that of its facet or segment.
+    #[error("{what} {row} has marker {found} instead of {expected}")]
     Marker {
-        /// Face or edge.
+        /// The kind: face or edge.
         what: &'static str,
-        /// Its row.
+        /// The row.
         row: u32,
-        /// The domain's.
+        /// The marker in the domain.
         expected: i64,
-        /// The mesh's.
+        /// The marker in the mesh.
         found: i64,
     },
-    /// A point of a face or an edge is carried by something that is not part of its facet or segment.
-    #[error("{what} {row} on {feature:?} has point {point}, carried by {carrier:?}")]
+    /// The carrier of a point of a face or an edge is not part of the facet or segment.
+    #[error("{what} {row} on {feature:?} contains point {point}, whose carrier is {carrier:?}")]
     Carried {
-        /// Face or edge.
+        /// The kind: face or edge.
         what: &'static str,
-        /// Its row.
+        /// The row.
         row: u32,
-        /// Its facet or segment.
+        /// The facet or segment.
         feature: Feature,
         /// The point.
         point: u32,
-        /// The point's carrier.
+        /// The carrier of the point.
         carrier: Carrier,
     },
-    /// A point is off its carrier.
-    #[error("point {point} is {distance} off {feature:?}")]
+    /// A point does not lie on its carrier.
+    #[error("point {point} is at distance {distance} from its carrier {feature:?}")]
     OffCarrier {
         /// The point.
         point: u32,
-        /// Its carrier.
+        /// The carrier.
         feature: Feature,
-        /// How far, in the unit of the file.
+        /// The distance from the carrier, in the unit of the file.
         distance: f64,
     },
-    /// A corner is no point of the mesh, or more than one.
-    #[error("corner {corner} is {count} points of the mesh")]
+    /// A corner has no point of the mesh, or several.
+    #[error("corner {corner} has {count} points of the mesh instead of one")]
     Corner {
         /// The corner.
         corner: u32,
-        /// How many points say they are it.
+        /// The number of points that have this corner as carrier.
         count: usize,
     },
     /// A point is in no cell, or in no face or edge of its carrier.
-    #[error("point {point} is in no {what} of {carrier:?}")]
+    #[error("no {what} contains point {point} on {carrier:?}")]
     Unused {
         /// The point.
         point: u32,
-        /// Cell, face or edge.
+        /// The kind: cell, face, edge or ridge.
         what: &'static str,
-        /// Its carrier.
+        /// The carrier.
         carrier: Carrier,
     },
-    /// The edges on a segment are not a chain between its corners.
-    #[error("segment {segment} is not tiled: the chain breaks at point {at:?}")]
+    /// The edges on a segment do not form a chain between its corners.
+    #[error("segment {segment} is not tiled: the chain of edges breaks at point {at:?}")]
     Chain {
         /// The segment.
         segment: u32,
-        /// The point where it breaks; none if the segment has no edges.
+        /// The point at which the chain breaks. `None` if the segment has no edges.
         at: Option<u32>,
     },
-    /// An edge on a segment is no edge of any cell.
-    #[error("edge {edge} is no edge of a cell")]
+    /// An edge on a segment is not an edge of any cell.
+    #[error("edge {edge} is not an edge of any cell")]
     LooseEdge {
         /// The edge.
         edge: u32,
     },
-    /// A face has no area in the plane of its facet.
-    #[error("face {face} is flat in the plane of facet {facet}")]
+    /// A face has no area when projected to the plane of its facet.
+    #[error("face {face} has no area in the plane of facet {facet}")]
     FlatFace {
         /// The face.
         face: u32,
         /// The facet.
         facet: u32,
     },
-    /// An edge does not divide the faces of a facet as it should.
-    #[error("facet {facet}: its edge {edge:?} has faces on {} and {} sides, where {due} are due in all", .sides[0], .sides[1])]
+    /// The faces of a facet do not meet correctly at an edge.
+    #[error("edge {edge:?} of facet {facet} has {} faces on its left and {} on its right, but the total must be {required}", .sides[0], .sides[1])]
     FacetEdge {
         /// The facet.
         facet: u32,
         /// The ends, ascending.
         edge: [u32; 2],
-        /// Faces on its left and on its right.
+        /// The numbers of faces on its left and on its right.
         sides: [u32; 2],
-        /// How many are due: one on boundary segments, else one on each side.
-        due: u32,
+        /// The total required: one on boundary segments, otherwise one on each side.
+        required: u32,
     },
-    /// The faces of a facet (in the plane: of a segment) between two components do not add up.
-    #[error("{feature:?} between {beside:?}: faces add up to {found}, the domain has {expected}")]
+    /// The total area of the faces of a facet (in the plane: length on a segment) between two components is wrong.
+    #[error(
+        "the faces on {feature:?} between components {components:?} have measure {found} instead of {expected}"
+    )]
     Area {
-        /// The facet; in the plane the segment.
+        /// The facet. In the plane, the segment.
         feature: Feature,
-        /// The components; none is the outside.
-        beside: [Beside; 2],
-        /// Of the domain, in the unit of the file.
+        /// The components on the two sides. `None` is the outside.
+        components: [SideComponent; 2],
+        /// The total in the domain, in the unit of the file.
         expected: f64,
-        /// Of the mesh.
+        /// The total in the mesh.
         found: f64,
     },
-    /// A face of a boundary that follows a surface has cells on both sides.
+    /// A face of a remeshed boundary has cells on both sides.
     #[error("face {face} has cells on both sides")]
     Inner {
         /// The face.
         face: u32,
     },
-    /// An edge of the boundary has other than two faces, or the faces at a vertex are more than one fan.
-    #[error("the boundary is no manifold at points {vertices:?}, with {faces} faces")]
+    /// An edge of the boundary does not have two faces, or the faces at a vertex form several fans.
+    #[error("the boundary is not a manifold at points {vertices:?}, where {faces} faces meet")]
     Pinched {
         /// The edge, ascending, or the vertex.
         vertices: Vec<u32>,
-        /// How many faces are there.
+        /// The number of faces there.
         faces: usize,
     },
-    /// The boundary and the surface that it follows are too far from each other.
-    #[error("{what} {row} is {distance} from the {}, {allowed} is allowed", if *.what == "face" { "surface" } else { "boundary" })]
+    /// The remeshed boundary and the surface are too far from each other.
+    #[error("{what} {row} is at distance {distance} from the {}, above the limit of {allowed}", if *.what == "face" { "surface" } else { "boundary" })]
     Astray {
-        /// A face of the mesh, or a vertex of the surface.
+        /// The kind: a face of the mesh, or a vertex of the surface.
         what: &'static str,
-        /// Which.
+        /// Its index.
         row: u32,
-        /// How far, in the unit of the file.
+        /// The distance, in the unit of the file.
         distance: f64,
-        /// How far it may be.
+        /// The largest distance allowed.
         allowed: f64,
     },
-    /// The cells of a component do not add up.
-    #[error("component {component}: cells add up to {found}, the domain has {expected}")]
+    /// The total measure of the cells of a component is wrong.
+    #[error("the cells of component {component} have measure {found} instead of {expected}")]
     Volume {
         /// The component.
         component: u32,
-        /// Of the domain, in the unit of the file.
+        /// The measure in the domain, in the unit of the file.
         expected: f64,
-        /// Of the mesh.
+        /// The measure in the mesh.
         found: f64,
     },
 }
 
 impl MeshDefect {
-    /// The input feature that it concerns, if one is named.
+    /// Returns the input feature of the defect, if there is one.
     pub fn feature(&self) -> Option<Feature> {
         match *self {
             Self::Carried { feature, .. } | Self::OffCarrier { feature, .. } | Self::Area { feature, .. } => {

@@ -1,43 +1,43 @@
-//! What a check found: defects, measures, and how far a boundary is from its surface.
+//! The result of a check: defects, measures, and the distance between boundary and surface.
 
 use super::defect::MeshDefect;
 
-/// What a check found.
+/// The result of a check.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conformity {
-    /// What is wrong: by features from corners to facets within each kind of check.
+    /// The defects. Within each kind of check, they are sorted by features from corners to facets.
     pub defects: Vec<MeshDefect>,
     /// Area or volume of the domain and of the mesh, in the unit of the file.
     pub measure: [f64; 2],
-    /// Length or area of the domain's boundary towards the outside and of the mesh's, in the unit of the file.
+    /// Length or area of the outer boundary of the domain and of the mesh, in the unit of the file.
     pub boundary: [f64; 2],
-    /// Of a boundary that follows a surface, how far they are from each other.
+    /// The distances between a remeshed boundary and its surface. `None` for exact boundaries.
     pub deviation: Option<Deviation>,
 }
 
 impl Conformity {
-    /// Do the arrays not even fit together, so that nothing else could be looked at?
+    /// Returns `true` if the arrays are inconsistent, so that no other check ran.
     pub fn is_shapeless(&self) -> bool {
         self.measure == [0.0; 2] && !self.is_clean()
     }
 
-    /// Is nothing wrong?
+    /// Returns `true` if there is no defect.
     pub fn is_clean(&self) -> bool {
         self.defects.is_empty()
     }
 }
 
-/// How far a boundary and the surface that it follows are from each other, in the unit of the file. Both are lower bounds of
-/// the two halves of the Hausdorff distance, each attained at a place that was looked at.
+/// The distances between a remeshed boundary and its surface, in the unit of the file. The two distances are lower
+/// bounds for the two one-sided Hausdorff distances. Each is attained at a sampled place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
-    /// The largest distance from the surface, of the middle of each face and of the thirds of its edges.
+    /// The largest distance from the surface, over the centre of each face and the third points of its edges.
     pub of_boundary: f64,
     /// The largest distance of a vertex of the surface from the boundary.
     pub of_surface: f64,
-    /// Edges of the boundary that are shorter than half the size at both their ends: what thin sheets, ridges that meet and the
-    /// distance asked for have made of it.
+    /// The number of boundary edges shorter than half the size at both ends. Thin sheets, ridges that meet, and the
+    /// requested distance cause such edges.
     pub finer: u64,
-    /// Euler characteristics of boundary and surface: if they differ, one has handles that the other has not.
+    /// Euler characteristics of boundary and surface. If they differ, the numbers of handles differ.
     pub euler: [i64; 2],
 }

@@ -1,4 +1,4 @@
-//! Does the boundary of a mesh follow the surface that it was made from?
+//! The comparison of a remeshed boundary with its surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,22 +16,22 @@ use crate::sides::Sets;
 use crate::space::{Space, ascending};
 use crate::sum::Sum;
 
-/// The largest deviation where none is asked for, over the largest size at a face's corners.
+/// The default of the largest deviation, relative to the largest size at the corners of a face.
 pub const LOOSE: f64 = 0.5;
 
-/// How far rounding may carry a distance beyond what is allowed, relative to that.
+/// The tolerance for rounded distances, relative to the limit.
 const SLACK: f64 = 1e-9;
 
-/// What is asked of a boundary that follows a surface.
+/// The requirements on a remeshed boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Follow {
-    /// Edges of the surface that turn by more than this, in degrees, are kept.
+    /// The feature angle in degrees. Edges of the surface that turn by more are kept.
     pub feature_angle: f64,
-    /// The largest [`Deviation`], in the unit of the file; [`LOOSE`] times the size at a face if not said.
+    /// The largest [`Deviation`], in the unit of the file. The default is [`LOOSE`] times the size at a face.
     pub distance: Option<f64>,
 }
 
-/// Triangles to be near to.
+/// Triangles with a tree for distance queries.
 struct Sheet<P: Space> {
     triangles: Vec<[P; 3]>,
     tree: Bvh<P>,
@@ -43,7 +43,7 @@ impl<P: Space> Sheet<P> {
         Sheet { triangles, tree }
     }
 
-    /// The nearest triangle and its distance.
+    /// Returns the distance to the nearest triangle, and the triangle.
     fn nearest(&self, from: P) -> (f64, usize) {
         let distance = |t: u32| {
             let [a, b, c] = self.triangles[t as usize];
@@ -58,18 +58,18 @@ impl<P: Space> Sheet<P> {
     }
 }
 
-/// The ridges as a graph, and the points of the mesh on them.
+/// The graph of ridges with the points of the mesh on it.
 struct Ridges {
     /// The ridges at each vertex.
     at: BTreeMap<u32, Vec<u32>>,
-    /// The points strictly on each ridge, from its first end on.
+    /// The points in the interior of each ridge segment, ordered from its first end.
     on: BTreeMap<u32, Vec<u32>>,
-    /// The point that a vertex is.
+    /// The point of the mesh at each vertex of the domain, if there is one.
     points: BTreeMap<u32, u32>,
 }
 
 impl<P: Space> Checker<'_, P> {
-    /// Parts 3 to 6 of what a boundary that follows a surface has to be.
+    /// Checks parts 3 to 6 of the statement of [`super::check_remeshed`].
     pub(super) fn follows(&mut self, follow: &Follow) {
         self.outside();
         let edges = self.manifold();
@@ -82,7 +82,7 @@ impl<P: Space> Checker<'_, P> {
         [0, 1, 2].map(|i| row[i])
     }
 
-    /// Every face has one cell and corners on the surface, which have no use otherwise.
+    /// Checks that every face has one cell and corners on the surface, and that every point on the surface has a face.
     fn outside(&mut self) {
         let mut used = vec![false; self.points.len()];
         for row in 0..self.mesh.faces.len() {
@@ -112,7 +112,8 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Every edge of the boundary has two faces, every vertex one fan of them. The edges, ascending.
+    /// Checks that every edge of the boundary has two faces and that the faces at every vertex form one fan. Returns
+    /// the edges, ascending.
     fn manifold(&mut self) -> BTreeSet<[u32; 2]> {
         let mut faces_at: BTreeMap<[u32; 2], usize> = BTreeMap::new();
         let mut around: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
@@ -142,7 +143,7 @@ impl<P: Space> Checker<'_, P> {
         faces_at.into_keys().collect()
     }
 
-    /// The listed edges run along all ridges, from each point on them to the next, and are edges of the boundary.
+    /// Checks that the listed edges connect consecutive points along all ridges and are edges of the boundary.
     fn ridges(&mut self, feature_angle: f64, boundary: &BTreeSet<[u32; 2]>) {
         let ridges = self.points_on_ridges(feature_angle);
         let mut expected: BTreeMap<[u32; 2], u32> = BTreeMap::new();
@@ -175,7 +176,7 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Where ridges meet or end, there is a point of the mesh.
+    /// Collects the points on ridges. Checks that there is a point wherever ridges meet or end.
     fn points_on_ridges(&mut self, feature_angle: f64) -> Ridges {
         let mut ridges = Ridges { at: BTreeMap::new(), on: BTreeMap::new(), points: BTreeMap::new() };
         for s in self.domain.ridges(feature_angle) {
@@ -212,7 +213,7 @@ impl<P: Space> Checker<'_, P> {
         ridges
     }
 
-    /// The first point along the ridges that follow a segment beyond one of its ends, which is no point itself.
+    /// Returns the next point along the ridges beyond one end of a segment if that end has no point.
     fn beyond(&self, ridges: &Ridges, segment: u32, end: u32, covered: &mut BTreeSet<u32>) -> Option<u32> {
         let (mut from, mut v) = (segment, end);
         while !ridges.points.contains_key(&v) {
@@ -228,11 +229,11 @@ impl<P: Space> Checker<'_, P> {
             }
             (from, v) = (next, if v == a { b } else { a });
         }
-        // Met at once, it is the end of the segment itself.
+        // A point at the given end is the end of the segment itself.
         if v == end { None } else { ridges.points.get(&v).copied() }
     }
 
-    /// Boundary and surface are no farther from each other than allowed.
+    /// Checks the distances between boundary and surface.
     fn deviates(&mut self, distance: Option<f64>) {
         let corners = |row| self.corners_of(row).map(|v| self.points[v as usize]);
         let faces = Sheet::new((0..self.mesh.faces.len()).map(corners).collect());
@@ -286,7 +287,7 @@ impl<P: Space> Checker<'_, P> {
         edges.iter().filter(is_finer).count() as u64
     }
 
-    /// Every component has cells.
+    /// Checks that every component inside has cells.
     pub(super) fn has_cells(&mut self, sums: &[Sum]) {
         for (component, sum) in sums.iter().enumerate() {
             let of = &self.domain.components[component];

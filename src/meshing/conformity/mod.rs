@@ -1,25 +1,30 @@
-//! Is a mesh a mesh of its domain?
+//! The check that a mesh is a mesh of its domain.
 //!
-//! **Statement.** [`check`] finds nothing only if
-//! 1. every cell is positive (exact sign), each facet of cells is in at most two, in two on opposite sides;
-//! 2. a facet of cells in one cell only, or between two components, is a listed face, and a listed face is in
-//!    exactly the cells that it names;
-//! 3. on each segment the listed edges are a chain from corner to corner;
-//! 4. on each facet the faces, all turned one way in a projection along an axis (exact signs), have each edge once in
-//!    each direction, but for the pieces of its boundary segments, which they have once; and for each pair of components (or the
-//!    outside) their areas add up to those of the domain's walls between these, to 1e-9 of the facet;
+//! **Statement.** [`check`] reports no defect only if
+//! 1. every cell is positive (exact sign), and each facet of cells is in at most two cells, which lie on opposite
+//!    sides;
+//! 2. a facet of only one cell, or between two components, is a listed face, and a listed face is in exactly the cells
+//!    that it lists;
+//! 3. on each segment, the listed edges form a chain from corner to corner;
+//! 4. the faces on each facet, all oriented alike in a projection along an axis (exact signs), have each edge once in
+//!    each direction. They have each subsegment of the facet's boundary once. For each pair of components (or the
+//!    outside), their total area equals that of the domain's walls between the pair, to 1e-9 of the facet;
 //! 5. the cells of each component add up to its measure, to 1e-9 of it;
-//! 6. corners are where the domain has them, points are on their carriers to 1e-12 of the largest coordinate, cells use every
-//!    point, rows are in canonical order, markers are the domain's.
+//! 6. corners have the positions of the domain, and points lie on their carriers to 1e-12 of the largest coordinate.
+//!    Cells use every point, rows are in canonical order, and markers are those of the domain.
 //!
-//! *Then, up to the tolerances, the cells tile the domain and the faces its facets, each once.* By 4 the faces of a facet are
-//! a chain whose boundary is the facet's, so they cover it with a constant degree, and by its area with degree one. By 1 and 2
-//! the cells of a component are a chain whose boundary lies in faces on the walls; they cover with
-//! degrees that are constant between walls and, all being positive, nowhere negative; by 4 the boundary is that of the
-//! component, so the degree is one in it and zero elsewhere; 5 says so once more, by other numbers.
+//! *Then, up to the tolerances, the cells tile the domain and the faces tile its facets, each once.*
 //!
-//! It shares no code with generation: of the domain it reads features, walls and components, of geometry the
-//! predicates.
+//! *Proof.*
+//! - *Facets.* By 4, the faces of a facet form a chain whose boundary is that of the facet. They therefore cover the
+//!   facet with a constant degree. By its area, the degree is one.
+//! - *Cells.* By 1 and 2, the cells of a component form a chain whose boundary lies in faces on the walls. The degree
+//!   with which they cover space is therefore constant between walls. It is nowhere negative, because all cells are
+//!   positive. By 4, the boundary of the chain is that of the component. So the degree is one inside and zero
+//!   elsewhere. Part 5 confirms this by independent numbers. QED.
+//!
+//! The check shares no code with generation. It reads the features, walls and components of the domain, and it uses the
+//! predicates of the geometry crate.
 //!
 //! **Work and depth.** `O(m log m)`, sequential.
 
@@ -39,7 +44,7 @@ use crate::mesh::Mesh;
 use crate::space::Space;
 
 pub use checker::{OFF, SUMS};
-pub use defect::{Beside, MeshDefect};
+pub use defect::{MeshDefect, SideComponent};
 pub use findings::{Conformity, Deviation};
 pub use follow::{Follow, LOOSE};
 
@@ -50,19 +55,21 @@ pub fn check<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Conformity {
     compare(domain, mesh, None)
 }
 
-/// Compares a mesh whose boundary follows a closed surface of space without being it. Finds nothing only if
-/// 1. and 2. hold as in [`check`];
-/// 3. every face is in one cell and its corners lie on the surface; every edge of faces is in two of them, the faces at
-///    every vertex are one fan: the boundary is a closed 2-manifold;
-/// 4. where other than two ridges meet there is a point of the mesh, and the listed edges join each point on a ridge to the
-///    next, all along the ridges, and are edges of faces;
-/// 5. boundary and surface are no farther from each other than is asked, both ways, in the places that [`Deviation`] looks at;
-/// 6. every component has cells, points are on their carriers to 1e-12 of the largest coordinate, cells use every point, rows
-///    are in canonical order.
+/// Compares a mesh that has a remeshed boundary with its closed surface in space. Reports no defect only if
+/// 1. parts 1 and 2 of [`check`] hold;
+/// 2. every face is in one cell, and its corners lie on the surface;
+/// 3. the boundary is a closed 2-manifold: every edge of faces is in two of them, and the faces at every vertex form
+///    one fan;
+/// 4. every vertex at which one ridge ends, or more than two ridges meet, is a point of the mesh. The listed edges
+///    are edges of faces and connect consecutive points along all ridges;
+/// 5. the distance between boundary and surface is within the limit, in both directions, at the places that
+///    [`Deviation`] samples;
+/// 6. every component has cells, points lie on their carriers to 1e-12 of the largest coordinate, cells use every
+///    point, and rows are in canonical order.
 ///
-/// *Then the boundary does not cross itself:* cells of a component that have all their facets in common, on opposite sides, but for
-/// those on the boundary, cover space with a degree that changes at the boundary alone, by one, and is nowhere negative.
-/// Measures and boundaries are added up, and nothing else is asked of them.
+/// *Then the boundary does not cross itself.* The cells of a component share each facet that is not on the boundary
+/// with a cell on the opposite side. They therefore cover space with a degree that changes only at the boundary, by
+/// one, and is nowhere negative. The measures of domain and mesh are reported but not compared.
 pub fn check_remeshed<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: &Follow) -> Conformity {
     compare(domain, mesh, Some(follow))
 }
@@ -96,7 +103,7 @@ fn compare<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, follow: Option<&Follow>
 fn out_of_range<P: Point>(points: &[P]) -> Option<String> {
     match scale_exponent(points) {
         Ok(0) => None,
-        Ok(e) => Some(format!("in the domain's scale they lie outside the exact range (by 2^{e})")),
+        Ok(e) => Some(format!("outside the exact range by a factor of 2^{e}, in the scale of the domain")),
         Err(error) => Some(error.to_string()),
     }
 }

@@ -1,4 +1,4 @@
-//! Do the arrays of a mesh fit together and name what exists?
+//! The check that the arrays of a mesh are consistent.
 
 use septet_geometry::point::Simplex;
 
@@ -7,7 +7,7 @@ use crate::domain::Domain;
 use crate::mesh::{Carrier, Mesh, OUTSIDE};
 use crate::space::Space;
 
-/// Everything that would make the other checks meaningless.
+/// Returns the defects that make the other checks meaningless.
 pub(super) fn shape<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>) -> Vec<MeshDefect> {
     let mut found = Vec::new();
     let (points, cells) = (mesh.points.len(), mesh.cells.len());

@@ -1,4 +1,4 @@
-//! Do edges tile segments, and faces facets?
+//! The checks that edges tile segments and that faces tile facets.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,16 @@ use septet_geometry::point::Point;
 use septet_geometry::predicates::{Sign, orientation};
 
 use super::checker::{Checker, OFF, off};
-use super::defect::{Beside, MeshDefect};
+use super::defect::{MeshDefect, SideComponent};
 use crate::domain::Feature;
 use crate::mesh::{Carrier, Face, OUTSIDE};
 use crate::space::{Space, ascending};
 use crate::sum::Sum;
 
-/// Measures by the components on the two sides, ascending.
-type Measures = BTreeMap<[Beside; 2], [Sum; 2]>;
+/// Measures of the domain and the mesh, by the components on the two sides, ascending.
+type Measures = BTreeMap<[SideComponent; 2], [Sum; 2]>;
 
-/// The length of an edge or the area of a triangle, from the normal that is as long (or twice as long).
+/// Returns the length of an edge or the area of a triangle, from a normal of this length (or twice this length).
 fn extent<P: Point>(corners: &[P]) -> f64 {
     let rel: Vec<P> = corners[1..].iter().map(|&c| c - corners[0]).collect();
     P::hull_normal(&rel).norm2().sqrt() / if P::DIM == 2 { 1.0 } else { 2.0 }
@@ -26,7 +26,7 @@ fn space<P: Point>(p: P) -> DVec3 {
     DVec3::new(p.coord(0), p.coord(1), p.coord(2))
 }
 
-/// What is left of a point of space without one coordinate.
+/// Drops one coordinate of a point of space.
 fn flat(p: DVec3, axis: usize) -> DVec2 {
     match axis {
         0 => DVec2::new(p.y, p.z),
@@ -36,11 +36,11 @@ fn flat(p: DVec3, axis: usize) -> DVec2 {
 }
 
 impl<P: Space> Checker<'_, P> {
-    /// The boundaries towards the outside of domain and mesh, added up.
+    /// Adds up the outer boundaries of the domain and of the mesh.
     pub(super) fn boundaries(&mut self) {
         let mut sums = [Sum::default(); 2];
         for wall in 0..self.domain.walls().len() as u32 {
-            if self.beside_wall(wall).contains(&None) && self.domain.bounds_inside(wall) {
+            if self.components_at_wall(wall).contains(&None) && self.domain.bounds_inside(wall) {
                 sums[0].add(self.wall_extent(wall));
             }
         }
@@ -50,7 +50,7 @@ impl<P: Space> Checker<'_, P> {
         self.found.boundary = sums.map(|s| self.unscaled(s.value(), P::DIM - 1));
     }
 
-    /// Part 6: corners (`all` of them, or none twice) and carriers.
+    /// Checks part 6: corners and carriers. If `all` is set, every corner must have a point. No corner may have two.
     pub(super) fn carriers(&mut self, all: bool) {
         let mut at_corner = vec![0; self.domain.corners.len()];
         let largest = self.domain.points().iter().flat_map(|p| (0..P::DIM).map(|i| p.coord(i).abs()));
@@ -63,7 +63,7 @@ impl<P: Space> Checker<'_, P> {
                 Carrier::Corner(c) => {
                     at_corner[c as usize] += 1;
                     let due = self.domain.points()[self.domain.corners[c as usize] as usize];
-                    // Corners are the input's points, to the last bit.
+                    // Corners must equal the points of the input bit for bit.
                     if p == due { 0.0 } else { (p - due).norm2().sqrt().max(2.0 * allowed) }
                 }
                 Carrier::Segment(s) => self.off_segment(s, p),
@@ -81,7 +81,7 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// A point and the unit normal of a facet.
+    /// Returns a point and the unit normal of a facet.
     fn plane(&self, facet: usize) -> [DVec3; 2] {
         let walls = self.domain.facets[facet].walls.iter().map(|&w| {
             let c = P::corners(self.domain.points(), &self.domain.walls()[w as usize]);
@@ -97,7 +97,7 @@ impl<P: Space> Checker<'_, P> {
         self.domain.segments[segment as usize].ends().map(|v| self.domain.points()[v as usize])
     }
 
-    /// The distance of a point from the closed segment.
+    /// Returns the distance of a point from the closed segment.
     fn off_segment(&self, segment: u32, p: P) -> f64 {
         let [a, b] = self.ends(segment);
         let (along, to) = (b - a, p - a);
@@ -105,7 +105,7 @@ impl<P: Space> Checker<'_, P> {
         (to - along * t).norm2().sqrt()
     }
 
-    /// Is the carrier part of the closed segment?
+    /// Returns `true` if the carrier is part of the closed segment.
     fn on_segment(&self, segment: u32, carrier: Carrier) -> bool {
         match carrier {
             Carrier::Segment(s) => s == segment,
@@ -116,7 +116,7 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Is the carrier part of the closed facet?
+    /// Returns `true` if the carrier is part of the closed facet.
     fn on_facet(&self, facet: u32, carrier: Carrier) -> bool {
         let of = &self.domain.facets[facet as usize];
         match carrier {
@@ -127,7 +127,7 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Part 3. In the plane faces are the edges, and their lengths by component are compared, too.
+    /// Checks part 3. In the plane, faces take the place of edges, and their lengths by component are also compared.
     pub(super) fn segments(&mut self) {
         let mut of: Vec<Vec<[u32; 2]>> = vec![Vec::new(); self.domain.segments.len()];
         let (what, listed): (_, Vec<(u32, [u32; 2], i64)>) = if P::DIM == 2 {
@@ -185,7 +185,8 @@ impl<P: Space> Checker<'_, P> {
         }
     }
 
-    /// Are the edges a chain between the ends of the segment? If not, where it breaks.
+    /// Checks that the edges form a chain between the ends of the segment. Returns the point at which the chain breaks
+    /// as error.
     fn chain(&self, segment: u32, mut edges: Vec<[u32; 2]>) -> Result<(), Option<u32>> {
         let [a, b] = self.ends(segment);
         let along = |v: u32| (self.points[v as usize] - a).dot(b - a);
@@ -209,13 +210,13 @@ impl<P: Space> Checker<'_, P> {
         broken.or(still).map_or(Ok(()), |v| Err(Some(v)))
     }
 
-    /// The component on each side of a wall, ascending.
-    fn beside_wall(&self, wall: u32) -> [Beside; 2] {
+    /// Returns the component on each side of a wall, ascending.
+    fn components_at_wall(&self, wall: u32) -> [SideComponent; 2] {
         let inside = |c: u32| self.domain.components[c as usize].inside.then_some(c);
-        ordered(self.domain.sides.beside(wall).map(inside))
+        ordered(self.domain.sides.components_at(wall).map(inside))
     }
 
-    fn beside_face(&self, face: &Face<P>) -> [Beside; 2] {
+    fn components_at_face(&self, face: &Face<P>) -> [SideComponent; 2] {
         ordered(face.cells.map(|c| (c != OUTSIDE).then(|| self.mesh.regions[c as usize])))
     }
 
@@ -223,7 +224,7 @@ impl<P: Space> Checker<'_, P> {
         extent(&P::corners(self.domain.points(), &self.domain.walls()[wall as usize]))
     }
 
-    /// Part 4 of segments in the plane.
+    /// Checks part 4 for the segments of the plane.
     fn lengths(&mut self) {
         let ends = |w: &P::Facet| ascending([w.as_ref()[0], w.as_ref()[1]]);
         let number: BTreeMap<[u32; 2], usize> =
@@ -232,12 +233,12 @@ impl<P: Space> Checker<'_, P> {
         for (wall, row) in self.domain.walls().iter().enumerate() {
             if let Some(&segment) = number.get(&ends(row)) {
                 let wall = wall as u32;
-                let sums = of[segment].entry(self.beside_wall(wall)).or_default();
+                let sums = of[segment].entry(self.components_at_wall(wall)).or_default();
                 sums[0].add(self.wall_extent(wall));
             }
         }
         for face in &self.mesh.faces {
-            let sums = of[face.facet as usize].entry(self.beside_face(face)).or_default();
+            let sums = of[face.facet as usize].entry(self.components_at_face(face)).or_default();
             sums[1].add(extent(&P::corners(&self.points, &face.vertices)));
         }
         for (segment, measures) in of.into_iter().enumerate() {
@@ -247,20 +248,20 @@ impl<P: Space> Checker<'_, P> {
 
     fn compare(&mut self, feature: Feature, measures: &Measures) {
         let whole: f64 = measures.values().map(|s| s[0].value()).sum();
-        for (&beside, sums) in measures {
+        for (&components, sums) in measures {
             let sums = sums.map(Sum::value);
             let [expected, found] = sums.map(|x| self.unscaled(x, P::DIM - 1));
             if off(sums[0], sums[1], whole) {
-                self.report(MeshDefect::Area { feature, beside, expected, found });
+                self.report(MeshDefect::Area { feature, components, expected, found });
             }
-            if beside.contains(&None) {
+            if components.contains(&None) {
                 self.found.boundary[0] += expected;
                 self.found.boundary[1] += found;
             }
         }
     }
 
-    /// Part 4 of facets in space.
+    /// Checks part 4 for the facets of space.
     pub(super) fn facets(&mut self) {
         if P::DIM == 2 {
             return;
@@ -288,17 +289,17 @@ impl<P: Space> Checker<'_, P> {
                 self.report(MeshDefect::Unused { point: point as u32, what: "face", carrier });
             }
         }
-        let mut pieces: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
+        let mut subsegments: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
         for edge in &self.mesh.edges {
-            pieces.entry(edge.segment).or_default().push(ascending(edge.vertices));
+            subsegments.entry(edge.segment).or_default().push(ascending(edge.vertices));
         }
         for (facet, faces) in of.into_iter().enumerate() {
-            self.sides_of_edges(facet as u32, &faces, &pieces);
+            self.sides_of_edges(facet as u32, &faces, &subsegments);
             self.areas(facet as u32, &faces);
         }
     }
 
-    fn sides_of_edges(&mut self, facet: u32, faces: &[u32], pieces: &BTreeMap<u32, Vec<[u32; 2]>>) {
+    fn sides_of_edges(&mut self, facet: u32, faces: &[u32], subsegments: &BTreeMap<u32, Vec<[u32; 2]>>) {
         let normal = self.plane(facet as usize)[1].abs().to_array();
         let axis = (1..3).fold(0, |k, i| if normal[i] > normal[k] { i } else { k });
         let mut sides: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
@@ -314,18 +315,19 @@ impl<P: Space> Checker<'_, P> {
             }
         }
         let of = &self.domain.facets[facet as usize];
-        let on =
-            |list: &[u32]| list.iter().filter_map(|s| pieces.get(s)).flatten().copied().collect::<Vec<_>>();
+        let on = |list: &[u32]| {
+            list.iter().filter_map(|s| subsegments.get(s)).flatten().copied().collect::<Vec<_>>()
+        };
         let (mut boundary, internal) = (on(&of.boundary), on(&of.internal));
         boundary.sort_unstable();
-        // Pieces of segments that no face has are met with none on either side.
+        // Include subsegments without any face.
         boundary.iter().chain(&internal).for_each(|&edge| {
             sides.entry(edge).or_default();
         });
         for (edge, sides) in sides {
             let once = boundary.binary_search(&edge).is_ok();
             if if once { sides[0] + sides[1] != 1 } else { sides != [1, 1] } {
-                self.report(MeshDefect::FacetEdge { facet, edge, sides, due: if once { 1 } else { 2 } });
+                self.report(MeshDefect::FacetEdge { facet, edge, sides, required: if once { 1 } else { 2 } });
             }
         }
     }
@@ -333,18 +335,18 @@ impl<P: Space> Checker<'_, P> {
     fn areas(&mut self, facet: u32, faces: &[u32]) {
         let mut measures = Measures::new();
         for &wall in &self.domain.facets[facet as usize].walls {
-            measures.entry(self.beside_wall(wall)).or_default()[0].add(self.wall_extent(wall));
+            measures.entry(self.components_at_wall(wall)).or_default()[0].add(self.wall_extent(wall));
         }
         for &face in faces {
             let face = &self.mesh.faces[face as usize];
             let area = extent(&P::corners(&self.points, &face.vertices));
-            measures.entry(self.beside_face(face)).or_default()[1].add(area);
+            measures.entry(self.components_at_face(face)).or_default()[1].add(area);
         }
         self.compare(Feature::Facet(facet), &measures);
     }
 }
 
-fn ordered(mut pair: [Beside; 2]) -> [Beside; 2] {
+fn ordered(mut pair: [SideComponent; 2]) -> [SideComponent; 2] {
     pair.sort_unstable();
     pair
 }

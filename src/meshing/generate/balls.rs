@@ -1,20 +1,20 @@
-//! Balls that hold no vertex: the smallest ones of segments' pieces and of facets' triangles.
+//! The smallest balls of subsegments and subfacets, which contain no vertex.
 
 use septet_geometry::point::{Point, dist2};
 
 use crate::bvh::{Bounds, Bvh};
 
-/// The smallest ball through the corners of a piece or of a facet's triangle.
+/// The smallest ball through the corners of a subsegment or subfacet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball<P> {
-    /// Its centre.
+    /// The centre.
     pub centre: P,
-    /// Its squared radius.
+    /// The squared radius.
     pub radius2: f64,
 }
 
 impl<P: Point> Ball<P> {
-    /// Does it hold the place strictly, beyond what rounding may have done to its own corners?
+    /// Returns `true` if the point lies strictly inside the ball. The margin exceeds the rounding at its own corners.
     pub fn holds(&self, x: P) -> bool {
         dist2(self.centre, x) < self.radius2 * (1.0 - 1e-10)
     }
@@ -25,7 +25,7 @@ impl<P: Point> Ball<P> {
     }
 }
 
-/// Balls to be asked.
+/// Balls with a tree for queries.
 #[derive(Clone, Debug)]
 pub struct Balls<P> {
     balls: Vec<Ball<P>>,
@@ -33,13 +33,13 @@ pub struct Balls<P> {
 }
 
 impl<P: Point> Balls<P> {
-    /// Makes them ready.
+    /// Builds the tree.
     pub fn new(balls: Vec<Ball<P>>) -> Self {
         let tree = Bvh::new(balls.iter().map(Ball::bounds).collect());
         Balls { balls, tree }
     }
 
-    /// Does some ball hold the place?
+    /// Returns `true` if some ball contains the point.
     pub fn hold(&self, x: P) -> bool {
         let mut held = false;
         self.tree.visit(&Bounds::of([x]), |i| {
@@ -49,14 +49,14 @@ impl<P: Point> Balls<P> {
         held
     }
 
-    /// The balls that hold the place, ascending.
+    /// Returns the balls that contain the point, ascending.
     pub fn holding(&self, x: P) -> Vec<u32> {
         let mut near = self.tree.meeting(&Bounds::of([x]));
         near.retain(|&i| self.balls[i as usize].holds(x));
         near
     }
 
-    /// All of them.
+    /// Returns all balls.
     pub fn all(&self) -> &[Ball<P>] {
         &self.balls
     }

@@ -1,23 +1,26 @@
-//! The faces that separate components, and which component lies on each side of them.
+//! The faces that separate components, and the components on their sides.
 //!
-//! **Statement.** In space a facet's *own* faces are the triangles of its own Delaunay triangulation; in the plane a
-//! segment's own faces are its pieces. If four points of a facet are on a circle as nearly as can be rounded, the
-//! triangulation of all vertices may have the other diagonal. Then faces that overlap an absent own triangle in the
-//! facet's plane are *substitutes*. The barrier consists of own faces and substitutes.
+//! **Statement.** In space, the *own* faces of a facet are its subfacets, the triangles of its planar Delaunay
+//! triangulation. In the plane, the own faces of a segment are its subsegments. If four points of a facet are
+//! cocircular up to rounding, the triangulation of all vertices may contain the other diagonal. Then faces that overlap
+//! an absent own face in the plane of the facet are *substitutes*. The barrier consists of own faces and substitutes.
 //!
-//! A face of the barrier with an edge on a piece names the component on either side of it. The domain knows the components
-//! beside the wall at that piece, on the same side of the piece as the face. Face and wall run along the piece in the same
-//! direction or in opposite ones; the direction tells which side of the face is which side of the wall.
+//! A barrier face with an edge on a subsegment determines the component on either side. The domain gives the components
+//! at the wall that meets the subsegment from the same side as the face. Face and wall traverse the subsegment in the
+//! same or in opposite directions. The direction determines which side of the face corresponds to which side of the
+//! wall.
 //!
-//! *Why this does not depend on any order.* A segment on a facet's boundary has one wall of the facet, so directions alone
-//! decide there. A segment inside of a facet has two, and exact signs in the facet's plane tell them apart. Exact signs
-//! also decide whether a face overlaps an absent triangle. Coordinates in a plane are a function of the point
-//! alone. Numbers of points serve as names: lookups sort them and account for the parity of the order.
-//! If several edges of a face are on pieces, the largest label counts.
+//! *Why the result depends on no order.*
+//! - A segment on the boundary of a facet has one wall of the facet, so directions alone decide there.
+//! - A segment inside a facet has two walls. Exact signs in the plane of the facet distinguish them.
+//! - Exact signs also decide whether a face overlaps an absent own face. Coordinates in a plane are a function of the
+//!   point.
+//! - Indices of points serve only as names. Lookups sort them and account for the parity of the order.
+//! - If several edges of a face are subsegments, the largest label applies.
 //!
 //! **Source.** Sides of walls: [`crate::sides`].
 //!
-//! **Work and depth.** `O(m log m)` for m faces whose vertices lie on facets, and a look at all cells.
+//! **Work and depth.** `O(m log m)` for m faces whose vertices lie on facets, and one pass over all cells.
 
 use std::collections::BTreeMap;
 
@@ -27,45 +30,45 @@ use septet_geometry::point::Simplex;
 use septet_geometry::predicates::{Sign, orientation};
 
 use super::cells::Labels;
-use super::facets::{Plane, Triangles, as_space};
+use super::facets::{Plane, Subfacets, as_space};
+use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
 use super::segments::Chains;
-use super::work::Work;
 use crate::domain::Domain;
 use crate::mesh::Carrier;
 use crate::space::{Space, ascending, project};
 
-/// The features as far as they are triangulated.
+/// The triangulated features.
 #[derive(Clone, Copy)]
 pub(super) struct Own<'a> {
     pub(super) planes: &'a [Plane],
     pub(super) chains: &'a Chains,
-    pub(super) triangles: &'a Triangles,
+    pub(super) subfacets: &'a Subfacets,
 }
 
-/// The labels on the positive and on the negative side of a face, as far as they are known.
-pub(super) type Beside = [Option<u32>; 2];
+/// The labels on the positive and on the negative side of a face. `None` if unknown.
+pub(super) type SideLabels = [Option<u32>; 2];
 
-/// A face that separates.
+/// A face of the barrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Part<F> {
     /// Its vertices, ascending.
     face: F,
-    /// The facet, in the plane the segment.
+    /// The facet. In the plane, the segment.
     pub(super) facet: u32,
-    /// By the orientation of the ascending vertices.
-    beside: Beside,
+    /// The labels, with sides relative to the ascending vertices.
+    labels: SideLabels,
 }
 
 /// The faces that separate components.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Barrier<F> {
-    /// Ascending by their vertices.
+    /// The faces, ascending by their vertices.
     parts: Vec<Part<F>>,
 }
 
 impl<F: Simplex> Barrier<F> {
-    /// The parts with the vertices of a face.
+    /// Returns the parts with the vertices of a face.
     pub(super) fn at(&self, face: &F) -> &[Part<F>] {
         let key = sorted(*face).0;
         let first = self.parts.partition_point(|p| p.face < key);
@@ -75,39 +78,39 @@ impl<F: Simplex> Barrier<F> {
 }
 
 impl<F: Simplex> Part<F> {
-    /// The label on the side of a cell, by the cell's face as [`facet_without`] has it.
+    /// Returns the label on the side of a cell. The face of the cell has the order of [`facet_without`].
     pub(super) fn towards(&self, face: &F) -> Option<u32> {
         // (vertex, face..) is positive. As many exchanges as the face has vertices move the vertex to the end.
         let negative = (F::LEN % 2 == 1) != sorted(*face).1;
-        self.beside[usize::from(negative)]
+        self.labels[usize::from(negative)]
     }
 }
 
-/// A wall beside the first edge of a segment.
+/// A wall at the first edge of a segment.
 struct Rim {
-    /// Whether the wall's order runs along the segment.
+    /// Whether the order of the wall traverses the segment forwards.
     along: bool,
-    /// Whether the wall lies on the left of the segment, seen from the tip of the plane's normal.
+    /// Whether the wall lies on the left of the segment, seen from the tip of the normal.
     left: bool,
-    /// The labels on the wall's positive and negative side.
-    beside: [u32; 2],
+    /// The labels on the positive and the negative side of the wall.
+    labels: [u32; 2],
 }
 
-/// The pieces of segments and the walls of facets beside them.
+/// The subsegments, and the walls of facets at segments.
 struct Rims {
-    /// Pieces with their segments, ends ascending, and whether the ascending ends run along the segment.
-    pieces: Vec<([u32; 2], u32, bool)>,
-    /// By facet and segment.
+    /// The ends of subsegments (ascending), their segments, and whether the ascending ends run along the segment.
+    subsegments: Vec<([u32; 2], u32, bool)>,
+    /// The walls by facet and segment.
     walls: BTreeMap<(u32, u32), Vec<Rim>>,
 }
 
 impl Rims {
     fn new<P: Space>(domain: &Domain<P>, own: Own<'_>) -> Self {
-        let mut pieces = Vec::new();
+        let mut subsegments = Vec::new();
         for (s, chain) in (0u32..).zip(own.chains) {
-            pieces.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), s, w[0] < w[1])));
+            subsegments.extend(chain.windows(2).map(|w| (ascending([w[0], w[1]]), s, w[0] < w[1])));
         }
-        pieces.sort_unstable();
+        subsegments.sort_unstable();
         let first = |s: &crate::domain::Segment| [s.chain[0], s.chain[1]];
         let segments: BTreeMap<[u32; 2], u32> =
             domain.segments.iter().map(|s| ascending(first(s))).zip(0..).collect();
@@ -119,27 +122,27 @@ impl Rims {
                 for edge in directed(wall.as_ref()) {
                     let Some(&s) = segments.get(&ascending(edge)) else { continue };
                     let along = edge == first(&domain.segments[s as usize]);
-                    let rim = Rim { along, left: along == turns_left, beside: labels_beside(domain, w) };
+                    let rim = Rim { along, left: along == turns_left, labels: labels_of(domain, w) };
                     walls.entry((f, s)).or_default().push(rim);
                 }
             }
         }
-        Rims { pieces, walls }
+        Rims { subsegments, walls }
     }
 
-    /// The segment that an edge is a piece of, and whether the edge runs along it.
-    fn piece(&self, edge: [u32; 2]) -> Option<(u32, bool)> {
+    /// Returns the segment of which an edge is a subsegment, and whether the edge runs along it.
+    fn subsegment(&self, edge: [u32; 2]) -> Option<(u32, bool)> {
         let key = ascending(edge);
-        let i = self.pieces.binary_search_by_key(&key, |p| p.0).ok()?;
-        Some((self.pieces[i].1, self.pieces[i].2 == (key == edge)))
+        let i = self.subsegments.binary_search_by_key(&key, |p| p.0).ok()?;
+        Some((self.subsegments[i].1, self.subsegments[i].2 == (key == edge)))
     }
 
-    /// The labels beside a triangle of a facet, from those of its edges that are pieces. `turn` is that of the
-    /// triangle's vertices in the plane.
-    fn beside(&self, f: u32, triangle: &[u32; 3], turn: Sign) -> Beside {
+    /// Returns the labels at a triangle of a facet, from its edges that are subsegments. `turn` is the orientation of
+    /// its vertices in the plane.
+    fn labels(&self, f: u32, triangle: &[u32; 3], turn: Sign) -> SideLabels {
         let mut found = [None; 2];
         for edge in directed(triangle) {
-            let Some((s, along)) = self.piece(edge) else { continue };
+            let Some((s, along)) = self.subsegment(edge) else { continue };
             let left = along == (turn == Sign::Positive);
             let rim = match self.walls.get(&(f, s)).map(Vec::as_slice) {
                 Some([rim]) => Some(rim),
@@ -148,17 +151,17 @@ impl Rims {
             };
             if let Some(rim) = rim {
                 let [p, n] = if rim.along == along { [0, 1] } else { [1, 0] };
-                found = [found[0].max(Some(rim.beside[p])), found[1].max(Some(rim.beside[n]))];
+                found = [found[0].max(Some(rim.labels[p])), found[1].max(Some(rim.labels[n]))];
             }
         }
         found
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// The barrier in a triangulation that lacks no piece and no triangle.
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Builds the barrier of a triangulation in which no subsegment and no subfacet is missing.
     pub(super) fn barrier(&self, own: Own<'_>, delaunay: &Triangulation<P::Cell>) -> Barrier<P::Facet> {
-        let parts = if P::DIM == 2 { self.pieces_beside(own.chains) } else { self.triangles_beside(own) };
+        let parts = if P::DIM == 2 { self.subsegment_parts(own.chains) } else { self.subfacet_parts(own) };
         let mut barrier = Barrier { parts };
         barrier.parts.sort_unstable();
         if P::DIM == 3 {
@@ -172,8 +175,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         barrier
     }
 
-    /// The pieces of segments in the plane.
-    fn pieces_beside(&self, chains: &Chains) -> Vec<Part<P::Facet>> {
+    /// Returns the subsegments of the plane as parts.
+    fn subsegment_parts(&self, chains: &Chains) -> Vec<Part<P::Facet>> {
         let edges = self.domain.walls().iter().map(|w| ascending([w.as_ref()[0], w.as_ref()[1]]));
         let walls: BTreeMap<[u32; 2], u32> = edges.zip(0..).collect();
         let mut parts = Vec::new();
@@ -181,35 +184,35 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let first = [segment.chain[0], segment.chain[1]];
             let labels = walls.get(&ascending(first)).map(|&w| {
                 let along = self.domain.walls()[w as usize].as_ref() == first;
-                let [p, n] = labels_beside(self.domain, w);
+                let [p, n] = labels_of(self.domain, w);
                 if along { [p, n] } else { [n, p] }
             });
-            for piece in chain.windows(2) {
-                let [p, n] = if piece[0] < piece[1] { [0, 1] } else { [1, 0] };
-                let face = row_of::<P>(&ascending([piece[0], piece[1]]));
-                parts.push(Part { face, facet: s, beside: [labels.map(|l| l[p]), labels.map(|l| l[n])] });
+            for subsegment in chain.windows(2) {
+                let [p, n] = if subsegment[0] < subsegment[1] { [0, 1] } else { [1, 0] };
+                let face = row_of::<P>(&ascending([subsegment[0], subsegment[1]]));
+                parts.push(Part { face, facet: s, labels: [labels.map(|l| l[p]), labels.map(|l| l[n])] });
             }
         }
         parts
     }
 
-    /// The own triangles of all facets.
-    fn triangles_beside(&self, own: Own<'_>) -> Vec<Part<P::Facet>> {
+    /// Returns the subfacets of all facets as parts.
+    fn subfacet_parts(&self, own: Own<'_>) -> Vec<Part<P::Facet>> {
         let rims = Rims::new(self.domain, own);
-        own.triangles.iter().map(|&(f, t)| self.part(&rims, own, f, t)).collect()
+        own.subfacets.iter().map(|&(f, t)| self.part(&rims, own, f, t)).collect()
     }
 
     fn part(&self, rims: &Rims, own: Own<'_>, f: u32, mut triangle: [u32; 3]) -> Part<P::Facet> {
         triangle.sort_unstable();
         let turn = orientation(&self.in_plane(&own.planes[f as usize], &triangle));
-        Part { face: row_of::<P>(&triangle), facet: f, beside: rims.beside(f, &triangle, turn) }
+        Part { face: row_of::<P>(&triangle), facet: f, labels: rims.labels(f, &triangle, turn) }
     }
 
     fn in_plane(&self, plane: &Plane, triangle: &[u32; 3]) -> [DVec2; 3] {
         triangle.map(|v| plane.of(as_space(self.vertices.points[v as usize])))
     }
 
-    /// The faces of the triangulation that replace absent own triangles.
+    /// Returns the faces of the triangulation that replace absent subfacets.
     fn substitutes(
         &self,
         own: Own<'_>,
@@ -247,7 +250,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         found
     }
 
-    /// Visits the faces of cells that have no vertex in the volume, vertices ascending; most of them twice.
+    /// Visits the faces without a vertex in the volume, vertices ascending. Most faces are visited twice.
     fn each_carried(&self, delaunay: &Triangulation<P::Cell>, mut visit: impl FnMut(P::Facet)) {
         let in_volume = |v: &&u32| self.vertices.carriers[**v as usize] == Carrier::Volume;
         for cell in &delaunay.cells {
@@ -262,13 +265,13 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// The labels on the positive and the negative side of a wall.
-fn labels_beside<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
+/// Returns the labels on the positive and the negative side of a wall.
+fn labels_of<P: Space>(domain: &Domain<P>, wall: u32) -> [u32; 2] {
     let inside = |c: u32| domain.components[c as usize].inside;
-    domain.sides.beside(wall).map(|c| if inside(c) { c } else { Labels::OUT })
+    domain.sides.components_at(wall).map(|c| if inside(c) { c } else { Labels::OUT })
 }
 
-/// Whether a wall turns left, seen from the tip of the plane's normal; exact, in a projection along an axis.
+/// Returns `true` if a wall turns left, seen from the tip of the normal. Exact, by a projection along an axis.
 fn is_left<P: Space>(domain: &Domain<P>, wall: u32, plane: &Plane) -> bool {
     let normal = plane.normal();
     let steep = |i: &usize, j: &usize| normal[*i].abs().total_cmp(&normal[*j].abs());
@@ -278,7 +281,7 @@ fn is_left<P: Space>(domain: &Domain<P>, wall: u32, plane: &Plane) -> bool {
     (orientation(&at) == Sign::Positive) == (normal[axis] > 0.0)
 }
 
-/// Whether the insides of two triangles of the plane meet; exact.
+/// Returns `true` if the interiors of two triangles of the plane meet. Exact.
 fn overlap(s: &[DVec2; 3], t: &[DVec2; 3]) -> bool {
     let (of_s, of_t) = (orientation(s), orientation(t));
     let parted = |a: &[DVec2; 3], turn: Sign, b: &[DVec2; 3]| {
@@ -287,12 +290,12 @@ fn overlap(s: &[DVec2; 3], t: &[DVec2; 3]) -> bool {
     of_s != Sign::Zero && of_t != Sign::Zero && !parted(s, of_s, t) && !parted(t, of_t, s)
 }
 
-/// The edges of a triangle in its own direction.
+/// Returns the edges of a triangle, directed along its boundary.
 fn directed(triangle: &[u32]) -> [[u32; 2]; 3] {
     [0, 1, 2].map(|i| [triangle[i], triangle[(i + 1) % 3]])
 }
 
-/// The vertices in ascending order, and whether this order is an odd permutation of the given one.
+/// Sorts the vertices. Returns also whether the permutation was odd.
 fn sorted<F: Simplex>(face: F) -> (F, bool) {
     let row = face.as_ref();
     let inversions = (0..row.len()).map(|i| row[i + 1..].iter().filter(|&&w| w < row[i]).count());

@@ -1,31 +1,37 @@
-//! From a triangulation of the vertices to the cells and faces of the domain.
+//! The cells and faces of the domain in the triangulation of all vertices.
 //!
-//! **Statement.** The facets' own faces are the [`super::barrier`]. Cells that share a face which is not part of it are in
-//! one *class*; the outside of the hull is one more cell, beside all faces of the hull. Each class lies in one
-//! component of the domain: the one on its side of any barrier face beside it. A cell whose vertices one facet (or one group
-//! of coplanar facets) holds is flat but for rounding. It passes its class on like any other cell, and is dropped.
+//! **Statement.** The own faces of the facets form the [`super::barrier`]. Cells that share a face outside the barrier
+//! are in one *class*. The outside of the hull counts as one more cell, adjacent to all faces of the hull. Each class
+//! lies in one component of the domain. Any barrier face adjacent to the class determines this component. A cell is
+//! *flat* if one facet, or one group of coplanar facets, contains all its vertices. A flat cell belongs to a class like
+//! any other cell but is dropped from the mesh.
 //!
-//! *Proof.* With the cell beyond the hull the cells are a triangulation of the sphere of one dimension more than a facet's.
-//! The own faces of a facet tile it: their edges are shared by two of them, but for pieces of its segments, which are edges
-//! of the triangulation. So the barrier is the complex of the domain's walls, as far as they have the domain beside them, with
-//! its vertices moved by no more than rounding. It separates the sphere in as many parts as the walls do (Alexander
-//! duality), and the parts are the classes: a way through cells that avoids the barrier's vertices and edges is a way through
-//! faces. Around an edge that two faces of one facet share, and no other face of the barrier, all cells
-//! on one side are in one class. So a class beside one face of a facet is beside all of them up to the next segment, where the
-//! domain names the component. Two components without the domain between them may be one class; neither is inside.
+//! *Proof.*
+//! 1. With the outside as a cell, the cells triangulate a sphere of the dimension of the space.
+//! 2. The own faces of a facet tile it. Two of them share each edge, except for the subsegments of its segments, which
+//!    are edges of the triangulation. Hence the barrier is the complex of those walls of the domain that have the
+//!    domain on at least one side, with vertices moved only by rounding.
+//! 3. By Alexander duality, the barrier separates the sphere into as many parts as the walls do. These parts are the
+//!    classes: a path through cells that avoids the vertices and edges of the barrier passes through faces.
+//! 4. Consider an edge shared by two faces of one facet and by no other barrier face. All cells around it on one side
+//!    are in one class. A class adjacent to one face of a facet is therefore adjacent to all faces up to the next
+//!    segment. At the segment, the domain determines the component.
+//! 5. Two components without the domain between them may form one class. Neither is inside. QED.
 //!
-//! *Why labels depend on no order.* Classes are the connected components of a graph. A label is the largest of those that the faces
-//! beside a class name, all of them equal by the proof. The faces name them by directions along pieces and by exact
-//! signs ([`super::barrier`]). No rounded place decides: a flat cell across coplanar facets gets the label of its class, with its middle on
-//! either side of the facets.
+//! *Why labels depend on no order.* Classes are the connected components of a graph. A label is the largest of the
+//! labels that the faces adjacent to a class give. By the proof, all of them are equal. The faces give labels by
+//! directions along subsegments and by exact signs ([`super::barrier`]). No rounded point affects them. A flat cell
+//! across coplanar facets receives the label of its class, regardless of the side on which its centroid lies.
 //!
 //! **Source.** Alexander duality: Hatcher (2002), section 3.3.
 //!
-//! **Departures.** If faces of a facet were lacking, classes of several components would be one. Then the largest label counts,
-//! which is outside before inside, and [`crate::conformity`] refuses the mesh. A face of the mesh beside a dropped cell may be the other
-//! diagonal of the facet's own. Its facet is the one in which its middle lies, rounded; such a face has an area, as its cell is not flat.
+//! **Departures.** If subfacets were missing, classes of several components could merge. Then the largest label
+//! applies, so outside takes precedence over inside, and [`crate::conformity`] rejects the mesh. A face of the mesh
+//! next to a dropped cell may be on the other diagonal of its facet. Its facet is the one that contains its centroid,
+//! rounded. Such a face has an area because its cell is not flat.
 //!
-//! **Work and depth.** `O(n a(n) + m log m)` for n cells and m faces whose vertices lie on facets.
+//! **Work and depth.** `O(n a(n) + m log m)` for n cells and m faces whose vertices lie on facets, where a is the
+//! inverse Ackermann function.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::incremental::facet_without;
@@ -33,34 +39,35 @@ use septet_geometry::point::lex_cmp;
 
 use super::barrier::Barrier;
 use super::facets::{Plane, as_space};
+use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
 use super::vertices::Holders;
-use super::work::Work;
 use crate::mesh::Carrier;
 use crate::sides::Sets;
 use crate::space::Space;
 
-/// Which component of the domain each cell is in.
+/// The component of each cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Labels {
-    /// The component, [`Labels::OUT`] outside of the domain, [`Labels::FLAT`] for a cell on a facet.
+    /// The component, [`Labels::OUT`] outside the domain, or [`Labels::FLAT`] for a flat cell.
     pub of: Vec<u32>,
 }
 
 impl Labels {
-    /// Outside.
+    /// Outside the domain.
     pub const OUT: u32 = u32::MAX;
-    /// All vertices on one facet.
+    /// All vertices lie on one facet.
     pub const FLAT: u32 = u32::MAX - 1;
 
-    /// Is the cell part of the mesh?
+    /// Returns `true` if the cell is part of the mesh.
     pub fn is_inside(&self, cell: u32) -> bool {
         self.of[cell as usize] < Self::FLAT
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// The facet that a face is part of, as rounding has it. For faces with an area, as those of cells that are not flat.
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Returns the facet that contains the centroid of a face, rounded. The face must have an area, as faces of cells
+    /// that are not flat do.
     pub(super) fn facet_of(&self, face: &[u32], planes: &[Plane]) -> Option<u32> {
         let common = self.holders.common(&self.vertices.carriers, face);
         if P::DIM == 2 {
@@ -72,7 +79,8 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         common.into_iter().find(|&f| planes[f as usize].holds(self.middle_of(face, &planes[f as usize])))
     }
 
-    /// The middle of a face in the plane of a facet, rounded alike whatever the order of its vertices.
+    /// Returns the centroid of a face in the plane of a facet. The rounding does not depend on the order of its
+    /// vertices.
     pub(super) fn middle_of(&self, face: &[u32], plane: &Plane) -> DVec2 {
         let mut corners: Vec<DVec3> =
             face.iter().map(|&v| as_space(self.vertices.points[v as usize])).collect();
@@ -111,12 +119,12 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         Labels { of: (0u32..).zip(&delaunay.cells).map(label).collect() }
     }
 
-    /// Whether no vertex of a face is in the volume.
+    /// Returns `true` if no vertex of a face is in the volume.
     fn is_carried(&self, face: &[u32]) -> bool {
         face.iter().all(|&v| self.vertices.carriers[v as usize] != Carrier::Volume)
     }
 
-    /// The faces on facets beside which there is a cell of the mesh.
+    /// Returns the faces on facets that are adjacent to a cell of the mesh.
     pub(super) fn faces(
         &self,
         delaunay: &Triangulation<P::Cell>,
@@ -135,7 +143,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 if !self.is_carried(face.as_ref()) {
                     continue;
                 }
-                // Beside a cell that is left out the face that is seen may have the other diagonal.
+                // The face next to a dropped or outside cell may be on the other diagonal.
                 let seen = || if inside(j) { None } else { self.facet_of(face.as_ref(), planes) };
                 if let Some(f) = barrier.at(&face).first().map(|part| part.facet).or_else(seen) {
                     found.push((f, face, [i, if inside(j) { j } else { u32::MAX }]));
@@ -155,7 +163,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// Are all vertices of a cell held by one facet?
+/// Returns `true` if one facet contains all vertices of a cell.
 pub(super) fn is_flat(holders: &Holders, carriers: &[Carrier], cell: &[u32]) -> bool {
     !cell.iter().any(|&v| carriers[v as usize] == Carrier::Volume)
         && !holders.common(carriers, cell).is_empty()

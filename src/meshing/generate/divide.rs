@@ -1,22 +1,28 @@
-//! Where pieces and triangles are divided.
+//! The points that divide subsegments and subfacets.
 //!
-//! **Statement.** A piece that ends at one corner is divided at a distance from it that is a power of two, other pieces
-//! in the middle: so pieces at a corner end on common spheres whatever their angle, and leave each other's ends outside
-//! of their balls (Ruppert's concentric shells). A triangle is divided at the centre of its circle, unless that lies
-//! behind a piece of the facet, or in the ball of any piece: then the piece is divided. Where that
-//! piece ends at a corner of the triangle, whose other two vertices lie on one shell, it is divided on the shell in its place.
+//! **Statement.**
+//! 1. A subsegment with one end at a corner is divided at a distance from the corner that is a power of two. Other
+//!    subsegments are divided in the middle. Subsegments at a corner therefore end on common spheres, whatever their
+//!    angle, and no end lies in the ball of another (Ruppert's concentric shells).
+//! 2. A subfacet is divided at its circumcentre. If the circumcentre lies behind a subsegment of the facet, or in the
+//!    ball of any subsegment, that subsegment is divided instead.
+//! 3. Suppose that the subsegment of rule 2 ends at a corner of the subfacet, and that the other two vertices of the
+//!    subfacet lie on one shell around this corner. Then the subfacet is divided on the shell, and the subsegment
+//!    stays.
 //!
-//! *Why never at another place.* If no point of a facet lies in the balls of its pieces, the centres of its triangles lie in
-//! the facet or in such a ball. If one does, a centre may lie beyond the border, with a piece between; a place
-//! that is then chosen in the triangle itself, its middle say, comes closer and closer to the piece, whose ball it lies in, and there
-//! is no end of it.
+//! *Why never at another point.* If no point of a facet lies in the balls of its subsegments, the circumcentres of its
+//! subfacets lie in the facet or in such a ball. Otherwise a circumcentre may lie outside the facet, behind a
+//! subsegment. A point inside the subfacet, such as its centroid, would lie in the ball of that subsegment. Repeated
+//! divisions would approach the subsegment without end.
 //!
-//! *Why on the shell.* Balls through a corner cut a sphere around it in caps, so such a triangle has a witness iff some cap through its
-//! other two vertices holds no vertex of the shell, whatever the radius of the shell. The centre of its circle lies in the balls of its own
-//! pieces (at less than a right angle), or of others at the corner; were these divided, all pieces there would have to follow, and the same
-//! triangle would be there again, half as large, without end. Places of the shell lie in no ball of a piece that ends at the
-//! corner and on the shell or within. Parts of arcs are powers of two from a segment on, as pieces are from a corner on, for
-//! the same reason. Arcs are not made shorter than a 32nd of the radius: then something nearer to the corner is in the way.
+//! *Why on the shell.* Balls through a corner cut a sphere around it in caps. Hence such a subfacet has a witness iff
+//! some cap through its other two vertices contains no vertex of the shell, whatever the radius of the shell. Its
+//! circumcentre lies in the balls of its own subsegments (at less than a right angle), or of others at the corner. If
+//! these were divided, all subsegments there would have to follow. The same subfacet would recur at half the size,
+//! without end. Points of the shell lie in no ball of a subsegment that ends at the corner and on the shell or inside.
+//! The parts of arcs are powers of two, counted from a segment, just as subsegments are counted from a corner, and for
+//! the same reason. Arcs are not made shorter than a 32nd of the radius. At that length, the obstacle lies nearer to
+//! the corner.
 //!
 //! **Source.** Ruppert (1995), section 5; Chew (1993).
 
@@ -25,88 +31,92 @@ use septet_geometry::point::dist2;
 
 use super::balls::Ball;
 use super::facets::{Plane, as_space, circumcircle, from_space};
-use super::lacking::Lacking;
+use super::generator::{Candidate, Generator};
 use super::machine::Machine;
-use super::segments::{Chains, pieces_of};
-use super::work::Work;
+use super::missing::MissingParts;
+use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// Where what is missing is divided. The size of a site is the radius of the triangle, a quarter of a piece's length.
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Returns the points that divide the missing parts. The size of a site is the radius of the subfacet, or a quarter
+    /// of the length of the subsegment.
     pub(super) fn divided(
         &self,
         planes: &[Plane],
         chains: &Chains,
-        lacking: &Lacking,
-    ) -> Vec<(Site<P>, Carrier)> {
-        let all = pieces_of(chains);
-        let pieces = lacking.pieces.iter().map(|&(s, piece)| self.halved(s, piece));
-        let triangles = lacking.triangles.iter().map(|&(f, t)| {
+        missing: &MissingParts,
+    ) -> Vec<Candidate<P>> {
+        let all = subsegments_of(chains);
+        let subsegments = missing.subsegments.iter().map(|&(s, subsegment)| self.halved(s, subsegment));
+        let subfacets = missing.subfacets.iter().map(|&(f, t)| {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let plane = &planes[f as usize];
             let behind = self.behind(f, plane, chains, [(a + b + c) / 3.0, centre]);
-            let held = || self.pieces.holding(centre).first().map(|&i| all[i as usize]);
+            let held = || self.subsegments.holding(centre).first().map(|&i| all[i as usize]);
             let met = behind.or_else(held);
-            if let Some(site) = self.on_cone(f, plane, t, centre, met.map(|(_, piece)| piece)) {
+            if let Some(site) =
+                self.on_corner_shell(f, plane, t, centre, met.map(|(_, subsegment)| subsegment))
+            {
                 return (site, Carrier::Facet(f));
             }
-            if let Some((s, piece)) = met {
-                let site = self.on_shell(f, plane, chains, t, piece);
-                return site.map_or_else(|| self.halved(s, piece), |site| (site, Carrier::Facet(f)));
+            if let Some((s, subsegment)) = met {
+                let site = self.on_shell(f, plane, chains, t, subsegment);
+                return site.map_or_else(|| self.halved(s, subsegment), |site| (site, Carrier::Facet(f)));
             }
             let at = from_space(plane.lift(plane.of(as_space(centre))));
             (Site { at, size: radius2.sqrt() }, Carrier::Facet(f))
         });
-        pieces.chain(triangles).collect()
+        subsegments.chain(subfacets).collect()
     }
 
-    /// The place on the shell that divides a triangle between a corner and its shell, if a piece at that corner is in the
-    /// way of the centre.
+    /// Returns the point on the shell that divides a subfacet between a corner and its shell. `subsegment` ends at this
+    /// corner and blocks the circumcentre.
     fn on_shell(
         &self,
         f: u32,
         plane: &Plane,
         chains: &Chains,
         t: [u32; 3],
-        piece: [u32; 2],
+        subsegment: [u32; 2],
     ) -> Option<Site<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let flat = |v: u32| plane.of(as_space(at(v)));
         let carrier = |v: u32| self.vertices.carriers[v as usize];
         let on_segment = |v: u32| matches!(carrier(v), Carrier::Segment(_));
-        let shared = |v: u32| piece.contains(&v) && matches!(carrier(v), Carrier::Corner(_));
+        let shared = |v: u32| subsegment.contains(&v) && matches!(carrier(v), Carrier::Corner(_));
         let i = t.iter().position(|&v| shared(v))?;
         let [v, a, b] = [t[i], t[(i + 1) % 3], t[(i + 2) % 3]];
-        // Counted from the end that is shared with other facets.
+        // Arcs are counted from the end that is shared with other facets.
         let (a, b) = if on_segment(a) || !on_segment(b) { (a, b) } else { (b, a) };
         let place = between(flat(a) - flat(v), flat(b) - flat(v), on_segment(a) != on_segment(b), SHORT)?;
         let x = from_space(plane.lift(flat(v) + place));
         let way = [(at(v) + at(a) + at(b)) / 3.0, x];
         let clear = plane.holds(plane.of(as_space(x)))
             && self.behind(f, plane, chains, way).is_none()
-            && !self.pieces.hold(x);
+            && !self.subsegments.hold(x);
         clear.then(|| Site { at: x, size: 0.5 * dist2(x, at(a)).min(dist2(x, at(b))).sqrt() })
     }
 
-    /// The first piece of a facet's segments that a way in the facet's plane crosses.
-    fn behind(&self, f: u32, plane: &Plane, chains: &Chains, way: [P; 2]) -> Option<(u32, [u32; 2])> {
+    /// Returns the first subsegment of a facet's segments that a path in the plane of the facet crosses.
+    fn behind(&self, f: u32, plane: &Plane, chains: &Chains, way: [P; 2]) -> Option<Subsegment> {
         let flat = |p: P| plane.of(as_space(p));
         let facet = &self.domain.facets[f as usize];
         let segments = facet.boundary.iter().chain(&facet.internal);
-        let pieces = segments.flat_map(|&s| chains[s as usize].windows(2).map(move |w| (s, [w[0], w[1]])));
+        let subsegments =
+            segments.flat_map(|&s| chains[s as usize].windows(2).map(move |w| (s, [w[0], w[1]])));
         let way = way.map(flat);
-        let crossed = pieces.filter_map(|piece| {
-            let ends = piece.1.map(|v| flat(self.vertices.points[v as usize]));
-            Some((crossing(way, ends)?, piece))
+        let crossed = subsegments.filter_map(|subsegment| {
+            let ends = subsegment.1.map(|v| flat(self.vertices.points[v as usize]));
+            Some((crossing(way, ends)?, subsegment))
         });
-        crossed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, piece)| piece)
+        crossed.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, subsegment)| subsegment)
     }
 
-    /// The place that divides a piece.
-    pub(super) fn halved(&self, s: u32, [a, b]: [u32; 2]) -> (Site<P>, Carrier) {
+    /// Returns the point that divides a subsegment.
+    pub(super) fn halved(&self, s: u32, [a, b]: [u32; 2]) -> Candidate<P> {
         let (p, q) = (self.vertices.points[a as usize], self.vertices.points[b as usize]);
         let length = dist2(p, q).sqrt();
         let is_corner = |v: u32| matches!(self.vertices.carriers[v as usize], Carrier::Corner(_));
@@ -120,25 +130,26 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// Where a way of the plane crosses a segment, as a part of the way.
+/// Returns the parameter at which a path in the plane crosses a segment.
 fn crossing([from, to]: [DVec2; 2], [p, q]: [DVec2; 2]) -> Option<f64> {
-    let beside = |x: DVec2| (q - p).perp_dot(x - p);
+    let side = |x: DVec2| (q - p).perp_dot(x - p);
     let along = |x: DVec2| (to - from).perp_dot(x - from);
-    let (s, t) = (beside(from), beside(to));
+    let (s, t) = (side(from), side(to));
     ((s > 0.0) != (t > 0.0) && (along(p) > 0.0) != (along(q) > 0.0)).then(|| s / (s - t))
 }
 
-/// How different distances from a corner may be on one shell, as a part of them.
+/// The relative difference up to which two distances from a corner belong to one shell.
 pub(super) const SHELL: f64 = 1e-6;
 
-/// The shortest chord over the radius that is divided.
+/// The shortest chord that is divided, relative to the radius.
 const SHORT: f64 = 1.0 / 32.0;
 
-/// The cosine of an angle that is taken for a straight one.
+/// The cosine beyond which an angle counts as straight.
 const STRAIGHT: f64 = -0.99;
 
-/// A place between two places on a circle around the origin, less than a straight angle apart: in the middle, or, counted from
-/// the first one, where the chord over the radius is a power of two.
+/// Returns a point between two points on a circle around the origin, if they are less than a straight angle apart. By
+/// default it is the middle of the arc. With `by_powers`, its chord from the first point, divided by the radius, is a
+/// power of two.
 pub(super) fn between(from: DVec2, to: DVec2, by_powers: bool, shortest: f64) -> Option<DVec2> {
     let (r, s) = (from.length(), to.length());
     if (r - s).abs() > SHELL * r || from.dot(to) <= STRAIGHT * r * r {
@@ -151,7 +162,7 @@ pub(super) fn between(from: DVec2, to: DVec2, by_powers: bool, shortest: f64) ->
     if !by_powers {
         return Some((from + to).normalize() * r);
     }
-    // Of a chord c the cosine is 1 - c^2 / 2 over the unit circle.
+    // On the unit circle, a chord c has the cosine 1 - c^2 / 2.
     let part = shell(chord) * chord;
     let cosine = 1.0 - 0.5 * part * part;
     let sine = (1.0 - cosine * cosine).sqrt();
@@ -159,7 +170,8 @@ pub(super) fn between(from: DVec2, to: DVec2, by_powers: bool, shortest: f64) ->
     Some(from * cosine + from.perp() * (left * sine))
 }
 
-/// Where a piece that begins at a corner is divided: at the power of two nearest to half of its length, as a part of it.
+/// Returns the parameter that divides a subsegment at a corner: the power of two closest to half its length, relative
+/// to the length.
 fn shell(length: f64) -> f64 {
     let half = 0.5 * length;
     let below = power_below(half);
@@ -167,7 +179,7 @@ fn shell(length: f64) -> f64 {
     power / length
 }
 
-/// The largest power of two that is not above a positive number.
+/// Returns the largest power of two that is at most the positive number `x`.
 pub(super) fn power_below(x: f64) -> f64 {
     f64::from_bits(x.to_bits() >> 52 << 52)
 }

@@ -1,38 +1,38 @@
-//! Points on facets of space.
+//! Points on the facets of space.
 //!
-//! **Statement.** The generator of the plane, in the plane of each facet and on all facets at once: candidates in the
-//! cells of a quadtree of its own, outside of the balls of the segments' pieces; a maximal independent set with all
-//! earlier points fixed; then circumcentres of triangles of the facet's Delaunay triangulation that are too
-//! large, lifted out of those balls where they lie in one, until there is none.
+//! **Statement.** The planar generator runs in the plane of each facet, on all facets at once:
+//! 1. Candidates lie in the cells of a quadtree per facet, outside the balls of subsegments.
+//! 2. A maximal independent set of them is taken, with all earlier points fixed.
+//! 3. Circumcentres of subfacets that are too large are added until there are none. A circumcentre in a ball of a
+//!    subsegment is moved off-centre, out of the ball.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::measure;
 use septet_geometry::point::{Point, dist2, lex_cmp};
 
 use super::balls::{Ball, Balls};
-use super::lift::Flats;
+use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::Machine;
-use super::segments::{Chains, pieces_of};
-use super::work::{CANDIDATES, SIDE, Work};
+use super::off_centre::Subfeatures;
+use super::segments::{Chains, subsegments_of};
 use crate::bvh::{Bounds, Bvh};
 use crate::mesh::Carrier;
 use crate::octree::{Cube, DEEPEST, Key};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// A facet's plane with its walls in coordinates of the plane.
+/// The plane of a facet, with the walls of the facet in planar coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     origin: DVec3,
     axes: [DVec3; 2],
     walls: Vec<[DVec2; 3]>,
     tree: Bvh<DVec2>,
-    /// Points of the facet are no farther than this from where they would be without rounding.
+    /// A bound on the distance between rounded and exact points of the facet.
     rounding: f64,
 }
 
-/// Rounding of a place in a plane, relative to the largest coordinate.
+/// The rounding of a point in a plane, relative to the largest coordinate.
 pub(super) const ROUNDING: f64 = 1e-14;
 
 impl Plane {
@@ -65,17 +65,19 @@ impl Plane {
         self.origin + self.axes[0] * q.x + self.axes[1] * q.y
     }
 
-    /// The normal, of unit length but for rounding; the axes turn left around it.
+    /// Returns the unit normal, up to rounding. The two axes and the normal are right-handed.
     pub(super) fn normal(&self) -> DVec3 {
         self.axes[0].cross(self.axes[1])
     }
 
-    /// Does the facet hold the place? Rounded, so either answer is right on the border.
+    /// Returns `true` if the facet contains the point. The test is rounded, so either answer is correct on the
+    /// boundary.
     pub(super) fn holds(&self, q: DVec2) -> bool {
         self.wall_at(q).is_some()
     }
 
-    /// A wall of the facet that holds the place, by its position in the facet's list. Rounded likewise.
+    /// Returns a wall of the facet that contains the point, by its position in the list of the facet. Rounded in the
+    /// same way.
     pub(super) fn wall_at(&self, q: DVec2) -> Option<usize> {
         let turn = |a: DVec2, b: DVec2| (b - a).perp_dot(q - a);
         let mut found = None;
@@ -99,17 +101,20 @@ impl Plane {
     }
 }
 
-/// The smallest ball through three points.
+/// Returns the smallest ball through three points.
 pub(super) fn circumcircle<P: Point>(a: P, b: P, c: P) -> Ball<P> {
     let (centre, radius2) = measure::circumcircle([a, b, c]);
     Ball { centre, radius2 }
 }
 
-/// The triangles of all facets: facet and vertices.
-pub(super) type Triangles = Vec<(u32, [u32; 3])>;
+/// A subfacet: its facet and its vertices.
+pub type Subfacet = (u32, [u32; 3]);
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// The planes of all facets; none in the plane.
+/// The subfacets of all facets.
+pub(super) type Subfacets = Vec<Subfacet>;
+
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Returns the planes of all facets. Empty in the plane.
     pub(super) fn planes(&self) -> Vec<Plane> {
         let at = |v: u32| as_space(self.domain.points()[v as usize]);
         let corners = |w: &u32| {
@@ -121,19 +126,19 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 
     /// Places the points of all facets.
-    pub(super) fn facets(&mut self, planes: &[Plane], chains: &Chains) -> Result<Triangles, M::Error> {
+    pub(super) fn facets(&mut self, planes: &[Plane], chains: &Chains) -> Result<Subfacets, M::Error> {
         self.begin("facets");
         let numbered: Vec<(u32, &Plane)> = (0u32..).zip(planes).collect();
         let found = self.machine.map(&numbered, |&(f, plane)| self.candidates_in(f, plane));
         self.sample(found.into_iter().flatten().collect())?;
-        let mut triangles: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
+        let mut subfacets: Vec<Vec<[u32; 3]>> = vec![Vec::new(); planes.len()];
         let mut stale: Vec<u32> = (0..planes.len() as u32).collect();
-        let flats = Flats { pieces: pieces_of(chains), triangles: &Vec::new() };
+        let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets: &Vec::new() };
         loop {
-            self.triangulate_facets(planes, chains, &stale, &mut triangles)?;
+            self.triangulate_facets(planes, chains, &stale, &mut subfacets)?;
             let found = self
                 .machine
-                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &triangles[f as usize], &flats));
+                .map(&stale, |&f| self.centres_in(f, &planes[f as usize], &subfacets[f as usize], &flats));
             let before = self.vertices.len();
             if self.complete(found.into_iter().flatten().collect(), false)? == 0 {
                 break;
@@ -144,27 +149,27 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             stale.sort_unstable();
             stale.dedup();
         }
-        let all: Triangles =
-            (0u32..).zip(triangles).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
-        self.triangles = Balls::new(self.balls_of_triangles(&all));
+        let all: Subfacets =
+            (0u32..).zip(subfacets).flat_map(|(f, t)| t.into_iter().map(move |t| (f, t))).collect();
+        self.subfacets = Balls::new(self.balls_of_subfacets(&all));
         Ok(all)
     }
 
-    pub(super) fn balls_of_triangles(&self, triangles: &Triangles) -> Vec<Ball<P>> {
-        let ball = |(_, t): &(u32, [u32; 3])| {
+    pub(super) fn balls_of_subfacets(&self, subfacets: &Subfacets) -> Vec<Ball<P>> {
+        let ball = |(_, t): &Subfacet| {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             circumcircle(a, b, c)
         };
-        triangles.iter().map(ball).collect()
+        subfacets.iter().map(ball).collect()
     }
 
-    /// The Delaunay triangulations of some facets, in their planes; triangles outside of a facet are left out.
+    /// Computes the Delaunay triangulations of some facets, in their planes. Triangles outside a facet are omitted.
     pub(super) fn triangulate_facets(
         &mut self,
         planes: &[Plane],
         chains: &Chains,
         which: &[u32],
-        triangles: &mut [Vec<[u32; 3]>],
+        subfacets: &mut [Vec<[u32; 3]>],
     ) -> Result<(), M::Error> {
         if planes.is_empty() {
             return Ok(());
@@ -190,7 +195,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         };
         let sets: Vec<Vec<DVec2>> = which.iter().map(coordinates).collect();
         for ((&f, set), made) in which.iter().zip(&sets).zip(self.machine.planar(&sets)?) {
-            // Rounded alike whatever order a machine gives the corners.
+            // The rounding must not depend on the order in which a machine returns the corners.
             let middle = |t: &[u32; 3]| {
                 let mut corners = t.map(|v| set[v as usize]);
                 corners.sort_unstable_by(lex_cmp);
@@ -203,14 +208,15 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 t
             });
             let mut own: Vec<[u32; 3]> = own.filter(|t| !self.is_on_a_line(t, &planes[f as usize])).collect();
-            // Whatever order a machine gives them.
+            // The order must not depend on the machine.
             own.sort_unstable();
-            triangles[f as usize] = own;
+            subfacets[f as usize] = own;
         }
         Ok(())
     }
 
-    /// Are all corners of a triangle on one segment, or on several that lie on one line? It is flat but for rounding.
+    /// Returns `true` if all corners of a triangle lie on one segment, or on several collinear segments. Such a
+    /// triangle is flat up to rounding.
     fn is_on_a_line(&self, triangle: &[u32; 3], plane: &Plane) -> bool {
         let carriers = &self.vertices.carriers;
         let on_segment = |v: &u32| matches!(carriers[*v as usize], Carrier::Corner(_) | Carrier::Segment(_));
@@ -223,7 +229,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             })
     }
 
-    fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<(Site<P>, Carrier)> {
+    fn candidates_in(&self, f: u32, plane: &Plane) -> Vec<Candidate<P>> {
         let cube = Cube::around(&plane.tree.bounds());
         let seed = self.seed_of(f);
         let mut found = Vec::new();
@@ -243,7 +249,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             for number in 0..CANDIDATES {
                 let q = Name { cell: key, number }.place(&cell, seed);
                 let at = from_space(plane.lift(q));
-                if plane.holds(q) && !self.pieces.hold(at) {
+                if plane.holds(q) && !self.subsegments.hold(at) {
                     found.push((self.rules.site(at), Carrier::Facet(f)));
                 }
             }
@@ -255,21 +261,21 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         &self,
         f: u32,
         plane: &Plane,
-        triangles: &[[u32; 3]],
-        flats: &Flats<'_>,
-    ) -> Vec<(Site<P>, Carrier)> {
+        subfacets: &[[u32; 3]],
+        flats: &Subfeatures<'_>,
+    ) -> Vec<Candidate<P>> {
         let mut found = Vec::new();
-        for t in triangles {
+        for t in subfacets {
             let [a, b, c] = t.map(|v| self.vertices.points[v as usize]);
             let Ball { centre, radius2 } = circumcircle(a, b, c);
             let largest = t.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
             if !self.rules.is_too_large(centre, radius2.sqrt(), largest) {
                 continue;
             }
-            let Some(centre) = self.lifted(centre, flats) else { continue };
+            let Some(centre) = self.off_centre(centre, flats) else { continue };
             let q = plane.of(as_space(centre));
             let at = from_space(plane.lift(q));
-            if plane.holds(q) && dist2(at, a) > 0.0 && !self.pieces.hold(at) {
+            if plane.holds(q) && dist2(at, a) > 0.0 && !self.subsegments.hold(at) {
                 found.push((self.rules.site(at), Carrier::Facet(f)));
             }
         }
@@ -277,7 +283,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// A point with three coordinates.
+/// Converts a point to three coordinates.
 pub(super) fn as_space<P: Point>(p: P) -> DVec3 {
     DVec3::new(p.coord(0), p.coord(1), if P::DIM == 3 { p.coord(2) } else { 0.0 })
 }

@@ -1,15 +1,15 @@
-//! The mesh in the unit of the file and in canonical order.
+//! Conversion of the result to a mesh in the unit of the file and in canonical order.
 
 use septet_geometry::point::{Point, Simplex};
 use septet_geometry::range::scale;
 
-use super::{Generated, Labels};
+use super::{Generated, Labels, Subsegment};
 use crate::domain::Domain;
 use crate::mesh::{Edge, Face, Mesh, OUTSIDE};
 use crate::space::Space;
 
 impl<P: Space> Generated<P> {
-    /// The mesh: cells inside of the domain, their faces on its facets and edges on its segments.
+    /// Returns the mesh: the cells inside the domain, their faces on facets, and their edges on segments.
     pub fn into_mesh(self, domain: &Domain<P>) -> Mesh<P> {
         let back = -domain.simplices.exponent;
         let mut rows: Vec<(P::Cell, u32)> = Vec::new();
@@ -34,7 +34,7 @@ impl<P: Space> Generated<P> {
         };
         let mut faces: Vec<Face<P>> = self.faces.iter().map(face).collect();
         faces.sort_unstable_by_key(|face| (face.facet, face.vertices));
-        let edge = |&(segment, vertices): &(u32, [u32; 2])| Edge {
+        let edge = |&(segment, vertices): &Subsegment| Edge {
             vertices,
             segment,
             marker: domain.segments[segment as usize].marker,
@@ -45,14 +45,15 @@ impl<P: Space> Generated<P> {
             regions: rows.iter().map(|(_, old)| self.labels.of[*old as usize]).collect(),
             cells: rows.into_iter().map(|r| r.0).collect(),
             faces,
-            edges: if P::DIM == 2 { Vec::new() } else { self.pieces.iter().map(edge).collect() },
+            edges: if P::DIM == 2 { Vec::new() } else { self.subsegments.iter().map(edge).collect() },
             dropped: self.labels.of.iter().filter(|l| **l == Labels::FLAT).count() as u64,
             carriers: self.vertices.carriers,
         }
     }
 }
 
-/// The same orientation, the smallest vertex first, in space then the second smallest.
+/// Reorders the vertices with the same orientation. The smallest vertex comes first. In space, the second smallest
+/// follows.
 fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
     let row = cell.as_mut();
     let smallest = |row: &[u32]| (0..row.len()).min_by_key(|&i| row[i]).unwrap_or(0);
@@ -62,7 +63,7 @@ fn canonical<P: Point>(mut cell: P::Cell) -> P::Cell {
         return cell;
     }
     if first != 0 {
-        // Two exchanges keep the orientation.
+        // Two exchanges preserve the orientation.
         row.swap(0, first);
         let [a, b] = [1, 2, 3].into_iter().filter(|&i| i != first).fold([0, 0], |[_, b], i| [b, i]);
         row.swap(a, b);

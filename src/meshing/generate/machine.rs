@@ -1,4 +1,4 @@
-//! What the generator asks of the machine.
+//! The operations that the generator requests from the machine.
 
 use glam::DVec2;
 use septet_geometry::complex::INFINITE;
@@ -12,50 +12,50 @@ use crate::points::independent::{Independent, by_rounds};
 /// A Delaunay triangulation with its adjacency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangulation<C> {
-    /// `d + 1` vertices a cell, positively oriented.
+    /// `d + 1` vertices per cell, positively oriented.
     pub cells: Vec<C>,
-    /// Across the facet opposite each vertex a cell, or `u32::MAX` across the hull.
+    /// The cell across the facet opposite each vertex, or `u32::MAX` across the hull.
     pub neighbours: Vec<C>,
 }
 
-/// Finds independent sets and triangulations.
+/// A provider of independent sets and triangulations.
 pub trait Machine<P: Point> {
-    /// Why it could not.
+    /// The errors of the machine.
     type Error;
 
-    /// What follows belongs to this stage.
+    /// Begins a stage. Later runs belong to it.
     fn stage(&mut self, _name: &'static str) {}
 
-    /// The maximal independent set of the conflict graph that contains the first `fixed` sites and is otherwise
-    /// the greedy one of a random order that depends on nothing but the places; its other members. No two sites
-    /// coincide. Machines that take the order of [`septet_geometry::priority`] make the same points.
+    /// Returns a maximal independent set of the conflict graph. It contains the first `fixed` sites, which the result
+    /// omits. Otherwise it is the greedy set of a random order that depends only on the positions. No two sites
+    /// coincide. Machines with the order of [`septet_geometry::priority`] return the same sets.
     ///
     /// # Errors
-    /// The machine's own.
+    /// Errors of the machine.
     fn independent(&mut self, sites: &[Site<P>], fixed: usize) -> Result<Independent, Self::Error>;
 
-    /// The Delaunay triangulation. Without cells if the points do not span the space.
+    /// Returns the Delaunay triangulation. It has no cells if the points do not span the space.
     ///
     /// # Errors
-    /// The machine's own.
+    /// Errors of the machine.
     fn delaunay(&mut self, points: &[P]) -> Result<Triangulation<P::Cell>, Self::Error>;
 
-    /// The same in the planes of facets, several at once.
+    /// Returns the planar triangulations of several sets of points, given in the planes of their facets.
     ///
     /// # Errors
-    /// The machine's own.
+    /// Errors of the machine.
     fn planar(&mut self, sets: &[Vec<DVec2>]) -> Result<Vec<Vec<[u32; 3]>>, Self::Error>;
 
-    /// Maps items, in order; on all cores where there are some.
+    /// Maps `f` over the items, in order. Implementations may use all cores.
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U>
     where
         Self: Sized;
 }
 
-/// One processor, no messages: what the machine is compared with.
+/// A machine with one processor and no messages: the reference for tests.
 #[derive(Clone, Copy, Debug)]
 pub struct Alone {
-    /// Decides priorities.
+    /// The seed of the priorities.
     pub seed: u64,
 }
 
@@ -107,7 +107,7 @@ impl<P: Point> Machine<P> for Alone {
     }
 }
 
-/// The place of each site in the order of priorities.
+/// Returns the rank of each site in the order of priorities.
 fn ranks<P: Point>(seed: u64, sites: &[Site<P>]) -> Vec<u32> {
     let mut order: Vec<((u64, P), u32)> =
         sites.iter().zip(0..).map(|(s, i)| ((priority(seed, s.at), s.at), i)).collect();
@@ -119,7 +119,7 @@ fn ranks<P: Point>(seed: u64, sites: &[Site<P>]) -> Vec<u32> {
     ranks
 }
 
-/// Keeps the first of each group of coincident sites; sites come out in lexicographic order of their places.
+/// Keeps the first of each group of coincident sites. Sorts the sites lexicographically by position.
 pub(super) fn distinct<P: Point, T>(mut sites: Vec<(Site<P>, T)>) -> Vec<(Site<P>, T)> {
     sites.sort_by(|a, b| lex_cmp(&a.0.at, &b.0.at));
     sites.dedup_by(|b, a| a.0.at == b.0.at);

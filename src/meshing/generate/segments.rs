@@ -1,29 +1,33 @@
 //! Points on segments.
 //!
-//! **Statement.** The generator in one dimension: pieces of a segment that are halved until they are no longer than
-//! 1.4 times the size at the middle have a constant number of candidates each; a maximal independent set of them, with
-//! the corners fixed, and then middles of pieces whose half is longer than the size there, until there is none.
+//! **Statement.** The generator in one dimension:
+//! 1. Each segment is halved until its parts are at most [`SIDE`] times the size at their middle. Each part has a
+//!    constant number of candidates.
+//! 2. A maximal independent set of them is taken, with the corners fixed.
+//! 3. Midpoints of subsegments whose half is longer than the size there are added until there are none.
 
 use septet_geometry::point::dist2;
 
 use super::balls::{Ball, Balls};
+use super::generator::{CANDIDATES, Candidate, Generator, SIDE};
 use super::machine::Machine;
-use super::work::{CANDIDATES, SIDE, Work};
 use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 /// The vertices on every segment, in order.
 pub(super) type Chains = Vec<Vec<u32>>;
 
-/// All pieces with their segments.
-pub(super) fn pieces_of(chains: &Chains) -> Vec<(u32, [u32; 2])> {
+/// A subsegment: its segment and its ends.
+pub type Subsegment = (u32, [u32; 2]);
+
+/// Returns all subsegments with their segments.
+pub(super) fn subsegments_of(chains: &Chains) -> Vec<Subsegment> {
     (0u32..).zip(chains).flat_map(|(s, c)| c.windows(2).map(move |w| (s, [w[0], w[1]]))).collect()
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
     /// Places the points of all segments.
     pub(super) fn segments(&mut self) -> Result<Chains, M::Error> {
         self.begin("segments");
@@ -36,32 +40,33 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let chains = self.chains();
             let mut middles = Vec::new();
             for (s, chain) in (0u32..).zip(&chains) {
-                for piece in chain.windows(2) {
-                    let [p, q] = [0, 1].map(|i| self.vertices.points[piece[i] as usize]);
+                for subsegment in chain.windows(2) {
+                    let [p, q] = [0, 1].map(|i| self.vertices.points[subsegment[i] as usize]);
                     let (middle, radius) = ((p + q) * 0.5, 0.5 * dist2(p, q).sqrt());
-                    let largest = piece.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
+                    let largest =
+                        subsegment.iter().map(|&v| self.vertices.sizes[v as usize]).fold(0.0, f64::max);
                     if self.rules.is_too_large(middle, radius, largest) {
                         middles.push((self.rules.site(middle), Carrier::Segment(s)));
                     }
                 }
             }
             if self.complete(middles, false)? == 0 {
-                self.pieces = Balls::new(self.balls_of_pieces(&chains));
+                self.subsegments = Balls::new(self.balls_of_subsegments(&chains));
                 return Ok(chains);
             }
         }
     }
 
-    pub(super) fn balls_of_pieces(&self, chains: &Chains) -> Vec<Ball<P>> {
+    pub(super) fn balls_of_subsegments(&self, chains: &Chains) -> Vec<Ball<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
-        let ball = |piece: &[u32]| {
-            let (p, q) = (at(piece[0]), at(piece[1]));
+        let ball = |subsegment: &[u32]| {
+            let (p, q) = (at(subsegment[0]), at(subsegment[1]));
             Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }
         };
         chains.iter().flat_map(|chain| chain.windows(2).map(ball)).collect()
     }
 
-    fn candidates_on(&self, s: u32, out: &mut Vec<(Site<P>, Carrier)>) {
+    fn candidates_on(&self, s: u32, out: &mut Vec<Candidate<P>>) {
         let [a, b] = self.domain.segments[s as usize].ends().map(|v| self.domain.points()[v as usize]);
         let (along, seed) = (b - a, self.seed_of(s));
         let length = along.norm2().sqrt();
@@ -81,7 +86,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
     }
 
-    /// The vertices of every segment, from its first corner to its last.
+    /// Returns the vertices of every segment, from its first corner to its last.
     pub(super) fn chains(&self) -> Chains {
         let corner = |v: u32| self.domain.corners.binary_search(&v).unwrap_or(usize::MAX) as u32;
         let mut chains: Vec<Vec<u32>> = vec![Vec::new(); self.domain.segments.len()];

@@ -1,4 +1,4 @@
-//! The vertices of a mesh while it grows.
+//! The vertices of a mesh during generation.
 
 use septet_geometry::point::Point;
 
@@ -8,14 +8,14 @@ use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
 
-/// Vertices: structure of arrays, corners first.
+/// Vertices as a structure of arrays, corners first.
 #[derive(Clone, Debug, Default)]
 pub struct Vertices<P> {
-    /// Places, in the domain's scaled coordinates.
+    /// Positions, in the scaled coordinates of the domain.
     pub points: Vec<P>,
-    /// The size function there.
+    /// The size function at each vertex.
     pub sizes: Vec<f64>,
-    /// What each lies on.
+    /// The carrier of each vertex.
     pub carriers: Vec<Carrier>,
 }
 
@@ -27,7 +27,7 @@ impl<P: Point> Vertices<P> {
         self.carriers.push(carrier);
     }
 
-    /// Keeps those that are marked; the others' numbers are given to those that follow.
+    /// Keeps the marked vertices and renumbers them consecutively.
     pub fn keep(&mut self, kept: &[bool]) {
         let kept = |list: usize| (0..list).filter(|&v| kept[v]).collect::<Vec<usize>>();
         let kept = kept(self.points.len());
@@ -36,34 +36,33 @@ impl<P: Point> Vertices<P> {
         self.carriers = kept.iter().map(|&v| self.carriers[v]).collect();
     }
 
-    /// Number of vertices.
+    /// Returns the number of vertices.
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Are there none?
+    /// Returns `true` if there are no vertices.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// All as sites.
+    /// Returns all vertices as sites.
     pub fn sites(&self) -> Vec<Site<P>> {
         self.points.iter().zip(&self.sizes).map(|(&at, &size)| Site { at, size }).collect()
     }
 }
 
-/// For each vertex the features of one dimension less than the space that hold it: facets, or in the plane
-/// segments.
+/// The features of codimension one that contain each carrier: facets in space, segments in the plane.
 #[derive(Clone, Debug)]
 pub struct Holders {
     corners: Vec<Vec<u32>>,
     segments: Vec<Vec<u32>>,
-    /// Of a point in a facet.
+    /// The list for a point inside a facet: the facet alone.
     single: Vec<u32>,
 }
 
 impl Holders {
-    /// Those of a domain.
+    /// Collects the facets (in the plane: segments) of a domain.
     pub fn new<P: Space>(domain: &Domain<P>) -> Self {
         let corner = |v: u32| domain.corners.binary_search(&v).ok();
         let mut corners = vec![Vec::new(); domain.corners.len()];
@@ -83,7 +82,7 @@ impl Holders {
         Holders { corners, segments, single }
     }
 
-    /// The same with groups of facets: `group` of each facet.
+    /// Replaces each facet by the group given for it.
     #[must_use]
     pub fn grouped(&self, group: &[u32]) -> Self {
         let one = |list: &Vec<u32>| {
@@ -99,7 +98,7 @@ impl Holders {
         }
     }
 
-    /// The segments that hold each vertex, instead.
+    /// Collects the segments that contain each carrier.
     pub fn of_segments<P: Space>(domain: &Domain<P>) -> Self {
         let mut corners = vec![Vec::new(); domain.corners.len()];
         for (s, segment) in (0u32..).zip(&domain.segments) {
@@ -111,7 +110,7 @@ impl Holders {
         Holders { corners, segments, single }
     }
 
-    /// Those of a carrier, ascending.
+    /// Returns the features that contain a carrier, ascending.
     pub fn of(&self, carrier: &Carrier) -> &[u32] {
         match carrier {
             Carrier::Corner(c) => &self.corners[*c as usize],
@@ -121,10 +120,10 @@ impl Holders {
         }
     }
 
-    /// Those that hold all of these vertices, ascending.
+    /// Returns the features that contain all given vertices, ascending.
     pub fn common(&self, carriers: &[Carrier], vertices: &[u32]) -> Vec<u32> {
         let Some((&first, others)) = vertices.split_first() else { return Vec::new() };
-        // Most have a vertex in the volume, which nothing holds.
+        // Most lists have a vertex in the volume, which no feature contains.
         if others.iter().any(|&v| self.of(&carriers[v as usize]).is_empty()) {
             return Vec::new();
         }
@@ -140,8 +139,8 @@ impl Holders {
     }
 }
 
-/// Groups of facets (segments in the plane) that meet and are coplanar but for rounding: for each the first of its
-/// group. Cells whose vertices are all on one group are flat but for rounding.
+/// Groups facets (in the plane: segments) that meet and are coplanar up to rounding. Returns the first member of the
+/// group for each. A cell with all vertices on one group is flat up to rounding.
 pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
     let at = |v: u32| domain.points()[v as usize];
     let mut sets = Sets::new(if P::DIM == 2 { domain.segments.len() } else { domain.facets.len() });
@@ -150,7 +149,7 @@ pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
             for &g in &all[..i] {
                 let (m, n) = (normal(f), normal(g));
                 let product = m.norm2() * n.norm2();
-                // sin^2 of the angle between them.
+                // The squared sine of the angle between the normals.
                 if product - m.dot(n) * m.dot(n) <= FLAT * FLAT * product {
                     sets.join(f, g);
                 }
@@ -171,10 +170,10 @@ pub fn flat_groups<P: Space>(domain: &Domain<P>) -> Vec<u32> {
     (0..n as u32).map(|f| sets.find(f)).collect()
 }
 
-/// Sine of the angle up to which facets count as coplanar.
+/// The sine of the angle up to which facets count as coplanar.
 const FLAT: f64 = 1e-7;
 
-/// The normal of a facet's largest triangle.
+/// Returns the normal of the largest triangle of a facet.
 pub(crate) fn normal_of<P: Space>(domain: &Domain<P>, f: u32) -> P {
     let normal = |w: &u32| {
         let v = domain.walls()[*w as usize];

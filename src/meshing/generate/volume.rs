@@ -1,8 +1,11 @@
 //! Points in the volume.
 //!
-//! **Statement.** Candidates in the cells of an octree (quadtree in the plane), inside of the domain and outside of
-//! the balls of pieces and triangles; a maximal independent set with all earlier points fixed; then circumcentres
-//! of cells that are too large, lifted out of those balls where they lie in one, until there is none.
+//! **Statement.**
+//! 1. Candidates lie in the cells of an octree (in the plane: a quadtree), inside the domain and outside the balls of
+//!    subsegments and subfacets.
+//! 2. A maximal independent set of them is taken, with all earlier points fixed.
+//! 3. Circumcentres of cells that are too large are added until there are none. A circumcentre in one of these balls is
+//!    moved off-centre, out of the ball.
 
 use septet_geometry::measure::circumcentre;
 use septet_geometry::point::{Simplex, dist2};
@@ -11,11 +14,11 @@ use super::balls::{Ball, Balls};
 use super::barrier::{Barrier, Own};
 use super::cells::Labels;
 use super::facets::circumcircle;
-use super::lacking::Lacking;
-use super::lift::Flats;
+use super::generator::{CANDIDATES, Candidate, Generator, Rules, SIDE};
 use super::machine::{Machine, Triangulation};
-use super::segments::pieces_of;
-use super::work::{CANDIDATES, Rules, SIDE, Work};
+use super::missing::MissingParts;
+use super::off_centre::Subfeatures;
+use super::segments::subsegments_of;
 use super::{Failure, Missing};
 use crate::bvh::{Bounds, Bvh};
 use crate::domain::Domain;
@@ -25,20 +28,20 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// Cells, and whether all of each is known to be in the domain.
+/// Cells, and whether each is known to lie in the domain completely.
 pub(super) type Sampled<P> = Vec<(Cell<P>, bool)>;
 
-/// Cells that are looked at as one item.
+/// The number of cells per item of a parallel map.
 const CHUNK: usize = 1024;
 
-/// Cells that are looked at between two looks at their number.
+/// The number of cells between two checks of the limit.
 const SEVERAL: usize = 1 << 20;
 
-/// Cells for each vertex: sides are at least 0.7 times the size, so there are at most 3 for each `f^d` of space, and no
-/// fewer than a vertex for two of these.
+/// The largest number of cells per vertex. Sides are at least 0.7 times the size, so there are at most 3 cells per
+/// volume `f^d`. There is at least one vertex per two such volumes.
 pub(super) const CELLS: u64 = 6;
 
-/// How often a ball is widened by a fifth until it holds a point.
+/// The largest number of times that a ball is widened by a fifth until it contains a point.
 const MOST_WIDENINGS: u32 = 40;
 
 /// The triangulation of all points.
@@ -48,16 +51,16 @@ pub(super) struct Filled<P: Space> {
     pub(super) barrier: Barrier<P::Facet>,
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// Places the points of the volume; the triangulation that is left, and which part of it each cell is in.
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Places the points of the volume. Returns the final triangulation and the component of each cell.
     pub(super) fn volume(
         &mut self,
         own: Own<'_>,
         cells: &[(Cell<P>, bool)],
     ) -> Result<Filled<P>, Failure<M::Error>> {
         self.begin("volume");
-        let Own { planes, chains, triangles } = own;
-        let flats = Flats { pieces: pieces_of(chains), triangles };
+        let Own { planes, chains, subfacets } = own;
+        let flats = Subfeatures { subsegments: subsegments_of(chains), subfacets };
         let first = self.vertices.len();
         let found = self.machine.map(cells, |(cell, whole)| self.candidates_of(cell, *whole));
         self.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
@@ -66,9 +69,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 return Err(Failure::TooMany(self.rules.most));
             }
             let delaunay = self.machine.delaunay(&self.vertices.points).map_err(Failure::Machine)?;
-            let lacking = self.lacking(&delaunay, planes, chains, triangles);
-            if !lacking.is_empty() {
-                self.clear(first, &lacking)?;
+            let missing = self.missing(&delaunay, planes, chains, subfacets);
+            if !missing.is_empty() {
+                self.clear(first, &missing)?;
                 continue;
             }
             let barrier = self.barrier(own, &delaunay);
@@ -76,9 +79,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
             let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
             let found = self.machine.map(&chunks, |chunk| self.centres_of(chunk, &delaunay, &labels, &flats));
-            let (lifted, mut found): (Vec<_>, Vec<_>) =
-                found.into_iter().flatten().partition(|(_, lifted)| *lifted);
-            found.extend(self.free(lifted));
+            let (off_centre, mut found): (Vec<_>, Vec<_>) =
+                found.into_iter().flatten().partition(|(_, off_centre)| *off_centre);
+            found.extend(self.free(off_centre));
             let found = found.into_iter().map(|(site, _)| (site, Carrier::Volume)).collect();
             if self.complete(found, true).map_err(Failure::Machine)? == 0 {
                 return Ok(Filled { delaunay, labels, barrier });
@@ -86,30 +89,31 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         }
     }
 
-    /// Takes away the points around pieces and triangles that they have driven out of the triangulation (only those
-    /// can be whose own balls hold a vertex), and closes a ball a fifth wider to all others.
-    fn clear(&mut self, first: usize, lacking: &Lacking) -> Result<(), Failure<M::Error>> {
+    /// Removes points of the volume around subsegments and subfacets that these points removed from the triangulation.
+    /// Only simplices whose own balls contain a vertex can be affected. Closes a ball to all further points that is
+    /// wider by a fifth.
+    fn clear(&mut self, first: usize, missing: &MissingParts) -> Result<(), Failure<M::Error>> {
         let at = |v: u32| self.vertices.points[v as usize];
-        let pieces = lacking.pieces.iter().map(|&(_, [a, b])| {
+        let subsegments = missing.subsegments.iter().map(|&(_, [a, b])| {
             let (p, q) = (at(a), at(b));
             Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) }
         });
-        let triangles = lacking.triangles.iter().map(|(_, t)| {
+        let subfacets = missing.subfacets.iter().map(|(_, t)| {
             let [a, b, c] = t.map(at);
             circumcircle(a, b, c)
         });
-        let mut missing: Vec<Ball<P>> = pieces.chain(triangles).collect();
+        let mut balls: Vec<Ball<P>> = subsegments.chain(subfacets).collect();
         let before = self.closed.all().to_vec();
-        for ball in &mut missing {
+        for ball in &mut balls {
             let same = before.iter().filter(|c| c.centre == ball.centre).map(|c| c.radius2);
             ball.radius2 = same.fold(ball.radius2, f64::max);
         }
-        // Some point of the volume has driven them out, since without them nothing was missing.
+        // Points of the volume are the cause, because nothing was missing without them.
         for _ in 0..MOST_WIDENINGS {
-            for ball in &mut missing {
+            for ball in &mut balls {
                 ball.radius2 *= 1.44;
             }
-            self.closed = Balls::new(before.iter().chain(&missing).copied().collect());
+            self.closed = Balls::new(before.iter().chain(&balls).copied().collect());
             let count = self.vertices.len();
             let kept: Vec<bool> =
                 (0..count).map(|v| v < first || !self.closed.hold(self.vertices.points[v])).collect();
@@ -118,32 +122,32 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 return Ok(());
             }
         }
-        Err(Failure::Missing(Missing { features: lacking.features() }))
+        Err(Failure::Missing(Missing { features: missing.features() }))
     }
 
-    /// Is the place outside of all balls?
+    /// Returns `true` if the point lies outside all balls.
     pub(super) fn is_open(&self, at: P) -> bool {
-        !self.pieces.hold(at) && !self.triangles.hold(at) && !self.closed.hold(at)
+        !self.subsegments.hold(at) && !self.subfacets.hold(at) && !self.closed.hold(at)
     }
 
-    pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<(Site<P>, Carrier)> {
+    pub(super) fn candidates_of(&self, cell: &Cell<P>, whole: bool) -> Vec<Candidate<P>> {
         let names =
             (0..CANDIDATES).map(|number| Name { cell: cell.key, number }.place(cell, self.rules.seed));
         let free = names.filter(|&at| self.is_open(at) && (whole || self.domain.is_inside(at)));
         free.map(|at| (self.rules.site(at), Carrier::Volume)).collect()
     }
 
-    /// The centres of cells that are too large, and those that had to be lifted.
+    /// Returns the centres of cells that are too large. The flag marks off-centre points.
     fn centres_of(
         &self,
         cells: &[u32],
         delaunay: &Triangulation<P::Cell>,
         labels: &Labels,
-        flats: &Flats<'_>,
+        flats: &Subfeatures<'_>,
     ) -> Vec<(Site<P>, bool)> {
         let mut found = Vec::new();
         for &i in cells.iter().filter(|&&i| labels.is_inside(i)) {
-            // Whatever order a machine gives the vertices, the centre is rounded alike.
+            // The rounding must not depend on the order in which a machine returns the vertices.
             let mut cell = delaunay.cells[i as usize];
             cell.as_mut().sort_unstable();
             let mut corners = [P::default(); 4];
@@ -158,7 +162,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 continue;
             }
             let open = self.is_open(centre);
-            let place = if open { Some(centre) } else { self.lifted(centre, flats) };
+            let place = if open { Some(centre) } else { self.off_centre(centre, flats) };
             let inside = place.filter(|&x| self.domain.is_inside(x));
             found.extend(inside.map(|x| (self.rules.site(x), !open)));
         }
@@ -166,9 +170,10 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// Cells no longer than [`SIDE`] says, and whether all of each is known to be in the domain; level by level, those of a level at once.
+/// Returns cells whose sides are at most [`SIDE`] times the size, and whether each is known to lie in the domain
+/// completely. The cells are built level by level, each level in parallel.
 ///
-/// Nothing if they are more than [`CELLS`] for each vertex that is allowed: so many points could not be.
+/// Returns `None` if there are more than [`CELLS`] per vertex allowed. The mesh would then exceed the limit.
 pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     rules: &Rules<'_, P>,
@@ -197,7 +202,7 @@ pub(super) fn sampling_cells<P: Space, M: Machine<P> + Sync>(
     Some(found)
 }
 
-/// Of some cells those that are small enough, and the parts of the others.
+/// Separates cells that are small enough from the children of the others.
 fn sorted<P: Space>(
     domain: &Domain<P>,
     rules: &Rules<'_, P>,
@@ -218,7 +223,7 @@ fn sorted<P: Space>(
     (small, divided)
 }
 
-/// Is all of a cell in the domain (known for its parent)? Nothing if none of it is.
+/// Returns whether the domain contains the whole cell (known for its parent), or `None` if the cell lies outside.
 fn met<P: Space>(domain: &Domain<P>, walls: &Bvh<P>, cell: &Cell<P>, whole: bool) -> Option<bool> {
     if whole {
         return Some(true);

@@ -1,17 +1,17 @@
-//! Balls that show that a piece or a triangle is in the Delaunay triangulation.
+//! Empty balls that prove that a subsegment or subfacet is in the Delaunay triangulation.
 //!
-//! **Statement.** A simplex whose corners lie on a ball that holds no vertex is in the Delaunay triangulation. Such a ball
-//! is its *witness*. The balls through the corners of a triangle have their centres on the axis through the centre of
-//! its circle; a vertex at height h above the plane is in the ball of offset z iff `z > z_v` for h > 0, iff `z < z_v`
-//! for h < 0, `z_v = (|v - m|^2 - r^2) / 2 h`. So the witnesses are an interval of offsets. The smallest ball is
-//! taken where it is one; if not, one a little beyond the nearer end of the interval, so that no vertex lies on it
-//! either.
+//! **Statement.** A simplex is in the Delaunay triangulation if its corners lie on a ball that contains no vertex. Such
+//! a ball is its *witness*. The balls through the corners of a triangle have their centres on the axis through its
+//! circumcentre m. Let r be its circumradius. A vertex v at height h above the plane is in the ball with offset z iff
+//! `z > z_v` for h > 0, or `z < z_v` for h < 0, where `z_v = (|v - m|^2 - r^2) / 2 h`. So the offsets of witnesses form
+//! an interval. If the smallest ball is a witness, it is taken. Otherwise the offset lies a little beyond the end of
+//! the interval nearest to 0, inside the interval, so that no vertex lies on the ball.
 //!
-//! *Two queries find it.* Let vertices above the plane alone be in the smallest ball: the interval ends at some z < 0. The
-//! part above the plane of the ball with offset z lies in the smallest ball, so what else bounds the interval lies below,
-//! and in that ball.
+//! *Two queries suffice.* Let only vertices above the plane lie in the smallest ball, so that the interval ends at some
+//! z < 0. Above the plane, the ball with offset z lies inside the smallest ball. Therefore the other bound of the
+//! interval comes from vertices below the plane in the ball with offset z.
 //!
-//! **Work and depth.** What lies in the balls and their boxes.
+//! **Work and depth.** The vertices in the balls and in their boxes.
 
 use septet_geometry::point::{Point, dist2};
 
@@ -19,18 +19,18 @@ use super::balls::Ball;
 use super::facets::circumcircle;
 use crate::bvh::{Bounds, Bvh};
 
-/// How far beyond the end of the interval a ball is looked for, as a part of the offset.
+/// The distance beyond the end of the interval at which a ball is tried, relative to the offset.
 const BEYOND: f64 = 0.25;
 
-/// A ball through the corners of a triangle that holds no vertex.
+/// A ball through the corners of a triangle that contains no vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Witness<P> {
     pub(super) ball: Ball<P>,
-    /// Is it the smallest ball through them?
+    /// Whether it is the smallest ball through them.
     pub(super) smallest: bool,
 }
 
-/// Vertices that can be asked for.
+/// Vertices with a tree for queries.
 pub(super) struct Near<'a, P> {
     points: &'a [P],
     tree: Bvh<P>,
@@ -41,7 +41,7 @@ impl<'a, P: Point> Near<'a, P> {
         Near { points, tree: Bvh::new(points.iter().map(|&p| Bounds::of([p])).collect()) }
     }
 
-    /// Calls `f` with the vertices that a ball holds, until it answers `false`.
+    /// Calls `f` with the vertices that a ball contains, until `f` returns `false`.
     fn inside(&self, ball: &Ball<P>, mut f: impl FnMut(P) -> bool) {
         self.tree.visit(&ball.bounds(), |v| {
             let p = self.points[v as usize];
@@ -49,7 +49,8 @@ impl<'a, P: Point> Near<'a, P> {
         });
     }
 
-    /// Does the smallest ball of a piece hold no vertex? Its own ends are not in it, however rounding has it.
+    /// Returns `true` if the smallest ball of a subsegment contains no vertex. Its own ends do not count, whatever the
+    /// rounding.
     pub(super) fn is_empty(&self, ends: [P; 2]) -> bool {
         let [p, q] = ends;
         let mut empty = true;
@@ -60,8 +61,8 @@ impl<'a, P: Point> Near<'a, P> {
         empty
     }
 
-    /// A ball through the corners of a triangle that holds no vertex and has at most `widest` times the radius of the
-    /// smallest one, if there is one.
+    /// Returns a ball through the corners of a triangle that contains no vertex, if there is one with a radius of at
+    /// most `widest` times the smallest.
     pub(super) fn witness(&self, corners: [P; 3], widest: f64) -> Option<Witness<P>> {
         let [a, b, c] = corners;
         let small = circumcircle(a, b, c);
@@ -82,7 +83,7 @@ impl<'a, P: Point> Near<'a, P> {
     }
 }
 
-/// The offsets of balls through a circle that hold no vertex met so far.
+/// The interval of offsets of balls through a circle that contain no vertex visited so far.
 struct Axis<P> {
     small: Ball<P>,
     normal: P,
@@ -100,7 +101,7 @@ impl<P: Point> Axis<P> {
         Ball { centre, radius2: self.small.radius2 + offset * offset }
     }
 
-    /// Leaves out the balls that hold a vertex; are there others?
+    /// Excludes the balls that contain a vertex. Returns `true` if others remain.
     fn exclude(&mut self, p: P) -> bool {
         let from = p - self.small.centre;
         let height = self.normal.dot(from);
@@ -115,12 +116,12 @@ impl<P: Point> Axis<P> {
         self.is_open()
     }
 
-    /// Is there an offset left?
+    /// Returns `true` if the interval is not empty.
     fn is_open(&self) -> bool {
         self.range[0] < self.range[1]
     }
 
-    /// The end of the interval that is nearest to 0; none if it holds 0.
+    /// Returns the end of the interval that is nearest to 0, or `None` if the interval contains 0.
     fn nearest(&self) -> Option<f64> {
         let [low, high] = self.range;
         if low > 0.0 {
@@ -132,7 +133,8 @@ impl<P: Point> Axis<P> {
         }
     }
 
-    /// An offset inside of the interval, not far from an end of it; nothing if there is none beyond rounding.
+    /// Returns an offset inside the interval near one of its ends, or `None` if the interval is too short for the
+    /// rounding.
     fn beyond(&self, end: f64) -> Option<f64> {
         let other = if end > 0.0 { self.range[1] } else { self.range[0] };
         let far = end * (1.0 + BEYOND);
@@ -154,7 +156,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn witnesses_are_balls_without_vertices(points in prop::collection::vec(vector(), 4..24), widest in 1.0..4.0f64) {
+        fn witnesses_contain_no_vertex(points in prop::collection::vec(vector(), 4..24), widest in 1.0..4.0f64) {
             let near = Near::new(&points);
             let corners = [points[0], points[1], points[2]];
             let small = circumcircle(corners[0], corners[1], corners[2]);
@@ -162,7 +164,7 @@ mod tests {
             let empty = |ball: &Ball<DVec3>| !points.iter().any(|&p| ball.holds(p));
             let found = near.witness(corners, widest);
             prop_assert_eq!(found.is_some_and(|w| w.smallest), empty(&small));
-            // All balls of an axis, one after the other.
+            // Balls of the axis at evenly spaced offsets.
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
             let ball = |z: f64| Ball { centre: small.centre + normal * z, radius2: small.radius2 + z * z };
             let furthest = (small.radius2 * (widest * widest - 1.0)).sqrt();

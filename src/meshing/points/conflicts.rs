@@ -1,40 +1,40 @@
 //! Conflicts between sites.
 //!
-//! **Statement.** Sites p and q conflict iff `|p - q| < min(f(p), f(q))`, decided by one expression that is symmetric
-//! to the last bit. Whoever conflicts with p lies in the box of half side `f(p)` around it.
+//! **Statement.** Sites p and q conflict iff `|p - q| < min(f(p), f(q))`. One expression decides this, and it is
+//! symmetric to the last bit. Every site that conflicts with p lies in the box around p with half side `f(p)`.
 //!
-//! **Work and depth.** `O(m log m)` and the sites in the boxes; where all sites are candidates of cells, a constant
-//! number for each.
+//! **Work and depth.** `O(m log m)`, plus the sites in the boxes. If all sites are candidates of cells, this is a
+//! constant number per site.
 
 use septet_geometry::point::Point;
 
 use crate::bvh::{Bounds, Bvh};
 
-/// A place with the size there.
+/// A position with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site<P> {
-    /// The place.
+    /// The position.
     pub at: P,
-    /// The size function's value.
+    /// The size function at the position.
     pub size: f64,
 }
 
 impl<P: Point> Site<P> {
-    /// Are the sites closer than the smaller of their sizes?
+    /// Returns `true` if the sites are closer than the smaller of their sizes.
     pub fn conflicts(&self, other: &Self) -> bool {
         let least = self.size.min(other.size);
         (self.at - other.at).norm2() < least * least
     }
 
-    /// A box that holds every site in conflict.
+    /// Returns a box that contains every site in conflict.
     fn reach(&self) -> Bounds<P> {
-        // What is in conflict as rounded may be farther by a few units in the last place.
+        // With rounding, sites in conflict may be farther by a few units in the last place.
         let half = P::splat(self.size * (1.0 + 1e-9));
         Bounds { low: self.at - half, high: self.at + half }
     }
 }
 
-/// Sites that can be asked for conflicts.
+/// Sites with a tree for queries.
 #[derive(Clone, Debug)]
 pub struct Sites<'a, P> {
     sites: &'a [Site<P>],
@@ -42,19 +42,20 @@ pub struct Sites<'a, P> {
 }
 
 impl<'a, P: Point> Sites<'a, P> {
-    /// Makes them ready.
+    /// Builds the tree.
     pub fn new(sites: &'a [Site<P>]) -> Self {
         Sites { sites, tree: Bvh::new(sites.iter().map(|s| Bounds::of([s.at])).collect()) }
     }
 
-    /// The positions of those in conflict with a site, ascending; the site itself, if it is one of them, too.
+    /// Returns the positions of the sites in conflict with a site, ascending. If the site is in the list, it is
+    /// included.
     pub fn against(&self, site: &Site<P>) -> Vec<u32> {
         let mut near = self.tree.meeting(&site.reach());
         near.retain(|&i| site.conflicts(&self.sites[i as usize]));
         near
     }
 
-    /// Is any of them in conflict with the site?
+    /// Returns `true` if a site conflicts with the given site.
     pub fn any_against(&self, site: &Site<P>) -> bool {
         let mut found = false;
         self.tree.visit(&site.reach(), |i| {
@@ -64,7 +65,7 @@ impl<'a, P: Point> Sites<'a, P> {
         found
     }
 
-    /// The conflict graph: the neighbours of each site, ascending.
+    /// Returns the conflict graph: the neighbours of each site, ascending.
     pub fn graph(&self) -> Vec<Vec<u32>> {
         let others = |(i, site): (usize, &Site<P>)| {
             let mut near = self.against(site);

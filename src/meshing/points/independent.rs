@@ -1,25 +1,25 @@
 //! A maximal independent set by rounds of local priorities.
 //!
-//! **Statement.** In a round every undecided vertex whose priority is smaller than that of all its undecided
-//! neighbours joins, and its neighbours are out. Priorities differ, so the smallest undecided one joins: it ends,
-//! with an independent set, and every vertex that is out has a neighbour in it. *The set is that of the greedy
-//! algorithm in the order of priorities*: by induction over that order, a vertex joins iff none of its neighbours of
-//! smaller priority does. So it does not depend on the rounds, only their number does.
+//! **Statement.** In each round, every undecided vertex whose priority is smaller than those of all undecided
+//! neighbours joins the set. Its neighbours are excluded. Priorities are distinct, so the smallest undecided vertex
+//! joins and the algorithm terminates. The result is an independent set, and every excluded vertex has a neighbour in
+//! it. *The set is that of the greedy algorithm in the order of priorities.* By induction over that order, a vertex
+//! joins iff no neighbour of smaller priority joins. So only the number of rounds depends on the schedule.
 //!
-//! **Source.** Luby (1986); with fixed random priorities `O(log n)` rounds are expected to suffice (Fischer and Noever
-//! 2018). **Work and depth.** The edges of the undecided vertices in each round; one step a round.
+//! **Source.** Luby (1986). With fixed random priorities, the expected number of rounds is `O(log n)` (Fischer and
+//! Noever 2018). **Work and depth.** The edges of the undecided vertices in each round. One step per round.
 
 /// A maximal independent set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Independent {
-    /// Its members, ascending.
+    /// The members, ascending.
     pub members: Vec<u32>,
-    /// How many vertices were undecided at the start of each round.
+    /// The number of undecided vertices at the start of each round.
     pub undecided: Vec<u64>,
 }
 
 impl Independent {
-    /// The number of rounds.
+    /// Returns the number of rounds.
     pub fn rounds(&self) -> usize {
         self.undecided.len()
     }
@@ -32,8 +32,8 @@ enum State {
     Out,
 }
 
-/// Takes a maximal independent set of the vertices that are not `barred`. `graph` holds the neighbours of each vertex;
-/// priorities are all different.
+/// Returns a maximal independent set of the vertices that are not `barred`. `graph` lists the neighbours of each
+/// vertex. Priorities must be distinct.
 pub fn by_rounds<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) -> Independent {
     let mut state: Vec<State> =
         barred.iter().map(|&b| if b { State::Out } else { State::Undecided }).collect();
@@ -43,8 +43,8 @@ pub fn by_rounds<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) 
     while !open.is_empty() {
         undecided.push(open.len() as u64);
         let first = |v: u32| {
-            let rivals = graph[v as usize].iter().filter(|&&u| state[u as usize] == State::Undecided);
-            rivals.into_iter().all(|&u| priorities[v as usize] < priorities[u as usize])
+            let neighbours = graph[v as usize].iter().filter(|&&u| state[u as usize] == State::Undecided);
+            neighbours.into_iter().all(|&u| priorities[v as usize] < priorities[u as usize])
         };
         let joining: Vec<u32> = open.iter().copied().filter(|&v| first(v)).collect();
         for v in joining {
@@ -59,7 +59,7 @@ pub fn by_rounds<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) 
     Independent { members, undecided }
 }
 
-/// The same set by the greedy algorithm: the reference.
+/// Returns the same set by the greedy algorithm, as a reference.
 pub fn greedy<K: Ord>(graph: &[Vec<u32>], priorities: &[K], barred: &[bool]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..graph.len() as u32).filter(|&v| !barred[v as usize]).collect();
     order.sort_by(|&u, &v| priorities[u as usize].cmp(&priorities[v as usize]));

@@ -11,7 +11,7 @@ use crate::bvh::Bounds;
 use crate::size::tests::slit;
 use crate::size::{SizeFunction, SizeOptions};
 
-/// Candidates of a box, with the earlier points that bar some of them.
+/// Candidates of a box, and earlier points that exclude some of them.
 struct Stage<P> {
     names: Vec<Name>,
     sites: Vec<Site<P>>,
@@ -30,7 +30,7 @@ fn stage<P: Point>(sizing: &Sizing<'_, P>, side: f64, count: u32, seed: u64, fix
     Stage { names, sites, barred, graph }
 }
 
-/// The set, after all that must hold of it has been checked by all pairs.
+/// Returns the set after a check of its properties over all pairs.
 fn checked<P: Point>(stage: &Stage<P>, fixed: &[Site<P>], seed: u64) -> (Vec<Name>, usize) {
     let priorities: Vec<_> = stage.names.iter().map(|n| n.priority(seed)).collect();
     let set = by_rounds(&stage.graph, &priorities, &stage.barred);
@@ -62,7 +62,7 @@ fn sets_are_independent_and_maximal_in_plane_and_space() {
     checked(&space, &[], 7);
 }
 
-/// From a domain to points in it: corners first, then candidates inside.
+/// Points in a domain: corners first, then candidates inside.
 #[test]
 fn points_of_a_domain() {
     let domain = slit();
@@ -71,7 +71,7 @@ fn points_of_a_domain() {
     let sizing = Sizing { lipschitz: 0.125, at: &at };
     let corner = |&v: &u32| Site { at: domain.points()[v as usize], size: at(domain.points()[v as usize]) };
     let corners: Vec<Site<DVec2>> = domain.corners.iter().map(corner).collect();
-    // Corners are disjoint features, so they are no closer than lfs.
+    // Corners are disjoint features, so their distance is at least lfs.
     assert!(corners.iter().enumerate().all(|(i, a)| corners[i + 1..].iter().all(|b| !a.conflicts(b))));
     let bounds = Bounds::of(domain.points().iter().copied());
     let (cube, grown) = cells(&bounds, &sizing, 1 << 20).unwrap();
@@ -125,7 +125,7 @@ fn places_lie_in_their_cells_and_priorities_differ() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-    /// Whatever the sizes, also if they are not Lipschitz; and the order of the candidates does not matter.
+    /// The properties hold for any sizes, even if they are not Lipschitz, and for any order of the candidates.
     #[test]
     fn any_sites(places in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64, 0.01..0.4f64), 1..120),
                  fixed in prop::collection::vec((0.0..1.0f64, 0.0..1.0f64), 0..4), seed in any::<u64>()) {

@@ -1,11 +1,11 @@
-//! Angles and measures of cells. Rounded: for reports.
+//! Angles and measures of cells, rounded, for reports.
 
 use septet_geometry::point::Point;
 
 use crate::space::Space;
 
-/// The angles of a cell in degrees: of a triangle at its three corners, of a tetrahedron at its six edges. A flat
-/// cell has angles of 0 and 180.
+/// Returns the angles of a cell in degrees: of a triangle at its three corners, of a tetrahedron at its six edges. A
+/// flat cell has angles of 0 and 180 degrees.
 pub fn angles<P: Space>(cell: &[P]) -> Vec<f64> {
     if P::DIM == 2 {
         return (0..3)
@@ -20,7 +20,7 @@ pub fn angles<P: Space>(cell: &[P]) -> Vec<f64> {
     for i in 0..4 {
         for j in 0..i {
             let (k, l) = others(i, j);
-            // Around the edge: the normals of its two triangles are turned by the angle between these.
+            // The dihedral angle equals the angle between the normals of the two triangles at the edge.
             let edge = cell[j] - cell[i];
             let (m, n) =
                 (P::hull_normal(&[edge, cell[k] - cell[i]]), P::hull_normal(&[edge, cell[l] - cell[i]]));
@@ -31,18 +31,18 @@ pub fn angles<P: Space>(cell: &[P]) -> Vec<f64> {
     found
 }
 
-/// The angle of this sine and cosine, both times the same.
+/// Returns the angle with these multiples of its sine and cosine, by a common factor.
 fn between(sine: f64, cosine: f64) -> f64 {
     sine.atan2(cosine).to_degrees()
 }
 
-/// The other two of 0, 1, 2, 3.
+/// Returns the other two of 0, 1, 2, 3.
 fn others(i: usize, j: usize) -> (usize, usize) {
     let mut rest = (0..4).filter(|&k| k != i && k != j);
     (rest.next().unwrap_or(0), rest.next().unwrap_or(0))
 }
 
-/// Area or volume of a cell, positive for a positive one.
+/// Returns the area or volume of a cell. It is positive for positively oriented cells.
 pub fn measure<P: Point>(cell: &[P]) -> f64 {
     let mut rel = [P::default(); 3];
     for i in 0..P::DIM {

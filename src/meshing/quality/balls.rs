@@ -1,13 +1,17 @@
-//! Where circumcentres lie, as the promise of the radius-edge ratio asks.
+//! The position of circumcentres relative to balls, as in the promise about radius-edge ratios.
 //!
-//! **Statement.** Of every edge on a segment and every face on a facet there is the smallest ball through its corners. A centre in the
-//! domain is *near* if it lies in the ball of an edge, or above a face with `r <= f(m)`; *above* if it lies only above faces
-//! with `r > f(m)`; and *free* if it lies in no ball. Of the faces of one facet whose balls hold it, it is above the one
-//! that its power is least to: the faces are Delaunay, so that one holds its foot. What lies on a ball but for rounding
-//! (`ROUNDING`) counts as inside. Where features meet at less than 90 degrees the generator keeps the volume's points out of larger
-//! balls, which a mesh does not tell: there what lies within `f / (1 - L)` of a feature is near it, too.
+//! **Statement.** Every edge on a segment and every face on a facet has a smallest ball through its corners. A centre
+//! in the domain is
+//! - *near* if it lies in the ball of an edge, or above a face with `r <= f(m)`;
+//! - *above* if it lies only above faces with `r > f(m)`;
+//! - *free* if it lies in no ball.
 //!
-//! **Work and depth.** Two queries of a tree a cell, and what [`super::zones`] takes.
+//! Among the faces of one facet whose balls contain the centre, it is above the face with the least power. The faces
+//! are Delaunay, so that face contains its foot. A centre on a ball up to rounding (`ROUNDING`) counts as inside. If
+//! features meet at less than 90 degrees, the generator keeps the points of the volume out of larger balls, which the
+//! mesh does not show. A centre within `f / (1 - L)` of a feature then also counts as near.
+//!
+//! **Work and depth.** Two queries of a tree per cell, and the work of [`super::zones`].
 
 use std::collections::BTreeMap;
 
@@ -24,13 +28,13 @@ use crate::domain::{Domain, Feature};
 use crate::mesh::Mesh;
 use crate::space::Space;
 
-/// Features that meet at less than this, in degrees, have larger balls than those that can be told from a mesh.
+/// Features that meet at a smaller angle, in degrees, have larger balls than the mesh shows.
 const RIGHT: f64 = 90.0;
 
-/// How far beyond a ball, squared and relative to its radius, a centre counts as inside, and how much more than f a radius may be.
+/// The relative tolerance for the squared distance of a centre from a ball, and for radii larger than f.
 const ROUNDING: f64 = 1e-9;
 
-/// Balls of one kind, centres and squared radii, each with the feature that its corners lie on.
+/// Balls of one kind as centres and squared radii, each with the feature of its corners.
 struct Kind<P> {
     balls: Vec<(P, f64)>,
     features: Vec<u32>,
@@ -46,7 +50,7 @@ impl<P: Point> Kind<P> {
         Kind { tree: Bvh::new(balls.iter().map(bounds).collect()), balls, features }
     }
 
-    /// For each feature, ascending, the ball that holds the place and has the least power there.
+    /// Returns for each feature, ascending, the ball of least power among those that contain the point.
     fn holding(&self, x: P) -> BTreeMap<u32, (f64, u32)> {
         let mut found: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
         self.tree.visit(&Bounds::of([x]), |i| {
@@ -65,17 +69,17 @@ impl<P: Point> Kind<P> {
     }
 }
 
-/// The balls of a mesh's edges on segments and faces on facets.
+/// The balls of the edges on segments and of the faces on facets of a mesh.
 pub struct Balls<'a, P: Space> {
     zones: Zones<'a, P>,
-    pieces: Kind<P>,
-    triangles: Kind<P>,
-    /// Of every triangle, `r / f(m)`.
+    subsegments: Kind<P>,
+    subfacets: Kind<P>,
+    /// The ratio `r / f(m)` of every subfacet.
     widths: Vec<f64>,
 }
 
 impl<'a, P: Space> Balls<'a, P> {
-    /// Those of a mesh, with f in the domain's scaled coordinates and its Lipschitz constant.
+    /// Collects the balls of a mesh. `size` is f in the scaled coordinates of the domain, with its Lipschitz constant.
     pub fn new(
         domain: &'a Domain<P>,
         features: &'a Features<P>,
@@ -84,49 +88,49 @@ impl<'a, P: Space> Balls<'a, P> {
         lipschitz: f64,
     ) -> Self {
         let at = |v: u32| scale(mesh.points[v as usize], domain.simplices.exponent);
-        let piece = |ends: &[u32]| {
+        let subsegment = |ends: &[u32]| {
             let (p, q) = (at(ends[0]), at(ends[1]));
             ((p + q) * 0.5, 0.25 * dist2(p, q))
         };
         let faces = mesh.faces.iter();
         let of_faces: Vec<u32> = faces.clone().map(|f| f.facet).collect();
-        let (pieces, triangles) = if P::DIM == 2 {
-            let balls = faces.map(|f| piece(f.vertices.as_ref())).collect();
+        let (subsegments, subfacets) = if P::DIM == 2 {
+            let balls = faces.map(|f| subsegment(f.vertices.as_ref())).collect();
             (Kind::new(balls, of_faces), Kind::new(Vec::new(), Vec::new()))
         } else {
             let edges = mesh.edges.iter();
             let of_edges = edges.clone().map(|e| e.segment).collect();
             let balls = faces.map(|f| circumcircle([0, 1, 2].map(|i| at(f.vertices.as_ref()[i])))).collect();
-            let pieces = edges.map(|e| piece(&e.vertices)).collect();
-            (Kind::new(pieces, of_edges), Kind::new(balls, of_faces))
+            let subsegments = edges.map(|e| subsegment(&e.vertices)).collect();
+            (Kind::new(subsegments, of_edges), Kind::new(balls, of_faces))
         };
-        let widths = triangles.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
+        let widths = subfacets.balls.iter().map(|&(m, radius2)| radius2.sqrt() / size(m)).collect();
         let zone = if domain.small_angles(RIGHT).is_empty() { 0.0 } else { 1.0 / (1.0 - lipschitz) };
         let zones = Zones { domain, features, size, zone };
-        Balls { zones, pieces, triangles, widths }
+        Balls { zones, subsegments, subfacets, widths }
     }
 
-    /// The largest `r / f(m)` of a face on a facet.
+    /// Returns the largest `r / f(m)` of a face on a facet.
     pub fn widest(&self) -> f64 {
         self.widths.iter().copied().fold(0.0, f64::max)
     }
 
-    /// What is promised of such a mesh.
+    /// Returns the bounds promised for this mesh.
     pub fn promise(&self, lipschitz: f64) -> Promise {
         let widest = self.widest();
         Promise::with(lipschitz, if widest <= 1.0 + ROUNDING { 1.0 } else { widest * (1.0 + ROUNDING) })
     }
 
-    /// Where a circumcentre of this circumradius lies.
+    /// Returns the position of a circumcentre with the given circumradius.
     pub fn place(&self, centre: P, radius: f64) -> Place {
         let place = self.zones.place(centre, radius);
         if let Place::Outside(_) = place {
             return place;
         }
-        if let Some((&segment, _)) = self.pieces.holding(centre).first_key_value() {
+        if let Some((&segment, _)) = self.subsegments.holding(centre).first_key_value() {
             return Place::Near(Feature::Segment(segment));
         }
-        let above = self.triangles.holding(centre);
+        let above = self.subfacets.holding(centre);
         let complete = |(_, (_, i)): &(&u32, &(f64, u32))| self.widths[*i as usize] <= 1.0 + ROUNDING;
         match (above.iter().find(complete), above.first_key_value()) {
             (Some((&facet, _)), _) => Place::Near(Feature::Facet(facet)),

@@ -1,34 +1,34 @@
-//! Histograms of one kind: equal bins between two ends, and what lies outside of them.
+//! Histograms with equal bins and counts outside them.
 
-/// Counts of a number over equal bins.
+/// Counts of values in equal bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Histogram {
     /// The lower end of the first bin.
     pub from: f64,
     /// The upper end of the last bin.
     pub to: f64,
-    /// How many fell in each bin: its lower end is part of it, its upper end is not.
+    /// The number of values in each bin. A bin includes its lower end and excludes its upper end.
     pub counts: Vec<u64>,
-    /// How many lay below the first bin.
+    /// The number of values below the first bin.
     pub below: u64,
-    /// How many lay at the end of the last bin, above it, or nowhere (NaN).
+    /// The number of values at or above the end of the last bin, or NaN.
     pub above: u64,
-    /// The least.
+    /// The smallest value.
     pub least: f64,
-    /// The largest.
+    /// The largest value.
     pub most: f64,
     sum: f64,
 }
 
 impl Histogram {
-    /// No counts in `bins` equal bins.
+    /// Creates `bins` equal bins without counts.
     pub fn new(from: f64, to: f64, bins: usize) -> Self {
         let counts = vec![0; bins.max(1)];
         let (least, most) = (f64::INFINITY, f64::NEG_INFINITY);
         Histogram { from, to, counts, below: 0, above: 0, least, most, sum: 0.0 }
     }
 
-    /// Counts one.
+    /// Counts a value.
     pub fn add(&mut self, x: f64) {
         self.least = self.least.min(x);
         self.most = self.most.max(x);
@@ -43,18 +43,18 @@ impl Histogram {
         }
     }
 
-    /// How many were counted.
+    /// Returns the number of values.
     pub fn total(&self) -> u64 {
         self.below + self.above + self.counts.iter().sum::<u64>()
     }
 
-    /// Their mean; `None` of nothing.
+    /// Returns the mean, or `None` without values.
     pub fn mean(&self) -> Option<f64> {
         let total = self.total();
         (total > 0).then(|| self.sum / total as f64)
     }
 
-    /// The ends of bin `i`.
+    /// Returns the ends of bin `i`.
     pub fn bin(&self, i: usize) -> [f64; 2] {
         let step = (self.to - self.from) / self.counts.len() as f64;
         [self.from + step * i as f64, self.from + step * (i + 1) as f64]

@@ -1,14 +1,15 @@
-//! How good a mesh is.
+//! The quality of a mesh.
 //!
-//! **Statement.** Of every cell: the radius-edge ratio with certain bounds ([`ratio`]), its angles, its volume; of
-//! every edge: its length over the smaller size at its ends, and how steep the size function is along it; of every
-//! point: its size over the local feature size; of all: how many points there are for each unit of the integral of
-//! `dx / f^d`. The promise `R/l <= B` differs with where a cell's circumcentre lies ([`Place`]), so maxima and violations are
-//! counted for each place; whether a ratio is above its bound is decided exactly.
+//! **Statement.** The following is measured:
+//! - for every cell: its radius-edge ratio with certain bounds ([`ratio`]), its angles and its volume;
+//! - for every edge: its length divided by the smaller size at its ends, and the slope of the size function along it;
+//! - for every point: its size divided by the local feature size;
+//! - in total: the number of points per unit of the integral of `dx / f^d`.
 //!
-//! All but these decisions is rounded and decides nothing.
+//! The promise `R/l <= B` depends on the position of the circumcentre ([`Place`]), so maxima and violations are counted
+//! per place. Whether a ratio exceeds its bound is decided exactly. All other values are rounded and decide nothing.
 //!
-//! **Work and depth.** O(1) a cell, an edge sort, and what the caller's functions cost; sequential.
+//! **Work and depth.** O(1) per cell, a sort of the edges, and the functions of the caller. Sequential.
 
 pub mod angles;
 pub mod balls;
@@ -30,21 +31,21 @@ use crate::sum::Sum;
 use histogram::Histogram;
 use ratio::Bounds;
 
-/// Where the circumcentre of a cell lies.
+/// The place of the circumcentre of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
-    /// In the domain, in no ball of a feature ([`balls`]; of a surface that is made anew: outside of its [`zones`]).
+    /// In the domain, in no ball of a feature ([`balls`]). For a remeshed surface, outside its [`zones`].
     Free,
-    /// In the domain, in a ball of this feature (in its zone).
+    /// In the domain, in a ball of this feature. For a remeshed surface, in its zone.
     Near(Feature),
-    /// In the domain, above a triangle of this facet that is larger than the size at its centre.
+    /// In the domain, above a subfacet of this facet that is larger than the size at its centre.
     Above(Feature),
-    /// Not in the domain, this feature being nearest; of a flat cell nowhere.
+    /// Outside the domain, with the nearest feature. `None` for flat cells.
     Outside(Option<Feature>),
 }
 
 impl Place {
-    /// The feature that matters there.
+    /// Returns the feature of the place.
     pub fn feature(self) -> Option<Feature> {
         match self {
             Place::Free => None,
@@ -54,47 +55,49 @@ impl Place {
     }
 }
 
-/// What quality is measured against. Functions take points in the domain's scaled coordinates and answer in them.
+/// The functions and bounds against which quality is measured. Functions take points and return lengths in the scaled
+/// coordinates of the domain.
 pub struct Measure<'a, P> {
-    /// Where a circumcentre lies, given it and the radius.
+    /// Returns the place of a circumcentre, given its position and the radius.
     pub place: &'a dyn Fn(P, f64) -> Place,
-    /// The local feature size, if f is to be compared with it.
+    /// The local feature size, if f is compared with it.
     pub local_size: Option<&'a dyn Fn(P) -> f64>,
-    /// The radius-edge bounds of free and near cells and of those above large triangles, if any is promised.
+    /// The promised radius-edge bounds of free cells, near cells, and cells above large subfacets. `None` if nothing is
+    /// promised.
     pub promised: [Option<f64>; 3],
-    /// How many of the worst cells are kept in each list.
+    /// The number of worst cells kept in each list.
     pub worst: usize,
 }
 
 /// One of the worst cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorstCell<P> {
-    /// Its row.
+    /// The row.
     pub cell: u32,
-    /// Its radius-edge ratio.
+    /// The radius-edge ratio.
     pub ratio: Bounds,
-    /// Its smallest and largest angle in degrees.
+    /// The smallest and largest angle in degrees.
     pub angles: [f64; 2],
-    /// Where its circumcentre lies.
+    /// The place of the circumcentre.
     pub place: Place,
     /// The mean of its points, in the unit of the file.
     pub at: P,
-    /// Its points and what carries them.
+    /// Its points and their carriers.
     pub vertices: Vec<(u32, Carrier)>,
 }
 
-/// The radius-edge ratios of the cells of one kind of place.
+/// The radius-edge ratios of the cells with one kind of place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadiusEdge<P> {
-    /// How many cells.
+    /// The number of cells.
     pub cells: u64,
-    /// The largest ratio: bounds of the maximum.
+    /// Bounds of the largest ratio.
     pub most: Bounds,
     /// The bound promised.
     pub promised: Option<f64>,
-    /// How many exceed it, exactly; 0 where nothing is promised.
+    /// The number of cells above the bound, exact. It is 0 if nothing is promised.
     pub over: u64,
-    /// The cells of largest ratio.
+    /// The cells with the largest ratios.
     pub worst: Vec<WorstCell<P>>,
 }
 
@@ -103,73 +106,73 @@ pub struct RadiusEdge<P> {
 pub struct NearFeature {
     /// The feature.
     pub feature: Feature,
-    /// How many cells have their circumcentres near it (or outside, with it nearest).
+    /// The number of cells whose circumcentres are near it, or outside with it as nearest feature.
     pub cells: u64,
-    /// How many of them exceed their bound.
+    /// The number of these cells above their bound.
     pub over: u64,
-    /// The largest of their ratios.
+    /// Bounds of the largest ratio.
     pub most: Bounds,
-    /// The cell that has it.
+    /// The cell with the largest ratio.
     pub worst: u32,
     /// The smallest angle of these cells, in degrees.
     pub least_angle: f64,
 }
 
-/// The steepest edge.
+/// The edge with the largest slope of f.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Steepest {
     /// `|f(p) - f(q)| / |p - q|`.
     pub slope: f64,
-    /// Its points.
+    /// The points of the edge.
     pub edge: [u32; 2],
 }
 
-/// Smallest angles below which cells are counted as slivers, in degrees.
+/// Limits for the smallest angle of a sliver, in degrees.
 pub const SLIVERS: [f64; 3] = [5.0, 10.0, 14.0];
 
-/// The radius-edge ratio below which a cell of small angles is a sliver, and not just a bad cell.
+/// The radius-edge ratio below which a cell with small angles is a sliver and not just a bad cell.
 pub const SLIVER_RATIO: f64 = 2.0;
 
-/// All of it.
+/// The measured quality of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality<P> {
     /// Radius-edge ratios of all cells.
     pub ratios: Histogram,
-    /// Of cells with free centres, near ones, those above large triangles, and outside ones.
+    /// The cells by place: free, near, above large subfacets, outside.
     pub places: [RadiusEdge<P>; 4],
-    /// The cells by the feature that their centres are near to, the largest ratio first.
+    /// The cells by the feature of their place, the largest ratio first.
     pub features: Vec<NearFeature>,
-    /// All angles in degrees: dihedral ones, in the plane those at corners.
+    /// All angles in degrees: dihedral angles in space, angles at corners in the plane.
     pub angles: Histogram,
-    /// The smallest of each cell.
+    /// The smallest angle of each cell.
     pub least_angles: Histogram,
-    /// The largest of each cell.
+    /// The largest angle of each cell.
     pub largest_angles: Histogram,
-    /// The cells of smallest angles.
+    /// The cells with the smallest angles.
     pub thinnest: Vec<WorstCell<P>>,
-    /// Cells with an angle below each of [`SLIVERS`] and a radius-edge ratio below [`SLIVER_RATIO`].
+    /// Numbers of cells with an angle below each of [`SLIVERS`] and a radius-edge ratio below [`SLIVER_RATIO`].
     pub slivers: [u64; 3],
-    /// The smallest and the largest cell, in the unit of the file.
+    /// The smallest and the largest measure of a cell, in the unit of the file.
     pub volumes: [f64; 2],
-    /// All cells.
+    /// The total measure of all cells.
     pub volume: f64,
-    /// Length over the smaller size at the ends, of every edge.
+    /// The length of every edge, divided by the smaller size at its ends.
     pub lengths: Histogram,
-    /// f over local feature size, at every point, if asked for.
+    /// f divided by the local feature size, at every point, if requested.
     pub grading: Option<Histogram>,
-    /// The sum over cells of volume times mean of `f^-d`.
+    /// The sum over cells of the volume times the mean of `f^-d`.
     pub integral: f64,
-    /// Points.
+    /// The number of points.
     pub points: u64,
-    /// The steepest edge: the Lipschitz constant of f as the mesh sees it.
+    /// The steepest edge. Its slope is a lower bound of the Lipschitz constant of f.
     pub steepest: Steepest,
 }
 
-/// Measures a mesh. It must have passed the first checks: arrays that fit together, positive sizes.
+/// Measures a mesh. Its arrays must be consistent, and its sizes positive.
 pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'_, P>) -> Quality<P> {
     let exponent = domain.simplices.exponent;
     let length = |x: f64| scale(P::splat(x), exponent).coord(0);
-    let mut work = Work {
+    let mut assessor = Assessor {
         mesh,
         measure,
         points: mesh.points.iter().map(|&p| scale(p, exponent)).collect(),
@@ -177,16 +180,16 @@ pub fn quality<P: Space>(domain: &Domain<P>, mesh: &Mesh<P>, measure: &Measure<'
         features: BTreeMap::new(),
         out: empty(mesh.points.len() as u64, measure),
     };
-    work.cells(exponent);
-    work.edges();
+    assessor.cells(exponent);
+    assessor.edges();
     if let Some(local_size) = measure.local_size {
         let mut grading = Histogram::new(0.0, 1.0, 20);
-        work.points.iter().zip(&work.sizes).for_each(|(&p, f)| grading.add(f / local_size(p)));
-        work.out.grading = Some(grading);
+        assessor.points.iter().zip(&assessor.sizes).for_each(|(&p, f)| grading.add(f / local_size(p)));
+        assessor.out.grading = Some(grading);
     }
-    let mut features: Vec<NearFeature> = work.features.into_values().collect();
+    let mut features: Vec<NearFeature> = assessor.features.into_values().collect();
     features.sort_by(|a, b| b.most.upper.total_cmp(&a.most.upper).then(a.feature.cmp(&b.feature)));
-    Quality { features, ..work.out }
+    Quality { features, ..assessor.out }
 }
 
 fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
@@ -218,17 +221,17 @@ fn empty<P: Point>(points: u64, measure: &Measure<'_, P>) -> Quality<P> {
     }
 }
 
-struct Work<'a, P: Space> {
+struct Assessor<'a, P: Space> {
     mesh: &'a Mesh<P>,
     measure: &'a Measure<'a, P>,
-    /// Scaled.
+    /// Scaled coordinates.
     points: Vec<P>,
     sizes: Vec<f64>,
     features: BTreeMap<Feature, NearFeature>,
     out: Quality<P>,
 }
 
-impl<P: Space> Work<'_, P> {
+impl<P: Space> Assessor<'_, P> {
     fn cells(&mut self, exponent: i32) {
         let (mut volume, mut integral) = (Sum::default(), Sum::default());
         let mut volumes = self.out.volumes;
@@ -340,12 +343,12 @@ fn larger(a: Bounds, b: Bounds) -> Bounds {
     Bounds { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) }
 }
 
-/// Would this be among the first `keep`?
+/// Returns `true` if a cell with this key would be among the first `keep`.
 fn enters<P>(list: &[WorstCell<P>], keep: usize, key: f64, of: impl Fn(&WorstCell<P>) -> f64) -> bool {
     list.len() < keep || list.last().is_some_and(|last| key < of(last))
 }
 
-/// Puts it behind what is as bad, and lets go of what is too much.
+/// Inserts a cell after cells with the same key, and truncates the list.
 fn insert<P>(
     list: &mut Vec<WorstCell<P>>,
     keep: usize,

@@ -1,23 +1,28 @@
 //! The radius-edge ratio with certain bounds.
 //!
-//! **Statement.** Let `e_1 .. e_d` be the edges from a cell's first vertex, `v = sum_i |e_i|^2 n_i` with `n_i` the
-//! signed cross product of the others, `w` their determinant; then `R = |v| / (2 |w|)`. Let `u = 2^-53`,
-//! `M = prod |e_i|`, `S = M sum |e_i|`. As computed here,
+//! **Statement.** Let `e_1 .. e_d` be the edges from the first vertex of a cell. Let `v = sum_i |e_i|^2 n_i`, where
+//! `n_i` is the signed cross product of the other edges, and let `w` be their determinant. Then `R = |v| / (2 |w|)`.
+//! Let `u = 2^-53`, `M = prod |e_i|` and `S = M sum |e_i|`. The values computed here, marked by primes, satisfy
 //! ```text
-//! |v' - v| <= 20 u S,    |w' - w| <= 16 u M,    | |v|' / |v'| - 1 | and | l' / l - 1 | <= 6 u,
+//! |v' - v| <= 20 u S,    |w' - w| <= 16 u M,    | |v|' / |v'| - 1 | and | l' / l - 1 | <= 6 u.
 //! ```
-//! so R/l lies between `(|v|' - 20 u S) / (2 (|w'| + 16 u M) l')` and `(|v|' + 20 u S) / (2 (|w'| - 16 u M) l')`, each
-//! moved outwards by 32 u of itself for what the bounds themselves are rounded by.
+//! So R/l lies between `(|v|' - 20 u S) / (2 (|w'| + 16 u M) l')` and `(|v|' + 20 u S) / (2 (|w'| - 16 u M) l')`. Each
+//! bound is moved outwards by 32 u relative to itself, for its own rounding.
 //!
-//! *Proof.* A difference of coordinates has a relative error of at most u. A component of a cross product,
-//! `ab - cd`, is then off by at most `4.1 u (|ab| + |cd|)`, the vector by at most `4.1 sqrt(3) u |x| |y| < 7.2 u |x| |y|`.
-//! `|e_i|^2` is off by 5.1 u of itself, its product with the vector by `(7.2 + 6.2) u |e_i|^2 |e_j| |e_k|`, the sum of three by 2.1 u
-//! more: below 16 u S, and in the plane, where n is a turned edge, below that. The determinant is an inner product with one such vector:
-//! `(7.2 + 4.1) u M`; in the plane `4.1 u M`. Norms add at most 2 + 1 + 1/2 roundings to the inputs'. The
-//! constants 20, 16 and 6 have room for the terms of order `u^2` and for the rounding of S and M. Nothing under- or
-//! overflows, since the coordinates are in the range of `septet_geometry::range`. QED.
+//! *Proof.*
+//! 1. A difference of coordinates has a relative error of at most u.
+//! 2. A component of a cross product, `ab - cd`, has an error of at most `4.1 u (|ab| + |cd|)`. The error of the vector
+//!    is at most `4.1 sqrt(3) u |x| |y| < 7.2 u |x| |y|`.
+//! 3. `|e_i|^2` has a relative error of 5.1 u. Its product with the vector has an error of
+//!    `(7.2 + 6.2) u |e_i|^2 |e_j| |e_k|`, and the sum of three adds 2.1 u. The total is below 16 u S. In the plane,
+//!    where n is a rotated edge, it is smaller.
+//! 4. The determinant is an inner product with one such vector: `(7.2 + 4.1) u M`. In the plane it is `4.1 u M`.
+//! 5. Norms add at most 2 + 1 + 1/2 roundings to those of the inputs.
 //!
-//! Where the bounds do not decide `R/l <= B`, [`at_most`] does, in integers.
+//! The constants 20, 16 and 6 leave room for terms of order `u^2` and for the rounding of S and M. Nothing underflows
+//! or overflows, since the coordinates are in the range of `septet_geometry::range`. QED.
+//!
+//! If the bounds do not decide `R/l <= B`, [`at_most`] decides in integers.
 //!
 //! **Work and depth.** O(1).
 
@@ -32,16 +37,16 @@ use crate::exact::{determinant, integers, split};
 /// `2^-53`.
 const U: f64 = f64::EPSILON / 2.0;
 
-/// Bounds of a number.
+/// Lower and upper bound of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// It is not below this,
+    /// The lower bound.
     pub lower: f64,
-    /// and not above this; infinite where rounding leaves it open.
+    /// The upper bound. Infinite if rounding prevents a finite one.
     pub upper: f64,
 }
 
-/// Bounds of the radius-edge ratio of `DIM + 1` points with coordinates in the exact range.
+/// Returns bounds of the radius-edge ratio of `DIM + 1` points with coordinates in the exact range.
 pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
     let mut rel = [P::default(); 3];
     let (mut product, mut sum) = (1.0, 0.0);
@@ -65,7 +70,7 @@ pub fn ratio<P: Point>(cell: &[P]) -> Bounds {
     }
 }
 
-/// Is the radius-edge ratio at most `bound`? Exact.
+/// Returns `true` if the radius-edge ratio is at most `bound`. Exact.
 pub fn at_most<P: Point>(cell: &[P], bound: f64) -> bool {
     let Bounds { lower, upper } = ratio(cell);
     if upper <= bound || lower > bound || bound.is_nan() || bound <= 0.0 {
@@ -74,7 +79,7 @@ pub fn at_most<P: Point>(cell: &[P], bound: f64) -> bool {
     if bound == f64::INFINITY {
         return true;
     }
-    // (R/l)^2 = |v|^2 / (4 w^2 l^2) with everything whole; the bound is m 2^e.
+    // (R/l)^2 = |v|^2 / (4 w^2 l^2) in integers. The bound is m 2^e.
     let points = integers(&cell[..=P::DIM]);
     let minus = |a: &[BigInt], b: &[BigInt]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();
     let norm2 = |a: &[BigInt]| a.iter().map(|x| x * x).sum::<BigInt>();
@@ -89,7 +94,7 @@ pub fn at_most<P: Point>(cell: &[P], bound: f64) -> bool {
     w != BigInt::ZERO && order != Ordering::Greater
 }
 
-/// The vector v, up to sign.
+/// Returns the vector v, up to sign.
 fn numerator(edges: &[Vec<BigInt>]) -> Vec<BigInt> {
     let norm2 = |a: &[BigInt]| a.iter().map(|x| x * x).sum::<BigInt>();
     if let [a, b] = edges {

@@ -1,18 +1,18 @@
-//! Where circumcentres lie, by their distance from features.
+//! The place of circumcentres by their distance from features.
 //!
-//! **Statement.** A centre c is *near* a feature if it is in the domain and no farther from that feature, the nearest
-//! one, than `zone` times f(c); *free* if it is in the domain and farther; else *outside*. If the nearest feature
-//! is farther than the circumradius, the way from c to a vertex meets no wall, so c is in the domain as the cell
-//! is; only else is it located.
+//! **Statement.** A centre c in the domain is *near* its nearest feature if its distance from it is at most `zone`
+//! times f(c). It is *free* if the distance is larger. A centre that is not in the domain is *outside*. If the nearest
+//! feature is farther than the circumradius, the path from c to a vertex of the cell meets no wall, so c is in the
+//! domain like the cell. Otherwise c is located exactly.
 //!
-//! **Work and depth.** A query for the nearest feature a cell, and an exact location for some.
+//! **Work and depth.** A query for the nearest feature per cell, and an exact location for some.
 
 use super::Place;
 use crate::distance::Features;
 use crate::domain::Domain;
 use crate::space::Space;
 
-/// The protected zones of a domain.
+/// The zones around the features of a domain.
 pub struct Zones<'a, P: Space> {
     /// The domain.
     pub domain: &'a Domain<P>,
@@ -20,12 +20,12 @@ pub struct Zones<'a, P: Space> {
     pub features: &'a Features<P>,
     /// f in scaled coordinates.
     pub size: &'a dyn Fn(P) -> f64,
-    /// The width of a zone over f.
+    /// The width of a zone, relative to f.
     pub zone: f64,
 }
 
 impl<P: Space> Zones<'_, P> {
-    /// Where a circumcentre of this circumradius lies.
+    /// Returns the place of a circumcentre with this circumradius.
     pub fn place(&self, centre: P, radius: f64) -> Place {
         let mut nearest = None;
         self.features.nearest(centre, |met| {

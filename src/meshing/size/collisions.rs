@@ -1,10 +1,10 @@
-//! Where features meet at so small an angle that points on the one come closer to those on the other than the
-//! size function allows.
+//! Features that meet at such small angles that points on one may be closer to points on the other than the size
+//! function allows.
 //!
-//! **Statement.** Let two features meet at an angle t < 90 degrees in a place where the size is `f0`. A point of the
-//! one at distance u from there is at least `u sin t` from the other, as long as the features are straight, and the
-//! size at it is at most `f0 + L u`. So beyond the distance `f0 / (sin t - L)` points on the two that are spaced by f
-//! cannot be closer than f; before, they can. If `sin t <= L`, they can all along.
+//! **Statement.** Let two straight features meet at an angle t < 90 degrees in a place with the size `f0`. A point of
+//! one feature at distance u from the place has a distance of at least `u sin t` from the other feature. The size there
+//! is at most `f0 + L u`. Therefore points on the two features that are spaced by f cannot be closer than f beyond the
+//! distance `f0 / (sin t - L)`. Within it, they can. If `sin t <= L`, they can everywhere.
 //!
 //! **Work and depth.** That of [`Domain::small_angles`].
 
@@ -13,24 +13,24 @@ use crate::angles::SmallAngle;
 use crate::domain::Domain;
 use crate::space::Space;
 
-/// A small angle, and how far from its place points may collide.
+/// A small angle with the range in which points may be too close.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collision {
-    /// The angle, with the features and the place. For two facets the place is all of their common segment.
+    /// The angle, with the features and the place. The place of two facets is their whole common segment.
     pub angle: SmallAngle,
     /// The largest size at the place.
     pub size: f64,
-    /// The distance from the place beyond which they do not; none if they may everywhere.
+    /// The distance from the place beyond which points cannot be too close. `None` if there is no such distance.
     pub reach: Option<f64>,
 }
 
 impl<P: Space> SizeFunction<P> {
-    /// All places where features meet at less than `limit` degrees, the smallest angle first.
+    /// Returns all pairs of features that meet at less than `limit` degrees, the smallest angle first.
     pub fn collisions(&self, domain: &Domain<P>, limit: f64) -> Vec<Collision> {
         let point = |v: u32| domain.points()[v as usize];
         let angles = domain.small_angles(limit).into_iter();
         let collision = |angle: SmallAngle| {
-            // Along a segment f is at most its value at an end and L times half of the length.
+            // Along a segment, f is at most its value at an end plus L times half the length.
             let size = match angle.along {
                 None => self.at(point(angle.at)),
                 Some(s) => {

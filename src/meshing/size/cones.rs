@@ -1,34 +1,37 @@
-//! The least of finitely many cones: `f(x) = min_i (a_i + L |x - x_i|)`.
+//! The minimum of finitely many cones: `f(x) = min_i (a_i + L |x - x_i|)`.
 //!
-//! **Statement.** f is L-Lipschitz, because each cone is. A tree over the `x_i` knows for each node the box of its
-//! points and the least of its `a_i`; a node is passed over if `least + L dist(box, x)` is not below what has been
-//! found. *Passing over loses nothing, to the last bit:* for a point p of the box each coordinate of the gap between
-//! x and the box is no larger in size than that of `x - p`, and subtraction, squares, their sums, the root, and
-//! multiplying and adding positive numbers are all monotone as rounded. So the computed bound of a node is at most
-//! the computed value of each of its cones, and the answer is the least computed value of all cones.
+//! **Statement.** f is L-Lipschitz, because each cone is. A tree over the `x_i` stores for each node the box of its
+//! points and the smallest of its `a_i`. A query skips a node if `least + L dist(box, x)` is not below the smallest
+//! value so far.
 //!
-//! **Source.** Smoothing and filtering after Miller and Talmor (the paper's \[14\]). **Work and depth.** `O(m log m)` to build; a query costs the nodes it visits.
+//! *Skipping is exact, to the last bit.* For a point p of the box, each coordinate of the gap between x and the box is
+//! at most that of `x - p`, in absolute value. Rounded subtraction, squares, their sums, the root, and multiplication
+//! and addition of positive numbers are all monotone. So the computed bound of a node is at most the computed value of
+//! each of its cones. The result is the smallest computed value of all cones.
+//!
+//! **Source.** Smoothing and filtering after Miller and Talmor (the paper's \[14\]). **Work and depth.** `O(m log m)`
+//! to build. A query costs the nodes that it visits.
 
 use std::cmp::Ordering;
 
 use septet_geometry::point::Point;
 
 use crate::bvh::Bounds;
-use crate::cores::Cores;
+use crate::executor::Executor;
 
-/// A cone: the value at its tip, and where that is.
+/// A cone, given by its tip and the value there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone<P> {
     /// The tip.
     pub at: P,
-    /// The value there; it may be negative.
+    /// The value at the tip. It may be negative.
     pub size: f64,
 }
 
-/// Cones that are looked at in one go.
+/// The number of cones per item of a parallel map.
 const BLOCK: usize = 1024;
 
-/// Cones in a leaf of the tree.
+/// The largest number of cones of a leaf.
 const LEAF: usize = 4;
 
 #[derive(Clone, Debug)]
@@ -36,11 +39,11 @@ struct Node<P> {
     bounds: Bounds<P>,
     least: f64,
     range: (u32, u32),
-    /// The right child; the left one is the next node. 0 at a leaf.
+    /// The right child, or 0 for a leaf. The left child is the next node.
     right: u32,
 }
 
-/// Cones of one slope, ready for queries.
+/// Cones of one slope with a tree for queries.
 #[derive(Clone, Debug)]
 pub struct Cones<P> {
     slope: f64,
@@ -49,7 +52,7 @@ pub struct Cones<P> {
 }
 
 impl<P: Point> Cones<P> {
-    /// A tree over cones of the given slope.
+    /// Builds a tree over cones of the given slope.
     pub fn new(slope: f64, cones: Vec<Cone<P>>) -> Self {
         let mut tree = Cones { slope, tips: cones, nodes: Vec::new() };
         if !tree.tips.is_empty() {
@@ -58,12 +61,12 @@ impl<P: Point> Cones<P> {
         tree
     }
 
-    /// The cones, in the order of the tree.
+    /// Returns the cones, in the order of the tree.
     pub fn all(&self) -> &[Cone<P>] {
         &self.tips
     }
 
-    /// The slope L.
+    /// Returns the slope L.
     pub fn slope(&self) -> f64 {
         self.slope
     }
@@ -94,17 +97,17 @@ impl<P: Point> Cones<P> {
         node.least + self.slope * node.bounds.dist2(x).sqrt()
     }
 
-    /// The value at a point: infinite if there are no cones.
+    /// Returns the value at a point. It is infinite if there are no cones.
     pub fn at(&self, x: P) -> f64 {
         self.below(x, f64::INFINITY)
     }
 
-    /// The smaller of a value known and that of the cones.
+    /// Returns the smaller of a known value and the minimum of the cones.
     pub fn below(&self, x: P, known: f64) -> f64 {
         if self.nodes.is_empty() { known } else { self.search(0, x, known) }
     }
 
-    /// Is a value at the point below this one?
+    /// Returns `true` if some cone is below a value at the point.
     fn any_below(&self, x: P, value: f64) -> bool {
         let mut stack = vec![0];
         while let Some(at) = stack.pop() {
@@ -140,19 +143,19 @@ impl<P: Point> Cones<P> {
         known
     }
 
-    /// Without the cones whose tips lie above another cone: nowhere are they the least.
+    /// Removes the cones whose tips lie above another cone. They are nowhere minimal.
     #[must_use]
-    pub fn filtered(self, cores: &impl Cores) -> Self {
-        // Strictly above, so of a chain of cones above each other the last one stays.
+    pub fn filtered(self, executor: &impl Executor) -> Self {
+        // The comparison is strict, so the last of a chain of cones stays.
         let stays = |cones: &&[Cone<P>]| -> Vec<Cone<P>> {
             cones.iter().filter(|c| !self.any_below(c.at, c.size)).copied().collect()
         };
         let blocks: Vec<&[Cone<P>]> = self.tips.chunks(BLOCK).collect();
-        Cones::new(self.slope, cores.map(&blocks, stays).concat())
+        Cones::new(self.slope, executor.map(&blocks, stays).concat())
     }
 }
 
-/// The coordinate that varies most, times the slope; `DIM` if sizes vary more.
+/// Returns the coordinate with the largest spread, scaled by the slope, or `DIM` if sizes spread more.
 fn widest<P: Point>(cones: &[Cone<P>], bounds: &Bounds<P>, slope: f64) -> usize {
     let largest = cones.iter().map(|c| c.size).fold(f64::NEG_INFINITY, f64::max);
     let smallest = cones.iter().map(|c| c.size).fold(f64::INFINITY, f64::min);
@@ -161,7 +164,8 @@ fn widest<P: Point>(cones: &[Cone<P>], bounds: &Bounds<P>, slope: f64) -> usize 
     (1..=P::DIM).fold(0, |best, i| if spread(i) > spread(best) { i } else { best })
 }
 
-/// By a coordinate or (`axis` is `DIM`) by size, ties by the others: a function of the set of cones.
+/// Compares by a coordinate, or by size if `axis` is `DIM`. The others break ties, so the order depends only on the set
+/// of cones.
 fn order<P: Point>(a: &Cone<P>, b: &Cone<P>, axis: usize) -> Ordering {
     let by = |i: usize| {
         if i < P::DIM { a.at.coord(i).total_cmp(&b.at.coord(i)) } else { a.size.total_cmp(&b.size) }

@@ -1,39 +1,46 @@
-//! How cells see the local feature size.
+//! The rule that evaluates the local feature size in the cells of the tree.
 //!
-//! **Statement.** A cell with centre m, side s and radius `r = s sqrt(d) / 2` is handed simplices that hold all
-//! those no farther from m than `lfs(m)`, so it knows `lfs(m)` exactly. It hands down those no farther than
-//! `lfs(m) + 2 r`. *That is enough:* for the centre m' of a cell inside, `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`,
-//! and what is that close to m' is no farther than `lfs(m) + 2 r` from m. With their distances from m it hands
-//! down the two simplices that made `lfs(m)`: they bound `lfs(m')` by u at once, and only simplices within
-//! `u + |m m'|` of m are looked at. Distances are rounded, so limits are raised by a part in 10^9.
+//! **Statement.** Let a cell have the centre m, the side s and the radius `r = s sqrt(d) / 2`. It inherits a set of
+//! simplices that contains all simplices no farther from m than `lfs(m)`. So it can compute `lfs(m)` exactly. Its
+//! children inherit the simplices no farther than `lfs(m) + 2 r`.
 //!
-//! A cell is *clear* if no simplex is closer to m than r. It then lies on one side of everything, and so do the cells
-//! inside it: m is located once, by the nearest simplex if that is a wall alone, by a line if not.
+//! *This set suffices.* The centre m' of a child satisfies `|m m'| <= r`, so `lfs(m') <= lfs(m) + r`. If a simplex
+//! has at most this distance from m', its distance from m is at most `lfs(m) + 2 r`.
 //!
-//! The cell is
-//! - *kept*, with the cone of height `lfs(m) - (1+L) r` at m, if `(1+L) r <= loss * max(lfs(m), least)`;
-//! - *dropped*, if that cone lies nowhere below the user's function; or nowhere below a cone that stands in any case,
-//!   that of the middle y of one of the nearest simplices, of height `(1 - loss/2) lfs(y)`; or above another cone that
-//!   the cell can see: `lfs(y) <= u` in a point y, and the cell's cone at m is above `u + L |m y|`. Such y lie on the
-//!   way to the two simplices that make `lfs(m)`, and u is the distance of the farther one. Where cells are left out, y is
-//!   on a simplex, or the cell lies inside of the domain and no simplex is closer to m than y;
-//! - *left out*, if all walls are among the simplices, and the cell is clear and lies outside of the domain;
-//! - else *split*.
+//! The children also inherit the distances from m and the two simplices that determine `lfs(m)`. These two give an
+//! upper bound u of `lfs(m')`, and only simplices within `u + |m m'|` of m need to be tested. Distances are rounded, so
+//! limits are increased by a factor of 1 + 10^-9.
 //!
-//! **Work and depth.** `O(k log k)` for a cell that looks at k simplices.
+//! A cell is *clear* if no simplex is closer to m than r. Then the cell and its descendants lie on one side of every
+//! feature. Therefore m is located once: by the nearest simplex if it is the only nearest one and a wall, otherwise by
+//! a line.
+//!
+//! The decision about a cell is the first of the following that applies:
+//! - *Dropped* if its cone, of height `lfs(m) - (1+L) r` at m, is nowhere below one of these:
+//!   - the user's function;
+//!   - a cone that is always present: at the middle y of one of the nearest simplices, of height `(1 - loss/2) lfs(y)`;
+//!   - another cone that is visible from the cell. There is a point y with `lfs(y) <= u`, and the height of the cell's
+//!     cone at m exceeds `u + L |m y|`. Such points y lie on the paths to the two simplices that determine `lfs(m)`,
+//!     and u is the distance of the farther one. If cells are left out, y must lie on a simplex, or the cell lies
+//!     inside the domain and no simplex is closer to m than y.
+//! - *Left out* if all walls are among the simplices, and the cell is clear and lies outside the domain.
+//! - *Kept* with its cone if `(1+L) r <= loss * max(lfs(m), least)`.
+//! - *Split* otherwise.
+//!
+//! **Work and depth.** `O(k log k)` for a cell that tests k simplices.
 
 use super::cones::Cone;
 use super::user::User;
-use crate::cores::Cores;
 use crate::distance::{Features, Search};
 use crate::domain::Domain;
-use crate::octree::{Cell, Rule, Verdict};
+use crate::executor::Executor;
+use crate::octree::{Cell, Decision, Rule};
 use crate::space::Space;
 
-/// What the rule is about.
+/// The parameters of the rule.
 #[derive(Clone, Copy)]
 pub(super) struct Terms<'a, P: Space> {
-    /// Whose local feature size.
+    /// The features that determine the local feature size.
     pub features: &'a Features<P>,
     /// The domain, if all its walls are among the features.
     pub domain: Option<&'a Domain<P>>,
@@ -41,93 +48,93 @@ pub(super) struct Terms<'a, P: Space> {
     pub user: &'a User<P>,
     /// L.
     pub slope: f64,
-    /// How far g may stay below f*.
+    /// The largest loss of g relative to f*.
     pub loss: f64,
-    /// Are cells dropped or left out? If not, the tree is whole and balanced.
+    /// Whether cells are dropped or left out. If not, the tree is complete and balanced.
     pub drops: bool,
 }
 
 /// The rule.
 pub(super) struct Local<'a, P: Space> {
     terms: Terms<'a, P>,
-    /// For each simplex the cone at its middle that stands in any case; nothing if no cells are dropped.
+    /// The cone at the middle of each simplex, which is always present. Empty if no cells are dropped.
     middles: Vec<Cone<P>>,
 }
 
-/// What a cell hands down.
-pub(super) struct Handed<P> {
-    /// Its centre.
+/// The data that children inherit from a cell.
+pub(super) struct Inherited<P> {
+    /// The centre of the cell.
     centre: P,
-    /// The two simplices that make it.
+    /// The two simplices that determine lfs there.
     pair: Option<[u32; 2]>,
-    /// Distances from the centre and simplices, ascending.
+    /// Simplices with their distances from the centre, ascending.
     near: Vec<(f64, u32)>,
-    /// Does it lie inside of the domain for certain?
+    /// Whether the cell certainly lies inside the domain.
     inside: bool,
 }
 
-/// What a cell knows about its centre.
+/// The local feature size at the centre of a cell.
 struct Known {
-    /// lfs there.
+    /// lfs at the centre.
     size: f64,
-    /// The two simplices that make it.
+    /// The two simplices that determine it.
     pair: Option<[u32; 2]>,
-    /// All that are no farther, ascending.
+    /// All simplices within the distance lfs, ascending.
     near: Vec<(f64, u32)>,
 }
 
-/// Simplices whose middles a cell looks at.
-const LOOKS: usize = 16;
+/// The number of nearest simplices whose cones are compared.
+const MIDDLES: usize = 16;
 
-/// Limits of distances are raised by this factor.
+/// The factor by which limits of distances are increased.
 const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl<'a, P: Space> Local<'a, P> {
-    /// The rule.
-    pub fn new(terms: Terms<'a, P>, cores: &impl Cores) -> Self {
+    /// Creates the rule.
+    pub fn new(terms: Terms<'a, P>, executor: &impl Executor) -> Self {
         let middle = |&i: &u32| {
             let at = terms.features.middle(i);
             Cone { at, size: (1.0 - 0.5 * terms.loss) * terms.features.local_size(at).radius }
         };
         let items: Vec<u32> =
             if terms.drops { (0..terms.features.item_count()).collect() } else { Vec::new() };
-        let middles = cores.map(&items, middle);
+        let middles = executor.map(&items, middle);
         Local { terms, middles }
     }
 
-    /// What the root is handed: everything.
-    pub fn root(&self, centre: P) -> Handed<P> {
+    /// Returns the data of the root: all simplices.
+    pub fn root(&self, centre: P) -> Inherited<P> {
         let near = (0..self.terms.features.item_count()).map(|i| (0.0, i)).collect();
-        Handed { centre, pair: None, near, inside: false }
+        Inherited { centre, pair: None, near, inside: false }
     }
 
-    /// The cones that stand in any case.
+    /// Returns the cones that are always present.
     pub fn middles(&self) -> &[Cone<P>] {
         &self.middles
     }
 
-    /// A bound on lfs at `y` by two disjoint simplices.
+    /// Returns an upper bound of lfs at `y`, from two disjoint simplices.
     fn by_pair(&self, pair: [u32; 2], y: P) -> f64 {
         let d2 = pair.map(|i| self.terms.features.dist2(i, y));
         d2[0].max(d2[1]).sqrt()
     }
 
-    /// What `m` knows.
-    fn know(&self, m: P, handed: &Handed<P>) -> Known {
-        let bound = handed.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
-        let near = self.within(m, handed, bound);
+    /// Computes the local feature size at `m`.
+    fn know(&self, m: P, inherited: &Inherited<P>) -> Known {
+        let bound = inherited.pair.map_or(f64::INFINITY, |pair| self.by_pair(pair, m));
+        let near = self.within(m, inherited, bound);
         let mut search = Search::default();
         let found = near.iter().find_map(|&(d, i)| Some((d, search.meet(self.terms.features, i)?)));
         let (size, pair) = found.map_or((f64::INFINITY, None), |(d, pair)| (d, Some(pair)));
         Known { size, pair, near }
     }
 
-    /// The simplices within a distance.
-    fn within(&self, m: P, handed: &Handed<P>, reach: f64) -> Vec<(f64, u32)> {
+    /// Returns the simplices within a distance.
+    fn within(&self, m: P, inherited: &Inherited<P>, reach: f64) -> Vec<(f64, u32)> {
         let features = self.terms.features;
-        let moved = (m - handed.centre).norm2().sqrt();
-        let mut near = Vec::with_capacity(handed.near.len().min(64));
-        for &(_, i) in handed.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING) {
+        let moved = (m - inherited.centre).norm2().sqrt();
+        let mut near = Vec::with_capacity(inherited.near.len().min(64));
+        for &(_, i) in inherited.near.iter().take_while(|n| n.0 <= (reach + moved) * ROUNDING) {
             if !features.is_beyond(i, m, reach) {
                 let distance = features.dist2(i, m).sqrt();
                 if distance <= reach {
@@ -139,13 +146,13 @@ impl<'a, P: Space> Local<'a, P> {
         near
     }
 
-    /// Is a cone above `m` nowhere below one that stands?
-    fn is_above_standing(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
-        let mut looks = near.iter().take(LOOKS).map(|&(_, i)| self.middles[i as usize]);
-        looks.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
+    /// Returns `true` if a cone at `m` is nowhere below one that is always present.
+    fn is_above_fixed(&self, height: f64, m: P, near: &[(f64, u32)]) -> bool {
+        let mut nearest = near.iter().take(MIDDLES).map(|&(_, i)| self.middles[i as usize]);
+        nearest.any(|c| height > c.size + self.terms.slope * (c.at - m).norm2().sqrt())
     }
 
-    /// Is a cone above `m` above `lfs(y) + L |m y|` for one of some points y?
+    /// Returns `true` if a cone at `m` lies above `lfs(y) + L |m y|` for one of several points y.
     fn is_above(&self, height: f64, m: P, known: &Known, inside: bool) -> bool {
         let Some(pair) = known.pair else { return false };
         let (features, slope) = (self.terms.features, self.terms.slope);
@@ -164,10 +171,10 @@ impl<'a, P: Space> Local<'a, P> {
         steps.any(|y| (y - m).norm2() * ROUNDING < free * free && below(y))
     }
 
-    /// Does a cell lie inside of the domain for certain (yes), outside (no), or is it not clear?
-    fn side(&self, cell: &Cell<P>, handed: &Handed<P>, near: &[(f64, u32)]) -> Option<bool> {
+    /// Returns whether a cell certainly lies inside or outside the domain, or `None` if it is not clear.
+    fn side(&self, cell: &Cell<P>, inherited: &Inherited<P>, near: &[(f64, u32)]) -> Option<bool> {
         let domain = self.terms.domain?;
-        if handed.inside {
+        if inherited.inside {
             return Some(true);
         }
         let &(nearest, item) = near.first().filter(|n| n.0 > cell.radius() * ROUNDING)?;
@@ -180,30 +187,30 @@ impl<'a, P: Space> Local<'a, P> {
 }
 
 impl<P: Space> Rule<P> for Local<'_, P> {
-    type Load = Handed<P>;
+    type Load = Inherited<P>;
     type Leaf = Cone<P>;
 
-    fn judge(&self, cell: &Cell<P>, handed: &Handed<P>) -> Verdict<Handed<P>, Cone<P>> {
+    fn decide(&self, cell: &Cell<P>, inherited: &Inherited<P>) -> Decision<Inherited<P>, Cone<P>> {
         let Terms { user, slope, loss, drops, .. } = self.terms;
         let m = cell.centre;
-        let known = self.know(m, handed);
+        let known = self.know(m, inherited);
         let error = (1.0 + slope) * cell.radius();
         let cone = Cone { at: m, size: known.size - error };
         let mut inside = false;
         if drops {
-            if cone.size >= user.at(m) || self.is_above_standing(cone.size, m, &known.near) {
-                return Verdict::Drop;
+            if cone.size >= user.at(m) || self.is_above_fixed(cone.size, m, &known.near) {
+                return Decision::Drop;
             }
-            let side = self.side(cell, handed, &known.near);
+            let side = self.side(cell, inherited, &known.near);
             inside = side == Some(true);
             if side == Some(false) || self.is_above(cone.size, m, &known, inside) {
-                return Verdict::Drop;
+                return Decision::Drop;
             }
         }
         if error <= loss * known.size.max(user.least) {
-            return Verdict::Keep(cone);
+            return Decision::Keep(cone);
         }
-        let near = self.within(m, handed, (known.size + 2.0 * cell.radius()) * ROUNDING);
-        Verdict::Split(Handed { centre: m, pair: known.pair, near, inside })
+        let near = self.within(m, inherited, (known.size + 2.0 * cell.radius()) * ROUNDING);
+        Decision::Split(Inherited { centre: m, pair: known.pair, near, inside })
     }
 }

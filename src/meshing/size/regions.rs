@@ -1,11 +1,11 @@
 //! Size limits of regions.
 //!
-//! **Statement.** A region with a limit V on the volume (area) of its cells asks for the side h of the regular
-//! simplex of that measure, so that cells come out about that large; a bound it is not. Outside of the region K the
-//! size may grow with the distance from it: `h + L dist(x, K)` is L-Lipschitz, and the distance is 0 in K and else
-//! that from the walls beside it.
+//! **Statement.** A region with a limit V for the volume (in the plane: the area) of its cells has the size h, the side
+//! of the regular simplex of that measure. Cells then have about that measure. The limit is a target, not a bound.
+//! Outside the region K, the size may grow with the distance from it: `h + L dist(x, K)` is L-Lipschitz. The distance
+//! is 0 in K and otherwise that from the walls of K.
 //!
-//! **Work and depth.** A point is located once, then the nearest wall of each region is sought.
+//! **Work and depth.** A point is located once. Then the nearest wall of each region is searched.
 
 use septet_geometry::range::scale;
 
@@ -34,7 +34,7 @@ pub struct Regions<P: Space> {
 }
 
 impl<P: Space> Regions<P> {
-    /// The limits of a domain; none if no region has one.
+    /// Collects the limits of a domain. Returns `None` if no region has one.
     pub fn new(slope: f64, domain: &Domain<P>) -> Option<Self> {
         let limited = domain.components.iter().enumerate().filter_map(|(c, component)| {
             let limit = domain.regions[component.region? as usize].limit?;
@@ -45,7 +45,7 @@ impl<P: Space> Regions<P> {
         (!limits.is_empty()).then_some(Regions { slope, points, sides, limits })
     }
 
-    /// The largest size that the limits allow at a point.
+    /// Returns the largest size that the limits allow at a point.
     pub fn at(&self, x: P) -> f64 {
         let place = self.sides.locate(&self.points, x);
         let sizes = self.limits.iter().map(|l| {
@@ -74,23 +74,24 @@ impl<P: Space> Regions<P> {
     }
 }
 
-/// A component with the walls beside it.
+/// Returns a component with its walls.
 fn walls_of<P: Space>(domain: &Domain<P>, component: u32, size: f64) -> Limited<P> {
-    let all = (0..domain.walls().len() as u32).filter(|&w| domain.sides.beside(w).contains(&component));
+    let all =
+        (0..domain.walls().len() as u32).filter(|&w| domain.sides.components_at(w).contains(&component));
     let walls: Vec<P::Facet> = all.map(|w| domain.walls()[w as usize]).collect();
     let tree = Bvh::new(walls.iter().map(|w| domain.simplices.bounds(w.as_ref())).collect());
     Limited { component, size, walls, tree }
 }
 
-/// The side of the regular triangle of an area, or tetrahedron of a volume. Square roots and Newton's steps alone, so
-/// that it is the same everywhere.
+/// Returns the side of the regular triangle of an area, or of the regular tetrahedron of a volume. It uses only square
+/// roots and Newton steps, so the result is the same on every platform.
 fn side(dimension: usize, measure: f64) -> f64 {
     if dimension == 2 {
         return (4.0 * measure / 3f64.sqrt()).sqrt();
     }
     let cube = 6.0 * 2f64.sqrt() * measure;
     let exponent = ((cube.to_bits() >> 52) as i64 - 1023).div_euclid(3);
-    // Within a factor of two at the start: the number of exact digits doubles from the third step on.
+    // The start is within a factor of two. The number of exact digits doubles from the third step on.
     let mut side = f64::from_bits(((exponent + 1023) as u64) << 52) * 1.5;
     for _ in 0..10 {
         side = (2.0 * side + cube / (side * side)) / 3.0;

@@ -10,7 +10,7 @@ use crate::input::{Input, InputSegment, Kind};
 use crate::octree::Key;
 use crate::tests::shapes::{add_box, cube, cube_surface, facet, segment};
 
-/// Local feature size by its definition: all pairs of disjoint features.
+/// Computes the local feature size from its definition, over all pairs of disjoint features.
 fn by_pairs<P: Space>(domain: &Domain<P>, features: &Features<P>, x: P) -> f64 {
     let all: Vec<(Feature, f64)> = domain.features().map(|f| (f, features.distance(f, x))).collect();
     let pairs = all.iter().enumerate().flat_map(|(i, a)| all[i + 1..].iter().map(move |b| (a, b)));
@@ -44,7 +44,7 @@ pub(crate) fn slit() -> Domain<DVec2> {
     check(&input).unwrap()
 }
 
-/// Points of the domain's box, some on features.
+/// Points of the domain's bounding box, some of them on features.
 fn places<P: Space>(domain: &Domain<P>, count: usize) -> Vec<P> {
     let bounds = Features::new(domain).bounds();
     let mut x = 0x9e37_79b9_7f4a_7c15u64;
@@ -82,7 +82,7 @@ fn local_feature_size_is_that_of_all_pairs() {
     lfs_is_right(&check(&cube_surface()).unwrap());
 }
 
-/// The inequalities of the statement, at cones, at places and for pairs of places.
+/// Checks the inequalities of the statement at cones, at points and for pairs of points.
 fn bounds_hold<P: Space>(domain: &Domain<P>, lipschitz: f64, loss: f64) {
     let options = SizeOptions { loss, ..SizeOptions::new(lipschitz) };
     let size = SizeFunction::new(domain, &options).unwrap();
@@ -124,13 +124,13 @@ fn undropped<'a, P: Space>(
     Terms { features, domain: None, user, slope, loss, drops: false }
 }
 
-/// Without drops: balanced, whole, and lfs within its bounds of the side.
+/// Without drops, the tree is balanced and complete, and lfs is within its bounds relative to the side.
 fn whole_tree<P: Space>(domain: &Domain<P>, lipschitz: f64) {
     let options = SizeOptions::new(lipschitz);
     let features = Features::new(domain);
-    let user = User::new(lipschitz, &Wishes::default());
+    let user = User::new(lipschitz, &Constraints::default());
     let cube = Cube::around(&features.bounds());
-    let grown = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
+    let grown = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
     let cells: Vec<_> = grown.leaves.iter().map(|&(key, _)| cube.cell(key)).collect();
     let side = |key: Key| 0.5f64.powi(i32::from(key.level));
     let volume: f64 = cells.iter().map(|c| side(c.key).powi(P::DIM as i32)).sum();
@@ -174,12 +174,12 @@ fn drops_and_filters_lose_nothing() {
     let domain = slit();
     let options = SizeOptions::new(0.25);
     let features = Features::new(&domain);
-    let user = User::new(0.25, &Wishes::default());
+    let user = User::new(0.25, &Constraints::default());
     let size = SizeFunction::new(&domain, &options).unwrap();
-    let whole = tree(undropped(&features, &options, &user), options.cells, &One).unwrap().0;
+    let whole = tree(undropped(&features, &options, &user), options.cells, &Sequential).unwrap().0;
     let all: Vec<_> = whole.leaves.iter().map(|(_, cone)| *cone).collect();
     assert!(size.cones().len() * 2 < all.len(), "{} of {}", size.cones().len(), all.len());
-    // Both satisfy the statement, so neither is more than a loss away from the other.
+    // Both satisfy the statement, so they differ by at most one loss.
     let whole = Cones::new(0.25, all);
     for x in places(&domain, 300) {
         let (f, g) = (size.at(x), whole.at(x));
@@ -189,33 +189,33 @@ fn drops_and_filters_lose_nothing() {
 }
 
 #[test]
-fn wishes_come_true() {
+fn constraints_are_satisfied() {
     let domain = slit();
-    let make = |wishes: Wishes<DVec2>| {
-        SizeFunction::new(&domain, &SizeOptions { wishes, ..SizeOptions::new(0.25) }).unwrap()
+    let make = |constraints: Constraints<DVec2>| {
+        SizeFunction::new(&domain, &SizeOptions { constraints, ..SizeOptions::new(0.25) }).unwrap()
     };
-    let plain = make(Wishes::default());
+    let plain = make(Constraints::default());
     let place = DVec2::new(6.5, 2.5);
-    let most = make(Wishes { most: Some(0.125), ..Wishes::default() });
+    let most = make(Constraints { most: Some(0.125), ..Constraints::default() });
     let cells = |s: &SizeFunction<DVec2>| s.levels().iter().map(|l| l.split).sum::<u64>();
     assert!(plain.at(place) > 0.5 && most.at(place) == 0.125 && cells(&most) < cells(&plain));
-    let least = make(Wishes { least: Some(0.25), ..Wishes::default() });
+    let least = make(Constraints { least: Some(0.25), ..Constraints::default() });
     assert_eq!(least.at(DVec2::new(4.03125, 3.75)), 0.25);
     assert!(plain.at(DVec2::new(4.03125, 3.75)) < 0.125 && cells(&least) < cells(&plain));
     let field = vec![Cone { at: place, size: 0.01 }, Cone { at: DVec2::new(7.0, 1.0), size: 0.5 }];
-    let field = make(Wishes { field, ..Wishes::default() });
+    let field = make(Constraints { field, ..Constraints::default() });
     assert_eq!(field.at(place), 0.01);
     assert_eq!(field.at(place + DVec2::new(0.5, 0.0)), 0.01 + 0.25 * 0.5);
     let line = Singularity::Line(DVec2::new(5.0, 1.0), DVec2::new(7.0, 1.0));
     let singularities = vec![(Singularity::Point(place), 1e-3), (line, 1e-2)];
-    let singular = make(Wishes { singularities, ..Wishes::default() });
+    let singular = make(Constraints { singularities, ..Constraints::default() });
     assert_eq!(singular.at(place), 1e-3);
     assert_eq!(singular.at(DVec2::new(6.0, 1.5)), 1e-2 + 0.25 * 0.5);
     assert_eq!(singular.at(DVec2::new(7.25, 1.0)), 1e-2 + 0.25 * 0.25);
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_options_are_rejected() {
     let domain = slit();
     let with = |change: &dyn Fn(&mut SizeOptions<DVec2>)| {
         let mut options = SizeOptions::new(0.25);
@@ -225,18 +225,18 @@ fn what_cannot_be_is_refused() {
     assert_eq!(with(&|o| o.lipschitz = 1.0), Some(SizeError::Lipschitz(1.0)));
     assert_eq!(with(&|o| o.lipschitz = 0.0), Some(SizeError::Lipschitz(0.0)));
     assert!(matches!(with(&|o| o.loss = 0.5), Some(SizeError::Loss { .. })));
-    assert_eq!(with(&|o| o.wishes.most = Some(-1.0)), Some(SizeError::Size(-1.0)));
+    assert_eq!(with(&|o| o.constraints.most = Some(-1.0)), Some(SizeError::Size(-1.0)));
     assert_eq!(with(&|o| o.cells = 50), Some(SizeError::TooFine(TooFine::Cells { limit: 50 })));
     let nowhere = Cone { at: DVec2::new(f64::NAN, 0.0), size: 1.0 };
-    assert_eq!(with(&|o| o.wishes.field.push(nowhere)), Some(SizeError::Place));
+    assert_eq!(with(&|o| o.constraints.field.push(nowhere)), Some(SizeError::Place));
 }
 
 #[test]
-fn collisions_are_found_beforehand() {
+fn collisions_are_found_before_generation() {
     let domain = slit();
     let size = SizeFunction::new(&domain, &SizeOptions::new(0.25)).unwrap();
     let found = size.collisions(&domain, 90.0);
-    // The slit opens by 1/8 over 3: 1.2 + 1.2 degrees, and sin is less than L.
+    // The slit opens by 1/8 over a length of 3, that is 1.2 + 1.2 degrees, so the sine is less than L.
     assert!((found[0].angle.degrees() - 2.386).abs() < 1e-3 && found[0].reach.is_none());
     assert_eq!(domain.points()[found[0].angle.at as usize], DVec2::new(4.0625, 1.0));
     let hole = found.iter().find(|c| (c.angle.degrees() - 56.31).abs() < 0.01).unwrap();
@@ -255,12 +255,12 @@ fn cones() -> impl Strategy<Value = Vec<Cone<DVec3>>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// The tree answers as if it had looked at every cone, to the last bit; filtering changes roundings at most.
+    /// The tree returns the minimum of all cones to the last bit. Filtering changes only roundings.
     #[test]
     fn trees_of_cones(cones in cones(), slope in 0.01..0.99f64, at in prop::collection::vec(
         (-20.0..20.0f64, -20.0..20.0f64, -20.0..20.0f64), 20)) {
         let tree = Cones::new(slope, cones.clone());
-        let filtered = tree.clone().filtered(&One);
+        let filtered = tree.clone().filtered(&Sequential);
         prop_assert!(filtered.all().len() <= cones.len());
         let at: Vec<DVec3> = at.into_iter().map(DVec3::from).chain(cones.iter().map(|c| c.at)).collect();
         for &x in &at {
@@ -275,17 +275,17 @@ proptest! {
         }
     }
 
-    /// The size function of a domain is L-Lipschitz, wishes and all.
+    /// The size function of a domain with constraints is L-Lipschitz.
     #[test]
     fn lipschitz(slope in 0.05..0.95f64, most in 0.05..2.0f64, least in 0.01..0.2f64,
                  x in (0.0..8.0f64, 0.0..4.0f64), y in (0.0..8.0f64, 0.0..4.0f64), near in 1e-6..1.0f64) {
-        let wishes = Wishes {
+        let constraints = Constraints {
             most: Some(most),
             least: Some(least),
             singularities: vec![(Singularity::Point(DVec2::new(1.0, 0.5)), 0.02)],
-            ..Wishes::default()
+            ..Constraints::default()
         };
-        let size = SizeFunction::new(&slit(), &SizeOptions { wishes, ..SizeOptions::new(slope) }).unwrap();
+        let size = SizeFunction::new(&slit(), &SizeOptions { constraints, ..SizeOptions::new(slope) }).unwrap();
         let (x, y) = (DVec2::from(x), DVec2::from(y));
         for y in [y, x + (y - x) * near] {
             let rise = (size.at(x) - size.at(y)).abs();
@@ -297,7 +297,7 @@ proptest! {
 /// Maps items from the last one to the first.
 struct Backwards;
 
-impl Cores for Backwards {
+impl Executor for Backwards {
     fn map<T: Sync, U: Send>(&self, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
         let mut mapped: Vec<U> = items.iter().rev().map(f).collect();
         mapped.reverse();
@@ -306,26 +306,26 @@ impl Cores for Backwards {
 }
 
 #[test]
-fn the_order_of_the_cores_is_nobodys_concern() {
+fn sizes_do_not_depend_on_the_executor() {
     let domain = busy();
     let (features, options) = (Features::new(&domain), SizeOptions::new(0.5));
-    let one = SizeFunction::of_features(&domain, &features, &options, &One).unwrap();
+    let one = SizeFunction::of_features(&domain, &features, &options, &Sequential).unwrap();
     let other = SizeFunction::of_features(&domain, &features, &options, &Backwards).unwrap();
     assert_eq!(one.cones(), other.cones());
     assert_eq!(one.levels(), other.levels());
 }
 
-/// A cell is left out only if nothing of the domain is in it, and there are such cells.
+/// Only cells without any part of the domain are left out, and such cells exist.
 #[test]
-fn what_lies_outside_is_left_out() {
+fn elements_outside_are_left_out() {
     let domain = slit();
     let features = Features::new(&domain);
-    let user = User::new(0.25, &Wishes::default());
+    let user = User::new(0.25, &Constraints::default());
     let options = SizeOptions::new(0.25);
     let terms = Terms { drops: true, ..undropped(&features, &options, &user) };
     let cells = |grown: &Grown<Cone<DVec2>>| grown.levels.iter().map(|l| l.split).sum::<u64>();
-    let everywhere = tree(terms, options.cells, &One).unwrap().0;
-    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &One).unwrap().0;
+    let everywhere = tree(terms, options.cells, &Sequential).unwrap().0;
+    let within = tree(Terms { domain: Some(&domain), ..terms }, options.cells, &Sequential).unwrap().0;
     assert!(cells(&within) < cells(&everywhere), "{} of {}", cells(&within), cells(&everywhere));
     let cube = Cube::around(&features.bounds());
     let far = |key: Key| {
@@ -335,7 +335,7 @@ fn what_lies_outside_is_left_out() {
     };
     assert!(everywhere.leaves.iter().any(|&(key, _)| far(key)));
     assert!(!within.leaves.iter().any(|&(key, _)| far(key)));
-    // In the domain both say the same, but for what is lost.
+    // In the domain, the two functions differ only by the loss.
     let [narrow, wide] = [within, everywhere].map(|grown| grown.leaves.into_iter().map(|(_, cone)| cone));
     let (narrow, wide) = (Cones::new(0.25, narrow.collect()), Cones::new(0.25, wide.collect()));
     for x in places(&domain, 300).into_iter().filter(|&x| domain.is_inside(x)) {

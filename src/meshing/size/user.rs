@@ -1,30 +1,31 @@
-//! The sizes that a user asks for.
+//! The sizes that a user requests.
 //!
-//! **Statement.** A size everywhere, sizes at points (of a field, or the vertices of a background mesh), and
-//! singularities, towards which the size falls to a value of their own: the largest L-Lipschitz function that is
-//! nowhere above any of them is `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`, each S a point or
-//! a segment. Figure 1 of the paper shows points around a singularity.
+//! **Statement.** There are three kinds of constraints: a size everywhere, sizes at points, and singularities,
+//! towards which the size decreases to a given value. The points belong to a field, or are the vertices of a
+//! background mesh. The largest L-Lipschitz function that is nowhere above any of them is
+//! `min(h, min_i (a_i + L |x - x_i|), min_j (b_j + L dist(x, S_j)))`. Each S is a point or a segment. Figure 1 of the
+//! paper shows points around a singularity.
 //!
-//! **Departures.** Between the points of a field nothing is interpolated: a field should be as dense as it is
-//! detailed, and its steps are smoothed to the slope L.
+//! **Departures.** The field is not interpolated between its points. It should be as dense as its details. Its steps
+//! are smoothed to the slope L.
 
 use septet_geometry::point::Point;
 
 use super::cones::{Cone, Cones};
-use crate::cores::One;
 use crate::distance::closest_on_segment;
+use crate::executor::Sequential;
 
-/// Where the size falls to a value.
+/// A set towards which sizes decrease.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Singularity<P> {
-    /// To a point.
+    /// A point.
     Point(P),
-    /// To a segment.
+    /// A segment.
     Line(P, P),
 }
 
 impl<P: Point> Singularity<P> {
-    /// The distance to it.
+    /// Returns the distance of a point.
     pub fn distance(&self, x: P) -> f64 {
         let closest = match *self {
             Singularity::Point(p) => p,
@@ -35,26 +36,26 @@ impl<P: Point> Singularity<P> {
     }
 }
 
-/// What a user asks for. Lengths are in the unit of the coordinates that it is asked with.
+/// The size constraints of a user. Lengths have the unit of the coordinates at which the function is evaluated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wishes<P> {
+pub struct Constraints<P> {
     /// The largest size anywhere.
     pub most: Option<f64>,
-    /// The smallest size anywhere; it wins over everything else, local feature size included.
+    /// The smallest size anywhere. It overrides everything else, including the local feature size.
     pub least: Option<f64>,
     /// Sizes at points.
     pub field: Vec<Cone<P>>,
-    /// Sizes at singularities.
+    /// Singularities with the sizes there.
     pub singularities: Vec<(Singularity<P>, f64)>,
 }
 
-impl<P> Default for Wishes<P> {
+impl<P> Default for Constraints<P> {
     fn default() -> Self {
-        Wishes { most: None, least: None, field: Vec::new(), singularities: Vec::new() }
+        Constraints { most: None, least: None, field: Vec::new(), singularities: Vec::new() }
     }
 }
 
-/// Wishes as an L-Lipschitz function.
+/// The constraints as an L-Lipschitz function.
 #[derive(Clone, Debug)]
 pub struct User<P> {
     most: f64,
@@ -64,17 +65,18 @@ pub struct User<P> {
 }
 
 impl<P: Point> User<P> {
-    /// The function of slope L.
-    pub fn new(slope: f64, wishes: &Wishes<P>) -> Self {
+    /// Creates the function of slope L.
+    pub fn new(slope: f64, constraints: &Constraints<P>) -> Self {
         User {
-            most: wishes.most.unwrap_or(f64::INFINITY),
-            least: wishes.least.unwrap_or(0.0),
-            field: Cones::new(slope, wishes.field.clone()).filtered(&One),
-            singularities: wishes.singularities.clone(),
+            most: constraints.most.unwrap_or(f64::INFINITY),
+            least: constraints.least.unwrap_or(0.0),
+            field: Cones::new(slope, constraints.field.clone()).filtered(&Sequential),
+            singularities: constraints.singularities.clone(),
         }
     }
 
-    /// The largest size wished for at a point, the smallest size left aside; infinite if there is none.
+    /// Returns the largest size that the constraints allow at a point, regardless of the smallest size. It is infinite
+    /// if there is none.
     pub fn at(&self, x: P) -> f64 {
         let slope = self.field.slope();
         let towards = self.singularities.iter().map(|(s, size)| size + slope * s.distance(x));

@@ -1,6 +1,7 @@
-//! Do two triangles meet beyond their common face? By clipping one at the other, in whole numbers.
+//! A reference test of whether two triangles meet beyond their common face, by clipping one against the other in
+//! integers.
 //!
-//! Another way than [`crate::space`]: no orientation predicates, no projections, no cases.
+//! Unlike [`crate::space`], it uses no orientation predicates, no projections and no case analysis.
 
 use glam::DVec3;
 
@@ -28,7 +29,7 @@ fn cross(a: [i128; 3], b: [i128; 3]) -> [i128; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The plane through `at` across `normal`, as a form that is 0 on it.
+/// Returns the plane through `at` with the given normal, as a form that is 0 on it.
 fn plane(normal: [i128; 3], at: [i128; 3]) -> [i128; 4] {
     let [a, b, c] = normal;
     [a, b, c, -(a * at[0] + b * at[1] + c * at[2])]
@@ -38,7 +39,7 @@ fn value(form: [i128; 4], p: Rational) -> i128 {
     (0..4).map(|i| form[i] * p[i]).sum()
 }
 
-/// What is left of a convex polygon where the form is not negative.
+/// Returns the part of a convex polygon on which the form is not negative.
 fn clip(polygon: &[Rational], form: [i128; 4]) -> Vec<Rational> {
     let mut left = Vec::new();
     for (i, &p) in polygon.iter().enumerate() {
@@ -55,7 +56,7 @@ fn clip(polygon: &[Rational], form: [i128; 4]) -> Vec<Rational> {
     left
 }
 
-/// The extreme points of what two triangles have in common, perhaps some others of it, too.
+/// Returns the extreme points of the intersection of two triangles, possibly with others of its points.
 fn common(s: [DVec3; 3], t: [DVec3; 3]) -> Vec<Rational> {
     let t = t.map(whole);
     let normal = cross(minus(t[1], t[0]), minus(t[2], t[0]));
@@ -71,7 +72,7 @@ fn common(s: [DVec3; 3], t: [DVec3; 3]) -> Vec<Rational> {
     polygon
 }
 
-/// Does a point lie on the segment (or be the point) that these common vertices span?
+/// Returns `true` if a point lies on the segment or point that these common vertices span.
 fn spanned(p: Rational, vertices: &[[i128; 3]]) -> bool {
     let difference = |v: [i128; 3]| minus([p[0], p[1], p[2]], v.map(|c| c * p[3]));
     match *vertices {
@@ -85,8 +86,8 @@ fn spanned(p: Rational, vertices: &[[i128; 3]]) -> bool {
     }
 }
 
-/// Do triangles of points, given by their numbers, meet beyond what their common vertices span? Coordinates are
-/// small whole numbers.
+/// Returns `true` if two triangles, given by point indices, meet beyond the span of their common vertices.
+/// Coordinates are small integers.
 pub fn beyond(points: &[DVec3], s: [u32; 3], t: [u32; 3]) -> bool {
     let at = |v: u32| points[v as usize];
     let shared: Vec<[i128; 3]> = s.iter().filter(|v| t.contains(v)).map(|&v| whole(at(v))).collect();

@@ -1,4 +1,4 @@
-//! The check of meshes: good ones pass, each planted defect is found.
+//! The check of meshes accepts valid meshes and finds each planted defect.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::predicates::Sign;
@@ -128,7 +128,7 @@ fn names_of_regions_and_markers_of_points() {
     assert!(at(DVec3::ZERO) >= 10);
 }
 
-/// Spoils a mesh and looks for a defect.
+/// Modifies a mesh and expects a defect.
 fn spoilt<P: Space>(
     domain: &Domain<P>,
     mesh: &Mesh<P>,
@@ -144,7 +144,7 @@ fn spoilt<P: Space>(
 }
 
 #[test]
-fn arrays_that_do_not_fit() {
+fn inconsistent_arrays() {
     let (domain, good) = divided_mesh();
     let far = good.points.len() as u32;
     spoilt(
@@ -182,7 +182,7 @@ fn arrays_that_do_not_fit() {
 }
 
 #[test]
-fn cells_that_are_wrong() {
+fn wrong_cells() {
     let (domain, good) = divided_mesh();
     spoilt(
         &domain,
@@ -200,7 +200,7 @@ fn cells_that_are_wrong() {
         |d| matches!(d, MeshDefect::Orientation { sign: Sign::Zero, .. }),
     );
     assert!(found.iter().all(|d| matches!(d, MeshDefect::Orientation { .. })), "{found:#?}");
-    // A cell less: open facets and a hole in the volume.
+    // One cell is removed: open facets and a hole in the volume.
     let inner = good.cells.iter().position(|c| c.contains(&(middle as u32))).unwrap();
     let found = spoilt(
         &domain,
@@ -215,7 +215,7 @@ fn cells_that_are_wrong() {
         |d| matches!(d, MeshDefect::Open { .. }),
     );
     assert!(found.iter().any(|d| matches!(d, MeshDefect::Volume { .. })));
-    // A cell doubled.
+    // One cell is duplicated.
     let found = spoilt(
         &domain,
         &good,
@@ -246,7 +246,7 @@ fn two_cells_on_one_side() {
 }
 
 #[test]
-fn faces_that_are_wrong() {
+fn wrong_faces() {
     let (domain, good) = divided_mesh();
     let inner = good.faces.iter().position(|f| f.cells[1] != OUTSIDE).unwrap();
     let outer = good.faces.iter().position(|f| f.cells[1] == OUTSIDE).unwrap();
@@ -270,7 +270,7 @@ fn faces_that_are_wrong() {
         |d| matches!(d, MeshDefect::FaceCells { face, .. } if *face == inner as u32),
     );
     spoilt(&domain, &good, |m| m.faces[outer].marker += 1, |d| matches!(d, MeshDefect::Marker { .. }));
-    // The face of another facet.
+    // A face is assigned to another facet.
     let other = good.faces.iter().map(|f| f.facet).find(|&f| f != facet).unwrap();
     let found =
         spoilt(&domain, &good, |m| m.faces[outer].facet = other, |d| matches!(d, MeshDefect::Carried { .. }));
@@ -285,8 +285,8 @@ fn faces_that_are_wrong() {
         },
         |d| matches!(d, MeshDefect::Area { found, .. } if *found == 0.0),
     );
-    assert!(found.iter().any(|d| matches!(d, MeshDefect::FacetEdge { sides: [0, 0], due: 1, .. })));
-    // A face that no cell has.
+    assert!(found.iter().any(|d| matches!(d, MeshDefect::FacetEdge { sides: [0, 0], required: 1, .. })));
+    // A face without cells.
     let hollow = good.faces[outer].vertices[0];
     let far = (0..good.points.len() as u32).max_by(|&a, &b| {
         let to = |v: u32| (good.points[v as usize] - good.points[hollow as usize]).length();
@@ -301,7 +301,7 @@ fn faces_that_are_wrong() {
 }
 
 #[test]
-fn edges_that_are_wrong() {
+fn wrong_edges() {
     let (domain, good) = divided_mesh();
     let segment = good.edges[5].segment;
     spoilt(
@@ -337,11 +337,11 @@ fn edges_that_are_wrong() {
 }
 
 #[test]
-fn carriers_that_are_wrong() {
+fn wrong_carriers() {
     let (domain, good) = divided_mesh();
     let segment = good.edges[5].segment;
     let at = |p: [f64; 3]| good.points.iter().position(|&q| q == DVec3::from(p)).unwrap();
-    // Off their carriers: a point of an edge, one of a facet, a corner.
+    // A point of an edge, a point of a facet and a corner are moved off their carriers.
     for (p, limit) in [([1.0, 0.0, 0.0], 1e-9), ([1.0, 1.0, 0.0], 1e-9), ([4.0; 3], 1e-15)] {
         let moved = at(p);
         let shift = DVec3::new(0.0, -limit, -limit);
@@ -352,7 +352,7 @@ fn carriers_that_are_wrong() {
             |d| matches!(d, MeshDefect::OffCarrier { point, .. } if *point == moved as u32),
         );
     }
-    // As far off as rounding may put them.
+    // Displacements within the rounding are accepted.
     let mut mesh = good.clone();
     mesh.points[at([1.0, 1.0, 0.0])].z = 1e-15;
     clean(&domain, &mesh);
@@ -391,7 +391,7 @@ fn carriers_that_are_wrong() {
 }
 
 #[test]
-fn the_plane_is_checked_alike() {
+fn the_plane_is_checked_in_the_same_way() {
     let domain = domain(&holed());
     let (points, cells) = squares(4);
     let good = mesh_of(&domain, &points, cells);

@@ -1,4 +1,4 @@
-//! Intersections against all pairs.
+//! Intersections compared with a test of all pairs.
 
 use std::collections::BTreeSet;
 
@@ -7,11 +7,11 @@ use proptest::prelude::*;
 
 use super::brute::beyond;
 use crate::check;
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::input::{Input, InputSegment, Kind};
 use crate::space::Space;
 
-/// Small whole coordinates: contacts of every kind are frequent.
+/// Small integer coordinates, so that contacts of every kind are frequent.
 fn points(count: usize, side: u32) -> impl Strategy<Value = Vec<DVec3>> {
     prop::collection::vec((0..side, 0..side, 0..side), count).prop_map(|all| {
         let mut seen = BTreeSet::new();
@@ -37,8 +37,8 @@ fn triangles(points: &[DVec3], picks: &[[usize; 3]]) -> Vec<[u32; 3]> {
 
 fn pairs(defects: &[Defect]) -> BTreeSet<[u32; 2]> {
     let pair = |d: &Defect| match d {
-        Defect::Intersect { pieces: [Piece::Facet(a), Piece::Facet(b)], .. }
-        | Defect::Doubled { pieces: [Piece::Facet(a), Piece::Facet(b)], .. } => Some([*a, *b]),
+        Defect::Intersect { elements: [Element::Facet(a), Element::Facet(b)], .. }
+        | Defect::Doubled { elements: [Element::Facet(a), Element::Facet(b)], .. } => Some([*a, *b]),
         _ => None,
     };
     defects.iter().filter_map(pair).collect()
@@ -66,7 +66,7 @@ proptest! {
         }
     }
 
-    /// Edges of the plane, where touching of all kinds divides and only crossings and overlaps are at fault.
+    /// Edges of the plane: touching edges are divided, so only crossings and overlaps are defects.
     #[test]
     fn segments_of_the_plane(coordinates in prop::collection::vec((0..5u32, 0..5u32), 4..9),
                              ends in prop::collection::vec([0..40usize, 0..40], 2..7)) {
@@ -89,7 +89,7 @@ proptest! {
     }
 }
 
-/// Do two segments overlap, or cross where there is no point? By their parameters in whole numbers.
+/// Returns `true` if two segments overlap, or cross where there is no point. Uses their parameters in integers.
 fn at_fault(points: &[DVec2], e: [u32; 2], f: [u32; 2]) -> bool {
     let at = |v: u32| points[v as usize].to_array().map(|c| c as i64);
     let ([a, b], [c, d]) = (e.map(at), f.map(at));

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::shapes::{add_box, cube, cube_surface, facet, join, segment};
 use crate::check;
-use crate::defect::{Defect, Misplaced, Piece};
+use crate::defect::{Defect, Element, Misplaced};
 use crate::input::{Input, InputFacet, Region};
 
 fn bad(input: &Input<DVec3>) -> Vec<Defect> {
@@ -42,7 +42,7 @@ fn open_and_pinched_surfaces() {
 }
 
 #[test]
-fn doubled_duplicate_and_degenerate_pieces() {
+fn overlapping_duplicate_and_degenerate_elements() {
     let mut input = cube();
     input.points.push(DVec3::splat(4.0));
     input.points.push(DVec3::new(2.0, 0.0, 0.0));
@@ -53,10 +53,10 @@ fn doubled_duplicate_and_degenerate_pieces() {
     let found = bad(&input);
     let is = |f: &dyn Fn(&Defect) -> bool| assert!(found.iter().any(f), "{found:#?}");
     is(&|d| matches!(d, Defect::Duplicate { points, .. } if points[..] == [7, 8]));
-    is(&|d| matches!(d, Defect::Degenerate { piece: Piece::Facet(6), .. }));
-    is(&|d| matches!(d, Defect::Degenerate { piece: Piece::Segment([3, 3]), .. }));
-    is(&|d| matches!(d, Defect::Doubled { pieces: [Piece::Facet(0), Piece::Facet(7)], .. }));
-    is(&|d| matches!(d, Defect::NoSuchPoint { piece: Piece::Facet(8), named: 99, count: 10 }));
+    is(&|d| matches!(d, Defect::Degenerate { element: Element::Facet(6), .. }));
+    is(&|d| matches!(d, Defect::Degenerate { element: Element::Segment([3, 3]), .. }));
+    is(&|d| matches!(d, Defect::Doubled { elements: [Element::Facet(0), Element::Facet(7)], .. }));
+    is(&|d| matches!(d, Defect::NoSuchPoint { element: Element::Facet(8), named: 99, count: 10 }));
     assert_eq!(found.len(), 5, "{found:#?}");
 }
 
@@ -70,7 +70,7 @@ fn facets_that_bend_or_cross() {
     through.points.extend([[-1., 1., 1.], [5., 1., 1.], [5., 2., 2.], [-1., 2., 2.]].map(DVec3::from));
     facet(&mut through, &[&[8, 9, 10, 11]]);
     let found = bad(&through);
-    let with = |f| move |d: &&Defect| matches!(d, Defect::Intersect { pieces, .. } if *pieces == [Piece::Facet(f), Piece::Facet(6)]);
+    let with = |f| move |d: &&Defect| matches!(d, Defect::Intersect { elements, .. } if *elements == [Element::Facet(f), Element::Facet(6)]);
     assert_eq!((found.iter().filter(with(4)).count(), found.iter().filter(with(5)).count()), (1, 1));
     assert_eq!(found.len(), 2, "{found:?}");
     let mut pierced = cube();
@@ -79,7 +79,7 @@ fn facets_that_bend_or_cross() {
     let found = bad(&pierced);
     assert!(matches!(
         found[..],
-        [Defect::Intersect { pieces: [Piece::Segment([8, 9]), Piece::Facet(1)], .. }]
+        [Defect::Intersect { elements: [Element::Segment([8, 9]), Element::Facet(1)], .. }]
     ));
     // Two boxes that overlap, and two coplanar facets that do.
     let mut overlap = cube();
@@ -99,13 +99,13 @@ fn holes_and_regions_in_the_wrong_place() {
     let mut input = cube();
     input.regions = vec![region(1.0), region(2.0), region(9.0), region(4.0)];
     let found = bad(&input);
-    let misplaced = |piece, place| {
-        found
-            .iter()
-            .any(|d| matches!(d, Defect::Misplaced { piece: p, place: q, .. } if (*p, *q) == (piece, place)))
+    let misplaced = |element, place| {
+        found.iter().any(
+            |d| matches!(d, Defect::Misplaced { element: p, place: q, .. } if (*p, *q) == (element, place)),
+        )
     };
-    assert!(misplaced(Piece::Region(2), Misplaced::Outside));
-    assert!(misplaced(Piece::Region(3), Misplaced::OnBoundary));
+    assert!(misplaced(Element::Region(2), Misplaced::Outside));
+    assert!(misplaced(Element::Region(3), Misplaced::OnBoundary));
     assert!(found.iter().any(|d| matches!(d, Defect::SharedComponent { regions: [0, 1], .. })));
     input.regions.truncate(1);
     input.holes.push(DVec3::splat(3.0));

@@ -1,4 +1,4 @@
-//! Boundaries that follow a surface, and such that do not.
+//! Remeshed boundaries that follow a surface, and boundaries that do not.
 
 use glam::DVec3;
 
@@ -16,19 +16,19 @@ fn lattice() -> (Domain<DVec3>, Mesh<DVec3>) {
     (domain, mesh)
 }
 
-fn judged(domain: &Domain<DVec3>, mesh: &Mesh<DVec3>, distance: Option<f64>) -> Conformity {
+fn checked(domain: &Domain<DVec3>, mesh: &Mesh<DVec3>, distance: Option<f64>) -> Conformity {
     check_remeshed(domain, mesh, &Follow { feature_angle: 60.0, distance })
 }
 
-/// Spoils the lattice and looks for a defect.
+/// Modifies the lattice and expects a defect.
 fn spoilt(spoil: impl FnOnce(&mut Mesh<DVec3>), expected: impl Fn(&MeshDefect) -> bool) {
     let (domain, mut mesh) = lattice();
     spoil(&mut mesh);
-    let found = judged(&domain, &mesh, None);
+    let found = checked(&domain, &mesh, None);
     assert!(found.defects.iter().any(expected), "{:?}", found.defects);
 }
 
-/// The faces that the cells have alone, all said to be on one facet.
+/// The faces with only one cell, all assigned to one facet.
 fn bare(mesh: &mut Mesh<DVec3>) {
     let mut sides: Vec<([u32; 3], u32)> = Vec::new();
     for (i, &[a, b, c, d]) in (0u32..).zip(&mesh.cells) {
@@ -59,7 +59,7 @@ fn drop_edge(mesh: &mut Mesh<DVec3>) {
 #[test]
 fn a_lattice_follows_its_cube() {
     let (domain, mesh) = lattice();
-    let found = judged(&domain, &mesh, Some(1e-9));
+    let found = checked(&domain, &mesh, Some(1e-9));
     assert!(found.is_clean(), "{found:?}");
     assert_eq!((found.measure, found.boundary), ([64.0; 2], [96.0; 2]));
     let deviation = found.deviation.unwrap();
@@ -67,8 +67,8 @@ fn a_lattice_follows_its_cube() {
 }
 
 #[test]
-fn boundaries_that_are_no_manifolds() {
-    // Without two cubes that have an edge (or a corner alone) in common.
+fn non_manifold_boundaries() {
+    // Two cubes that share only an edge, or only a corner, are removed.
     let at = |mesh: &Mesh<DVec3>, cell: &[u32; 4]| {
         let sum: DVec3 = cell.iter().map(|&v| mesh.points[v as usize]).sum();
         (sum / 4.0).floor()
@@ -93,7 +93,7 @@ fn boundaries_that_are_no_manifolds() {
 }
 
 #[test]
-fn ridges_that_are_not_kept() {
+fn missing_ridges() {
     spoilt(drop_edge, |d| matches!(d, MeshDefect::Chain { at: Some(_), .. }));
     let all_of_one = |m: &mut Mesh<DVec3>| {
         let segment = m.edges[0].segment;
@@ -120,7 +120,7 @@ fn ridges_that_are_not_kept() {
 }
 
 #[test]
-fn boundaries_that_are_elsewhere() {
+fn distant_boundaries() {
     let dented = |depth: f64| {
         move |m: &mut Mesh<DVec3>| {
             let at = m.points.iter().position(|&p| p == DVec3::new(2.0, 2.0, 4.0)).unwrap();
@@ -132,11 +132,11 @@ fn boundaries_that_are_elsewhere() {
     dented(0.5)(&mut mesh);
     let size = mesh.sizes.iter().copied().fold(0.0, f64::max);
     let is_astray = |d: &MeshDefect| matches!(d, MeshDefect::Astray { what: "face", .. });
-    assert!(judged(&domain, &mesh, Some(0.3)).defects.iter().any(is_astray));
-    assert!(!judged(&domain, &mesh, Some(0.6)).defects.iter().any(is_astray), "size {size}");
-    let deviation = judged(&domain, &mesh, None).deviation.unwrap();
+    assert!(checked(&domain, &mesh, Some(0.3)).defects.iter().any(is_astray));
+    assert!(!checked(&domain, &mesh, Some(0.6)).defects.iter().any(is_astray), "size {size}");
+    let deviation = checked(&domain, &mesh, None).deviation.unwrap();
     assert!(deviation.of_boundary > 0.3 && deviation.of_boundary <= 0.5, "{deviation:?}");
-    // A layer of cells is gone: the surface is far from what is left.
+    // A layer of cells is removed, so the surface is far from the rest.
     let (domain, mut mesh) = lattice();
     let low = |mesh: &Mesh<DVec3>, c: &[u32; 4]| c.iter().any(|&v| mesh.points[v as usize].z < 0.5);
     let kept: Vec<bool> = mesh.cells.iter().map(|c| !low(&mesh, c)).collect();
@@ -144,12 +144,12 @@ fn boundaries_that_are_elsewhere() {
     mesh.cells.retain(|_| of.next() == Some(&true));
     mesh.regions.truncate(mesh.cells.len());
     bare(&mut mesh);
-    let found = judged(&domain, &mesh, Some(0.5));
+    let found = checked(&domain, &mesh, Some(0.5));
     assert!(
         found.defects.iter().any(|d| matches!(d, MeshDefect::Astray { what: "vertex", .. })),
         "{found:?}"
     );
-    // Nothing is left at all.
+    // All cells are removed.
     spoilt(
         |m| {
             m.cells.clear();

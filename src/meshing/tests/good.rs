@@ -37,7 +37,7 @@ fn local_size_in_a_cube() {
     let features = Features::new(&domain);
     let size = |x, y, z| features.local_size(DVec3::new(x, y, z)).radius;
     assert_eq!(size(2.0, 2.0, 2.0), 2.0);
-    // Not the far facet at 3: two opposite ones are as near as 2.
+    // The far facet at 3 does not count, because two opposite facets are at distance 2.
     assert_eq!(size(1.0, 2.0, 2.0), 2.0);
     assert_eq!(size(0.0, 0.0, 0.0), 4.0);
     assert_eq!(size(2.0, 0.0, 0.0), 2.0);
@@ -66,9 +66,9 @@ fn shells_cavities_and_regions() {
 }
 
 #[test]
-fn internal_and_dangling_pieces() {
+fn internal_and_dangling_elements() {
     let mut input = cube();
-    // An internal facet halfway, its corners in the middle of edges of the cube.
+    // An internal facet halfway, with its corners in the middle of edges of the cube.
     input.points.extend([[0., 0., 2.], [4., 0., 2.], [4., 4., 2.], [0., 4., 2.]].map(DVec3::from));
     facet(&mut input, &[&[8, 9, 10, 11]]);
     let region = |z, attribute| Region { at: DVec3::new(3.0, 1.0, z), attribute, limit: None };
@@ -78,7 +78,7 @@ fn internal_and_dangling_pieces() {
     assert_eq!(domain.components.iter().filter(|c| c.inside && c.measure == 32.0).count(), 2);
     assert_eq!(domain.facets.iter().filter(|f| f.internal.len() == 1).count(), 4);
 
-    // A dangling facet, a dangling segment from a corner, one from inside the internal facet, a point.
+    // A dangling facet, a dangling segment from a corner, one from inside the internal facet, and a point.
     input.points.extend(
         [[1., 1., 3.], [2., 1., 3.], [2., 2., 3.], [1., 1., 1.], [3., 3., 2.], [3., 3., 1.]].map(DVec3::from),
     );

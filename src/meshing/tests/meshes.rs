@@ -1,4 +1,4 @@
-//! Meshes to test with, made by brute force of lattices whose coordinates are exact.
+//! Meshes for tests, built by brute force from lattices with exact coordinates.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::{Point, Simplex};
@@ -42,7 +42,7 @@ pub fn squares(k: u32) -> (Vec<DVec2>, Vec<[u32; 3]>) {
     (points, (0..k * k).flat_map(pair).collect())
 }
 
-/// Canonical rows of cells in any order.
+/// Sorts cells and their rows into canonical order.
 pub fn canonical<P: Point>(points: &[P], cells: Vec<P::Cell>) -> Vec<P::Cell> {
     let mut cells = cells;
     for cell in &mut cells {
@@ -57,7 +57,7 @@ pub fn canonical<P: Point>(points: &[P], cells: Vec<P::Cell>) -> Vec<P::Cell> {
     cells
 }
 
-/// Does the feature hold the point? Exact.
+/// Returns `true` if the feature contains the point. Exact.
 fn holds<P: Space>(domain: &Domain<P>, feature: Feature, p: P) -> bool {
     let at = |v: u32| domain.points()[v as usize];
     match feature {
@@ -78,8 +78,8 @@ fn mean<P: Point>(points: &[P], of: &[u32]) -> P {
     of.iter().fold(P::splat(0.0), |sum, &v| sum + points[v as usize] / of.len() as f64)
 }
 
-/// The cells of these whose means lie in the domain, with all that belongs to a mesh; the size is 1 everywhere. The
-/// domain must not be scaled.
+/// Returns the mesh of the cells whose means lie in the domain. The size is 1 everywhere. The domain must not be
+/// scaled.
 pub fn mesh_of<P: Space>(domain: &Domain<P>, points: &[P], cells: Vec<P::Cell>) -> Mesh<P> {
     assert_eq!(domain.simplices.exponent, 0);
     let component = |cell: &P::Cell| match domain.sides.locate(domain.points(), mean(points, cell.as_ref())) {

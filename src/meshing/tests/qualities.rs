@@ -1,4 +1,4 @@
-//! Quality against brute formulas.
+//! Quality compared with direct formulas.
 
 use glam::DVec3;
 use num_bigint::BigInt;
@@ -59,7 +59,7 @@ fn a_lattice_has_the_known_numbers() {
 }
 
 #[test]
-fn centres_outside_are_told_from_near_ones() {
+fn centres_outside_differ_from_near_ones() {
     let domain = crate::check(&cube()).unwrap();
     let features = Features::new(&domain);
     let zones = Zones { domain: &domain, features: &features, size: &|_| 1.0, zone: 0.5 };
@@ -71,7 +71,7 @@ fn centres_outside_are_told_from_near_ones() {
     };
 }
 
-/// `x = m 2^e` by the standard library alone.
+/// Splits `x = m 2^e` with the standard library only.
 fn whole(x: f64, shift: i32) -> BigInt {
     let scaled = x * 2f64.powi(shift);
     assert_eq!(scaled.trunc(), scaled);
@@ -111,10 +111,10 @@ fn draw(state: &mut u64) -> f64 {
 #[test]
 fn bounds_hold_and_decisions_are_exact() {
     let mut state = 5;
-    let (mut open, mut decided) = (0, 0);
+    let (mut open, mut checked) = (0, 0);
     for round in 0..400 {
         let mut cell = [0; 4].map(|_| DVec3::new(draw(&mut state), draw(&mut state), draw(&mut state)));
-        // Ever flatter ones.
+        // Increasingly flat cells.
         let flatness = 2f64.powi(-(round % 30));
         for p in &mut cell {
             p.z = (p.z * flatness * 2f64.powi(50)).round() * 2f64.powi(-50);
@@ -134,7 +134,7 @@ fn bounds_hold_and_decisions_are_exact() {
         open += i32::from(upper == f64::INFINITY);
         assert!(upper == f64::INFINITY || !below(upper.next_up()), "{cell:?}");
         if upper - lower < 1e-6 * lower {
-            decided += 1;
+            checked += 1;
         }
         let mut bounds = vec![lower, upper.min(1e9), f64::midpoint(lower, upper.min(1e9)), 2.0];
         bounds.push((n.to_string().parse::<f64>().unwrap() / d.to_string().parse::<f64>().unwrap()).sqrt());
@@ -145,11 +145,11 @@ fn bounds_hold_and_decisions_are_exact() {
             assert_eq!(at_most(&cell, bound), expected, "{cell:?} {bound}");
         }
     }
-    assert!(decided > 300 && open < 20, "{decided} {open}");
+    assert!(checked > 300 && open < 20, "{checked} {open}");
 }
 
 #[test]
-fn ties_with_the_bound_count_as_kept() {
+fn ratios_equal_to_the_bound_satisfy_it() {
     use glam::DVec2;
     // Legs 3 and 4: the ratio is 2.5 / 3; legs 1 and 1: half the root of 2.
     let right = |a: f64, b: f64| [DVec2::ZERO, DVec2::new(a, 0.0), DVec2::new(0.0, b)];
@@ -190,7 +190,7 @@ fn histograms_count_everything() {
 }
 
 #[test]
-fn slivers_and_slopes_are_seen() {
+fn slivers_and_slopes_are_reported() {
     let (domain, mut mesh) = lattice();
     let inner = mesh.points.iter().position(|&p| p == DVec3::splat(2.0)).unwrap();
     mesh.sizes[inner] = 1.5;

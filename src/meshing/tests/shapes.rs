@@ -1,4 +1,4 @@
-//! Domains to test with.
+//! Domains for tests.
 
 use glam::DVec3;
 
@@ -41,14 +41,14 @@ pub fn cube() -> Input<DVec3> {
     input
 }
 
-/// The boundary of a cube of side 4 in triangles.
+/// The boundary of a cube of side 4 as triangles.
 pub fn cube_surface() -> Input<DVec3> {
     let cube = cube();
     let faces = SQUARES.iter().flat_map(|&[a, b, c, d]| [vec![a, b, c], vec![a, c, d]]);
     Input::surface(cube.points, faces)
 }
 
-/// Points and faces of another surface, after those of the first.
+/// Appends the points and faces of another surface.
 pub fn join(a: &Input<DVec3>, b: &Input<DVec3>, shift: DVec3, scale: f64) -> Input<DVec3> {
     let mut both = a.clone();
     let base = both.points.len() as u32;

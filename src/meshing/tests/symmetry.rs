@@ -1,11 +1,11 @@
-//! The same domain elsewhere, in another size, in another order: the same answer.
+//! The result does not depend on the position, scale or order of the domain.
 
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
 use super::shapes::{add_box, cube, cube_surface, facet, join, segment};
 use crate::check;
-use crate::defect::{Defect, Piece};
+use crate::defect::{Defect, Element};
 use crate::input::{Input, InputFacet, Region};
 
 /// Domains with many kinds of defects, and some without.
@@ -46,45 +46,47 @@ fn domains() -> Vec<Input<DVec3>> {
     all
 }
 
-/// A defect without its place and its number, but with whom it names, in the numbering before the change.
-fn key(defect: &Defect, points: &[u32], facets: &[u32]) -> (String, Vec<Piece>) {
+/// A defect without its place and indices, but with its elements, in the numbering before the change.
+fn key(defect: &Defect, points: &[u32], facets: &[u32]) -> (String, Vec<Element>) {
     let point = |v: u32| points[v as usize];
     let edge = |[a, b]: [u32; 2]| {
         let (a, b) = (point(a), point(b));
-        Piece::Segment([a.min(b), a.max(b)])
+        Element::Segment([a.min(b), a.max(b)])
     };
-    let facet = |f: u32| Piece::Facet(facets[f as usize]);
-    let piece = |p: Piece| match p {
-        Piece::Point(v) => Piece::Point(point(v)),
-        Piece::Segment(e) => edge(e),
-        Piece::Facet(f) => facet(f),
+    let facet = |f: u32| Element::Facet(facets[f as usize]);
+    let element = |p: Element| match p {
+        Element::Point(v) => Element::Point(point(v)),
+        Element::Segment(e) => edge(e),
+        Element::Facet(f) => facet(f),
         other => other,
     };
     let mut named = match defect {
-        Defect::Duplicate { points, .. } => points.iter().map(|&v| Piece::Point(point(v))).collect(),
-        Defect::NotPlanar { facet: f, point: v, .. } => vec![facet(*f), Piece::Point(point(*v))],
-        Defect::Degenerate { piece: p, .. }
-        | Defect::Dangling { piece: p, .. }
-        | Defect::Misplaced { piece: p, .. } => vec![piece(*p)],
-        Defect::Doubled { pieces, .. } | Defect::Intersect { pieces, .. } => pieces.map(piece).to_vec(),
+        Defect::Duplicate { points, .. } => points.iter().map(|&v| Element::Point(point(v))).collect(),
+        Defect::NotPlanar { facet: f, point: v, .. } => vec![facet(*f), Element::Point(point(*v))],
+        Defect::Degenerate { element: p, .. }
+        | Defect::Dangling { element: p, .. }
+        | Defect::Misplaced { element: p, .. } => vec![element(*p)],
+        Defect::Doubled { elements, .. } | Defect::Intersect { elements, .. } => {
+            elements.map(element).to_vec()
+        }
         Defect::OpenEdge { ends, facet: f, .. } => vec![edge(*ends), facet(*f)],
         Defect::NonManifoldEdge { ends, facets, .. } => {
             facets.iter().map(|&f| facet(f)).chain([edge(*ends)]).collect()
         }
-        Defect::NonManifoldVertex { point: v, .. } => vec![Piece::Point(point(*v))],
-        Defect::SharedComponent { regions, .. } => regions.map(Piece::Region).to_vec(),
+        Defect::NonManifoldVertex { point: v, .. } => vec![Element::Point(point(*v))],
+        Defect::SharedComponent { regions, .. } => regions.map(Element::Region).to_vec(),
         _ => vec![],
     };
     named.sort_unstable();
     (defect.kind().to_string(), named)
 }
 
-/// The numbers of corners, segments, facets and components of a good domain; the keys of all defects of a bad one.
+/// The numbers of corners, segments, facets and components of a valid domain, or the keys of all defects.
 fn keys(
     input: &Input<DVec3>,
     points: &[u32],
     facets: &[u32],
-) -> Result<[usize; 4], Vec<(String, Vec<Piece>)>> {
+) -> Result<[usize; 4], Vec<(String, Vec<Element>)>> {
     match check(input) {
         Ok(d) => {
             let inside = d.components.iter().filter(|c| c.inside).count();
@@ -98,7 +100,7 @@ fn keys(
     }
 }
 
-/// A shuffle: for each new position the old one.
+/// A shuffle: the old position for each new one.
 fn shuffle(n: usize, seed: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     let mut x = seed | 1;
@@ -138,7 +140,7 @@ fn moved(input: &Input<DVec3>, by: impl Fn(DVec3) -> DVec3) -> Input<DVec3> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 120, ..ProptestConfig::default() })]
 
-    /// Exchanges and reflections of axes, powers of two and shuffles are exact: nothing may change.
+    /// Permutations and reflections of axes, powers of two and shuffles are exact, so nothing may change.
     #[test]
     fn exact_changes(axes in 0..6usize, signs in 0..8u32, power in -300..300i32, seed in any::<u64>()) {
         const AXES: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
@@ -157,7 +159,7 @@ proptest! {
         }
     }
 
-    /// Rotations are rounded: surfaces of triangles stay what they are, and so does their volume.
+    /// Rotations are rounded. Surfaces of triangles keep their structure and their volume.
     #[test]
     fn rotations(x in -1.0..1.0f64, y in -1.0..1.0f64, angle in 0.0..6.2f64, shift in -9.0..9.0f64) {
         let turn = DMat3::from_axis_angle(DVec3::new(x, y, 1.0).normalize(), angle);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use septet_core::config::Workers;
-use septet_core::mesh::record::Record;
+use septet_core::mesh::run_log::RunLog;
 use septet_core::mesh::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Dimension, Keep, Made, MakeError, MeshRequest, check,
     make_of,
@@ -123,7 +123,7 @@ fn mesh_outcome<P: Dimension>(made: &Made<P>) -> MeshOutcome {
     let edge = |e: &Edge| {
         [u64::from(e.vertices[0]), u64::from(e.vertices[1]), u64::from(e.segment), e.marker as u64]
     };
-    let rows = stages(&made.stages).into_iter().chain(record(&made.record)).collect();
+    let rows = stages(&made.stages).into_iter().chain(record(&made.run_log)).collect();
     MeshOutcome {
         points: coordinates.chain(mesh.sizes.iter().copied()).map(f64::to_bits).collect(),
         carriers: mesh.carriers.iter().flat_map(carrier).collect(),
@@ -150,7 +150,7 @@ fn stages(stages: &[StageLine]) -> Vec<Row> {
     stages.iter().map(row).collect()
 }
 
-fn record(record: &Record) -> Vec<Row> {
+fn record(record: &RunLog) -> Vec<Row> {
     let mut rows = Vec::new();
     for r in &record.runs {
         let name = format!("{}/{}", r.stage, r.task);

@@ -1,4 +1,4 @@
-//! The set does not depend on the machine, and the caller's callback may end the work.
+//! The set does not depend on the machine, and the callback may cancel the generation.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,7 +8,7 @@ use septet_meshing::generate::Alone;
 use super::super::sizing::Centre;
 use super::*;
 
-/// One set by one processor without messages, by a machine of one worker, of three, and as a caller gets it.
+/// One set by one processor without messages, by machines of one and three workers, and through the public function.
 fn is_the_same_for_every_machine<P: Unit>(sizing: Sizing, seed: u64) -> usize {
     let domain = P::domain().unwrap();
     let alone: Vec<P> = set(&domain, sizing, seed, &mut Alone { seed }).unwrap();
@@ -37,7 +37,7 @@ fn the_set_is_the_same_for_every_machine() {
 }
 
 #[test]
-fn a_callback_that_unwinds_ends_the_work() {
+fn a_callback_that_unwinds_cancels_the_generation() {
     let sizing = Sizing { centre: Centre::Point, slope: 0.0, least: 0.02 };
     let mut calls = 0;
     let ended = catch_unwind(AssertUnwindSafe(|| {
@@ -49,6 +49,6 @@ fn a_callback_that_unwinds_ends_the_work() {
         })
     }));
     let points = *ended.unwrap_err().downcast::<u64>().unwrap();
-    // Sizes of 0.02 make some 100,000 points.
+    // Sizes of 0.02 give some 100,000 points.
     assert!(calls > 0 && (9..50_000).contains(&points), "{points} points after {calls} calls");
 }

@@ -20,7 +20,7 @@ pub mod tables;
 
 use histogram::HistogramReport;
 use septet_core::config::{Transport, Workers};
-use septet_core::mesh::record::{PhaseLine, Record, RunLine};
+use septet_core::mesh::run_log::{PhaseLine, RunLine, RunLog};
 use septet_core::mesh::view::MeshPicture;
 use septet_core::mesh::{Boundary, MeshRequest};
 
@@ -250,7 +250,7 @@ pub struct Judged<'a, P: Triangulate> {
     /// Its conformity.
     pub conformity: &'a Conformity,
     /// The runs of the machine.
-    pub record: &'a Record,
+    pub run_log: &'a RunLog,
     /// Its picture, if there is one.
     pub picture: Option<&'a MeshPicture>,
 }
@@ -258,7 +258,7 @@ pub struct Judged<'a, P: Triangulate> {
 impl MeshReport {
     /// The report of a mesh.
     pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
-        let Judged { domain, request, mesh, stages, quality, conformity, record, picture } = *judged;
+        let Judged { domain, request, mesh, stages, quality, conformity, run_log, picture } = *judged;
         let id = around.first_id;
         let places = ["free", "near", "above", "outside"].into_iter().zip(&quality.places);
         let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
@@ -276,8 +276,8 @@ impl MeshReport {
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
-            phases: record.phases.clone(),
-            runs: record.runs.clone(),
+            phases: run_log.phases.clone(),
+            runs: run_log.runs.clone(),
             radius_edge: places.map(|(name, p)| place(domain, name, p, id)).collect(),
             features: features.collect(),
             quality: quality_report(domain, quality, id),

@@ -1,24 +1,25 @@
-//! A chord of a ridge: two vertices that follow each other along it.
+//! Chords of ridges, between consecutive vertices.
 
 use crate::generate::balls::Ball;
+use crate::generate::generator::Candidate;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// A piece of a ridge between two vertices.
+/// A chord between two consecutive vertices of a ridge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord<P> {
     pub(super) ends: [u32; 2],
-    /// Where the ridge's piece is divided, and the segment that it lies on.
+    /// The point that divides the part of the ridge between the ends.
     pub(super) middle: P,
     pub(super) segment: u32,
-    /// The chord's smallest ball.
+    /// The smallest ball of the chord.
     pub(super) ball: Ball<P>,
 }
 
 impl<P: Space> Chord<P> {
-    /// The middle as a candidate; it gives way to whatever is closer than half of it.
-    pub(super) fn candidate(&self) -> (Site<P>, Carrier) {
+    /// Returns the dividing point as a candidate. It conflicts with points closer than half the chord.
+    pub(super) fn candidate(&self) -> Candidate<P> {
         (Site { at: self.middle, size: self.ball.radius2.sqrt() }, Carrier::Segment(self.segment))
     }
 }

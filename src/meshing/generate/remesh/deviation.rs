@@ -1,8 +1,9 @@
-//! How far a boundary that grows is from the surface that it follows.
+//! The distance between the boundary during refinement and its surface.
 //!
-//! **Statement.** The distance from the surface at seven places of each face (middle and thirds of edges; corners lie on
-//! the surface), and the distance of the surface's vertices from the faces. Both are lower bounds of the two halves of
-//! the Hausdorff distance, each attained at a place that was looked at.
+//! **Statement.** The distance from the surface is measured at seven places of each face: the centroid and the third
+//! points of the edges. The corners lie on the surface. The distance of each vertex of the surface from the faces is
+//! also measured. Both are lower bounds for the two one-sided Hausdorff distances, and each is attained at a measured
+//! place.
 
 use septet_geometry::point::dist2;
 
@@ -13,7 +14,7 @@ use crate::domain::Domain;
 use crate::generate::machine::Machine;
 use crate::space::Space;
 
-/// The largest distance of each face from the surface.
+/// Returns the largest measured distance of each face from the surface.
 pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
     machine: &M,
     surface: &Surface<P>,
@@ -27,7 +28,7 @@ pub(super) fn of_faces<P: Space, M: Machine<P> + Sync>(
     })
 }
 
-/// The distance of each vertex of the surface from the faces, where it is, and the nearest face.
+/// Returns the distance of each vertex of the surface from the faces, the position of the vertex, and the nearest face.
 pub(super) fn of_vertices<P: Space, M: Machine<P> + Sync>(
     machine: &M,
     domain: &Domain<P>,

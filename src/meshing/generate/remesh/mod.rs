@@ -1,64 +1,72 @@
-//! Remeshing: the volume that a closed surface encloses, with a boundary of its own that follows the surface.
+//! Remeshing: a mesh of the volume inside a closed surface, with a new boundary that follows the surface.
 //!
-//! **Statement.** Of the surface only corners and ridges above the feature angle are kept. Points are sampled on ridges
-//! and on the surface, and of their Delaunay triangulation a cell is inside iff its circumcentre is: faces between
-//! inside and outside are those whose dual edge crosses the surface an odd number of times, the *restricted Delaunay
-//! triangulation*. As the border of a set of cells it is closed. A face's dual edge meets the surface in s; the
-//! *surface ball* around s through the face's corners holds no vertex. When the refinement ends,
+//! **Statement.** Remeshing keeps only the corners of the surface and the ridges above the feature angle. It samples
+//! points on the ridges and on the surface. A cell of their Delaunay triangulation is inside iff its circumcentre is
+//! inside. The faces between inside and outside are those whose dual edge crosses the surface an odd number of times.
+//! They form the *restricted Delaunay triangulation*. As the boundary of a set of cells, it is closed. Let the dual
+//! edge of a face meet the surface in s. The *surface ball* of the face has its centre in s, passes through the corners
+//! of the face, and contains no vertex. When the refinement ends,
 //!
-//! 1. every surface ball has a radius of at most f(s), its face's corners lie on the surface, and the face's centre is
-//!    no farther from s than the distance asked for;
-//! 2. every edge of the boundary has two faces, every vertex on the surface one fan of them: a 2-manifold (with the surface's Euler
-//!    characteristic, or else balls were divided as far as `thin` says);
-//! 3. every chord of a ridge is an edge of the boundary, its middle no farther from the ridge's than that distance;
+//! 1. every surface ball has a radius of at most f(s). The corners of its face lie on the surface, and the distance
+//!    of its centre from s is at most the requested distance;
+//! 2. every edge of the boundary has two faces, and every vertex on the surface has one fan of faces, so the boundary
+//!    is a 2-manifold. It has the Euler characteristic of the surface, or balls were divided down to the limit of
+//!    `thin_sheets`;
+//! 3. every chord of a ridge is an edge of the boundary, and its midpoint is within the requested distance of the
+//!    midpoint of its part of the ridge;
 //! 4. every cell inside has a circumradius of at most f at its centre.
 //!
-//! What violates one of these names a point to be inserted: s, the middle of a chord, or the cell's centre; for a
-//! centre in a surface ball its s, for either in the smallest ball of a chord the chord's middle (Shewchuk's
-//! order). What a chord that is no edge of the boundary calls for is in `beside`. The candidates of a round are one independent set.
+//! Each violation gives a point to insert: s, the midpoint of a chord, or the centre of the cell. If a centre lies in a
+//! surface ball, s replaces it. If either lies in the smallest ball of a chord, the midpoint of the chord replaces it
+//! (Shewchuk's order). `edge_recovery` gives the candidates for a chord that is not an edge of the boundary. The points
+//! of a round are an independent set of its candidates.
 //!
 //! **Source.** Boissonnat and Oudot (2005), Oudot, Rineau and Yvinec (2005), as in CGAL's `Mesh_3`; ridges as in
 //! Shewchuk (1998).
 //!
-//! **Departures.** The surface is refined before the volume is sampled, so that the volume's points stay out of the
-//! surface balls. Where 1 to 4 need it (ridges and sheets closer than f), points are closer than f: f bounds radii
-//! from above everywhere, spacing from below only where the surface lets it. Ridges are not protected by weights: at
-//! ridges that meet at small angles the refinement may not end, so rounds are limited and the features named. Where such
-//! files fail: a ridge runs at a few degrees beside another one (a fold of a scan, a mouth or an ear that was closed), so that the
-//! two are closer to each other than the chords are long. Faces are then spanned across the fold, turned against the surface at s; the points
-//! put at s are held by the fold's other side and call for the next, some tenth of a size apart, however many rounds there are.
-//! `--feature-angle` keeps fewer ridges, `--boundary exact` all triangles.
+//! **Departures.**
+//! - *Order.* The surface is refined before the volume is sampled, so that points of the volume stay out of the surface
+//!   balls.
+//! - *Spacing.* If 1 to 4 require it (ridges and sheets closer than f), points are closer than f. f bounds radii from
+//!   above everywhere. It bounds the spacing from below only where the surface permits it.
+//! - *No weights.* Weights do not protect the ridges. At ridges that meet at small angles, the refinement may not end.
+//!   The number of rounds is therefore limited, and the features are reported.
+//! - *Failures.* Remeshing fails if a ridge runs at a few degrees next to another one, so that the two are closer to
+//!   each other than the length of their chords. Examples are the fold of a scan, or a mouth or ear that was closed.
+//!   Faces then span the fold and are turned against the surface at s. The other side of the fold blocks the points
+//!   inserted at s, which cause the next ones some tenth of a size apart, in any number of rounds. `--feature-angle`
+//!   keeps fewer ridges, and `--boundary exact` keeps all triangles.
 //!
-//! **Rounds and work.** As for [`super::generate`]; a round of completion locates all circumcentres.
+//! **Rounds and work.** As for [`super::generate`]. A round of completion locates all circumcentres.
 
-mod beside;
 mod chord;
 mod deviation;
-mod kept;
+mod edge_recovery;
+mod features;
 mod options;
 mod refine;
 mod refinement;
 mod restricted;
 mod ridges;
 mod surface;
-mod thin;
+mod thin_sheets;
 mod topology;
 
 use crate::domain::Domain;
 use crate::space::Space;
 
+use super::generator::{Generator, Rules};
 use super::machine::Machine;
-use super::work::{Rules, Work};
 use super::{Failure, Generated};
 
-pub use kept::{Kept, Ridge};
+pub use features::{Ridge, SurfaceFeatures};
 pub use options::{DEFAULT_DISTANCE, DEFAULT_PARTS, Options};
 
-/// Generates the points of the volume in a closed surface and triangulates them. [`Deviation`](crate::conformity::Deviation) says how far the boundary
-/// then is from the surface.
+/// Generates the points of the volume inside a closed surface and triangulates them.
+/// [`Deviation`](crate::conformity::Deviation) reports the resulting distance between boundary and surface.
 ///
 /// # Errors
-/// [`Failure`]; [`Failure::Unsupported`] in the plane and for domains that are no surfaces.
+/// [`Failure`]. In the plane, and for domains that are not surfaces, [`Failure::Unsupported`].
 pub fn remesh<P: Space, M: Machine<P> + Sync>(
     domain: &Domain<P>,
     rules: Rules<'_, P>,
@@ -67,12 +75,12 @@ pub fn remesh<P: Space, M: Machine<P> + Sync>(
     machine: &mut M,
 ) -> Result<Generated<P>, Failure<M::Error>> {
     if P::DIM != 3 || domain.kind != crate::input::Kind::Surface {
-        return Err(Failure::Unsupported("only closed surfaces of space can be remeshed"));
+        return Err(Failure::Unsupported("only closed surfaces in space can be remeshed"));
     }
-    let kept = Kept::new(domain, feature_angle);
-    let mut work = Work::new(domain, rules, machine);
-    work.vertices = super::Vertices::default();
-    refinement::Refinement::new(work, &kept, options).run()
+    let features = SurfaceFeatures::new(domain, feature_angle);
+    let mut generator = Generator::new(domain, rules, machine);
+    generator.vertices = super::Vertices::default();
+    refinement::Refinement::new(generator, &features, options).run()
 }
 
 #[cfg(test)]

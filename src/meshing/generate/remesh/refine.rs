@@ -8,58 +8,64 @@ use septet_geometry::point::{Point, dist2, lex_cmp};
 use septet_geometry::range::scale;
 
 use super::deviation::{of_faces, of_vertices};
-use super::kept::Kept;
+use super::features::SurfaceFeatures;
 use super::options::{DEFAULT_DISTANCE, Options};
-use super::refinement::{Candidate, Refinement, edges_of};
+use super::refinement::{Refinement, edges_of};
 use super::restricted::{Face, Restricted};
 use super::surface::Surface;
-use super::thin::{THIN, THINNEST};
+use super::thin_sheets::{THIN, THINNEST};
 use super::topology::{crowded, lost, unfaced, useful};
 use crate::angles::cosine;
 use crate::bvh::Bvh;
 use crate::conformity::LOOSE;
 use crate::domain::Feature;
 use crate::generate::balls::{Ball, Balls};
+use crate::generate::generator::{Candidate, Generator};
 use crate::generate::machine::Machine;
 use crate::generate::volume::sampling_cells;
-use crate::generate::work::Work;
 use crate::generate::{Failure, Generated, Missing};
 use crate::manifold::euler;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::{Space, ascending};
 
-/// Rounds of a stage, at most.
+/// The largest number of rounds of a stage.
 const ROUNDS: u32 = 150;
 
-/// Faces may turn this far (as a cosine) from the surface at s, as long as their balls are above a part of f.
+/// The cosine of the largest angle between a face and the surface at s. It applies while the ball of the face exceeds
+/// [`TURNED`] times f.
 const TURN: f64 = 0.5;
 const TURNED: f64 = 0.02;
 
-/// What is still at fault in a ball below this part of the surface's diagonal is given up: ridges or sheets that meet at
-/// small angles.
+/// The size below which a fault is not refined further, relative to the diagonal of the surface. The cause is ridges or
+/// sheets that meet at small angles.
 const SMALLEST: f64 = 1e-6;
 
-/// Points that the surface's handles may take, over those of a boundary without them.
+/// The limit for the refinement of a boundary with wrong handles: the number of vertices, relative to that of the
+/// first such boundary without other faults.
 const MORE: usize = 2;
 
-/// How often vertices without a face are taken away: those that come back stay.
+/// The largest number of removals of vertices without a face. Vertices that recur later stay.
 const TAKEN: u32 = 3;
 
 impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
-    pub(super) fn new(work: Work<'a, P, M>, kept: &'a Kept, options: Options) -> Self {
-        let mut ridge_of = vec![None; work.domain.segments.len()];
-        for (r, ridge) in (0u32..).zip(&kept.ridges) {
+    pub(super) fn new(
+        generator: Generator<'a, P, M>,
+        features: &'a SurfaceFeatures,
+        options: Options,
+    ) -> Self {
+        let mut ridge_of = vec![None; generator.domain.segments.len()];
+        for (r, ridge) in (0u32..).zip(&features.ridges) {
             (0u32..).zip(&ridge.segments).for_each(|(i, &s)| ridge_of[s as usize] = Some((r, i)));
         }
-        let surface = Surface::new(work.domain);
-        let scaled = |d| scale(P::splat(d), work.domain.simplices.exponent).coord(0);
+        let surface = Surface::new(generator.domain);
+        let scaled = |d| scale(P::splat(d), generator.domain.simplices.exponent).coord(0);
         let distance = options.distance.map(scaled);
         let (chords, chord_tree, at_corners) = (Vec::new(), Bvh::new(Vec::new()), Vec::new());
-        let (thinnest, euler) = (THIN, euler(work.domain.triangles()));
+        let (thinnest, euler) = (THIN, euler(generator.domain.triangles()));
         Refinement {
-            work,
-            kept,
+            generator,
+            features,
             surface,
             distance,
             ridge_of,
@@ -72,37 +78,38 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         }
     }
 
-    /// The largest distance allowed at a place.
+    /// Returns the largest distance allowed at a point.
     pub(super) fn distance_at(&self, at: P) -> f64 {
-        self.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.work.rules.size)(at))
+        self.distance.unwrap_or_else(|| DEFAULT_DISTANCE * (self.generator.rules.size)(at))
     }
 
-    /// All stages.
+    /// Runs all stages.
     pub(super) fn run(mut self) -> Result<Generated<P>, Failure<M::Error>> {
         self.ridges()?;
-        self.work.begin("surface");
+        self.generator.begin("surface");
         let walls: Vec<u32> = (0..self.surface.walls()).collect();
-        let found = self.work.machine.map(&walls, |&w| {
-            let made = self.surface.candidates(w, &self.work.rules, self.work.seed_of(w));
-            Some(made?.into_iter().filter(|(site, _)| !self.work.pieces.hold(site.at)).collect())
+        let found = self.generator.machine.map(&walls, |&w| {
+            let made = self.surface.candidates(w, &self.generator.rules, self.generator.seed_of(w));
+            Some(made?.into_iter().filter(|(site, _)| !self.generator.subsegments.hold(site.at)).collect())
         });
-        let most = self.work.rules.most;
+        let most = self.generator.rules.most;
         let found: Option<Vec<Vec<Candidate<P>>>> = found.into_iter().collect();
         let found = found.ok_or(Failure::TooMany(most))?;
-        self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        self.generator.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         let made = self.refined(false)?;
-        self.work.triangles = Balls::new(made.faces.iter().map(ball).collect());
-        self.work.begin("volume");
-        let cells = sampling_cells(self.work.domain, &self.work.rules, &*self.work.machine)
+        self.generator.subfacets = Balls::new(made.faces.iter().map(ball).collect());
+        self.generator.begin("volume");
+        let cells = sampling_cells(self.generator.domain, &self.generator.rules, &*self.generator.machine)
             .ok_or(Failure::TooMany(most))?;
-        let found = self.work.machine.map(&cells, |(cell, whole)| self.work.candidates_of(cell, *whole));
-        self.work.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
+        let found =
+            self.generator.machine.map(&cells, |(cell, whole)| self.generator.candidates_of(cell, *whole));
+        self.generator.sample(found.into_iter().flatten().collect()).map_err(Failure::Machine)?;
         let made = self.refined(true)?;
         Ok(self.finished(made))
     }
 
     fn finished(self, mut made: Restricted<P>) -> Generated<P> {
-        let Work { mut vertices, stages, .. } = self.work;
+        let Generator { mut vertices, stages, .. } = self.generator;
         let face = |f: &Face<P>| {
             let cell = &made.delaunay.cells[f.cells[0] as usize];
             let apex = cell.as_ref().iter().copied().find(|v| !f.vertices.contains(v)).unwrap_or_default();
@@ -110,7 +117,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             (f.place.facet, facet, [f.cells[0], u32::MAX])
         };
         let mut faces: Vec<_> = made.faces.iter().map(face).collect();
-        let mut pieces: Vec<_> = self.chords.iter().map(|c| (c.segment, c.ends)).collect();
+        let mut subsegments: Vec<_> = self.chords.iter().map(|c| (c.segment, c.ends)).collect();
         let kept = unfaced(&mut vertices.carriers, &made);
         if kept.contains(&false) {
             let mut next = 0;
@@ -121,36 +128,36 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             let number: Vec<u32> = kept.iter().map(number).collect();
             let renumbered = |v: &mut u32| *v = number[*v as usize];
             faces.iter_mut().flat_map(|f| f.1.as_mut()).for_each(renumbered);
-            pieces.iter_mut().flat_map(|p| &mut p.1).for_each(renumbered);
+            subsegments.iter_mut().flat_map(|p| &mut p.1).for_each(renumbered);
             made.delaunay.cells.iter_mut().flat_map(AsMut::as_mut).for_each(renumbered);
             vertices.keep(&kept);
         }
         faces.sort_unstable();
         let Restricted { delaunay, labels, .. } = made;
-        Generated { vertices, delaunay, labels, faces, pieces, stages }
+        Generated { vertices, delaunay, labels, faces, subsegments, stages }
     }
 
-    /// Inserts an independent set of candidates; sizes of vertices are those of the size function.
+    /// Inserts an independent set of candidates. The sizes of vertices are those of the size function.
     pub(super) fn insert(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), Failure<M::Error>> {
-        let before = self.work.vertices.len();
-        self.work.complete(candidates, true).map_err(Failure::Machine)?;
-        for v in before..self.work.vertices.len() {
-            self.work.vertices.sizes[v] = (self.work.rules.size)(self.work.vertices.points[v]);
+        let before = self.generator.vertices.len();
+        self.generator.complete(candidates, true).map_err(Failure::Machine)?;
+        for v in before..self.generator.vertices.len() {
+            self.generator.vertices.sizes[v] = (self.generator.rules.size)(self.generator.vertices.points[v]);
         }
-        if self.work.vertices.len() as u64 > self.work.rules.most {
-            return Err(Failure::TooMany(self.work.rules.most));
+        if self.generator.vertices.len() as u64 > self.generator.rules.most {
+            return Err(Failure::TooMany(self.generator.rules.most));
         }
         Ok(())
     }
 
-    /// Refines until nothing is at fault: first faces and chords, then the boundary's being a manifold, then cells, then
-    /// the distance asked for.
+    /// Refines until there is no fault. The order of faults is: faces and chords, violations of the manifold property,
+    /// cells, and the requested distance.
     fn refined(&mut self, volume: bool) -> Result<Restricted<P>, Failure<M::Error>> {
         let (mut last, mut taken) = (Vec::new(), 0);
         for _ in 0..ROUNDS {
             let delaunay =
-                self.work.machine.delaunay(&self.work.vertices.points).map_err(Failure::Machine)?;
-            let made = Restricted::new(&self.work, &self.surface, delaunay);
+                self.generator.machine.delaunay(&self.generator.vertices.points).map_err(Failure::Machine)?;
+            let made = Restricted::new(&self.generator, &self.surface, delaunay);
             let mut found = self.coarse(&made);
             if found.is_empty() {
                 found = crowded(self, &made);
@@ -159,10 +166,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
                 found = lost(self, &made);
             }
             if found.is_empty() && taken < TAKEN {
-                let useful = useful(&made, &self.work.vertices.carriers);
+                let useful = useful(&made, &self.generator.vertices.carriers);
                 if useful.contains(&false) {
                     taken += 1;
-                    self.work.vertices.keep(&useful);
+                    self.generator.vertices.keep(&useful);
                     self.make_chords();
                     continue;
                 }
@@ -192,12 +199,13 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Err(Failure::Missing(missing(&last)))
     }
 
-    /// If the boundary has other handles than the surface: thinner sheets are told apart, as long as that does not take too many points.
+    /// Halves the limit for thin sheets if the boundary and the surface have different numbers of handles and the
+    /// number of points is not too large yet.
     fn divides_sheets(&mut self, made: &Restricted<P>) -> bool {
         if self.thinnest <= THINNEST || euler(made.faces.iter().map(|f| f.vertices)) == self.euler {
             return false;
         }
-        let now = self.work.vertices.len();
+        let now = self.generator.vertices.len();
         if now > MORE * *self.whole.get_or_insert(now) {
             return false;
         }
@@ -205,9 +213,9 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         true
     }
 
-    /// Those candidates that are no vertices yet; all of them being vertices is a failure.
+    /// Returns the candidates that are not vertices yet. Fails if all of them are vertices.
     fn unmet(&self, candidates: &[Candidate<P>]) -> Result<Vec<Candidate<P>>, Failure<M::Error>> {
-        let mut points = self.work.vertices.points.clone();
+        let mut points = self.generator.vertices.points.clone();
         points.sort_unstable_by(lex_cmp);
         let is_new = |c: &&Candidate<P>| points.binary_search_by(|p| lex_cmp(p, &c.0.at)).is_err();
         let new: Vec<_> = candidates.iter().filter(is_new).copied().collect();
@@ -217,49 +225,52 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         Ok(new)
     }
 
-    /// The candidate of a place of the surface with an empty ball: the middle of a chord that it comes too close to, else
-    /// itself.
+    /// Returns the candidate for the centre of an empty surface ball: the midpoint of a chord whose ball contains it,
+    /// or the point itself.
     pub(super) fn on_surface(&self, face: &Face<P>) -> Candidate<P> {
         let at = face.place.at;
-        let size = face.radius.min((self.work.rules.size)(at));
+        let size = face.radius.min((self.generator.rules.size)(at));
         self.at_surface(Site { at, size }, face.place.facet)
     }
 
-    /// A site on a facet, or the middle of a chord that it comes too close to.
+    /// Returns a site on a facet, or the midpoint of a chord whose ball contains it.
     pub(super) fn at_surface(&self, site: Site<P>, facet: u32) -> Candidate<P> {
-        match self.work.pieces.holding(site.at).first() {
+        match self.generator.subsegments.holding(site.at).first() {
             Some(&c) => self.chords[c as usize].candidate(),
             None => (site, Carrier::Facet(facet)),
         }
     }
 
-    /// Chords that are no edges of the boundary, and faces that are too large, too far off or turned, or have a vertex off the
-    /// surface.
+    /// Returns candidates for chords that are not edges of the boundary, and for coarse faces. A face is coarse if it
+    /// is too large, too far away or turned, or if it has a vertex off the surface.
     fn coarse(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let mut edges: Vec<[u32; 2]> = made.faces.iter().flat_map(|f| edges_of(f.vertices)).collect();
         edges.sort_unstable();
-        let lacks = |c: &&Chord<P>| edges.binary_search(&ascending(c.ends)).is_err();
-        let mut lacking: Vec<&Chord<P>> = self.chords.iter().filter(lacks).collect();
-        lacking.sort_unstable_by_key(|c| ascending(c.ends));
-        let ends: Vec<[u32; 2]> = lacking.iter().map(|c| ascending(c.ends)).collect();
-        let rings =
-            if ends.is_empty() { Vec::new() } else { made.crossed_twice(&self.work, &self.surface, &ends) };
-        let mut found: Vec<Candidate<P>> = lacking
+        let is_missing = |c: &&Chord<P>| edges.binary_search(&ascending(c.ends)).is_err();
+        let mut missing_chords: Vec<&Chord<P>> = self.chords.iter().filter(is_missing).collect();
+        missing_chords.sort_unstable_by_key(|c| ascending(c.ends));
+        let ends: Vec<[u32; 2]> = missing_chords.iter().map(|c| ascending(c.ends)).collect();
+        let rings = if ends.is_empty() {
+            Vec::new()
+        } else {
+            made.crossed_twice(&self.generator, &self.surface, &ends)
+        };
+        let mut found: Vec<Candidate<P>> = missing_chords
             .iter()
             .zip(&rings)
             .flat_map(|(chord, ring)| self.for_chord(chord, ring.as_ref()))
             .collect();
         let numbers: Vec<u32> = (0..made.faces.len() as u32).collect();
-        let judged = self.work.machine.map(&numbers, |&f| {
+        let decided = self.generator.machine.map(&numbers, |&f| {
             let face = &made.faces[f as usize];
             self.is_coarse_face(made, face).then(|| self.on_surface(face))
         });
-        found.extend(judged.into_iter().flatten());
+        found.extend(decided.into_iter().flatten());
         found
     }
 
     fn is_coarse_face(&self, made: &Restricted<P>, face: &Face<P>) -> bool {
-        let vertices = &self.work.vertices;
+        let vertices = &self.generator.vertices;
         if made.is_shared(face)
             || face.vertices.iter().any(|&v| vertices.carriers[v as usize] == Carrier::Volume)
         {
@@ -268,23 +279,24 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         let at = face.place.at;
         let largest = face.vertices.iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
         let distance = self.distance_at(at);
-        if self.work.rules.is_too_large(at, face.radius, largest)
+        if self.generator.rules.is_too_large(at, face.radius, largest)
             || dist2(at, face.centre) > distance * distance
         {
             return true;
         }
         let [a, b, c] = face.vertices.map(|v| vertices.points[v as usize]);
         let turned = cosine(P::hull_normal(&[b - a, c - a]), face.place.normal).abs() < TURN;
-        turned && face.radius > TURNED * (self.work.rules.size)(at) || self.is_wide(face)
+        turned && face.radius > TURNED * (self.generator.rules.size)(at) || self.is_wide(face)
     }
 
-    /// Centres of cells inside that are too large, or what they come too close to.
+    /// Returns candidates for the cells inside that are too large.
     fn cells(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
         let balls = Balls::new(made.faces.iter().map(ball).collect());
         let numbers: Vec<u32> = (0..made.delaunay.cells.len() as u32).collect();
         let chunks: Vec<&[u32]> = numbers.chunks(4096).collect();
         let one = |&i: &u32| self.centre_of(made, &balls, i);
-        let found = self.work.machine.map(&chunks, |chunk| chunk.iter().filter_map(one).collect::<Vec<_>>());
+        let found =
+            self.generator.machine.map(&chunks, |chunk| chunk.iter().filter_map(one).collect::<Vec<_>>());
         found.into_iter().flatten().collect()
     }
 
@@ -293,12 +305,12 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
             return None;
         }
         let (cell, centre) = (&made.delaunay.cells[i as usize], made.centres[i as usize]);
-        let vertices = &self.work.vertices;
+        let vertices = &self.generator.vertices;
         let largest = cell.as_ref().iter().map(|&v| vertices.sizes[v as usize]).fold(0.0, f64::max);
-        // The least vertex, whatever order a machine gives them.
+        // The smallest vertex, so that the result does not depend on the order of a machine.
         let first = cell.as_ref().iter().copied().min().unwrap_or_default();
         let radius = dist2(centre, vertices.points[first as usize]).sqrt();
-        if !self.work.rules.is_too_large(centre, radius, largest) {
+        if !self.generator.rules.is_too_large(centre, radius, largest) {
             return None;
         }
         let held = balls.holding(centre).into_iter().map(|f| &made.faces[f as usize]);
@@ -307,23 +319,24 @@ impl<'a, P: Space, M: Machine<P> + Sync> Refinement<'a, P, M> {
         {
             return Some(self.on_surface(face));
         }
-        Some(match self.work.pieces.holding(centre).first() {
+        Some(match self.generator.subsegments.holding(centre).first() {
             Some(&c) => self.chords[c as usize].candidate(),
-            None => (self.work.rules.site(centre), Carrier::Volume),
+            None => (self.generator.rules.site(centre), Carrier::Volume),
         })
     }
 
-    /// Where the boundary is farther from the surface than was asked for: the faces' s, and vertices of the surface.
+    /// Returns candidates where boundary and surface are too far from each other: s of faces, and vertices of the
+    /// surface.
     fn distant(&self, made: &Restricted<P>) -> Vec<Candidate<P>> {
-        let (machine, points) = (&*self.work.machine, &self.work.vertices.points);
-        let sizes = &self.work.vertices.sizes;
+        let (machine, points) = (&*self.generator.machine, &self.generator.vertices.points);
+        let sizes = &self.generator.vertices.sizes;
         let limit = |row: usize| {
             let sizes = made.faces[row].vertices.map(|v| sizes[v as usize]);
             self.distance.unwrap_or(LOOSE * sizes[0].max(sizes[1]).max(sizes[2]))
         };
         let faces: Vec<[P; 3]> = made.faces.iter().map(|f| f.vertices.map(|v| points[v as usize])).collect();
         let far = of_faces(machine, &self.surface, &faces);
-        let vertices = of_vertices(machine, self.work.domain, &faces);
+        let vertices = of_vertices(machine, self.generator.domain, &faces);
         let faces = made.faces.iter().zip(far).enumerate().filter(|(row, (_, d))| *d > limit(*row));
         let mut found: Vec<Candidate<P>> = faces.map(|(_, (f, _))| self.on_surface(f)).collect();
         for (d, at, row) in vertices {
@@ -341,7 +354,7 @@ fn ball<P: Space>(face: &Face<P>) -> Ball<P> {
     Ball { centre: face.place.at, radius2: face.radius * face.radius }
 }
 
-/// The features that candidates lie on, and how many on each.
+/// Returns the features on which candidates lie, with the number of candidates on each.
 fn missing<P: Point>(candidates: &[Candidate<P>]) -> Missing {
     let mut features: BTreeMap<Feature, u32> = BTreeMap::new();
     for (_, carrier) in candidates {

@@ -1,40 +1,35 @@
 //! The state of remeshing, which its stages share.
 
 use super::chord::Chord;
-use super::kept::Kept;
+use super::features::SurfaceFeatures;
 use super::surface::Surface;
 use crate::bvh::Bvh;
-use crate::generate::work::Work;
-use crate::mesh::Carrier;
-use crate::points::conflicts::Site;
+use crate::generate::generator::Generator;
 use crate::space::Space;
 
-/// The generator that follows a surface.
+/// The generator of meshes with a remeshed boundary.
 pub(super) struct Refinement<'a, P: Space, M> {
-    pub(super) work: Work<'a, P, M>,
-    pub(super) kept: &'a Kept,
+    pub(super) generator: Generator<'a, P, M>,
+    pub(super) features: &'a SurfaceFeatures,
     pub(super) surface: Surface<P>,
-    /// The distance asked for, in scaled coordinates.
+    /// The distance requested, in scaled coordinates.
     pub(super) distance: Option<f64>,
-    /// The ridge of each segment, and its position there.
+    /// The ridge of each segment, and the position of the segment in it.
     pub(super) ridge_of: Vec<Option<(u32, u32)>>,
-    /// Balls are not divided below this part of f for a thin sheet's sake.
+    /// The radius, relative to f, below which balls are not divided for thin sheets.
     pub(super) thinnest: f64,
     /// The Euler characteristic of the surface.
     pub(super) euler: i64,
-    /// Vertices of the first faultless boundary with other handles.
+    /// The number of vertices of the first boundary without other faults than wrong handles.
     pub(super) whole: Option<usize>,
     pub(super) chords: Vec<Chord<P>>,
-    /// Those that end at each corner.
+    /// The chords that end at each corner.
     pub(super) at_corners: Vec<Vec<u32>>,
-    /// Their boxes.
+    /// The tree of their bounding boxes.
     pub(super) chord_tree: Bvh<P>,
 }
 
-/// A point to be inserted.
-pub(super) type Candidate<P> = (Site<P>, Carrier);
-
-/// The edges of a face, ends ascending.
+/// Returns the edges of a face, ends ascending.
 pub(super) fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [a, c], [b, c]]
 }

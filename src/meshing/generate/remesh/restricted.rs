@@ -1,9 +1,10 @@
 //! The restricted Delaunay triangulation.
 //!
-//! **Statement.** A cell belongs to the component of the domain that its circumcentre lies in, exactly located (an
-//! infinite one lies outside). A cell that is flat but for rounding has its centre anywhere between those of its neighbours;
-//! it is taken to be outside if that is possible. Faces of the boundary lie between cells of different components, outside among them; the
-//! segment between the circumcentres, or the ray that leaves the hull, meets the surface.
+//! **Statement.** A cell belongs to the component of the domain that contains its circumcentre. The location is exact,
+//! and an infinite circumcentre lies outside. A cell that is flat up to rounding may have its circumcentre anywhere
+//! between those of its neighbours. It counts as outside if that is possible. Faces of the boundary lie between cells
+//! of different components, or between a component and the outside. The dual edge of such a face meets the surface. It
+//! is the segment between the circumcentres, or the ray that leaves the hull.
 
 use septet_geometry::incremental::facet_without;
 use septet_geometry::measure::circumcentre;
@@ -14,21 +15,32 @@ use super::surface::{Place, Surface};
 use crate::generate::balls::Ball;
 use crate::generate::cells::Labels;
 use crate::generate::facets::circumcircle;
+use crate::generate::generator::Generator;
 use crate::generate::machine::{Machine, Triangulation};
-use crate::generate::work::Work;
 use crate::sides::Location;
 use crate::space::Space;
+
+/// The dual edge of a face: a segment or ray of the Voronoi diagram.
+#[derive(Clone, Copy, Debug)]
+struct DualEdge<P> {
+    /// The cells on the two sides of the face; the second is `u32::MAX` across the hull.
+    cells: [u32; 2],
+    /// The vertex of the first cell that is opposite the face.
+    apex: u32,
+    /// The corners of the face.
+    face: [P; 3],
+}
 
 /// A face of the boundary with its surface ball.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face<P> {
     /// Its vertices, ascending.
     pub(super) vertices: [u32; 3],
-    /// The cells beside it, `u32::MAX` across the hull.
+    /// The adjacent cells, with `u32::MAX` across the hull.
     pub(super) cells: [u32; 2],
-    /// Where its dual edge meets the surface.
+    /// The point s at which its dual edge meets the surface.
     pub(super) place: Place<P>,
-    /// The radius of the ball around it.
+    /// The radius of the surface ball, whose centre is s.
     pub(super) radius: f64,
     /// The centre of the face's circumcircle.
     pub(super) centre: P,
@@ -44,53 +56,54 @@ pub(super) struct Restricted<P: Point> {
     pub(super) faces: Vec<Face<P>>,
 }
 
-/// Six times its volume over the product of three of its edges, up to which a cell is flat but for rounding: its corners are
-/// rounded off a plane, and its circumcentre may be anywhere on a line.
+/// The ratio below which a cell is flat up to rounding: six times its volume, divided by the product of three of its
+/// edges. The circumcentre of a flat cell may be anywhere on a line.
 const FLAT: f64 = 1e-10;
 
-/// How far off the circle of the others, relative to its squared radius, a corner of a flat cell may be to be on it.
+/// The tolerance for cocircular corners of a flat cell. It bounds the power of a corner with respect to the circle of
+/// the others, relative to the squared radius.
 const CIRCULAR: f64 = 1e-6;
 
-/// How far to the side of a flat cell's circle, over its radius, the cell's centre is taken to be.
+/// The offset of the centre of a cocircular flat cell from its circle, relative to the radius.
 const ASIDE: f64 = 1e-6;
 
-/// Cells that are looked at as one item.
+/// The number of cells per item of a parallel map.
 const CHUNK: usize = 1024;
 
 impl<P: Space> Restricted<P> {
     /// Labels the cells and finds the boundary.
     pub(super) fn new<M: Machine<P> + Sync>(
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         delaunay: Triangulation<P::Cell>,
     ) -> Self {
         let numbers: Vec<u32> = (0..delaunay.cells.len() as u32).collect();
         let chunks: Vec<&[u32]> = numbers.chunks(CHUNK).collect();
-        let one = |&i: &u32| located(work, &delaunay.cells[i as usize]);
-        let found = work.machine.map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>());
+        let one = |&i: &u32| located(generator, &delaunay.cells[i as usize]);
+        let found = generator.machine.map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>());
         let found: Vec<(P, Option<u32>)> = found.into_iter().flatten().collect();
         let flat = |&i: &u32| found[i as usize].1.is_none();
         let flat: Vec<u32> = numbers.iter().copied().filter(flat).collect();
         let far = 2.0 * surface.diagonal();
-        let placed = work.machine.map(&flat, |&i| flattened(work, &delaunay, &found, far, i));
+        let placed = generator.machine.map(&flat, |&i| flattened(generator, &delaunay, &found, far, i));
         let (mut centres, of): (Vec<P>, Vec<_>) = found.into_iter().unzip();
         let mut labels = Labels { of: of.into_iter().map(|l| l.unwrap_or(Labels::OUT)).collect() };
         for (&i, (centre, label)) in flat.iter().zip(placed) {
             (centres[i as usize], labels.of[i as usize]) = (centre, label);
         }
         let mut made = Restricted { delaunay, labels, centres, faces: Vec::new() };
-        let found = work.machine.map(&chunks, |chunk| {
-            chunk.iter().flat_map(|&i| made.faces_of(work, surface, i)).collect::<Vec<_>>()
+        let found = generator.machine.map(&chunks, |chunk| {
+            chunk.iter().flat_map(|&i| made.faces_of(generator, surface, i)).collect::<Vec<_>>()
         });
         made.faces = found.into_iter().flatten().collect();
         made.faces.sort_unstable_by_key(|f| f.vertices);
         made
     }
 
-    /// The faces of a cell inside on the boundary; those between two such cells once.
+    /// Returns the boundary faces of a cell inside. A face between two such cells is returned once.
     fn faces_of<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         i: u32,
     ) -> Vec<Face<P>> {
@@ -104,16 +117,16 @@ impl<P: Space> Restricted<P> {
             if label(j) == label(i) || label(j) != Labels::OUT && j < i {
                 continue;
             }
-            found.extend(self.face(work, surface, i, slot, true));
+            found.extend(self.face(generator, surface, i, slot, true));
         }
         found
     }
 
-    /// The face of a cell opposite a vertex, if its dual edge crosses the surface. (`always`: if rounding hides the crossing, an
-    /// end of the edge is as good as on the surface, and the place is the one nearest to it.)
+    /// Returns the face of a cell opposite a vertex, if its dual edge crosses the surface. With `always`, the point of
+    /// the surface nearest to an end of the dual edge replaces a crossing that rounding hides.
     fn face<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         i: u32,
         slot: usize,
@@ -125,38 +138,40 @@ impl<P: Space> Restricted<P> {
         let mut vertices = [0; 3];
         vertices.copy_from_slice(facet_without::<P>(cell, apex).as_ref());
         vertices.sort_unstable();
-        let corners = vertices.map(|v| work.vertices.points[v as usize]);
+        let corners = vertices.map(|v| generator.vertices.points[v as usize]);
         let [a, b, c] = corners;
         if !always && are_collinear(&corners) {
             return None;
         }
         let centre = circumcircle(a, b, c).centre;
-        let place = self.between(work, surface, [i, j], apex, &corners, always)?;
+        let dual = DualEdge { cells: [i, j], apex, face: corners };
+        let place = self.crossing(generator, surface, &dual, always)?;
         let radius = dist2(place.at, a).sqrt();
         Some(Face { vertices, cells: [i, j], place, radius, centre })
     }
 
-    /// Where the dual edge of a face between two cells (the second may lie across the hull) meets the surface.
-    fn between<M: Machine<P> + Sync>(
+    /// Returns the point at which the dual edge of a face meets the surface.
+    fn crossing<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
-        [i, j]: [u32; 2],
-        apex: u32,
-        &[a, b, c]: &[P; 3],
+        dual: &DualEdge<P>,
         always: bool,
     ) -> Option<Place<P>> {
+        let &DualEdge { cells: [i, j], apex, face: [a, b, c] } = dual;
         let label = |j: u32| if j == u32::MAX { Labels::OUT } else { self.labels.of[j as usize] };
         let from = self.centres[i as usize];
         let to = match j {
-            u32::MAX => beyond(&[a, b, c], work.vertices.points[apex as usize], from, surface.diagonal()),
+            u32::MAX => {
+                beyond(&[a, b, c], generator.vertices.points[apex as usize], from, surface.diagonal())
+            }
             j => self.centres[j as usize],
         };
-        // Rounded alike whichever cell comes first.
+        // The rounding must not depend on which cell comes first.
         let swap = (label(j) == Labels::OUT) == (label(i) == Labels::OUT) && lex_cmp(&to, &from).is_lt();
         let (from, to) = if swap { (to, from) } else { (from, to) };
-        // Centres of thin cells are badly rounded: their dual edges are put on the axis of the face, so that s is as far from all
-        // of its corners.
+        // The circumcentres of thin cells have large rounding errors. Dual edges are projected to the axis of the face,
+        // so that s has the same distance from all of its corners.
         let centre = circumcircle(a, b, c).centre;
         let normal = P::hull_normal(&[b - a, c - a]);
         let axis = normal / normal.norm2().sqrt();
@@ -165,11 +180,11 @@ impl<P: Space> Restricted<P> {
         surface.crossing(from, to, a).or_else(nearest)
     }
 
-    /// For each of these edges (ends ascending, sorted) the face with the largest surface ball around it whose dual edge crosses
-    /// the surface an even number of times and is no face of the boundary for that.
+    /// For each edge (ends ascending, sorted), returns the face around it with the largest surface ball among those
+    /// whose dual edge crosses the surface an even number of times. Such faces are not on the boundary.
     pub(super) fn crossed_twice<M: Machine<P> + Sync>(
         &self,
-        work: &Work<'_, P, M>,
+        generator: &Generator<'_, P, M>,
         surface: &Surface<P>,
         edges: &[[u32; 2]],
     ) -> Vec<Option<Face<P>>> {
@@ -186,7 +201,7 @@ impl<P: Space> Restricted<P> {
                 face.sort_unstable();
                 let around = [[face[0], face[1]], [face[0], face[2]], [face[1], face[2]]];
                 for e in around.into_iter().filter_map(|e| edges.binary_search(&e).ok()) {
-                    let Some(new) = self.face(work, surface, i, slot, false) else { break };
+                    let Some(new) = self.face(generator, surface, i, slot, false) else { break };
                     let order =
                         |f: &Face<P>| new.radius.total_cmp(&f.radius).then(f.vertices.cmp(&new.vertices));
                     if largest[e].is_none_or(|f| order(&f).is_gt()) {
@@ -198,18 +213,22 @@ impl<P: Space> Restricted<P> {
         largest
     }
 
-    /// Do cells of two components share the face?
+    /// Returns `true` if cells of two components share the face.
     pub(super) fn is_shared(&self, face: &Face<P>) -> bool {
         face.cells[1] != u32::MAX && self.labels.is_inside(face.cells[1])
     }
 }
 
-/// The circumcentre of a cell and the component that it lies in; none if the cell is flat but for rounding.
-fn located<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, cell: &P::Cell) -> (P, Option<u32>) {
-    // Whatever order a machine gives the vertices, the centre is rounded alike.
+/// Returns the circumcentre of a cell and the component that contains it. The component is `None` if the cell is flat
+/// up to rounding.
+fn located<P: Space, M: Machine<P> + Sync>(
+    generator: &Generator<'_, P, M>,
+    cell: &P::Cell,
+) -> (P, Option<u32>) {
+    // The rounding must not depend on the order in which a machine returns the vertices.
     let mut cell = *cell;
     cell.as_mut().sort_unstable();
-    let corners = work.corners(&cell);
+    let corners = generator.corners(&cell);
     let centre = circumcentre(&corners[..P::Cell::LEN]);
     let edges = [1, 2, 3].map(|i| corners[i] - corners[0]);
     let volume = P::hull_normal(&edges[..2]).dot(edges[2]).abs();
@@ -217,19 +236,20 @@ fn located<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, cell: &P::Cell
     if volume * volume <= FLAT * FLAT * product || !centre.norm2().is_finite() {
         return (centre, None);
     }
-    (centre, Some(label_at(work, centre)))
+    (centre, Some(label_at(generator, centre)))
 }
 
-fn label_at<P: Space, M: Machine<P> + Sync>(work: &Work<'_, P, M>, at: P) -> u32 {
-    let domain = work.domain;
+fn label_at<P: Space, M: Machine<P> + Sync>(generator: &Generator<'_, P, M>, at: P) -> u32 {
+    let domain = generator.domain;
     match domain.sides.locate(domain.points(), at) {
         Some(Location::Component(c)) if domain.components[c as usize].inside => c,
         _ => Labels::OUT,
     }
 }
 
-/// How far above a face the centre of the flat cell over it is: on the side that the exact sign of the cell says, beyond all
-/// else; if the apex is on the face's circle but for rounding, to either side and near.
+/// Returns the two possible heights of the circumcentre of a flat cell above its largest face. The exact sign of the
+/// cell selects the side, at the distance `far`. If the apex is cocircular up to rounding, the heights are small and on
+/// both sides.
 fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -> [f64; 2] {
     let power = dist2(apex, ball.centre) - ball.radius2;
     if power.abs() <= CIRCULAR * ball.radius2 {
@@ -241,11 +261,11 @@ fn heights<P: Space>(face: [P; 3], apex: P, axis: P, ball: &Ball<P>, far: f64) -
     [if is_above == (power > 0.0) { far } else { -far }; 2]
 }
 
-/// The centre of a flat cell, and its label. If its corners are on a circle but for rounding, the centre is taken to be the
-/// circle's (if that is on the surface, a little to the outside, so that no flat cell stays on the boundary), else it is far off; it
-/// stays between the centres of the neighbours below and above.
+/// Returns the circumcentre of a flat cell, and its label. If its corners are cocircular up to rounding, the centre is
+/// next to that of the circle, on the outer side if possible. Then no flat cell stays on the boundary. Otherwise the
+/// centre is far away. It always stays between the circumcentres of the neighbours below and above.
 fn flattened<P: Space, M: Machine<P> + Sync>(
-    work: &Work<'_, P, M>,
+    generator: &Generator<'_, P, M>,
     delaunay: &Triangulation<P::Cell>,
     centres: &[(P, Option<u32>)],
     far: f64,
@@ -255,7 +275,7 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
     cell.as_mut().sort_unstable();
     let face_without = |v: u32| {
         let mut others = cell.as_ref().iter().copied().filter(|&w| w != v);
-        [(); 3].map(|()| work.vertices.points[others.next().unwrap_or_default() as usize])
+        [(); 3].map(|()| generator.vertices.points[others.next().unwrap_or_default() as usize])
     };
     let normal = |[a, b, c]: [P; 3]| P::hull_normal(&[b - a, c - a]);
     let faces = cell.as_ref().iter().map(|&v| face_without(v));
@@ -271,26 +291,29 @@ fn flattened<P: Space, M: Machine<P> + Sync>(
         let apex = delaunay.cells[j as usize].as_ref().iter().find(|w| !row.as_ref().contains(w));
         let [a, ..] = face_without(v);
         let Some(&apex) = apex else { continue };
-        let (side, at) = (axis.dot(work.vertices.points[apex as usize] - a), axis.dot(centre - ball.centre));
+        let (side, at) =
+            (axis.dot(generator.vertices.points[apex as usize] - a), axis.dot(centre - ball.centre));
         if side > 0.0 {
             range[1] = range[1].min(at);
         } else {
             range[0] = range[0].max(at);
         }
     }
-    let apex = cell.as_ref().iter().map(|&v| work.vertices.points[v as usize]).find(|p| !face.contains(p));
+    let apex =
+        cell.as_ref().iter().map(|&v| generator.vertices.points[v as usize]).find(|p| !face.contains(p));
     let heights = heights(face, apex.unwrap_or(face[0]), axis, &ball, far);
     let places = heights.map(|t| t.max(range[0]).min(range[1]));
-    let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(work, ball.centre + axis * t)));
+    let [p, q] = places.map(|t| (ball.centre + axis * t, label_at(generator, ball.centre + axis * t)));
     if q.1 > p.1 { q } else { p }
 }
 
-/// Are a face's corners on a line but for rounding? Then its axis, and all along it, is arbitrary.
+/// Returns `true` if the corners of a face are collinear up to rounding. Then its axis and all points on it are
+/// arbitrary.
 fn are_collinear<P: Space>(&[a, b, c]: &[P; 3]) -> bool {
     P::hull_normal(&[b - a, c - a]).norm2() <= FLAT * FLAT * (b - a).norm2() * (c - a).norm2()
 }
 
-/// The end of the ray from a circumcentre across a face of the hull.
+/// Returns the end of the ray from a circumcentre across a face of the hull.
 fn beyond<P: Space>(&[a, b, c]: &[P; 3], apex: P, from: P, diagonal: f64) -> P {
     let normal = P::hull_normal(&[b - a, c - a]);
     let outwards = if normal.dot(apex - a) > 0.0 { normal * -1.0 } else { normal };

@@ -1,36 +1,35 @@
 //! Points on ridges.
 //!
-//! **Statement.** The generator in one dimension along each ridge, by its arc length, as on segments; and then middles (by
-//! arc length) of pieces whose chord is too long or too far from the ridge in its middle.
+//! **Statement.** The one-dimensional generator runs along each ridge, by arc length, as on segments. Then it adds the
+//! midpoints (by arc length) of parts whose chord is too long, or too far from the ridge at its midpoint.
 
 use septet_geometry::point::dist2;
 
 use super::chord::Chord;
-use super::kept::Ridge;
+use super::features::Ridge;
 use super::refinement::Refinement;
 use crate::bvh::{Bounds, Bvh};
 use crate::generate::Failure;
 use crate::generate::balls::{Ball, Balls};
+use crate::generate::generator::{CANDIDATES, Candidate};
 use crate::generate::machine::Machine;
-use crate::generate::work::CANDIDATES;
 use crate::mesh::Carrier;
 use crate::octree::{DEEPEST, Key};
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
 impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
-    /// Places corners and the points of all ridges.
+    /// Places the corners and the points of all ridges.
     pub(super) fn ridges(&mut self) -> Result<(), Failure<M::Error>> {
-        for &c in &self.kept.corners {
-            let v = self.work.domain.corners[c as usize];
-            let site = self.work.rules.site(self.work.domain.points()[v as usize]);
-            self.work.vertices.push(site, Carrier::Corner(c));
+        for &c in &self.features.corners {
+            let v = self.generator.domain.corners[c as usize];
+            let site = self.generator.rules.site(self.generator.domain.points()[v as usize]);
+            self.generator.vertices.push(site, Carrier::Corner(c));
         }
-        self.work.begin("segments");
-        let numbered = (0u32..).zip(&self.kept.ridges);
+        self.generator.begin("segments");
+        let numbered = (0u32..).zip(&self.features.ridges);
         let candidates = numbered.flat_map(|(r, ridge)| self.candidates_along(r, ridge)).collect();
-        self.work.sample(candidates).map_err(Failure::Machine)?;
+        self.generator.sample(candidates).map_err(Failure::Machine)?;
         loop {
             self.make_chords();
             let faults = self.chords.iter().filter(|c| self.is_coarse(c));
@@ -42,53 +41,53 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
         }
     }
 
-    /// Is a chord too long, or its middle too far from the ridge's?
+    /// Returns `true` if a chord is too long, or its midpoint is too far from that of the ridge.
     fn is_coarse(&self, chord: &Chord<P>) -> bool {
         let radius = chord.ball.radius2.sqrt();
-        let sizes = chord.ends.map(|v| self.work.vertices.sizes[v as usize]);
+        let sizes = chord.ends.map(|v| self.generator.vertices.sizes[v as usize]);
         let distance = self.distance_at(chord.middle);
-        self.work.rules.is_too_large(chord.middle, radius, sizes[0].max(sizes[1]))
+        self.generator.rules.is_too_large(chord.middle, radius, sizes[0].max(sizes[1]))
             || dist2(chord.middle, chord.ball.centre) > distance * distance
     }
 
-    fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<(Site<P>, Carrier)> {
-        let seed = self.work.seed_of(number);
+    fn candidates_along(&self, number: u32, ridge: &Ridge) -> Vec<Candidate<P>> {
+        let seed = self.generator.seed_of(number);
         let length = ridge.length();
         let (mut found, mut cells) = (Vec::new(), vec![Key::ROOT]);
         while let Some(key) = cells.pop() {
             let part = length / (1u64 << key.level) as f64;
-            let place = |unit: f64| ridge.at(self.work.domain, (f64::from(key.at[0]) + unit) * part);
-            if (self.work.rules.size)(place(0.5).0) < part && key.level < DEEPEST {
+            let place = |unit: f64| ridge.at(self.generator.domain, (f64::from(key.at[0]) + unit) * part);
+            if (self.generator.rules.size)(place(0.5).0) < part && key.level < DEEPEST {
                 cells.extend([0, 1].map(|i| Key { level: key.level + 1, at: [2 * key.at[0] + i, 0, 0] }));
                 continue;
             }
             for number in 0..CANDIDATES {
                 let (at, segment) = place(Name { cell: key, number }.unit(seed, 1));
-                found.push((self.work.rules.site(at), Carrier::Segment(segment)));
+                found.push((self.generator.rules.site(at), Carrier::Segment(segment)));
             }
         }
         found
     }
 
-    /// The chords of the vertices on ridges, and their balls.
+    /// Rebuilds the chords of the vertices on ridges, and their balls.
     pub(super) fn make_chords(&mut self) {
-        let mut on: Vec<Vec<(f64, u32)>> = vec![Vec::new(); self.kept.ridges.len()];
-        let vertices = &self.work.vertices;
+        let mut on: Vec<Vec<(f64, u32)>> = vec![Vec::new(); self.features.ridges.len()];
+        let vertices = &self.generator.vertices;
         for (v, carrier) in (0u32..).zip(&vertices.carriers) {
             if let Carrier::Segment(s) = carrier
                 && let Some((r, i)) = self.ridge_of[*s as usize]
             {
-                let ridge = &self.kept.ridges[r as usize];
-                let start = self.work.domain.points()[ridge.vertices[i as usize] as usize];
+                let ridge = &self.features.ridges[r as usize];
+                let start = self.generator.domain.points()[ridge.vertices[i as usize] as usize];
                 let along = ridge.lengths[i as usize] + dist2(start, vertices.points[v as usize]).sqrt();
                 on[r as usize].push((along, v));
             }
         }
         let mut chords = Vec::new();
-        for (ridge, on) in self.kept.ridges.iter().zip(&mut on) {
+        for (ridge, on) in self.features.ridges.iter().zip(&mut on) {
             let corner = |v: u32| {
-                let c = self.work.domain.corners.binary_search(&v).unwrap_or(usize::MAX) as u32;
-                self.kept.corners.binary_search(&c).unwrap_or(usize::MAX) as u32
+                let c = self.generator.domain.corners.binary_search(&v).unwrap_or(usize::MAX) as u32;
+                self.features.corners.binary_search(&c).unwrap_or(usize::MAX) as u32
             };
             on.push((0.0, corner(ridge.vertices[0])));
             on.push((ridge.length(), corner(ridge.vertices[ridge.vertices.len() - 1])));
@@ -97,16 +96,16 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
                 let ends = [pair[0].1, pair[1].1];
                 let [p, q] = ends.map(|v| vertices.points[v as usize]);
                 let (middle, segment) =
-                    ridge.at(self.work.domain, divided([pair[0].0, pair[1].0], ridge.length()));
+                    ridge.at(self.generator.domain, divided([pair[0].0, pair[1].0], ridge.length()));
                 let ball = Ball { centre: (p + q) * 0.5, radius2: 0.25 * dist2(p, q) };
                 chords.push(Chord { ends, middle, segment, ball });
             }
         }
-        let points = &self.work.vertices.points;
+        let points = &self.generator.vertices.points;
         let bounds = |c: &Chord<P>| Bounds::of(c.ends.map(|v| points[v as usize]));
         self.chord_tree = Bvh::new(chords.iter().map(bounds).collect());
-        self.work.pieces = Balls::new(chords.iter().map(|c| c.ball).collect());
-        self.at_corners = vec![Vec::new(); self.kept.corners.len()];
+        self.generator.subsegments = Balls::new(chords.iter().map(|c| c.ball).collect());
+        self.at_corners = vec![Vec::new(); self.features.corners.len()];
         for (c, chord) in (0u32..).zip(&chords) {
             // Corners are the first vertices.
             for v in chord.ends {
@@ -119,10 +118,10 @@ impl<P: Space, M: Machine<P> + Sync> Refinement<'_, P, M> {
     }
 }
 
-/// Where a piece of a ridge of a length is divided: in its middle third at least, by arc length.
+/// Returns the arc length at which a part of a ridge of the given length is divided. It lies in the middle third.
 fn divided([from, to]: [f64; 2], length: f64) -> f64 {
     let half = 0.5 * (to - from);
-    // The power of two below, from the exponent alone; then the one nearer to the middle.
+    // The largest power of two below, from the exponent. Then the closer of it and its double.
     let below = f64::from_bits(half.to_bits() & (0x7ff << 52));
     let shell = if half > 1.5 * below { 2.0 * below } else { below };
     match (from == 0.0, to == length) {

@@ -1,19 +1,18 @@
-//! The surface: its walls to be crossed, sampled and measured against.
+//! The surface: crossings, samples and distances of its walls.
 
 use septet_geometry::point::dist2;
 
 use crate::bvh::{Bounds, Bvh};
 use crate::distance::closest_on_triangle;
 use crate::domain::Domain;
+use crate::generate::generator::{CANDIDATES, Candidate, Rules};
 use crate::generate::volume::CELLS;
-use crate::generate::work::{CANDIDATES, Rules};
 use crate::mesh::Carrier;
 use crate::octree::Key;
 use crate::points::candidates::Name;
-use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// A place on the surface.
+/// A point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place<P> {
     pub(super) at: P,
@@ -25,22 +24,23 @@ pub(super) struct Place<P> {
 /// The walls of a surface.
 pub(super) struct Surface<P> {
     walls: Vec<[P; 3]>,
-    /// The facet of each.
+    /// The facet of each wall.
     facets: Vec<u32>,
     tree: Bvh<P>,
     diagonal: f64,
 }
 
-/// How often a wall is halved for candidates, at most.
+/// The largest number of times that a wall is quartered for candidates.
 const DEEPEST: u8 = 15;
 
-/// Candidates per cell of a triangle, of which there are about four to the area `f^2`.
+/// The number of candidates per area `f^2`. A quartered wall has about four cells per area `f^2`.
 const PER_AREA: f64 = 2.0 * CANDIDATES as f64;
 
-/// How far outside of a wall, in barycentric coordinates, a crossing still counts: neighbours overlap by rounding.
+/// The distance outside a wall, in barycentric coordinates, within which a crossing counts. Adjacent walls overlap by
+/// rounding.
 const EDGE: f64 = 1e-9;
 
-/// Where a segment that leaves the surface starts, over its length.
+/// The start of a segment that leaves the surface, relative to its length.
 const AGAIN: f64 = 1e-3;
 
 impl<P: Space> Surface<P> {
@@ -68,7 +68,7 @@ impl<P: Space> Surface<P> {
         Place { at, facet: self.facets[wall as usize], normal: P::hull_normal(&[b - a, c - a]) }
     }
 
-    /// Where the segment from p towards q crosses the surface, farthest from `from`.
+    /// Returns the crossing of the segment from p to q with the surface that is farthest from `from`.
     pub(super) fn crossing(&self, p: P, q: P, from: P) -> Option<Place<P>> {
         let [p, q] = self.near(p, q);
         let mut best: Option<(f64, u32, P)> = None;
@@ -84,12 +84,13 @@ impl<P: Space> Surface<P> {
         best.map(|(_, wall, x)| self.place(wall, x))
     }
 
-    /// What of a segment is within twice the box's diagonal of its place nearest to the box's middle: all that can meet the surface.
+    /// Clips a segment to twice the diagonal of the box around its point nearest to the middle of the box. Only this
+    /// part can meet the surface.
     fn near(&self, p: P, q: P) -> [P; 2] {
         let (bounds, along) = (self.tree.bounds(), q - p);
         let length = along.norm2().sqrt();
         let reach = 2.0 * self.diagonal;
-        // Faces whose corners are on a line have no axis, and no numbers on it.
+        // Faces with collinear corners have no axis and NaN coordinates on it.
         if length.is_nan() || length <= reach {
             return [p, q];
         }
@@ -102,9 +103,9 @@ impl<P: Space> Surface<P> {
         ]
     }
 
-    /// The squared distance at which the segment from a place of the surface, along `d`, meets it again.
+    /// Returns the squared distance at which the segment along `d` from a point of the surface meets the surface again.
     pub(super) fn again(&self, at: P, d: P) -> Option<f64> {
-        // The wall itself and those beside it are met where the segment starts.
+        // The offset skips the wall itself and its neighbours.
         let start = at + d * AGAIN;
         let mut least: Option<f64> = None;
         self.tree.visit_along(start, at + d, |wall| {
@@ -116,7 +117,7 @@ impl<P: Space> Surface<P> {
         least
     }
 
-    /// The place of the surface nearest to a point.
+    /// Returns the point of the surface nearest to a point.
     pub(super) fn nearest(&self, q: P) -> Option<Place<P>> {
         let mut best = None;
         let closest = |w: u32| {
@@ -134,7 +135,7 @@ impl<P: Space> Surface<P> {
         best
     }
 
-    /// The place nearest to one of two points, whichever is nearer to the surface.
+    /// Returns the surface point nearest to `p` or to `q`, whichever is closer.
     pub(super) fn nearer(&self, p: P, q: P) -> Option<Place<P>> {
         let [p, q] = [p, q].map(|x| self.nearest(x).map(|near| (dist2(near.at, x), near)));
         match (p?, q?) {
@@ -143,19 +144,15 @@ impl<P: Space> Surface<P> {
         }
     }
 
-    /// The number of walls.
+    /// Returns the number of walls.
     pub(super) fn walls(&self) -> u32 {
         self.walls.len() as u32
     }
 
-    /// Candidates on a wall: it is quartered until its edges are no longer than f at its middle; each part then has
-    /// [`PER_AREA`] candidates to the area `f^2` in the mean. Nothing if they are more than [`CELLS`] for each vertex that is allowed.
-    pub(super) fn candidates(
-        &self,
-        wall: u32,
-        rules: &Rules<'_, P>,
-        seed: u64,
-    ) -> Option<Vec<(Site<P>, Carrier)>> {
+    /// Returns the candidates on a wall. The wall is quartered until its edges are at most f at its centroid. Each part
+    /// then has on average [`PER_AREA`] candidates per area `f^2`. Returns `None` if there are more than [`CELLS`] per
+    /// vertex allowed.
+    pub(super) fn candidates(&self, wall: u32, rules: &Rules<'_, P>, seed: u64) -> Option<Vec<Candidate<P>>> {
         let most = rules.most.saturating_mul(CELLS);
         let carrier = Carrier::Facet(self.facets[wall as usize]);
         let mut found = Vec::new();
@@ -187,13 +184,13 @@ impl<P: Space> Surface<P> {
         Some(found)
     }
 
-    /// A vertex of the surface that lies in a facet's first wall.
+    /// Returns the corners of the first wall of a facet.
     pub(super) fn corners_of(&self, facet: u32) -> [P; 3] {
         self.walls[self.facets.partition_point(|&f| f < facet)]
     }
 }
 
-/// Where a segment crosses a triangle, rounded.
+/// Returns the point at which a segment crosses a triangle, rounded.
 fn crossed<P: Space>(&[a, b, c]: &[P; 3], p: P, q: P) -> Option<P> {
     let normal = P::hull_normal(&[b - a, c - a]);
     let (from, to) = (normal.dot(p - a), normal.dot(q - a));

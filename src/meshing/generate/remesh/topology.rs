@@ -1,30 +1,32 @@
-//! Where the boundary is no manifold.
+//! Violations of the manifold property of the boundary.
 //!
-//! **Statement.** The boundary of cells is a 2-manifold iff every edge has two faces and the faces at every vertex are one
-//! fan. Where it is not, the largest surface ball around is divided. If it is one, vertices on facets that have no face are taken
-//! away (chords cut them off), and of shells without any face some corners of walls join.
+//! **Statement.** The boundary of a set of cells is a 2-manifold iff every edge has two faces and the faces at every
+//! vertex form one fan. At a violation, the largest surface ball nearby is divided. Once the boundary is a manifold,
+//! vertices on facets without a face are removed, because chords cut them off. For shells without any face, some
+//! corners of their walls are added.
 
 use std::collections::BTreeMap;
 
 use septet_geometry::point::Point;
 
-use super::refinement::{Candidate, Refinement, edges_of};
+use super::refinement::{Refinement, edges_of};
 use super::restricted::Restricted;
 use crate::bvh::Bounds;
+use crate::generate::generator::Candidate;
 use crate::generate::machine::Machine;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::sides::Sets;
 use crate::space::Space;
 
-/// The candidates that make it one.
+/// Returns the candidates that repair the manifold property.
 pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
     at: &Refinement<'_, P, M>,
     made: &Restricted<P>,
 ) -> Vec<Candidate<P>> {
     let mut groups = edges(made);
     if groups.is_empty() {
-        groups = vertices(made, at.work.vertices.len());
+        groups = vertices(made, at.generator.vertices.len());
     }
     let largest = |faces: &Vec<u32>| {
         let faces = faces.iter().map(|&f| &made.faces[f as usize]);
@@ -33,7 +35,7 @@ pub(super) fn crowded<P: Space, M: Machine<P> + Sync>(
     groups.iter().filter_map(largest).map(|face| at.on_surface(face)).collect()
 }
 
-/// The faces at edges with other than two of them.
+/// Returns the faces at each edge that does not have two faces.
 fn edges<P: Point>(made: &Restricted<P>) -> Vec<Vec<u32>> {
     let numbered = (0u32..).zip(&made.faces);
     let mut edges: Vec<([u32; 2], u32)> =
@@ -43,7 +45,7 @@ fn edges<P: Point>(made: &Restricted<P>) -> Vec<Vec<u32>> {
     groups.map(|group| group.iter().map(|e| e.1).collect()).collect()
 }
 
-/// The faces at vertices with more than one fan, if every edge has two faces.
+/// Returns the faces at each vertex with several fans. Every edge must have two faces.
 fn vertices<P: Point>(made: &Restricted<P>, count: usize) -> Vec<Vec<u32>> {
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); count];
     for (f, face) in (0u32..).zip(&made.faces) {
@@ -63,15 +65,16 @@ fn vertices<P: Point>(made: &Restricted<P>, count: usize) -> Vec<Vec<u32>> {
     (0u32..).zip(&around).filter_map(several).collect()
 }
 
-/// Which vertices stay: all but those on facets that no face has, in an otherwise faultless boundary.
+/// Returns for each vertex whether it stays: vertices on facets stay only if they have a face. The boundary must be
+/// faultless otherwise.
 pub(super) fn useful<P: Point>(made: &Restricted<P>, carriers: &[Carrier]) -> Vec<bool> {
     let mut useful: Vec<bool> = carriers.iter().map(|c| !matches!(c, Carrier::Facet(_))).collect();
     made.faces.iter().flat_map(|f| f.vertices).for_each(|v| useful[v as usize] = true);
     useful
 }
 
-/// Vertices on facets that no face has, at the end: those of cells inside are the volume's then. Which vertices are left, with all that no
-/// cell inside has taken away (outside cells have them, and go)?
+/// Reassigns vertices on facets without a face to the volume, at the end. Returns for each vertex whether a cell inside
+/// uses it. Other vertices are removed with the cells outside.
 pub(super) fn unfaced<P: Point>(carriers: &mut [Carrier], made: &Restricted<P>) -> Vec<bool> {
     let useful = useful(made, carriers);
     let mut kept = vec![false; carriers.len()];
@@ -83,13 +86,13 @@ pub(super) fn unfaced<P: Point>(carriers: &mut [Carrier], made: &Restricted<P>) 
     kept
 }
 
-/// Corners of walls of the shells that the boundary has no face on: too small for the size asked for. A quarter of a shell's
-/// extent apart, so that some dozen stand for it.
+/// Returns corners of walls of those shells on which the boundary has no face. Such shells are too small for the
+/// requested size. The corners are a quarter of the shell's extent apart, so about a dozen per shell are inserted.
 pub(super) fn lost<P: Space, M: Machine<P> + Sync>(
     at: &Refinement<'_, P, M>,
     made: &Restricted<P>,
 ) -> Vec<Candidate<P>> {
-    let domain = at.work.domain;
+    let domain = at.generator.domain;
     let mut sets = Sets::new(domain.facets.len());
     for segment in &domain.segments {
         segment.facets.windows(2).for_each(|f| sets.join(f[0], f[1]));

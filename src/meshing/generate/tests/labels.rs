@@ -1,4 +1,4 @@
-//! Labels of cells: they say where cells lie, and depend on no order.
+//! Labels of cells give their components and depend on no order.
 
 use std::sync::LazyLock;
 
@@ -10,9 +10,9 @@ use super::{Shuffled, add_box, cube, facet, fans, is_sound, torus, turned};
 use crate::domain::Domain;
 use crate::facet::Triangulate;
 use crate::generate::barrier::Own;
-use crate::generate::facets::Triangles;
+use crate::generate::facets::Subfacets;
+use crate::generate::generator::Generator;
 use crate::generate::segments::Chains;
-use crate::generate::work::Work;
 use crate::generate::{Alone, Labels, Rules, Triangulation, Vertices, generate};
 use crate::input::Input;
 use crate::sides::Location;
@@ -20,59 +20,59 @@ use crate::size::tests::slit;
 use crate::size::{SizeFunction, SizeOptions};
 use crate::space::Space;
 
-/// What labels are made of.
+/// The input of labelling.
 #[derive(Clone)]
 struct Posed<P: Space> {
     vertices: Vertices<P>,
     chains: Chains,
-    triangles: Triangles,
+    subfacets: Subfacets,
     delaunay: Triangulation<P::Cell>,
 }
 
-/// Faces with their facets and the cells beside them.
+/// Faces with their facets and their adjacent cells.
 type Faces<P> = Vec<(u32, <P as Point>::Facet, [u32; 2])>;
 
 fn no_size<P>(_: P) -> f64 {
     1.0
 }
 
-/// What [`crate::generate::generate`] has when it labels cells for the last time.
+/// Returns the state of [`crate::generate::generate`] at the last labelling.
 fn posed<P: Triangulate>(domain: &Domain<P>, lipschitz: f64, most: Option<f64>) -> Posed<P> {
     let mut options = SizeOptions::new(lipschitz);
-    options.wishes.most = most;
+    options.constraints.most = most;
     let size = SizeFunction::new(domain, &options).unwrap();
     let at = |x| size.at(x);
     let rules = Rules { size: &at, lipschitz, seed: 1, most: 1 << 24 };
     let mut machine = Alone { seed: 1 };
     let cells = super::super::volume::sampling_cells(domain, &rules, &machine).unwrap();
-    let mut work = Work::new(domain, rules, &mut machine);
-    let planes = work.planes();
-    let chains = work.segments().unwrap();
-    let triangles = if P::DIM == 3 { work.facets(&planes, &chains).unwrap() } else { Vec::new() };
-    let (chains, triangles) = work.force(&planes, chains, triangles).unwrap();
-    let own = Own { planes: &planes, chains: &chains, triangles: &triangles };
-    let delaunay = work.volume(own, &cells).unwrap().delaunay;
-    Posed { vertices: work.vertices, chains, triangles, delaunay }
+    let mut generator = Generator::new(domain, rules, &mut machine);
+    let planes = generator.planes();
+    let chains = generator.segments().unwrap();
+    let subfacets = if P::DIM == 3 { generator.facets(&planes, &chains).unwrap() } else { Vec::new() };
+    let (chains, subfacets) = generator.recover(&planes, chains, subfacets).unwrap();
+    let own = Own { planes: &planes, chains: &chains, subfacets: &subfacets };
+    let delaunay = generator.volume(own, &cells).unwrap().delaunay;
+    Posed { vertices: generator.vertices, chains, subfacets, delaunay }
 }
 
-/// The labels, and the faces with their facets, vertices ascending.
+/// Returns the labels, and the faces with their facets, vertices ascending.
 fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<P>) {
     let rules = Rules { size: &no_size, lipschitz: 0.5, seed: 1, most: 1 << 24 };
     let mut machine = Alone { seed: 1 };
-    let mut work = Work::new(domain, rules, &mut machine);
-    work.vertices = posed.vertices.clone();
-    let planes = work.planes();
-    let own = Own { planes: &planes, chains: &posed.chains, triangles: &posed.triangles };
-    let barrier = work.barrier(own, &posed.delaunay);
-    let labels = work.labels(&posed.delaunay, &barrier);
-    let mut faces = work.faces(&posed.delaunay, &labels, &barrier, &planes);
+    let mut generator = Generator::new(domain, rules, &mut machine);
+    generator.vertices = posed.vertices.clone();
+    let planes = generator.planes();
+    let own = Own { planes: &planes, chains: &posed.chains, subfacets: &posed.subfacets };
+    let barrier = generator.barrier(own, &posed.delaunay);
+    let labels = generator.labels(&posed.delaunay, &barrier);
+    let mut faces = generator.faces(&posed.delaunay, &labels, &barrier, &planes);
     for (_, face, _) in &mut faces {
         face.as_mut().sort_unstable();
     }
     (labels.of, faces)
 }
 
-/// Numbers in an order that depends on nothing but the seed.
+/// Returns a permutation that depends only on the seed.
 struct Orders(u64);
 
 impl Orders {
@@ -85,7 +85,7 @@ impl Orders {
         (1..list.len()).rev().for_each(|i| list.swap(i, self.below(i + 1)));
     }
 
-    /// The new number of each.
+    /// The new index of each entry.
     fn permutation(&mut self, n: usize) -> Vec<u32> {
         let mut numbers: Vec<u32> = (0..n as u32).collect();
         self.shuffle(&mut numbers);
@@ -93,7 +93,7 @@ impl Orders {
     }
 }
 
-/// Lists in an order in which entry `i` has become entry `to[i]`.
+/// Permutes a list: entry `i` moves to `to[i]`.
 fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
     let mut from = vec![0; to.len()];
     for (i, &j) in to.iter().enumerate() {
@@ -102,7 +102,7 @@ fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
     from.into_iter().map(|i| list[i].clone()).collect()
 }
 
-/// The same with other numbers of points and of cells, and other orders of triangles and within rows.
+/// Renumbers points and cells, and reorders subfacets and the vertices within rows.
 fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<u32>, Vec<u32>) {
     let points = orders.permutation(posed.vertices.len());
     let cells = orders.permutation(posed.delaunay.cells.len());
@@ -114,16 +114,16 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
         carriers: moved(&posed.vertices.carriers, &points),
     };
     other.chains.iter_mut().flatten().for_each(renamed);
-    for (_, triangle) in &mut other.triangles {
+    for (_, triangle) in &mut other.subfacets {
         triangle.iter_mut().for_each(renamed);
         orders.shuffle(triangle);
     }
-    orders.shuffle(&mut other.triangles);
+    orders.shuffle(&mut other.subfacets);
     let Triangulation { cells: rows, neighbours } = &mut other.delaunay;
     for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
         row.as_mut().iter_mut().for_each(renamed);
         across.as_mut().iter_mut().filter(|j| **j != u32::MAX).for_each(|j| *j = cells[*j as usize]);
-        // Turns of three are even permutations.
+        // Rotations of three are even permutations.
         for _ in 0..3 {
             let [first, turns] = [orders.below(P::Cell::LEN - 2), orders.below(3)];
             row.as_mut()[first..first + 3].rotate_left(turns);
@@ -134,7 +134,7 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
     (other, points, cells)
 }
 
-/// A domain with what is labelled, and the labels.
+/// A domain with the input of labelling and the labels.
 struct Case<P: Space> {
     name: &'static str,
     domain: Domain<P>,
@@ -162,14 +162,14 @@ impl<P: Triangulate> Case<P> {
             face.as_mut().iter_mut().for_each(|v| *v = points[*v as usize]);
             face.as_mut().sort_unstable();
             let number = |c: u32| if c == u32::MAX { c } else { cells[c as usize] };
-            let mut beside = [number(i), number(j)];
-            beside.sort_unstable();
-            (f, face, beside)
+            let mut cells = [number(i), number(j)];
+            cells.sort_unstable();
+            (f, face, cells)
         };
         let mut expected: Vec<_> = self.faces.iter().map(renamed).collect();
         let mut faces = faces;
-        for (_, _, beside) in &mut faces {
-            beside.sort_unstable();
+        for (_, _, cells) in &mut faces {
+            cells.sort_unstable();
         }
         expected.sort_unstable();
         faces.sort_unstable();
@@ -177,9 +177,10 @@ impl<P: Triangulate> Case<P> {
         Ok(())
     }
 
-    /// The middle of a cell that is not nearly flat lies where the label says. How many were judged?
+    /// Checks that the centroid of each cell that is not nearly flat lies in the labelled component. Returns the
+    /// number of cells checked.
     fn are_where_they_lie(&self) -> usize {
-        let mut judged = 0;
+        let mut checked = 0;
         for (cell, &label) in self.posed.delaunay.cells.iter().zip(&self.labels) {
             let corners: Vec<P> =
                 cell.as_ref().iter().map(|&v| self.posed.vertices.points[v as usize]).collect();
@@ -195,13 +196,14 @@ impl<P: Triangulate> Case<P> {
                 _ => Labels::OUT,
             };
             assert_eq!(label, expected, "{}: the cell at {middle:?}", self.name);
-            judged += 1;
+            checked += 1;
         }
-        judged
+        checked
     }
 }
 
-/// A block with a notch, turned: the ends of its arms lie in one plane, and facets that meet nowhere have the space between them.
+/// A rotated block with a notch. The ends of its arms lie in one plane, so coplanar facets do not meet and enclose
+/// empty space.
 pub(super) fn notched(gap: f64, deep: f64, height: f64, turn: [f64; 3]) -> Input<DVec3> {
     let (right, top) = (2.0 + gap, 1.0 + deep);
     let (inner, arm) = (1.0 + gap, 1.0);
@@ -229,8 +231,8 @@ pub(super) fn notched(gap: f64, deep: f64, height: f64, turn: [f64; 3]) -> Input
     Input::surface(points, faces)
 }
 
-/// Blocks with flat cells across the ends of both arms: the rounded middle of such a cell lies in the notch or beyond the
-/// ends, by the order of its corners.
+/// Blocks with flat cells across the ends of both arms. The rounded centroid of such a cell lies in the notch or
+/// beyond the ends, depending on the order of its corners.
 #[expect(clippy::unreadable_literal, reason = "found by a search, kept to the bit")]
 const NOTCHED: [(f64, f64, f64, [f64; 3]); 3] = [
     (
@@ -253,7 +255,8 @@ const NOTCHED: [(f64, f64, f64, [f64; 3]); 3] = [
     ),
 ];
 
-/// Two rooms of a turned box: the wall between them meets the floor, one facet for both, inside of it. A square hangs on the wall.
+/// Two rooms of a rotated box. The wall between them meets the floor, one facet for both rooms, in its interior. A
+/// square hangs on the wall.
 fn rooms() -> Input<DVec3> {
     let mut input = cube();
     input.points.extend([[2., 0., 0.], [2., 4., 0.], [2., 4., 4.], [2., 0., 4.]].map(DVec3::from));
@@ -296,9 +299,9 @@ static PLANE: LazyLock<Case<DVec2>> = LazyLock::new(|| Case::new("slit", slit(),
 #[test]
 fn cells_lie_where_their_labels_say() {
     for case in &*SPACE {
-        let (judged, flat) = (case.are_where_they_lie(), case.flat());
-        println!("{}: {judged} of {} cells, {flat} flat", case.name, case.labels.len());
-        assert!(judged > 100, "{}: {judged}", case.name);
+        let (checked, flat) = (case.are_where_they_lie(), case.flat());
+        println!("{}: {checked} of {} cells, {flat} flat", case.name, case.labels.len());
+        assert!(checked > 100, "{}: {checked}", case.name);
     }
     assert!(PLANE.are_where_they_lie() > 20);
     assert!(SPACE.iter().filter(|case| case.flat() > 0).count() >= 3);
@@ -323,7 +326,7 @@ fn flat_cells_across_the_arms_of_a_block() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Other numbers of cells and points, other orders of corners: the same labels and faces.
+    /// Different indices of cells and points and different orders of corners give the same labels and faces.
     #[test]
     fn labels_depend_on_no_order(seed in any::<u64>()) {
         for case in &*SPACE {

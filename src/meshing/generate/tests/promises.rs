@@ -1,4 +1,4 @@
-//! Meshes keep what is promised: of wedges conformity, of domains without small angles the radius-edge ratio.
+//! Meshes keep the promises: conformity for wedges, and radius-edge ratios for domains without small angles.
 
 use glam::{DMat3, DVec3};
 
@@ -23,11 +23,11 @@ fn add_wedge(input: &mut Input<DVec3>, degrees: f64) {
     }
 }
 
-/// The meshes of a domain for some seeds, each sound.
+/// Generates meshes of a domain for some seeds and checks each.
 fn meshes(input: &Input<DVec3>, lipschitz: f64, most: Option<f64>, seeds: u64) -> Vec<Mesh<DVec3>> {
     let domain = crate::check(input).unwrap();
     let mut options = SizeOptions::new(lipschitz);
-    options.wishes.most = most;
+    options.constraints.most = most;
     let size = SizeFunction::new(&domain, &options).unwrap();
     let at = |x| size.at(x);
     let made = (1..=seeds).map(|seed| {
@@ -40,10 +40,10 @@ fn meshes(input: &Input<DVec3>, lipschitz: f64, most: Option<f64>, seeds: u64) -
     made.collect()
 }
 
-/// On the slanted facet corners' shells have points on a common circle, off the plane by rounding: a flat cell, and on
-/// either side of it another diagonal.
+/// On the slanted facet, the shells of corners have points on a common circle, off the plane by rounding. They form a
+/// flat cell with a different diagonal on either side.
 #[test]
-fn wedges_inside_of_a_box_are_not_torn() {
+fn wedges_inside_a_box_are_matched() {
     for (lipschitz, most) in [(0.25, None), (0.5, None), (0.25, Some(0.4)), (0.5, Some(0.3)), (0.12, None)] {
         let mut input = cube();
         add_wedge(&mut input, 10.0);
@@ -59,7 +59,7 @@ fn wedges_alone_conform() {
         let mut input = Input::new(Kind::Complex, Vec::new());
         add_wedge(&mut input, degrees);
         let made = meshes(&input, lipschitz, most, 12);
-        // Outside of the slanted facet flat cells do no harm.
+        // Outside the slanted facet, flat cells are harmless.
         assert!(made.iter().all(|mesh| mesh.dropped > 0));
     }
 }
@@ -73,7 +73,8 @@ fn sharp_wedges_conform() {
     }
 }
 
-/// A corner of seven facets between four segments: two in the plane z = 0, to either side of x, one above and one beneath it.
+/// A corner of seven facets between four segments: two in the plane z = 0, on either side of x, one above and one
+/// below it.
 fn corner(opening: f64, rise: f64) -> Input<DVec3> {
     let points = [[0., 0., 0.], [1., opening, 0.], [1., -opening, 0.], [2.5, 0., rise], [2.5, 0., -rise]];
     let mut input = Input::new(Kind::Complex, points.map(DVec3::from).to_vec());
@@ -84,7 +85,7 @@ fn corner(opening: f64, rise: f64) -> Input<DVec3> {
 }
 
 #[test]
-fn sharp_corners_have_an_end() {
+fn sharp_corners_terminate() {
     for degrees in [2.5f64, 5.0, 10.0, 20.0, 30.0] {
         for rise in [0.2, 0.5] {
             meshes(&corner((0.5 * degrees).to_radians().tan(), rise), 0.5, None, 2);
@@ -92,10 +93,10 @@ fn sharp_corners_have_an_end() {
     }
 }
 
-/// The facet in the plane is blunt, and others are within 12 degrees of it: triangles at the corner come again at half the
-/// size, until it is enclosed.
+/// The facet in the plane is blunt, and others are within 12 degrees of it. Subfacets at the corner recur at half the
+/// size until the corner is enclosed.
 #[test]
-fn blunt_corners_between_others_have_an_end() {
+fn blunt_corners_between_facets_terminate() {
     for (opening, rise) in [(2.0, 0.1), (2.5, 0.5), (3.0, 0.5)] {
         let mesh = &meshes(&corner(opening, rise), 0.5, None, 1)[0];
         assert!(mesh.points.len() < 30_000, "{opening} {rise}: {} points", mesh.points.len());
@@ -123,7 +124,7 @@ fn hole() -> Input<DVec3> {
     input
 }
 
-/// Three times a rotation, in whole numbers: its facets are planes to the last bit.
+/// Three times a rotation, in integers, so that its facets are exact planes.
 fn slanted() -> Input<DVec3> {
     let mut input = cube();
     let turn = DMat3::from_cols(DVec3::new(1., 2., 2.), DVec3::new(2., 1., -2.), DVec3::new(2., -2., 1.));
@@ -147,7 +148,8 @@ fn dangling() -> Input<DVec3> {
     input
 }
 
-/// What was promised of a mesh is kept; how many cells are free, near, and above triangles larger than f.
+/// Checks that a mesh keeps its promise. Returns the numbers of cells that are free, near, and above subfacets larger
+/// than f.
 fn keeps(name: &str, input: &Input<DVec3>, lipschitz: f64, seed: u64) -> [u64; 3] {
     let domain = crate::check(input).unwrap();
     assert!(domain.small_angles(90.0).is_empty(), "{name}");
@@ -158,7 +160,7 @@ fn keeps(name: &str, input: &Input<DVec3>, lipschitz: f64, seed: u64) -> [u64; 3
     assert!(crate::conformity::check(&domain, &mesh).is_clean());
     let features = crate::distance::Features::new(&domain);
     let balls = Balls::new(&domain, &features, &mesh, &at, lipschitz);
-    // Of a triangle whose centre lies in the ball of a piece.
+    // The bound for a subfacet whose centre lies in the ball of a subsegment.
     assert!(balls.widest() <= 2f64.sqrt() / (1.0 - lipschitz), "{}", balls.widest());
     let promised = balls.promise(lipschitz).all();
     let place = |centre, radius| balls.place(centre, radius);
@@ -192,6 +194,6 @@ fn ratios_keep_their_bounds() {
             }
         }
     }
-    // No case is a void one.
+    // Every case occurs.
     assert!(cells.iter().all(|&n| n > 100), "{cells:?}");
 }

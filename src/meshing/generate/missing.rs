@@ -1,91 +1,93 @@
-//! What a triangulation lacks.
+//! Subsegments and subfacets missing from the Delaunay triangulation.
 //!
-//! **Statement.** A piece (a triangle) is *missing* if it is no edge (no face) of the Delaunay triangulation. Where four
-//! points of a facet are on a circle as nearly as can be rounded, the faces that are there may be others than those of
-//! the facet's own triangulation: then it is enough that they tile it.
+//! **Statement.** Vertices divide a segment into *subsegments*. The *subfacets* of a facet are the triangles of its own
+//! planar Delaunay triangulation. With respect to the Delaunay triangulation of all vertices:
+//! 1. A subsegment is *missing* if it is not an edge.
+//! 2. A subfacet is missing if it is not a face, unless the faces on its facet tile the facet in another way. This
+//!    happens if four points of the facet are cocircular up to rounding.
+//! 3. A face on a facet inside the domain is *unmatched* if exactly one of its cells is flat. It counts as missing.
 //!
-//! Such points are off the facet by rounding, so there may be a cell of all four, with one diagonal above and the other beneath.
-//! It is dropped ([`super::cells`]). That is well on the border of the domain, where what lies on one side does not matter; on a
-//! facet with the domain on both sides it leaves a mesh that does not conform, although all triangles are there: those of the
-//! facet's own triangulation on one of the sides. So there a face beside a dropped cell is *torn*, and lacking as a triangle is.
-//! A place at the centre of the common circle mends it.
+//! **Flat cells.** Vertices lie on a facet only up to rounding. Four cocircular vertices can span a flat cell, with one
+//! diagonal above and the other below. Generation drops such cells ([`super::cells`]). On the boundary of the domain,
+//! only one side matters. Inside the domain, the two sides of the facet then disagree and the mesh does not conform.
+//! All subfacets are present, but on one side only. Inserting the common circumcentre repairs this.
 //!
-//! *Once mended it stays so.* A cell in the triangulation of all vertices whose own vertices are on facets has an empty sphere, so
-//! it is in the triangulation of the vertices on facets, too. None of them come once the volume has begun: faces are torn before
-//! that or never.
+//! *Repairs are permanent.* Facets receive no vertices after the volume stage begins. A cell whose vertices lie on
+//! facets has an empty circumball, so it is also a cell of the triangulation of the vertices on facets. Unmatched faces
+//! therefore appear before the volume stage or never.
 //!
 //! **Work and depth.** `O(m log m)`: edges and faces are sorted.
 
 use septet_geometry::incremental::facet_without;
 
 use super::cells::is_flat;
-use super::facets::{Plane, Triangles, as_space};
+use super::facets::{Plane, Subfacet, Subfacets, as_space};
+use super::generator::Generator;
 use super::machine::{Machine, Triangulation};
-use super::segments::{Chains, pieces_of};
-use super::work::Work;
+use super::segments::{Chains, Subsegment, subsegments_of};
 use crate::domain::Feature;
 use crate::mesh::Carrier;
 use crate::space::Space;
 
-/// What a triangulation lacks.
+/// The missing subsegments and subfacets of a triangulation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Lacking {
-    /// Segments, and the ends of pieces.
-    pub(super) pieces: Vec<(u32, [u32; 2])>,
-    /// Facets, and the corners of triangles.
-    pub(super) triangles: Vec<(u32, [u32; 3])>,
+pub(super) struct MissingParts {
+    /// Segments, with the ends of subsegments.
+    pub(super) subsegments: Vec<Subsegment>,
+    /// Facets, with the vertices of subfacets.
+    pub(super) subfacets: Vec<Subfacet>,
 }
 
-impl Lacking {
+impl MissingParts {
     pub(super) fn is_empty(&self) -> bool {
-        self.pieces.is_empty() && self.triangles.is_empty()
+        self.subsegments.is_empty() && self.subfacets.is_empty()
     }
 
-    /// The features, each once, with the number of pieces or triangles of each.
+    /// Returns each feature once, with the number of its missing parts.
     pub(super) fn features(&self) -> Vec<(Feature, u32)> {
-        let segments = self.pieces.iter().map(|p| Feature::Segment(p.0));
+        let segments = self.subsegments.iter().map(|p| Feature::Segment(p.0));
         let mut all: Vec<Feature> =
-            segments.chain(self.triangles.iter().map(|t| Feature::Facet(t.0))).collect();
+            segments.chain(self.subfacets.iter().map(|t| Feature::Facet(t.0))).collect();
         all.sort_unstable();
         all.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as u32)).collect()
     }
 }
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// What is not in the triangulation.
-    pub(super) fn lacking(
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Returns the parts that are missing from the triangulation.
+    pub(super) fn missing(
         &self,
         delaunay: &Triangulation<P::Cell>,
         planes: &[Plane],
         chains: &Chains,
-        triangles: &Triangles,
-    ) -> Lacking {
+        subfacets: &Subfacets,
+    ) -> MissingParts {
         let (edges, faces) = self.carried(delaunay);
-        let absent = |&(_, [a, b]): &(u32, [u32; 2])| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
-        let pieces = pieces_of(chains).into_iter().filter(absent).collect();
-        let absent = |(_, t): &&(u32, [u32; 3])| {
+        let absent = |&(_, [a, b]): &Subsegment| edges.binary_search(&[a.min(b), a.max(b)]).is_err();
+        let subsegments = subsegments_of(chains).into_iter().filter(absent).collect();
+        let absent = |(_, t): &&Subfacet| {
             let mut t = *t;
             t.sort_unstable();
             faces.binary_search(&t).is_err()
         };
-        let mut missing: Triangles = triangles.iter().filter(absent).copied().collect();
+        let mut missing: Subfacets = subfacets.iter().filter(absent).copied().collect();
         missing.sort_unstable();
-        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, triangles, &faces) };
+        let whole = if missing.is_empty() { Vec::new() } else { self.tiled(planes, subfacets, &faces) };
         missing.retain(|(f, _)| !whole[*f as usize]);
-        missing.extend(self.torn(delaunay, planes));
+        missing.extend(self.unmatched(delaunay, planes));
         missing.sort_unstable();
         missing.dedup();
-        Lacking { pieces, triangles: missing }
+        MissingParts { subsegments, subfacets: missing }
     }
 
-    /// Faces on facets, with the domain on both sides, of which one is a flat cell's.
-    fn torn(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Triangles {
+    /// Returns the faces on facets inside the domain of which exactly one cell is flat.
+    fn unmatched(&self, delaunay: &Triangulation<P::Cell>, planes: &[Plane]) -> Subfacets {
         if P::DIM == 2 {
             return Vec::new();
         }
         let flat =
             |cell: u32| is_flat(&self.flats, &self.vertices.carriers, delaunay.cells[cell as usize].as_ref());
-        let mut torn = Vec::new();
+        let mut unmatched = Vec::new();
         for j in (0..delaunay.cells.len() as u32).filter(|&j| flat(j)) {
             let (cell, across) = (&delaunay.cells[j as usize], delaunay.neighbours[j as usize]);
             for (&v, &i) in cell.as_ref().iter().zip(across.as_ref()) {
@@ -95,26 +97,27 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 let mut row = [0; 3];
                 row.copy_from_slice(facet_without::<P>(cell, v).as_ref());
                 row.sort_unstable();
-                torn.extend(
+                unmatched.extend(
                     self.facet_of(&row, planes)
                         .filter(|&f| self.is_between(f, &row, planes))
                         .map(|f| (f, row)),
                 );
             }
         }
-        torn
+        unmatched
     }
 
-    /// Is the domain on both sides of a face on a facet?
+    /// Returns `true` if the domain lies on both sides of a face on a facet.
     fn is_between(&self, f: u32, face: &[u32; 3], planes: &[Plane]) -> bool {
         let wall = planes[f as usize].wall_at(self.middle_of(face, &planes[f as usize]));
         let inside = |c: u32| self.domain.components[c as usize].inside;
-        let beside = |wall: usize| self.domain.sides.beside(self.domain.facets[f as usize].walls[wall]);
-        wall.is_some_and(|wall| beside(wall).into_iter().all(inside))
+        let components =
+            |wall: usize| self.domain.sides.components_at(self.domain.facets[f as usize].walls[wall]);
+        wall.is_some_and(|wall| components(wall).into_iter().all(inside))
     }
 
-    /// Edges between vertices of segments, and faces whose vertices one facet holds, beside which there is a cell that
-    /// is not flat; ascending.
+    /// Returns edges between vertices of segments, and faces of cells that are not flat whose vertices lie on one
+    /// facet. Both are ascending.
     fn carried(&self, delaunay: &Triangulation<P::Cell>) -> (Vec<[u32; 2]>, Vec<[u32; 3]>) {
         let carriers = &self.vertices.carriers;
         let (mut edges, mut faces) = (Vec::new(), Vec::new());
@@ -149,9 +152,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         (edges, faces)
     }
 
-    /// Do the faces that are there tile each facet, although they are not the triangles of its own triangulation? So
-    /// it may be where four points lie on a circle as nearly as they can be rounded.
-    fn tiled(&self, planes: &[Plane], triangles: &Triangles, faces: &[[u32; 3]]) -> Vec<bool> {
+    /// Returns for each facet whether the faces present tile it, although they are not its subfacets. This happens if
+    /// four points are cocircular up to rounding.
+    fn tiled(&self, planes: &[Plane], subfacets: &Subfacets, faces: &[[u32; 3]]) -> Vec<bool> {
         let area = |f: u32, t: &[u32; 3]| {
             let plane = &planes[f as usize];
             let [a, b, c] = t.map(|v| plane.of(as_space(self.vertices.points[v as usize])));
@@ -163,7 +166,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
                 there[f as usize] += area(f, face);
             }
         }
-        for (f, t) in triangles {
+        for (f, t) in subfacets {
             whole[*f as usize] += area(*f, t);
         }
         there

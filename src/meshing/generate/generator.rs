@@ -1,4 +1,4 @@
-//! What all stages share.
+//! The state of generation, which all stages share.
 
 use std::collections::BTreeMap;
 
@@ -13,25 +13,28 @@ use crate::points::candidates::Name;
 use crate::points::conflicts::{Site, Sites};
 use crate::space::Space;
 
-/// A simplex is complete if its circumradius is at most this part of the size at its centre.
+/// A simplex is complete if its circumradius is at most this fraction of the size at its centre.
 pub(super) const COMPLETE: f64 = 1.0 - 1e-9;
 
-/// A cell is divided while its side is longer than this many times the size at its centre. Completion finds what is left
-/// out: with sides of up to one size and two candidates a cell there are as many rounds of it, points and cells, and
-/// several times the candidates.
+/// A cell is divided while its side exceeds this multiple of the size at its centre. Completion finds the remaining
+/// gaps. Sides of up to one size with two candidates per cell need as many rounds, points and cells, but several times
+/// the candidates.
 pub(super) const SIDE: f64 = 1.4;
 
-/// Candidates in a cell.
+/// The number of candidates per cell.
 pub(super) const CANDIDATES: u32 = 1;
 
-/// How points are generated.
+/// A candidate for a point, with its carrier.
+pub(super) type Candidate<P> = (Site<P>, Carrier);
+
+/// The parameters of generation.
 #[derive(Clone, Copy)]
 pub struct Rules<'a, P> {
-    /// The size function, in the domain's scaled coordinates.
+    /// The size function, in the scaled coordinates of the domain.
     pub size: &'a (dyn Fn(P) -> f64 + Sync),
     /// Its Lipschitz constant.
     pub lipschitz: f64,
-    /// Decides where candidates lie.
+    /// The seed for the positions of candidates.
     pub seed: u64,
     /// The largest number of vertices.
     pub most: u64,
@@ -42,55 +45,55 @@ impl<P: Point> Rules<'_, P> {
         Site { at, size: (self.size)(at) }
     }
 
-    /// Is a simplex too large, whose corners have these sizes? The size at its centre is asked for only if theirs do
-    /// not tell.
+    /// Returns `true` if a simplex is too large. `largest` is the largest size at its corners. The size at its centre
+    /// is evaluated only if the sizes at the corners do not decide.
     pub(super) fn is_too_large(&self, centre: P, radius: f64, largest: f64) -> bool {
         radius * (1.0 + self.lipschitz) > largest * COMPLETE && radius > COMPLETE * (self.size)(centre)
     }
 }
 
-/// What a stage did.
+/// The counts of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stage {
-    /// `segments`, `facets`, `volume`, and `force` where points are forced.
+    /// `segments`, `facets`, `volume`, or `force` for the recovery stage.
     pub name: &'static str,
-    /// Candidates that came into an independent set's graph.
+    /// The number of candidates in the graphs of independent sets.
     pub candidates: u64,
-    /// Points placed.
+    /// The number of points placed.
     pub points: u64,
-    /// Rounds of completion.
+    /// The number of rounds of completion.
     pub completion: u32,
-    /// Rounds of local priorities, of all sets together.
+    /// The number of rounds of local priorities, over all sets.
     pub set_rounds: u32,
-    /// The most of one set, and that set's number of candidates.
+    /// The largest number of rounds of one set, and its number of candidates.
     pub longest: (u32, u64),
 }
 
-/// The generator at work.
-pub(super) struct Work<'a, P: Space, M> {
+/// The generator.
+pub(super) struct Generator<'a, P: Space, M> {
     pub(super) domain: &'a Domain<P>,
     pub(super) rules: Rules<'a, P>,
     pub(super) machine: &'a mut M,
     pub(super) holders: Holders,
     /// The groups of coplanar facets of each carrier.
     pub(super) flats: Holders,
-    /// The segments of each carrier; meaningless for facets.
+    /// The segments of each carrier. Entries of facets are meaningless.
     pub(super) lines: Holders,
     pub(super) vertices: Vertices<P>,
     pub(super) stages: Vec<Stage>,
-    /// Balls of the segments' pieces.
-    pub(super) pieces: Balls<P>,
-    /// Those of the facets' triangles.
-    pub(super) triangles: Balls<P>,
-    /// Balls that are closed to points of the volume.
+    /// The balls of subsegments.
+    pub(super) subsegments: Balls<P>,
+    /// The balls of subfacets.
+    pub(super) subfacets: Balls<P>,
+    /// Further balls that are closed to points of the volume.
     pub(super) closed: Balls<P>,
-    /// Are centres lifted out of balls?
-    pub(super) lifts: bool,
+    /// Whether circumcentres are moved out of balls.
+    pub(super) off_centres: bool,
     /// The radii of the shells around enclosed corners.
     pub(super) shells: BTreeMap<u32, f64>,
 }
 
-impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
+impl<'a, P: Space, M: Machine<P> + Sync> Generator<'a, P, M> {
     pub(super) fn new(domain: &'a Domain<P>, rules: Rules<'a, P>, machine: &'a mut M) -> Self {
         let mut vertices = Vertices { points: Vec::new(), sizes: Vec::new(), carriers: Vec::new() };
         for (i, &v) in (0u32..).zip(&domain.corners) {
@@ -99,8 +102,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
         let (holders, lines) = (Holders::new(domain), Holders::of_segments(domain));
         let flats = holders.grouped(&flat_groups(domain));
         let none = || Balls::new(Vec::new());
-        let (pieces, triangles, closed) = (none(), none(), none());
-        Work {
+        let (subsegments, subfacets, closed) = (none(), none(), none());
+        Generator {
             domain,
             rules,
             machine,
@@ -109,10 +112,10 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
             lines,
             vertices,
             stages: Vec::new(),
-            pieces,
-            triangles,
+            subsegments,
+            subfacets,
             closed,
-            lifts: false,
+            off_centres: false,
             shells: BTreeMap::new(),
         }
     }
@@ -122,8 +125,8 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
         self.stages.push(Stage { name, ..Stage::default() });
     }
 
-    /// The first points of a stage: a maximal independent set of candidates, with all earlier points fixed.
-    pub(super) fn sample(&mut self, candidates: Vec<(Site<P>, Carrier)>) -> Result<(), M::Error> {
+    /// Places the first points of a stage: a maximal independent set of candidates, with all earlier points fixed.
+    pub(super) fn sample(&mut self, candidates: Vec<Candidate<P>>) -> Result<(), M::Error> {
         let mut sites = self.vertices.sites();
         let fixed = sites.len();
         let candidates = distinct(candidates);
@@ -131,13 +134,9 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
         self.place(&sites, fixed, &candidates)
     }
 
-    /// A round of completion: those candidates that no vertex is in conflict with, as far as they are independent.
-    /// How many were placed?
-    pub(super) fn complete(
-        &mut self,
-        candidates: Vec<(Site<P>, Carrier)>,
-        free: bool,
-    ) -> Result<u64, M::Error> {
+    /// Runs a round of completion. Places an independent set of the candidates that do not conflict with a vertex.
+    /// Returns the number of points placed. `free` states that no candidate conflicts with a vertex.
+    pub(super) fn complete(&mut self, candidates: Vec<Candidate<P>>, free: bool) -> Result<u64, M::Error> {
         let mut candidates = distinct(candidates);
         if !free && !candidates.is_empty() {
             let sites = self.vertices.sites();
@@ -162,7 +161,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
         &mut self,
         sites: &[Site<P>],
         fixed: usize,
-        candidates: &[(Site<P>, Carrier)],
+        candidates: &[Candidate<P>],
     ) -> Result<(), M::Error> {
         if candidates.is_empty() {
             return Ok(());
@@ -182,7 +181,7 @@ impl<'a, P: Space, M: Machine<P> + Sync> Work<'a, P, M> {
         Ok(())
     }
 
-    /// Seeds of features of one kind differ.
+    /// Returns the seed of a feature. Seeds of features of one kind differ.
     pub(super) fn seed_of(&self, feature: u32) -> u64 {
         Name { cell: crate::octree::Key::ROOT, number: feature }.priority(self.rules.seed).0
     }

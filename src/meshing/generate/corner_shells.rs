@@ -1,46 +1,52 @@
-//! Corners at which divisions have no end, and the shells that end them.
+//! Corner shells, for corners at which divisions do not terminate.
 //!
-//! **Statement.** Where several facets meet at a corner within some ten degrees of each other, between segments more than 90 degrees
-//! apart, the triangles at the corner come again and again, half as large: the centre of one lies in the ball of a piece that ends
-//! there, so pieces are halved. Such a corner v, found by the triangles that are still lacking at it after [`UNENDING`] rounds, is *enclosed*: a radius
-//! is chosen for good, so small that shells do not meet; all of its segments get a point on that shell, and points of facets within are taken away. From then on
-//! what would be placed within, or would halve a piece within, is placed on the shell, in the facet, halfway between the
-//! neighbours it has there (counted in powers of two from a segment on, as in [`super::divide`]); where those are too close
-//! together for that, as elsewhere.
+//! **Statement.** Let several facets meet at a corner within some ten degrees of each other, between segments more
+//! than 90 degrees apart. Then the triangles at the corner recur at half the size. The reason is that the
+//! circumcentre of a triangle lies in the ball of a subsegment that ends at the corner, so subsegments are halved.
+//! Corners v whose triangles are still missing after [`ENCLOSE_AFTER`] rounds are *enclosed*:
+//! 1. A radius is chosen permanently, so small that shells do not meet.
+//! 2. Each segment at v receives a point on the shell, and points of facets inside the shell are removed.
+//! 3. From then on, points that would be placed inside the shell, or would divide a subsegment inside it, are placed on
+//!    the shell. Such a point lies in the facet, halfway between its two neighbours on the shell. If one neighbour is
+//!    on a segment, its distance from that neighbour is a power of two, as in [`super::divide`]. If the two neighbours
+//!    are too close to each other, the usual rules apply.
 //!
-//! *Why that ends at the corner.* With nothing but v within the shell, a ball through v and a cap of the shell holds no vertex if the cap
-//! holds none, but for what lies in the lens between them beyond the shell. So what is left is to have arcs of the shell without vertices in
-//! their caps: segments of a plane, so to speak, that meet at small angles, divided on circles around their ends (Ruppert). Arcs have a distance
-//! where they have no common end; and lenses are as thin as the square of arcs. Pieces within the shell are never in the way: their balls touch
-//! the shell from inside, at their ends.
+//! *Why this terminates at the corner.* Inside the shell there is only v. Consider a ball through v and a cap of the
+//! shell. It contains no vertex if the cap contains none, except for vertices in the lens between ball and cap beyond
+//! the shell. It remains to find arcs of the shell without vertices in their caps. This is the problem of planar
+//! segments that meet at small angles and are divided on circles around their ends (Ruppert). Arcs without a common end
+//! have a positive distance, and the thickness of a lens is proportional to the square of its arc. Subsegments inside
+//! the shell cause no further divisions: their balls touch the shell from inside, at their ends.
 //!
-//! **Source.** Ruppert (1995), section 5; Murphy, Mount and Gable (2001); Cohen-Steiner, Colin de Verdiere and Yvinec (2004).
+//! **Source.** Ruppert (1995), section 5; Murphy, Mount and Gable (2001); Cohen-Steiner, Colin de Verdiere and Yvinec
+//! (2004).
 //!
-//! **Work and depth.** A look at all vertices for every corner enclosed, and for each place on a shell.
+//! **Work and depth.** A pass over all vertices for each enclosed corner and for each point on a shell.
 
 use glam::DVec2;
 use septet_geometry::point::dist2;
 
 use super::divide::{SHELL, between, power_below};
 use super::facets::{Plane, as_space, from_space};
-use super::lacking::Lacking;
+use super::generator::Generator;
 use super::machine::Machine;
+use super::missing::MissingParts;
 use super::segments::Chains;
-use super::work::Work;
 use crate::mesh::Carrier;
 use crate::points::conflicts::Site;
 use crate::space::Space;
 
-/// Rounds of division before corners are enclosed. What has an end has it before, mostly, with longer edges.
-pub(super) const UNENDING: u32 = 55;
+/// The number of rounds of division before corners are enclosed. Most divisions that terminate do so earlier, with
+/// longer edges.
+pub(super) const ENCLOSE_AFTER: u32 = 55;
 
-/// The shortest chord over the radius that is divided on the shell of an enclosed corner.
+/// The shortest chord that is divided on the shell of an enclosed corner, relative to the radius.
 const SHORT: f64 = 1.0 / 4096.0;
 
-impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
-    /// The corners of lacking triangles that are not enclosed yet, ascending.
-    pub(super) fn unending(&self, lacking: &Lacking) -> Vec<u32> {
-        let corners = lacking.triangles.iter().flat_map(|(_, t)| t).copied();
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Returns the corners of missing subfacets that are not enclosed yet, ascending.
+    pub(super) fn unresolved_corners(&self, missing: &MissingParts) -> Vec<u32> {
+        let corners = missing.subfacets.iter().flat_map(|(_, t)| t).copied();
         let open = |v: &u32| {
             matches!(self.vertices.carriers[*v as usize], Carrier::Corner(_)) && !self.shells.contains_key(v)
         };
@@ -76,8 +82,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         self.vertices.keep(&kept);
     }
 
-    /// A power of two, less than half the distance from other corners, points of segments that do not end here and what is on no
-    /// feature of the corner, and no more than the pieces there.
+    /// Returns the radius of a shell: a power of two, at most the length of the subsegments at the corner. It is less
+    /// than half the distance from other corners, from points of segments that do not end here, and from points on no
+    /// feature of the corner.
     fn shell_of(&self, v: u32, chains: &Chains) -> f64 {
         let at = self.vertices.points[v as usize];
         let carriers = &self.vertices.carriers;
@@ -91,34 +98,37 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
             .filter(apart)
             .map(|w| dist2(at, self.vertices.points[w as usize]));
         let others = 0.49 * others.fold(f64::INFINITY, f64::min).sqrt();
-        let pieces = own.iter();
-        let pieces =
-            pieces.map(|&(_, w)| dist2(at, self.vertices.points[w as usize])).fold(f64::INFINITY, f64::min);
-        power_below(others.min(pieces.sqrt() * (1.0 + SHELL)))
+        let subsegments = own.iter();
+        let subsegments = subsegments
+            .map(|&(_, w)| dist2(at, self.vertices.points[w as usize]))
+            .fold(f64::INFINITY, f64::min);
+        power_below(others.min(subsegments.sqrt() * (1.0 + SHELL)))
     }
 
-    /// Where a triangle of a facet is divided on the shell of an enclosed corner, if the corner is one of its own, its centre lies
-    /// within the shell, or the piece that is in the way of the centre does.
-    pub(super) fn on_cone(
+    /// Returns the point on the shell of an enclosed corner that divides a subfacet. There is one if the corner is a
+    /// vertex of the subfacet, if the circumcentre lies inside the shell, or if the subsegment that blocks the
+    /// circumcentre does.
+    pub(super) fn on_corner_shell(
         &self,
         f: u32,
         plane: &Plane,
         t: [u32; 3],
         centre: P,
-        piece: Option<[u32; 2]>,
+        subsegment: Option<[u32; 2]>,
     ) -> Option<Site<P>> {
         let at = |v: u32| self.vertices.points[v as usize];
         let carriers = &self.vertices.carriers;
         let of_facet = |v: u32| self.holders.of(&carriers[v as usize]).binary_search(&f).is_ok();
         let concerns = |&(&v, &r): &(&u32, &f64)| {
-            let piece = piece.is_some_and(|p| p.contains(&v));
-            of_facet(v) && (t.contains(&v) || piece || dist2(at(v), centre) < (r * (1.0 + SHELL)).powi(2))
+            let subsegment = subsegment.is_some_and(|p| p.contains(&v));
+            of_facet(v)
+                && (t.contains(&v) || subsegment || dist2(at(v), centre) < (r * (1.0 + SHELL)).powi(2))
         };
         let (&v, &radius) = self.shells.iter().find(concerns)?;
         let from = plane.of(as_space(at(v)));
         let [a, b, c] = t.map(|w| plane.of(as_space(at(w))));
         let way = ((a + b + c) / 3.0 - from).normalize_or_zero();
-        let sides = self.beside(f, plane, from, way, radius);
+        let sides = self.neighbours_on_shell(f, plane, from, way, radius);
         let place = match sides {
             [Some((a, true)), Some((b, false))] | [Some((b, false)), Some((a, true))] => {
                 between(a, b, true, SHORT)?
@@ -134,8 +144,9 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
         Some(Site { at: from_space(plane.lift(from + place)), size })
     }
 
-    /// The vertices of a facet on a shell that are next to a way on either side of it, seen from the corner, and whether they are on segments.
-    fn beside(
+    /// Returns the vertices of a facet on a shell that are adjacent to a direction on either side, seen from the
+    /// corner. Each has a flag for vertices on segments.
+    fn neighbours_on_shell(
         &self,
         f: u32,
         plane: &Plane,
@@ -161,7 +172,7 @@ impl<P: Space, M: Machine<P> + Sync> Work<'_, P, M> {
     }
 }
 
-/// The segments at a corner and the first vertex on each.
+/// Returns the segments at a corner and the first vertex on each.
 fn firsts(v: u32, chains: &Chains) -> Vec<(u32, u32)> {
     let mut found = Vec::new();
     for (s, chain) in (0u32..).zip(chains) {

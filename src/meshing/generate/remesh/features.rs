@@ -1,9 +1,13 @@
-//! What is kept of a surface: ridges and their corners.
+//! The features that remeshing keeps of a surface: ridges and their corners.
 //!
-//! **Statement.** A *ridge* is a chain of segments whose facets turn by more than the feature angle. It ends at corners:
-//! where other than two such segments meet, where the chain turns by more than the angle at once, or where it runs
-//! at more than the angle (at most 90 degrees) to its first segment. So a closed chain has at least three corners,
-//! no ridge comes back to itself, and the local feature size of ridges and corners knows how they bend.
+//! **Statement.** A *ridge* is a chain of segments whose facets turn by more than the feature angle. A chain ends at
+//! corners. A corner is a vertex at which
+//! 1. the number of such segments is not two,
+//! 2. the chain turns by more than the feature angle at once, or
+//! 3. the angle to the first segment of the chain exceeds the feature angle (at most 90 degrees).
+//!
+//! A closed chain therefore has at least three corners, and no ridge returns to itself. The local feature size of
+//! ridges and corners depends on their bends.
 
 use std::collections::BTreeMap;
 
@@ -17,15 +21,15 @@ use crate::space::Space;
 pub struct Ridge {
     /// Positions in [`Domain::segments`], in order.
     pub segments: Vec<u32>,
-    /// Vertices of the domain along the ridge, one more than segments.
+    /// The vertices of the domain along the ridge, one more than the segments.
     pub vertices: Vec<u32>,
-    /// Arc length up to each vertex, in scaled coordinates.
+    /// The arc length up to each vertex, in scaled coordinates.
     pub lengths: Vec<f64>,
 }
 
 /// Ridges and corners.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct SurfaceFeatures {
     /// Positions in [`Domain::corners`], ascending.
     pub corners: Vec<u32>,
     /// The ridges.
@@ -33,12 +37,12 @@ pub struct Kept {
 }
 
 impl Ridge {
-    /// From the first corner to the last.
+    /// Returns the length from the first corner to the last.
     pub fn length(&self) -> f64 {
         self.lengths.last().copied().unwrap_or(0.0)
     }
 
-    /// The place at an arc length, and the segment that it lies on.
+    /// Returns the point at an arc length, and the segment on which it lies.
     pub fn at<P: Space>(&self, domain: &Domain<P>, along: f64) -> (P, u32) {
         let last = self.segments.len() - 1;
         let i = self.lengths[1..=last].partition_point(|&l| l <= along);
@@ -48,13 +52,13 @@ impl Ridge {
     }
 }
 
-impl Kept {
-    /// What a surface keeps at a feature angle in degrees.
+impl SurfaceFeatures {
+    /// Finds the features of a surface at a feature angle in degrees.
     pub fn new<P: Space>(domain: &Domain<P>, feature_angle: f64) -> Self {
         let mut chains = Chains::new(domain, feature_angle);
         let starts: Vec<u32> = chains.at.keys().copied().filter(|&v| chains.is_corner(v)).collect();
         let mut found: Vec<Vec<u32>> = starts.iter().flat_map(|&v| chains.from(v)).collect();
-        // What is left are loops without a corner.
+        // The remaining segments form loops without a corner.
         let others: Vec<u32> = chains.at.keys().copied().collect();
         found.extend(others.iter().flat_map(|&v| chains.from(v)));
         let ridges: Vec<Ridge> = found.iter().flat_map(|chain| chains.cut(chain)).collect();
@@ -63,11 +67,11 @@ impl Kept {
             ends.filter_map(|v| domain.corners.binary_search(&v).ok().map(|c| c as u32)).collect();
         corners.sort_unstable();
         corners.dedup();
-        Kept { corners, ridges }
+        SurfaceFeatures { corners, ridges }
     }
 
-    /// What is kept as features for the local feature size: a ridge is one of them.
-    pub fn features<P: Space>(&self, domain: &Domain<P>) -> Features<P> {
+    /// Returns the features for the local feature size. Each ridge is one feature.
+    pub fn distance_features<P: Space>(&self, domain: &Domain<P>) -> Features<P> {
         let corners = self.corners.iter().map(|&c| (Feature::Corner(c), vec![domain.corners[c as usize]]));
         let ridges = self.ridges.iter().map(|r| (Feature::Segment(r.segments[0]), r.vertices.clone()));
         Features::of_chains(domain, corners.chain(ridges).collect())
@@ -79,7 +83,7 @@ struct Chains<'a, P: Space> {
     domain: &'a Domain<P>,
     at: BTreeMap<u32, Vec<u32>>,
     used: Vec<bool>,
-    /// Cosines of the angle, and of what a ridge may bend altogether.
+    /// Cosines of the feature angle, and of the largest total bend of a ridge.
     limits: [f64; 2],
 }
 
@@ -100,7 +104,7 @@ impl<'a, P: Space> Chains<'a, P> {
         }
     }
 
-    /// The chains that start at a vertex and were not found before, as segments.
+    /// Returns the unused chains that start at a vertex, each as its start followed by its segments.
     fn from(&mut self, start: u32) -> Vec<Vec<u32>> {
         let mut found = Vec::new();
         for first in self.at[&start].clone() {
@@ -114,7 +118,7 @@ impl<'a, P: Space> Chains<'a, P> {
                 next = self.at[&v].iter().copied().find(|&t| t != s).filter(|_| !ends);
             }
             if !chain.is_empty() {
-                // The walk begins at `start` whichever way its first segment is stored.
+                // The walk begins at `start` regardless of the stored direction of its first segment.
                 chain.insert(0, start);
                 found.push(chain);
             }
@@ -122,7 +126,7 @@ impl<'a, P: Space> Chains<'a, P> {
         found
     }
 
-    /// Cuts a chain (its first vertex, then segments) where it has bent too far.
+    /// Cuts a chain (its first vertex, then segments) where its total bend is too large.
     fn cut(&self, chain: &[u32]) -> Vec<Ridge> {
         let at = |v: u32| self.domain.points()[v as usize];
         let (mut v, mut ridges, mut first) = (chain[0], Vec::new(), P::default());

@@ -1,4 +1,4 @@
-//! What the machine did while a mesh was made: run by run, and phase by phase of each stage.
+//! The log of the machine during the generation of a mesh: by runs, and by stages and phases.
 
 use serde::Serialize;
 
@@ -7,13 +7,13 @@ use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal};
 
 use crate::run::Traffic;
 
-/// A run that takes an independent set of candidates.
+/// The task of a run that selects an independent set of candidates.
 pub const INDEPENDENT_SET: &str = "independent set";
 
-/// A run that triangulates the points so far.
+/// The task of a run that triangulates the current points.
 pub const TRIANGULATION: &str = "triangulation";
 
-/// Does such a run count operations?
+/// Returns `true` if runs of this task count operations.
 fn counts(task: &'static str) -> bool {
     task == INDEPENDENT_SET
 }
@@ -21,48 +21,48 @@ fn counts(task: &'static str) -> bool {
 /// One run of the machine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RunLine {
-    /// The stage of generation that asked for it.
+    /// The stage of generation that started the run.
     pub stage: String,
     /// [`INDEPENDENT_SET`] or [`TRIANGULATION`].
     pub task: &'static str,
-    /// Points or candidates given to it.
+    /// The number of input points or candidates.
     pub points: u64,
-    /// Those of them that are in the independent set from the start.
+    /// The number of these points that are fixed members of the independent set.
     pub fixed: u64,
     /// Levels of its partition tree.
     pub levels: u32,
     /// Leaves of the tree.
     pub leaves: u64,
-    /// Points divided, summed over the nodes that were split: the levels above each point's leaf, summed over points.
+    /// Points divided, summed over the split nodes. Equals the levels above the leaf of each point, summed over points.
     pub divided: u64,
-    /// Points of the leaves with what came to them across separators, where there is a graph.
+    /// Points of the leaves with their ghosts, if the run has a graph.
     pub members: Option<u64>,
-    /// Edges of the graph.
+    /// Edges of the graph, if the run has one.
     pub edges: Option<u64>,
-    /// Rounds in which something was sent.
+    /// Rounds in which messages were sent.
     pub rounds: u64,
-    /// Messages.
+    /// Messages sent.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes sent.
     pub bytes: u64,
-    /// Operations counted; none of a triangulation, which counts none.
+    /// Operations counted. Triangulations count none.
     pub work: Option<u64>,
-    /// Steps of the longest chain, where operations are counted.
+    /// Steps of the longest chain, if operations are counted.
     pub depth: Option<u64>,
-    /// The same of each of its phases, in order; none where operations are not counted.
+    /// Counts of each phase, in order. Empty if operations are not counted.
     pub phases: Vec<RunPhase>,
     /// Measured seconds.
     pub seconds: f64,
 }
 
-/// What one phase of a run counted.
+/// The counts of one phase of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RunPhase {
     /// The phase.
     pub phase: &'static str,
     /// Operations.
     pub work: u64,
-    /// Its share of the run's longest chain.
+    /// Its share of the longest chain of the run.
     pub depth: u64,
 }
 
@@ -73,38 +73,47 @@ pub struct PhaseLine {
     pub stage: String,
     /// The phase.
     pub phase: &'static str,
-    /// Runs that had it.
+    /// The number of runs with this phase.
     pub runs: u64,
-    /// Rounds in which it sent.
+    /// Rounds in which the phase sent messages.
     pub rounds: u64,
-    /// Messages.
+    /// Messages sent.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes sent.
     pub bytes: u64,
-    /// Operations counted, in the runs that count them.
+    /// Operations, summed over the runs that count them.
     pub work: Option<u64>,
-    /// Its share of the longest chains of those runs, which follow each other.
+    /// Its share of the longest chains of these runs, summed because the runs are sequential.
     pub depth: Option<u64>,
     /// Measured seconds.
     pub seconds: f64,
 }
 
+/// The sizes of a run's input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SiteCounts {
+    /// Points or candidates.
+    pub(super) points: u64,
+    /// Points among them that the run keeps fixed.
+    pub(super) fixed: u64,
+}
+
 /// All runs of the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Record {
-    /// One by one, in order.
+pub struct RunLog {
+    /// The runs in order.
     pub runs: Vec<RunLine>,
-    /// Phase by phase, stages in order.
+    /// The phases of each stage, in the order of the stages.
     pub phases: Vec<PhaseLine>,
 }
 
-impl Record {
-    /// Adds a run, of whose points so many were fixed.
+impl RunLog {
+    /// Adds a run.
     pub(super) fn add(
         &mut self,
         stage: &str,
         task: &'static str,
-        [points, fixed]: [u64; 2],
+        sites: SiteCounts,
         ledger: &Ledger,
         seconds: f64,
     ) {
@@ -118,8 +127,8 @@ impl Record {
         self.runs.push(RunLine {
             stage: stage.to_owned(),
             task,
-            points,
-            fixed,
+            points: sites.points,
+            fixed: sites.fixed,
             levels: nodes.keys().map(|node| node.level()).max().unwrap_or(0),
             leaves: leaves.len() as u64,
             divided: inner.iter().map(|facts| facts.population).sum(),
@@ -135,7 +144,7 @@ impl Record {
         });
     }
 
-    /// Adds the phases of a run, those that were counted or measured.
+    /// Adds the phases of a run that have counts or times.
     pub(super) fn add_phases(
         &mut self,
         stage: &str,

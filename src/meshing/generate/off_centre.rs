@@ -1,0 +1,95 @@
+//! Off-centre points for circumcentres that lie in the balls of subsegments and subfacets.
+//!
+//! **Statement.** A circumcentre c in a ball cannot be inserted. The off-centre point x lies straight above c, seen
+//! from the subsegment or subfacet, where the ball ends. If x lies in another ball, the step is repeated, at most
+//! [`MOVES`] times. The point x is inserted if it keeps the distance f from all vertices. On facets, the balls are
+//! those of subsegments. In the volume, those of subfacets are added. If features meet at less than 90 degrees, the
+//! bounds do not hold anyway, and such circumcentres are skipped.
+//!
+//! *Benefit.* Let f be 1 everywhere. Let c lie at height h above a facet, far from the boundary of the facet. Let (m,
+//! r) be the ball of the subfacet that contains the foot q of c. Among the balls of the facet, it is the highest above
+//! q. It ends there at the height H with `H^2 = r^2 - |m - q|^2 <= 1`.
+//! 1. Some corner of the subfacet has a squared distance of at most `h^2 + H^2` from c, as in the proof of the bounds
+//!    ([`super`]). Hence `R^2 <= h^2 + H^2`.
+//! 2. The point x is inserted unless `R <= 1 + H - h`.
+//! 3. For `H = 1`, the two bounds are equal at `h = 3/4`. For a smaller H, the common value is lower.
+//!
+//! When no more points are inserted, `R <= 5/4` therefore holds, and no Delaunay edge there is longer than 5/4 of the
+//! bound for other edges. Without off-centre points, the factor is `sqrt(2)`. The same holds above a subsegment of a
+//! facet. Near the common boundary of facets, only `sqrt(2)` is proved.
+//!
+//! **Work and depth.** [`MOVES`] queries of the balls per circumcentre. One query of the off-centre points per vertex.
+
+use septet_geometry::point::dist2;
+
+use super::balls::Ball;
+use super::facets::Subfacets;
+use super::generator::Generator;
+use super::machine::Machine;
+use super::segments::Subsegment;
+use crate::points::conflicts::{Site, Sites};
+use crate::space::Space;
+
+/// The largest number of moves of a circumcentre: one above a facet, more if other features are near.
+const MOVES: usize = 4;
+
+/// The squared radius beyond which a point is outside a ball, relative to the ball's. The margin exceeds the rounding.
+const BEYOND: f64 = 1.0 + 1e-9;
+
+/// The subsegments and subfacets, in the order of their balls.
+pub(super) struct Subfeatures<'a> {
+    pub(super) subsegments: Vec<Subsegment>,
+    pub(super) subfacets: &'a Subfacets,
+}
+
+impl<P: Space, M: Machine<P> + Sync> Generator<'_, P, M> {
+    /// Returns the off-centre point of a circumcentre, outside all balls.
+    pub(super) fn off_centre(&self, centre: P, flats: &Subfeatures<'_>) -> Option<P> {
+        let mut x = centre;
+        let moves = if self.off_centres { MOVES } else { 0 };
+        for _ in 0..moves {
+            let Some((ball, foot)) = self.lowest(x, flats) else { break };
+            let height = x - foot;
+            let above = ball.radius2 * BEYOND - dist2(foot, ball.centre);
+            x = foot + height * (above / height.norm2()).sqrt();
+        }
+        let finite = (0..P::DIM).all(|i| x.coord(i).is_finite());
+        (finite && self.is_open(x)).then_some(x)
+    }
+
+    /// Returns the off-centre points that do not conflict with a vertex.
+    pub(super) fn free(&self, off_centre: Vec<(Site<P>, bool)>) -> Vec<(Site<P>, bool)> {
+        if off_centre.is_empty() {
+            return off_centre;
+        }
+        let places: Vec<Site<P>> = off_centre.iter().map(|l| l.0).collect();
+        let (near, vertices) = (Sites::new(&places), self.vertices.sites());
+        let chunks: Vec<&[Site<P>]> = vertices.chunks(4096).collect();
+        let conflicts = |chunk: &&[Site<P>]| chunk.iter().flat_map(|v| near.against(v)).collect::<Vec<u32>>();
+        let mut free = vec![true; off_centre.len()];
+        for conflict in self.machine.map(&chunks, conflicts).into_iter().flatten() {
+            free[conflict as usize] = false;
+        }
+        off_centre.into_iter().zip(free).filter_map(|(l, free)| free.then_some(l)).collect()
+    }
+
+    /// Returns the ball of least power among those that contain the point. Returns also the foot of the point on the
+    /// line of the subsegment or the plane of the subfacet.
+    fn lowest(&self, x: P, flats: &Subfeatures<'_>) -> Option<(Ball<P>, P)> {
+        let at = |v: u32| self.vertices.points[v as usize];
+        let power = |ball: &Ball<P>| dist2(ball.centre, x) - ball.radius2;
+        let of_subsegment = |i: u32| {
+            let [p, q] = flats.subsegments[i as usize].1.map(at);
+            let along = q - p;
+            (self.subsegments.all()[i as usize], p + along * ((x - p).dot(along) / along.norm2()))
+        };
+        let of_subfacet = |i: u32| {
+            let [a, b, c] = flats.subfacets[i as usize].1.map(at);
+            let normal = P::hull_normal(&[b - a, c - a]);
+            (self.subfacets.all()[i as usize], x - normal * ((x - a).dot(normal) / normal.norm2()))
+        };
+        let subsegments = self.subsegments.holding(x).into_iter().map(of_subsegment);
+        let all = subsegments.chain(self.subfacets.holding(x).into_iter().map(of_subfacet));
+        all.min_by(|a, b| power(&a.0).total_cmp(&power(&b.0)))
+    }
+}
