@@ -107,7 +107,7 @@ pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     super::threads::limit_threads(sweep.config.machine.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
-        talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));
+        talk.note(format!("note: {} bytes of an incomplete line dropped", journal.dropped));
     }
     let jobs = sweep.jobs();
     let done = journal.done();
@@ -191,12 +191,12 @@ impl From<SweepError> for Failure {
 impl From<JournalError> for Failure {
     fn from(error: JournalError) -> Self {
         let (code, help) = match &error {
-            JournalError::Io { .. } => (Code::Failed, "choose a file that can be read and written"),
             JournalError::Line { .. } => (Code::Input, "take the line out, or choose another file"),
             JournalError::NoSweep { .. } => (Code::Input, "only a sweep's own file is written to"),
             JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
                 (Code::Usage, "choose another file; several can be fitted together")
             }
+            _ => (Code::Failed, "choose a file that can be read and written"),
         };
         Failure::new(code, error.to_string()).help(help)
     }
@@ -207,7 +207,7 @@ impl From<RunError> for Failure {
         match error {
             RunError::Generate(error) => error.into(),
             RunError::Run(error) => error.into(),
-            RunError::Serial(_) => Failure::new(Code::Failed, error.to_string()),
+            _ => Failure::new(Code::Failed, error.to_string()),
         }
     }
 }

@@ -5,8 +5,8 @@ use septet_core::generate::Kind;
 use septet_core::simulate;
 use septet_lab::assert_counts;
 use septet_lab::assertions::{
-    Broken, Counted, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf, merges,
-    messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
+    Broken, HasCounts, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf,
+    merges, messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
 };
 use septet_lab::experiment::Line;
 use septet_lab::experiment::fit::{Key, Law, Request};

@@ -79,7 +79,7 @@ pub(crate) fn finish<P: Point>(
     input: usize,
     ready: &Prepared<'_, P>,
     collected: Collected<P>,
-    settings: Settings,
+    settings: &Settings,
     times: &Times,
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;

@@ -1,6 +1,6 @@
-//! Section 3: what a bounded radius-edge ratio implies for edges, radii, angles and degrees.
+//! Section 3: the consequences of a bounded radius-edge ratio for edges, radii, angles and degrees.
 //!
-//! The cells are those of certified runs; circumspheres, edges and angles are computed anew.
+//! The cells are those of certified runs. Circumspheres, edges and angles are recomputed.
 
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use super::measure::{
 };
 use super::{Claim, ClaimError, Figure, Reading};
 
-/// Room for rounding where a bound is attained.
+/// Tolerance for rounding if a bound is attained.
 const ROUNDING: f64 = 1e-9;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -80,7 +80,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-/// Sets that satisfy the hypothesis.
+/// Returns the sets that satisfy the hypothesis.
 fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     let n = lab.size(8000, 40_000);
     let mut samples = Vec::new();
@@ -96,8 +96,8 @@ fn ratio_of(shapes: &[Shape]) -> f64 {
     shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
 }
 
-/// The radius-edge ratio that a maximal set with an L-Lipschitz spacing has where circumcentres are free,
-/// `1 / (1 - L)`: known before anything is measured.
+/// Returns the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free circumcentres,
+/// `1 / (1 - L)`. It is known before anything is measured.
 fn beforehand(specimen: &Specimen) -> f64 {
     specimen.spacing.map_or(f64::NAN, |s| 1.0 / (1.0 - s.lipschitz) * (1.0 + ROUNDING))
 }
@@ -132,7 +132,8 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Caps of angle `alpha_0` that cover the sphere of directions, at least: its area over a cap's.
+/// Returns a lower bound on the number of caps of angle `alpha_0` that cover the sphere of directions: its area over
+/// the area of a cap.
 fn caps(alpha_0: f64, d: usize) -> f64 {
     let half = alpha_0 / 2.0;
     if d == 2 { (PI / half).ceil() } else { (2.0 / (1.0 - half.cos())).ceil() }
@@ -174,7 +175,7 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Calls `f` for all pairs of cells at every vertex, those with free circumcentres: the vertex, and the cells.
+/// Calls `f` with the vertex and the two cells, for all pairs of cells with free circumcentres at every vertex.
 fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
     let d = specimen.d;
     for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {
