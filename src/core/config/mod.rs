@@ -84,7 +84,7 @@ impl Config {
     pub fn check(&self) -> Result<(), ConfigError> {
         self.check_machine()?;
         if self.keep.tasks && self.correction == Correction::Naive {
-            return Err(ConfigError::TasksOfNaive);
+            return Err(ConfigError::TasksOfBottomUp);
         }
         if self.keep.tasks && self.separator_sets != SeparatorSets::Ghost {
             return Err(ConfigError::TasksOfSets);

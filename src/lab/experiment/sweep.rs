@@ -66,7 +66,7 @@ pub enum SweepError {
     #[error(
         "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
     )]
-    TimedNaive,
+    TimedBottomUp,
     /// The parameters of the runs are invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -102,7 +102,7 @@ impl Sweep {
             return Err(SweepError::TimedUntil);
         }
         if self.timed && self.config.correction == Correction::Naive {
-            return Err(SweepError::TimedNaive);
+            return Err(SweepError::TimedBottomUp);
         }
         for &workers in &self.workers {
             self.config.clone().with(|c| c.machine.workers = workers).check()?;
@@ -297,7 +297,7 @@ mod tests {
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
         let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
-        assert_eq!(timed, SweepError::TimedNaive);
+        assert_eq!(timed, SweepError::TimedBottomUp);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
     }

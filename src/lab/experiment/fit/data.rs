@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use thiserror::Error;
 
 use super::super::line::{Line, PhaseLine, Program};
 
 /// A count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Key {
     /// Number of levels of the tree below the root.
@@ -100,7 +100,7 @@ impl FromStr for Key {
 }
 
 /// The abscissa of a count.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Abscissa {
     /// Distinct points.
     #[default]
@@ -129,7 +129,7 @@ impl FromStr for Abscissa {
 pub const MARGIN: f64 = 0.05;
 
 /// A request for a fit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Request {
     /// The count.
     pub y: Key,

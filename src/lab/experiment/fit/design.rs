@@ -1,9 +1,9 @@
 //! Laws of growth and their columns in a fit.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A law of growth: `y = a + b g(x)`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Law {
     /// log2 n.
     #[serde(rename = "log n")]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::distribution::{t_above, t_quantile};
 use super::ols::{Interval, Observation, least_squares};
@@ -11,7 +11,7 @@ use super::ols::{Interval, Observation, least_squares};
 const SIZE: f64 = 0.05;
 
 /// The slope of depth against log2 of the size, and the decision whether it is within the margin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
     /// Steps per doubling, with the 90 % interval of the two tests.
     pub slope: Interval,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::data::Value;
 use super::design::Law;
@@ -17,7 +17,7 @@ use super::verdict::Verdict;
 pub(super) const LEAST_SIZES: usize = 5;
 
 /// Growth with n.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Growth {
     /// One row per size.
@@ -35,7 +35,7 @@ pub struct Growth {
 }
 
 /// The runs of one size.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SizeRow {
     /// Mean x.
     pub x: f64,
@@ -50,7 +50,7 @@ pub struct SizeRow {
 }
 
 /// One law's fit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LawFit {
     /// The law g.

@@ -1,6 +1,6 @@
 //! The nested test of curvature against log n.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::distribution::{t_above, t_quantile};
 use super::ols::{Fit, Interval, Observation, least_squares};
@@ -12,7 +12,7 @@ pub(super) const SIZE: f64 = 0.01;
 const POWER: f64 = 0.95;
 
 /// The quadratic term of `y = a + b L + c L^2`, L = log2 x.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Curvature {
     /// The coefficient c.
     pub quadratic: Interval,

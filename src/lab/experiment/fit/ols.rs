@@ -4,7 +4,7 @@
 //! `w (y - fit)^2`. It uses Householder's QR ([`super::qr`]) of the rows scaled by sqrt(w), with columns scaled to
 //! largest entry 1. The error variance is the weighted residual sum over n - k - 1.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::distribution::t_quantile;
 use super::qr::{Solution, Triangle};
@@ -21,7 +21,7 @@ pub struct Observation {
 }
 
 /// A coefficient with its interval.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Interval {
     /// The estimate.
     pub value: f64,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::data::{self, FitError, Key, Request, Value};
 use super::equivalence::{Equivalence, equivalence};
@@ -18,7 +18,7 @@ pub const SCHEMA: &str = "septet-fit/1";
 const LEAST_SEEDS: usize = 3;
 
 /// The result of a request.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FitReport {
     /// [`SCHEMA`].
@@ -30,7 +30,7 @@ pub struct FitReport {
 }
 
 /// Runs that differ in size and seed only.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Series {
     /// The common options of the runs.

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::data::Value;
 use super::equivalence::equivalence;
@@ -19,7 +19,7 @@ use super::verdict::Verdict;
 const SEED: u64 = 1;
 
 /// The results of the repetitions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Resampled {
     /// Number of repetitions.
     pub times: u32,

@@ -1,6 +1,6 @@
 //! The verdict on the growth of a count.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::design::Law;
 use super::equivalence::Equivalence;
@@ -15,7 +15,7 @@ pub(super) const APART: f64 = 9.210_340_371_976_182;
 const ENOUGH: f64 = 0.95;
 
 /// A verdict.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "says", rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Verdict {
