@@ -57,7 +57,7 @@ impl fmt::Display for Broken {
             writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}")?;
         }
         for row in &self.table {
-            let mark = if row.beyond { "  <- beyond it" } else { "" };
+            let mark = if row.beyond { "  <- above it" } else { "" };
             let (counted, bound) = (short(row.counted), short(row.bound));
             let Row { n, workers, seed, .. } = row;
             writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}{mark}")?;
@@ -87,7 +87,7 @@ pub(super) fn short(x: f64) -> String {
 pub(super) fn describe(round: &RoundLine) -> String {
     let RoundLine { round, phase, merged, points, messages, bytes, .. } = round;
     format!(
-        "round beyond it: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, {points} points"
+        "round above it: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, {points} points"
     )
 }
 
@@ -121,5 +121,5 @@ pub(super) fn compare(
 
 /// Returns the error of a check over no runs.
 pub(super) fn nothing(what: &str) -> Broken {
-    Broken { what: format!("{what}: no run to look at"), table: Vec::new(), fit: None, first: None }
+    Broken { what: format!("{what}: no runs"), table: Vec::new(), fit: None, first: None }
 }

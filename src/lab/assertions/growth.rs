@@ -28,7 +28,7 @@ fn last_round(lines: &[Line], phase: Option<&str>) -> Option<String> {
         .iter()
         .filter(of)
         .max_by_key(|r| r.bytes)
-        .map(|r| describe(r).replace("beyond it", "to look at"))
+        .map(|r| describe(r).replace("above it", "to check"))
 }
 
 fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
@@ -48,7 +48,7 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
     let LevelLine { level, nodes, largest, .. } = level;
     let (depth, all) = (short(depth), short(all));
     Some(format!(
-        "level off the mean: level {level}, {nodes} nodes of at most {largest} points, depth {depth}, mean of levels {all}"
+        "level away from the mean: level {level}, {nodes} nodes of at most {largest} points, depth {depth}, mean of levels {all}"
     ))
 }
 

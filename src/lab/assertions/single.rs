@@ -39,7 +39,7 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| f64::from(level.level) > bound)?;
         let LevelLine { level, nodes, points, .. } = level;
-        Some(format!("level beyond it: level {level}, {nodes} nodes with {points} points"))
+        Some(format!("level above it: level {level}, {nodes} nodes with {points} points"))
     };
     compare(lines, "levels of the tree", text, count, Some(&Request::new(Key::Levels, None)), first)
 }
@@ -58,11 +58,11 @@ pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Resu
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| of_level(level) as f64 > bound)?;
         let (depth, LevelLine { level: number, largest, .. }) = (of_level(level), level);
-        Some(format!("level beyond it: level {number}, depth {depth}, largest node of {largest} points"))
+        Some(format!("level above it: level {number}, depth {depth}, largest node of {largest} points"))
     };
     let question = Request::new(Key::LevelDepth, Some(phase));
     let what = format!("largest depth of a subproblem in {phase}");
-    compare(&counted.lines(), &what, "the most it may be", count, Some(&question), first)
+    compare(&counted.lines(), &what, "the limit", count, Some(&question), first)
 }
 
 /// Checks that the phase sends messages in at most `slope log2 n + constant` rounds.
@@ -182,7 +182,7 @@ pub fn same_counts(counted: &impl HasCounts) -> Result<(), Broken> {
     let lines = counted.lines();
     let Some((reference, others)) = lines.split_first() else { return Err(nothing("same counts")) };
     if others.is_empty() {
-        let what = "same counts: one run alone, nothing to compare it with".to_string();
+        let what = "same counts: there is only one run".to_string();
         return Err(Broken { what, table: Vec::new(), fit: None, first: None });
     }
     for line in others {
