@@ -23,7 +23,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "in the plane the smallest angle is at least asin(1/(2C))",
         reading: Reading::AsPrinted,
         experiment: "Angles, from their sides, of triangles with free circumcentres, farther than f/(1-L) from the \
-                     boundary; C = 1/(1-L) beforehand",
+                     boundary; C = 1/(1-L), known in advance",
         bound: "1 as a quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
         judge: angle,
     },
@@ -47,7 +47,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "radius vectors from p at an angle below alpha_0 have lengths within a factor C_1",
         reading: Reading::AsPrinted,
         experiment: "Pairs of cells at a vertex, circumcentres free, alpha_0 = asin(1/(2C))/2, C = 1/(1-L) \
-                     beforehand; the largest R / r",
+                     known in advance; the largest R / r",
         bound: "C_1 = 2 cos alpha_0: the lemma's L >= 1/C and the law of sines give it",
         judge: radius_vectors,
     },
@@ -56,7 +56,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.4",
         statement: "cells whose radii are within C_1 have edges within 2 C_1 C",
         reading: Reading::AsPrinted,
-        experiment: "Pairs of cells at a vertex, circumcentres free, C = 1/(1-L) beforehand: E/e over 2 C R/r",
+        experiment: "Pairs of cells at a vertex, circumcentres free, C = 1/(1-L), known in advance: E/e over 2 C R/r",
         bound: "1, a theorem; 1e-9 for rounding",
         judge: |lab| edge_ratios(lab, false),
     },
@@ -98,7 +98,7 @@ fn ratio_of(shapes: &[Shape]) -> f64 {
 
 /// Returns the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free circumcentres,
 /// `1 / (1 - L)`. It is known before anything is measured.
-fn beforehand(specimen: &Specimen) -> f64 {
+fn known_ratio(specimen: &Specimen) -> f64 {
     specimen.spacing.map_or(f64::NAN, |s| 1.0 / (1.0 - s.lipschitz) * (1.0 + ROUNDING))
 }
 
@@ -113,7 +113,7 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             .map(|(row, _)| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()))
             .collect();
         let smallest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-        let (constant, degrees) = (beforehand(&specimen), smallest * 180.0 / PI);
+        let (constant, degrees) = (known_ratio(&specimen), smallest * 180.0 / PI);
         let count = angles.len();
         let what = format!(
             "smallest angle of {count} triangles, {degrees:.2} degrees, over asin(1/(2C)), C = {constant:.3}"
@@ -192,7 +192,7 @@ fn radius_vectors(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let shapes = shapes(&specimen.points, specimen.run.cells(), specimen.d);
-        let constant = beforehand(&specimen);
+        let constant = known_ratio(&specimen);
         let alpha_0 = 0.5 * (0.5 / constant).asin();
         let (mut largest, mut narrow) = (0.0f64, 0u64);
         at_vertices(&specimen, &shapes, |v, a, b| {
@@ -218,7 +218,7 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
     for specimen in specimens(lab)? {
         let Specimen { points, run, d, .. } = &*specimen;
         let shapes = shapes(points, run.cells(), *d);
-        let constant = beforehand(&specimen);
+        let constant = known_ratio(&specimen);
         let row = |cell: u32| &run.cells()[cell as usize * (d + 1)..][..d + 1];
         let (mut largest, mut judged) = (0.0f64, 0u64);
         at_vertices(&specimen, &shapes, |_, a, b| {
