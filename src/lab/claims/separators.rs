@@ -320,7 +320,7 @@ fn attempts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let nodes = specimen.run.ledger.part.nodes.values().filter(|f| f.attempts > 0);
         let (sum, tried) = nodes.fold((0, 0u32), |(sum, count), f| (sum + f.attempts, count + 1));
         let mean = sum as f64 / f64::from(tried);
-        let what = format!("attempts per separator, mean of {tried}");
+        let what = format!("attempts a separator, mean of {tried}");
         figures.push(Figure::at_most(what, &specimen.name, specimen.seed, mean, 1.5));
     }
     Ok(figures)
