@@ -70,7 +70,10 @@ fn equal_runs() {
     for (workers, graph) in [(1, 0), (3, 1), (8, 2), (5, 4), (3, 6)] {
         let config = simulated(Workers::Count(workers), 9, 60);
         let config = with_graph(&config, common::combinations(true)[graph]);
-        let config = Config { keep_graph: true, with_owner: true, ..config };
+        let config = config.with(|c| {
+            c.keep.graph = true;
+            c.keep.owner = true;
+        });
         same_as_simulated(&points, &config);
     }
     same_as_simulated(&plane(Kind::Clusters, 3000, 5), &simulated(Workers::Count(4), 1, 60));

@@ -57,8 +57,8 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
     let mut lines: Vec<Line> = Vec::new();
     for file in &args.files {
         let mut read = read_lines(file).map_err(|e| Failure::new(Code::Input, e.to_string()))?;
-        if read.torn > 0 {
-            talk.note(format!("note: {}: a torn line at its end is left out", file.display()));
+        if read.incomplete > 0 {
+            talk.note(format!("note: {}: an incomplete line at its end is ignored", file.display()));
         }
         lines.append(&mut read.lines);
     }

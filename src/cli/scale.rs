@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use septet_core::Config;
 use septet_core::config::{Until, Workers};
 use septet_core::generate::Kind;
 use septet_lab::experiment::{
@@ -77,14 +76,13 @@ enum UntilArg {
 impl ScaleArgs {
     fn sweep(&self, talk: &Talk) -> Result<Sweep, Failure> {
         let sizes = parse_sizes(&self.sizes).map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
-        let config = Config {
-            until: self.until.map(|until| match until {
+        let config = self.graph.extend(self.machine.config()?)?.with(|c| {
+            c.until = self.until.map(|until| match until {
                 UntilArg::Partition => Until::Partition,
                 UntilArg::Neighbours => Until::Neighbours,
-            }),
-            cancel: Some(talk.cancel.clone()),
-            ..self.graph.extend(self.machine.config()?)
-        };
+            });
+            c.control.cancel = Some(talk.cancel.clone());
+        });
         let sweep = Sweep {
             sizes,
             sizes_text: self.sizes.split_whitespace().collect(),
@@ -106,10 +104,10 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    super::threads::limit_threads(sweep.config.threads);
+    super::threads::limit_threads(sweep.config.machine.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
-        talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));
+        talk.note(format!("note: {} bytes of an incomplete line dropped", journal.dropped));
     }
     let jobs = sweep.jobs();
     let done = journal.done();
@@ -193,12 +191,12 @@ impl From<SweepError> for Failure {
 impl From<JournalError> for Failure {
     fn from(error: JournalError) -> Self {
         let (code, help) = match &error {
-            JournalError::Io { .. } => (Code::Failed, "choose a file that can be read and written"),
             JournalError::Line { .. } => (Code::Input, "take the line out, or choose another file"),
             JournalError::NoSweep { .. } => (Code::Input, "only a sweep's own file is written to"),
             JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
                 (Code::Usage, "choose another file; several can be fitted together")
             }
+            _ => (Code::Failed, "choose a file that can be read and written"),
         };
         Failure::new(code, error.to_string()).help(help)
     }
@@ -209,7 +207,7 @@ impl From<RunError> for Failure {
         match error {
             RunError::Generate(error) => error.into(),
             RunError::Run(error) => error.into(),
-            RunError::Serial(_) => Failure::new(Code::Failed, error.to_string()),
+            _ => Failure::new(Code::Failed, error.to_string()),
         }
     }
 }

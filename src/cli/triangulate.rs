@@ -10,7 +10,7 @@ use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
 use septet_io::read::ReadOptions;
 use septet_io::write::{OutputFormat, WriteOptions, write};
-use septet_lab::report::{Report, Setting};
+use septet_lab::report::{Report, RunContext};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -25,7 +25,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 /// Runs either subcommand.
 pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
-    super::threads::limit_threads(config.threads);
+    super::threads::limit_threads(config.machine.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;
@@ -44,10 +44,10 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     };
     config.spacing = loaded.spacing;
     if args.json.is_some() {
-        config.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
+        config.keep.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
     }
-    config.cancel = Some(talk.cancel.clone());
-    config.progress = Some(talk.phases());
+    config.control.cancel = Some(talk.cancel.clone());
+    config.control.progress = Some(talk.phases());
     let rss_before_bytes = rss();
     let go = || match go(&loaded.points, &config, counted) {
         Ok(run) => Ok((run, None)),
@@ -61,7 +61,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     }
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
-    let setting = Setting {
+    let setting = RunContext {
         command: if counted { "simulate" } else { "triangulate" },
         input: &args.input,
         outputs: &args.output,

@@ -5,7 +5,7 @@ use crate::common::{base, check, check_counted, simulated, threaded, within};
 use glam::{DMat3, DVec2, DVec3};
 use septet_core::config::Workers;
 use septet_core::generate::Kind;
-use septet_core::{Config, Error, Run, triangulate};
+use septet_core::{Error, Run, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::RangeError;
 
@@ -202,7 +202,7 @@ fn what_cannot_be_decided_is_refused_by_name() {
         points[7] = DVec3::splat(0.1);
         let error = triangulate(&points, &base()).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 9, .. })), "{error}");
-        let run = triangulate(&points, &Config { skip_invalid: true, ..base() }).unwrap();
+        let run = triangulate(&points, &base().with(|c| c.skip_invalid = true)).unwrap();
         assert_eq!((run.points.refused, run.points.used), (vec![9], 49));
     }
 }

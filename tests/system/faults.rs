@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use crate::common::sets::{plane, space};
 use crate::common::{combinations, simulated, threaded, with_graph};
-use septet_core::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::config::{Alpha, Fault, Graph, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Error, simulate, triangulate};
+use septet_core::{Error, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
@@ -22,11 +22,14 @@ fn relayed<P: Point>(points: &[P]) {
     // The root; both its children; one of them; one or all of the nodes below, where there is a group.
     let refused = [(2, 1, 1), (5, 1, 1), (5, 2, 3), (5, 3, 3), (8, 2, 2), (8, 2, 3), (8, 5, 5), (8, 4, 7)];
     for choice in combinations(false) {
-        let whole = Config { keep_graph: true, ..with_graph(&simulated(Workers::Count(1), 0, LEAF), choice) };
+        let whole = with_graph(&simulated(Workers::Count(1), 0, LEAF), choice).with(|c| c.keep.graph = true);
         let reference = simulate(points, &whole).unwrap();
         for (workers, first, last) in refused {
             let config = with_graph(&simulated(Workers::Count(workers), 3, LEAF), choice);
-            let config = Config { keep_graph: true, fault: Some(refuse(first, last)), ..config };
+            let config = config.with(|c| {
+                c.keep.graph = true;
+                c.planted.fault = Some(refuse(first, last));
+            });
             let what = format!("{choice:?}, {workers} workers, {first} to {last} refused");
             let counted = simulate(points, &config).unwrap_or_else(|e| panic!("{what}: {e}"));
             let facts = &counted.ledger.part.nodes[&NodeId(first)];
@@ -55,7 +58,7 @@ fn a_spoilt_star_has_no_certificate() {
     for (workers, rank) in [(1, 1), (3, 2)] {
         for counted in [false, true] {
             let config = threaded(Workers::Count(workers), 2, LEAF);
-            let config = Config { fault: Some(Fault::SpoilStar { rank }), ..config };
+            let config = config.with(|c| c.planted.fault = Some(Fault::SpoilStar { rank }));
             let result = if counted { simulate(&points, &config) } else { triangulate(&points, &config) };
             let Err(Error::NotCertified { refutation, run }) = result else { panic!("{result:?}") };
             assert!(refutation.disagreements > 0 && refutation.points == 800, "{refutation}");
@@ -76,7 +79,10 @@ fn a_worker_that_ends_is_named() {
             for config in [simulated(Workers::Count(3), 1, LEAF), threaded(Workers::Count(3), 2, LEAF)] {
                 // A density graph, for which there are balls to the nearest neighbours.
                 let alpha = Alpha::Value(2.5);
-                let config = Config { fault: Some(Fault::DieAt { rank, phase }), alpha, ..config };
+                let config = config.with(|c| {
+                    c.planted.fault = Some(Fault::DieAt { rank, phase });
+                    c.graph = Graph::Density { alpha };
+                });
                 match simulate(&points, &config) {
                     Err(Error::Machine(TransportError::WorkerFailed { rank: named, .. })) => {
                         assert_eq!(named, rank);
@@ -99,7 +105,7 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
         let mut first = None;
         for workers in [1, 2, 5, 64] {
             let config = with_graph(&simulated(Workers::Count(workers), 3, LEAF), knn);
-            let config = Config { exchange_cap: Some(cap), ..config };
+            let config = config.with(|c| c.planted.exchange_cap = Some(cap));
             let run = simulate(points, &config).unwrap_or_else(|e| panic!("cap {cap}, {workers}: {e}"));
             assert!(run.cells() == reference.cells(), "cap {cap}, {workers} workers: other cells");
             sizes.insert(run.fallback.as_ref().unwrap_or_else(|| panic!("cap {cap}: nothing gathered")).1);

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use septet_common::samples::kuhn;
-use septet_core::config::{Transport, Workers};
+use septet_core::config::{Machine, Transport, Workers};
 use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::run_log::RunLog;
@@ -25,7 +25,7 @@ use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
 use septet_io::read::{AnyInput, CellOptions, ReadOptions, read as read_points, read_cells, read_domain};
 use septet_io::write::{WriteOptions, faces_path, write};
-use septet_lab::report::mesh::{Judged, MeshReport, Surroundings};
+use septet_lab::report::mesh::{Judged, MeshContext, MeshReport};
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Measure;
@@ -132,12 +132,10 @@ fn request() -> MeshRequest {
         feature_angle: DEFAULT_FEATURE_ANGLE,
         max_distance: None,
         improve: false,
-        leaf: None,
-        workers: Workers::Count(2),
-        threads: 1,
-        transport: Transport::Sim { delivery_seed: 0 },
-        seed: 1,
-        max_memory: None,
+        machine: Machine::default().with(|m| {
+            (m.workers, m.threads) = (Workers::Count(2), 1);
+            m.transport = Transport::Sim { delivery_seed: 0 };
+        }),
         cancel: None,
     }
 }
@@ -354,7 +352,7 @@ fn the_report_says_what_was_found() {
         run_log: &RunLog::default(),
         picture: None,
     };
-    let around = Surroundings { input: "cube.poly", first_id: 1, ..Surroundings::default() };
+    let around = MeshContext { input: "cube.poly", first_id: 1, ..MeshContext::default() };
     let text = MeshReport::of(&judged, &around).to_json().unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["schema"], "septet-mesh/1");
@@ -422,7 +420,8 @@ fn a_mesh_ends_when_it_is_cancelled() {
 #[test]
 fn a_mesh_that_is_too_fine_is_refused() {
     let domain = cube();
-    let limited = MeshRequest { size: Some(1e-5), max_memory: Some(1 << 28), ..request() };
+    let machine = request().machine.with(|m| m.max_memory = Some(1 << 28));
+    let limited = MeshRequest { size: Some(1e-5), machine, ..request() };
     let made = generate(&domain, &sizes(&domain, &limited).unwrap(), &limited);
     let Err(MeshError::Memory { forecast, limit, .. }) = made else { panic!("{:?}", made.map(|m| m.1)) };
     assert!(forecast > limit && limit == 1 << 28);

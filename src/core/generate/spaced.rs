@@ -43,7 +43,7 @@ use tracing::subscriber::{NoSubscriber, with_default};
 use super::request::GenerateError;
 use super::sizing::Sizing;
 use super::unit::Unit;
-use crate::config::{Config, Transport, Workers};
+use crate::config::{Config, Workers};
 use crate::mesh::machine::Counted;
 
 /// The number of points that cells of 32 bits can index.
@@ -106,7 +106,7 @@ pub(super) fn build<P: Unit>(
     let incomplete = |reason: String| GenerateError::Incomplete { reason };
     let domain = P::domain().map_err(|defects| incomplete(format!("{} defects", defects.len())))?;
     let give_up = GiveUp(Arc::default());
-    let config = machine(seed, Config::default().threads, give_up.0.clone());
+    let config = machine(seed, Config::default().machine.threads, give_up.0.clone());
     let work = |points: Sender<u64>| {
         // Runs over the points must not include the spans of their generation.
         with_default(NoSubscriber::new(), || {
@@ -146,14 +146,12 @@ fn run_in_thread<T: Send>(
 }
 
 fn machine(seed: u64, workers: usize, cancel: Arc<AtomicBool>) -> Config {
-    Config {
-        workers: Workers::Count(workers as u32),
-        threads: workers,
-        transport: Transport::Channel { threads: workers },
-        seed,
-        cancel: Some(cancel),
-        ..Config::default()
-    }
+    Config::default().with(|config| {
+        config.machine.workers = Workers::Count(workers as u32);
+        config.machine.threads = workers;
+        config.machine.seed = seed;
+        config.control.cancel = Some(cancel);
+    })
 }
 
 /// Generates the set on a machine.

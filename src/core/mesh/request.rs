@@ -11,7 +11,7 @@ use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
 
 use super::field::SizeField;
-use crate::config::{Transport, Workers};
+use crate::config::Machine;
 
 /// The default Lipschitz constant. It bounds radius-edge ratios away from the boundary by `1/(1-L) = 2`, the usual
 /// default of mesh generators. A smaller L needs more points everywhere. A larger L saves few points, because sizes
@@ -79,19 +79,9 @@ pub struct MeshRequest {
     pub max_distance: Option<f64>,
     /// Whether slivers are removed.
     pub improve: bool,
-    /// The largest leaf of the partition trees of independent sets. The default depends on the dimension.
-    pub leaf: Option<u64>,
-    /// The workers of the machine.
-    pub workers: Workers,
-    /// The threads that run them.
-    pub threads: usize,
-    /// The transport of their messages.
-    pub transport: Transport,
-    /// The seed of every random draw.
-    pub seed: u64,
-    /// The memory limit in bytes. Generation does not start if the forecast exceeds it. Without a limit, generation
-    /// stops once the mesh certainly needs more than the available memory.
-    pub max_memory: Option<u64>,
+    /// The machine. Its leaf is that of the partition trees of independent sets. Without a memory limit, generation stops
+    /// once the mesh certainly needs more than the available memory.
+    pub machine: Machine,
     /// Ends the next run of the machine with [`Error::Interrupted`](crate::Error::Interrupted) once it is true.
     pub cancel: Option<Arc<AtomicBool>>,
 }

@@ -1,11 +1,13 @@
 //! The log of the machine during the generation of a mesh: by runs, and by stages and phases.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal};
 
-use crate::run::Traffic;
+use crate::run::TrafficTotal;
 
 /// The task of a run that selects an independent set of candidates.
 pub const INDEPENDENT_SET: &str = "independent set";
@@ -67,12 +69,12 @@ pub struct RunPhase {
 }
 
 /// One phase of the machine, over all runs of a stage.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseLine {
     /// The stage of generation.
     pub stage: String,
     /// The phase.
-    pub phase: &'static str,
+    pub phase: Cow<'static, str>,
     /// The number of runs with this phase.
     pub runs: u64,
     /// Rounds in which the phase sent messages.
@@ -117,7 +119,7 @@ impl RunLog {
         ledger: &Ledger,
         seconds: f64,
     ) {
-        let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
+        let TrafficTotal { rounds, messages, bytes } = TrafficTotal::of(ledger);
         let nodes = &ledger.part.nodes;
         let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.is_leaf());
         let of_graph =
@@ -176,7 +178,11 @@ impl RunLog {
     fn phase(&mut self, stage: &str, phase: &'static str) -> &mut PhaseLine {
         let at = self.phases.iter().position(|l| l.stage == stage && l.phase == phase);
         let at = at.unwrap_or_else(|| {
-            self.phases.push(PhaseLine { stage: stage.to_owned(), phase, ..PhaseLine::default() });
+            self.phases.push(PhaseLine {
+                stage: stage.to_owned(),
+                phase: phase.into(),
+                ..PhaseLine::default()
+            });
             self.phases.len() - 1
         });
         &mut self.phases[at]

@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 
 use crate::experiment::{Line, of_run};
-use septet_core::Config;
-use septet_core::config::{Alpha, GraphKind, Neighbours};
+use septet_core::config::{Graph, Neighbours};
 use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample, Specimen};
@@ -17,8 +16,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 4.5",
         statement: "with high probability DT(P) is a subgraph of the (c log n)-nearest-neighbour graph",
         reading: Reading::AsRead {
-            instead: "so are the edges at vertices whose circumspheres lie in the domain, c = 14 in space, 7 in the plane",
-            because: "edges of the hull of a finite set join points of any rank",
+            instead: "the edges at vertices whose circumspheres lie in the domain are, with c = 14 in space and 7 in the plane",
+            because: "hull edges of a finite set join points of any rank",
         },
         experiment: "Poisson sets; for every edge the smaller of its two ranks, the largest over ln n: at interior \
                      vertices, and as printed at all",
@@ -54,7 +53,7 @@ fn neighbours(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// The largest of the edges' smaller ranks: over edges with an interior end, and over all.
+/// Returns the largest of the smaller ranks of all edges: over the edges with an interior end, and over all edges.
 fn ranks(specimen: &Specimen) -> (u64, u64) {
     let Specimen { points, run, d, .. } = specimen;
     let shapes = shapes(points, run.cells(), *d);
@@ -68,7 +67,7 @@ fn ranks(specimen: &Specimen) -> (u64, u64) {
         .collect();
     let rank = |from: u64, to: u64| {
         let (p, reach) = (&points[from as usize], distance2(&points[from as usize], &points[to as usize]));
-        // The point itself counts as the nearer one that the neighbour's own place stands for.
+        // The point `p` itself is counted here in place of the neighbour, so the count is the neighbour's rank.
         points.iter().filter(|q| distance2(p, q) < reach).count() as u64
     };
     let of = |&(i, j): &(u64, u64)| {
@@ -89,11 +88,10 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         for &n in sizes {
             let mut sum = 0.0;
             for seed in lab.seeds(seeds) {
-                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| Config {
-                    graph: GraphKind::Knn,
-                    alpha: Alpha::Auto,
-                    k: Neighbours::Log(c),
-                    ..config
+                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| {
+                    config.with(|config| {
+                        config.graph = Graph::Knn { k: Neighbours::Log(c) };
+                    })
                 })?;
                 let line: Line = of_run(&run);
                 let depth = line.phase("hulls").map_or(f64::NAN, |p| p.depth as f64);

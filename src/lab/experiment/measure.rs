@@ -6,14 +6,14 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind, PhaseTotal, RoundKey, RoundTally, Total};
 
-use septet_core::run::count::{Counts, Ending};
+use septet_core::run::count::{Ending, RunCounts};
 use septet_core::run::{Run, Settled};
 
 use super::line::{
     DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, SCHEMA, Settings, Spread, TreeLine,
 };
 
-/// What a line is made of.
+/// The data of a line.
 struct Source<'a> {
     space: usize,
     points: u64,
@@ -24,7 +24,7 @@ struct Source<'a> {
     end: Option<Ending>,
 }
 
-/// The line of a run of the library's. Kind, seed and options are left empty.
+/// Returns the line of a run of the library. Kind, seed and options are empty.
 pub fn of_run(run: &Run) -> Line {
     line(&Source {
         space: run.space,
@@ -37,8 +37,8 @@ pub fn of_run(run: &Run) -> Line {
     })
 }
 
-/// The line of counts of the library's. Kind, seed and options are left empty.
-pub fn of_counts(counts: &Counts) -> Line {
+/// Returns the line of counts of the library. Kind, seed and options are empty.
+pub fn of_counts(counts: &RunCounts) -> Line {
     line(&Source {
         space: counts.space,
         points: counts.points,

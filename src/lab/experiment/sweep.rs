@@ -1,12 +1,10 @@
-//! A sweep: which runs, in which order, and the words that name each of them again.
+//! A sweep: its runs, their order, and the command that repeats each of them.
 
 use std::fmt::Write;
 
 use thiserror::Error;
 
-use septet_core::config::{
-    Alpha, Config, ConfigError, Correction, Neighbours, SeparatorSets, Transport, Workers,
-};
+use septet_core::config::{Config, ConfigError, Correction, Machine, Workers, sets_name};
 use septet_core::generate::{Kind, Request};
 
 use super::line::{Program, Settings};
@@ -14,9 +12,9 @@ use super::line::{Program, Settings};
 /// Runs over sizes, kinds, workers and seeds.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// Numbers of points; of points a worker if `weak`. Ascending.
+    /// Numbers of points, ascending; numbers of points per worker if `weak`.
     pub sizes: Vec<u64>,
-    /// How the sizes were written.
+    /// The sizes as written.
     pub sizes_text: String,
     /// Kinds of sets.
     pub kinds: Vec<Kind>,
@@ -26,47 +24,50 @@ pub struct Sweep {
     pub lipschitz: Option<f64>,
     /// Numbers of workers.
     pub workers: Vec<Workers>,
-    /// The first seed: of the set and of the run.
+    /// The first seed of the sets and of the runs.
     pub first_seed: u64,
-    /// How many seeds, one after the other.
+    /// Number of consecutive seeds.
     pub seeds: u64,
-    /// Sizes count points a worker.
+    /// Whether sizes count points per worker.
     pub weak: bool,
-    /// Time `triangulate` and the serial kernel beside every counted run.
+    /// Whether `triangulate` and the serial kernel are timed in addition to every counted run.
     pub timed: bool,
-    /// Everything else.
+    /// The remaining options.
     pub config: Config,
 }
 
-/// A sweep that cannot be run.
+/// A sweep that cannot run.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SweepError {
-    /// Nothing to run.
+    /// There is nothing to run.
     #[error("the sweep has no {what}; name at least one")]
     Empty {
         /// Sizes, kinds, workers or seeds.
         what: &'static str,
     },
-    /// One worker per leaf, so many points a worker: neither is known first.
-    #[error("--weak needs numbers of workers: `leaves` is no number before the run")]
+    /// A number of points per worker is given together with one worker per leaf. Neither is known before the run.
+    #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
-    /// More points than can be numbered.
+    /// There are more points than indices.
     #[error("{n} points for each of {workers} workers are too many")]
     TooMany {
-        /// Points a worker.
+        /// Number of points per worker.
         n: u64,
-        /// Workers.
+        /// Number of workers.
         workers: u32,
     },
-    /// Times of runs that do not triangulate.
-    #[error("--timed compares triangulations, and --until stops before there is one; leave one of them out")]
-    TimedUntil,
-    /// Times asked of the naive correction, which is there to be counted.
+    /// Times are requested of runs that do not triangulate.
     #[error(
-        "--timed compares triangulations, and the naive correction is in none; leave out --timed or --neighbours"
+        "--timed compares triangulations, and --until stops before the triangulation; leave one of them out"
     )]
-    TimedNaive,
-    /// Parameters of the runs.
+    TimedUntil,
+    /// Times are requested of the bottom-up correction, which exists for its counts only.
+    #[error(
+        "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
+    )]
+    TimedBottomUp,
+    /// The parameters of the runs are invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
 }
@@ -74,7 +75,7 @@ pub enum SweepError {
 /// One run of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Job {
-    /// Which program.
+    /// The program.
     pub program: Program,
     /// The set.
     pub request: Request,
@@ -83,7 +84,7 @@ pub struct Job {
 }
 
 impl Sweep {
-    /// Checks all that can be known before the first run.
+    /// Checks all that is known before the first run.
     ///
     /// # Errors
     /// See [`SweepError`].
@@ -101,10 +102,10 @@ impl Sweep {
             return Err(SweepError::TimedUntil);
         }
         if self.timed && self.config.correction == Correction::Naive {
-            return Err(SweepError::TimedNaive);
+            return Err(SweepError::TimedBottomUp);
         }
         for &workers in &self.workers {
-            Config { workers, ..self.config.clone() }.check()?;
+            self.config.clone().with(|c| c.machine.workers = workers).check()?;
             for &n in &self.sizes {
                 match workers {
                     Workers::Leaves if self.weak => return Err(SweepError::WeakLeaves),
@@ -118,8 +119,8 @@ impl Sweep {
         Ok(())
     }
 
-    /// All runs, small before large, so that an interrupted sweep has whole octaves; the runs of one set
-    /// stand together.
+    /// Returns all runs. Small runs precede large ones, so an interrupted sweep has complete octaves. The runs over
+    /// one set are adjacent.
     pub fn jobs(&self) -> Vec<Job> {
         let mut jobs = Vec::new();
         for &size in &self.sizes {
@@ -156,11 +157,11 @@ impl Sweep {
         self.lipschitz.filter(|_| kind.is_graded())
     }
 
-    /// The words that ask for this sweep, every choice spelled out: what must be the same for two sweeps to be
-    /// one. Threads and limits are left out, for no count depends on them.
+    /// Returns the words that identify this sweep, with every choice spelled out. Two sweeps with equal words are the
+    /// same. Threads and limits are omitted, since no count depends on them.
     pub fn words(&self) -> String {
         let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name()).collect();
-        let workers: Vec<String> = self.workers.iter().map(|&w| workers_word(w)).collect();
+        let workers: Vec<String> = self.workers.iter().map(ToString::to_string).collect();
         let mut text = format!(
             "-n {} --kind {} -d {} --workers {} --seed {} --seeds {}",
             self.sizes_text,
@@ -180,10 +181,10 @@ impl Sweep {
         text
     }
 
-    /// The command that makes this run again, alone.
+    /// Returns the command that repeats this run alone.
     pub fn command(&self, job: &Job) -> String {
         let Request { kind, n, dimension, seed, .. } = job.request;
-        let workers = workers_word(job.workers);
+        let workers = job.workers;
         let mut text = format!(
             "septet scale -n {n} --kind {} -d {dimension} --workers {workers} --seed {seed} --seeds 1",
             kind.name()
@@ -198,7 +199,7 @@ impl Sweep {
 
     fn common_words(&self, text: &mut String) {
         let settings = self.settings(Workers::Count(1));
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} --leaf {} \
@@ -223,56 +224,33 @@ impl Sweep {
         }
     }
 
-    /// The options of a run as they stand in its line.
+    /// Returns the options of a run for its line.
     pub fn settings(&self, workers: Workers) -> Settings {
         let config = &self.config;
-        let (transport, delivery_seed) = match config.transport {
-            Transport::Channel { .. } => ("channel", None),
-            Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
-        };
+        let Machine { threads, transport, leaf, .. } = &config.machine;
         Settings {
-            workers: workers_word(workers),
+            workers: workers.to_string(),
             weak: self.weak,
-            threads: config.threads,
-            supergraph: config.graph.name().to_string(),
-            alpha: match config.alpha {
-                Alpha::Auto => "auto".to_string(),
-                Alpha::Value(alpha) => alpha.to_string(),
-            },
-            k: match config.k {
-                Neighbours::Auto => "auto".to_string(),
-                Neighbours::Count(k) => k.to_string(),
-                Neighbours::Log(c) => format!("{c}ln"),
-            },
-            separator_sets: match config.sets {
-                SeparatorSets::Both => "both",
-                SeparatorSets::Smaller => "smaller",
-                SeparatorSets::Ghost => "ghost",
-            }
-            .to_string(),
+            threads: *threads,
+            supergraph: config.graph.kind().name().to_string(),
+            alpha: config.graph.alpha().to_string(),
+            k: config.graph.k().to_string(),
+            separator_sets: sets_name(config.separator_sets).to_string(),
             partition: config.partition.name().to_string(),
             neighbours: config.correction.name().to_string(),
-            leaf: config.leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
-            transport: transport.to_string(),
-            delivery_seed,
+            leaf: leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
+            transport: transport.name().to_string(),
+            delivery_seed: transport.delivery_seed(),
             lipschitz: self.lipschitz,
             until: config.until,
         }
     }
 }
 
-/// A number of workers as on the command line.
-pub(super) fn workers_word(workers: Workers) -> String {
-    match workers {
-        Workers::Count(p) => p.to_string(),
-        Workers::Leaves => "leaves".to_string(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use septet_core::config::{Partition, Until};
+    use septet_core::config::{Alpha, Graph, Partition, Transport, Until};
 
     fn sweep() -> Sweep {
         Sweep {
@@ -319,7 +297,7 @@ mod tests {
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
         let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
-        assert_eq!(timed, SweepError::TimedNaive);
+        assert_eq!(timed, SweepError::TimedBottomUp);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
     }
@@ -332,18 +310,18 @@ mod tests {
             &|s| s.seeds = 4,
             &|s| s.weak = true,
             &|s| s.config.until = Some(Until::Neighbours),
-            &|s| s.config.leaf = Some(7),
+            &|s| s.config.machine.leaf = Some(7),
             &|s| s.config.partition = Partition::Kd,
             &|s| s.config.correction = Correction::Naive,
-            &|s| s.config.alpha = Alpha::Value(3.0),
-            &|s| s.config.transport = Transport::Sim { delivery_seed: 4 },
+            &|s| s.config.graph = Graph::Density { alpha: Alpha::Value(3.0) },
+            &|s| s.config.machine.transport = Transport::Sim { delivery_seed: 4 },
         ];
         for change in changes {
             let mut other = sweep();
             change(&mut other);
             assert_ne!(other.words(), base);
         }
-        let threads = Sweep { config: Config { threads: 9, ..Config::default() }, ..sweep() };
+        let threads = Sweep { config: Config::default().with(|c| c.machine.threads = 9), ..sweep() };
         assert_eq!(threads.words().replace("channel", ""), base.replace("channel", ""));
     }
 }

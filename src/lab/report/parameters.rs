@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use septet_core::config::{Alpha, Config, Neighbours, SeparatorSets, Transport, Workers};
+use septet_core::config::{Config, sets_name};
 
-use super::setting::Setting;
+use super::context::RunContext;
 
-/// The options of a run: what was asked for. What was settled on stands beside it.
+/// The options of a run as requested. The report has the values that the run used in other fields.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameters {
     /// `triangulate` or `simulate`.
@@ -19,7 +19,7 @@ pub struct Parameters {
     pub outputs: Vec<PathBuf>,
     /// A number, or `leaves`.
     pub workers: String,
-    /// Threads that run the workers.
+    /// Number of threads that run the workers.
     pub threads: usize,
     /// `density`, `overlap` or `knn`.
     pub supergraph: &'static str,
@@ -33,71 +33,54 @@ pub struct Parameters {
     pub partition: &'static str,
     /// `descent` or `naive`.
     pub neighbours: &'static str,
-    /// Largest leaf in points, as settled.
+    /// Largest leaf of the run, in points.
     pub leaf: u64,
-    /// Was the leaf size left to septet?
+    /// Whether septet chose the leaf size.
     pub leaf_auto: bool,
     /// `channel` or `sim`.
     pub transport: &'static str,
-    /// Seed of the order of delivery, `sim` only.
+    /// Seed of the order of delivery; `sim` only.
     pub delivery_seed: Option<u64>,
     /// Lipschitz constant of a set generated as f-spaced.
     pub lipschitz: Option<f64>,
-    /// Are invalid points dropped?
+    /// Whether invalid points are dropped.
     pub skip_invalid: bool,
     /// Memory limit in bytes.
     pub max_memory: Option<u64>,
-    /// Are the owner and home leaf of cells kept?
+    /// Whether the owner and the leaf of cells are kept.
     pub with_owner: bool,
-    /// Points of the picture asked for.
+    /// Number of points requested for the picture.
     pub view: u32,
-    /// Rounds of exchange before a fallback; none for `6 log2 n`.
+    /// Rounds of splaying before a fallback; none for `6 log2 n`.
     pub exchange_cap: Option<u32>,
 }
 
 impl Parameters {
-    /// The parameters of a configuration.
-    pub(super) fn of(config: &Config, setting: &Setting<'_>, leaf: u64) -> Self {
-        let (transport, delivery_seed) = match config.transport {
-            Transport::Channel { .. } => ("channel", None),
-            Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
-        };
+    /// Returns the parameters of a configuration.
+    pub(super) fn of(config: &Config, context: &RunContext<'_>, leaf: u64) -> Self {
+        let Config { machine, graph, keep, .. } = config;
         Parameters {
-            command: setting.command,
-            input: setting.input.to_owned(),
-            outputs: setting.outputs.to_vec(),
-            workers: match config.workers {
-                Workers::Count(p) => p.to_string(),
-                Workers::Leaves => "leaves".to_owned(),
-            },
-            threads: config.threads,
-            supergraph: config.graph.name(),
-            alpha: match config.alpha {
-                Alpha::Auto => "auto".to_owned(),
-                Alpha::Value(alpha) => alpha.to_string(),
-            },
-            k: match config.k {
-                Neighbours::Auto => "auto".to_owned(),
-                Neighbours::Count(k) => k.to_string(),
-                Neighbours::Log(c) => format!("{c}ln"),
-            },
-            separator_sets: match config.sets {
-                SeparatorSets::Both => "both",
-                SeparatorSets::Smaller => "smaller",
-                SeparatorSets::Ghost => "ghost",
-            },
+            command: context.command,
+            input: context.input.to_owned(),
+            outputs: context.outputs.to_vec(),
+            workers: machine.workers.to_string(),
+            threads: machine.threads,
+            supergraph: graph.kind().name(),
+            alpha: graph.alpha().to_string(),
+            k: graph.k().to_string(),
+            separator_sets: sets_name(config.separator_sets),
             partition: config.partition.name(),
             neighbours: config.correction.name(),
             leaf,
-            leaf_auto: config.leaf.is_none(),
-            transport,
-            delivery_seed,
+            leaf_auto: machine.leaf.is_none(),
+            transport: machine.transport.name(),
+            delivery_seed: machine.transport.delivery_seed(),
             lipschitz: config.spacing,
             skip_invalid: config.skip_invalid,
-            max_memory: config.max_memory,
-            with_owner: config.with_owner,
-            view: config.view,
-            exchange_cap: config.exchange_cap,
+            max_memory: machine.max_memory,
+            with_owner: keep.owner,
+            view: keep.view,
+            exchange_cap: config.planted.exchange_cap,
         }
     }
 }
