@@ -63,7 +63,8 @@ pub(super) fn is_table(data: &[u8]) -> bool {
     const LINES: usize = 50;
     let head = &data[..data.len().min(4096)];
     let is_text = head.iter().all(|b| *b >= 0x20 || matches!(b, b'\t' | b'\n' | b'\r' | 0x0b | 0x0c));
-    let has_numbers = |line| Row::of(line, 16).fields.iter().filter(|field| number(field).is_some()).count() >= 2;
+    let has_numbers =
+        |line| Row::of(line, 16).fields.iter().filter(|field| number(field).is_some()).count() >= 2;
     is_text && (data.trim_ascii().is_empty() || Lines::new(data).take(LINES).any(has_numbers))
 }
 
@@ -230,7 +231,10 @@ fn advised(row: &Row<'_>, dimension: usize) -> String {
     if numbers.len() < dimension {
         return NUMBER.to_owned();
     }
-    format!("{NUMBER}; choose the columns of the coordinates, such as --columns {}", numbers[..dimension].join(","))
+    format!(
+        "{NUMBER}; choose the columns of the coordinates, such as --columns {}",
+        numbers[..dimension].join(",")
+    )
 }
 
 impl<'a> Row<'a> {
@@ -270,7 +274,8 @@ impl<'a> Iterator for Quoted<'a> {
             }
         }
         let blanks = rest.len() - rest.trim_ascii_start().len();
-        let closing = rest[blanks..].strip_prefix(b"\"").and_then(|inner| inner.iter().position(|b| *b == b'"'));
+        let closing =
+            rest[blanks..].strip_prefix(b"\"").and_then(|inner| inner.iter().position(|b| *b == b'"'));
         let from = closing.map_or(0, |at| blanks + at + 2);
         let ends = |b: &u8| *b == self.separator || (self.separator == b' ' && b.is_ascii_whitespace());
         let end = rest[from..].iter().position(ends).map(|at| from + at);

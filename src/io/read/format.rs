@@ -56,17 +56,23 @@ const AMBIGUOUS: [&str; 6] = ["dat", "pts", "asc", "data", "tsv", "xy"];
 
 /// Extensions of formats that are not read, and the nearest format that is.
 const CONVERSIONS: [(&[&str], &str); 5] = [
-    (&["vtp", "vti", "vtr", "vts", "pvtu", "pvd", "xdmf", "xmf", "ex2", "exo"], "write .vtu with ParaView or meshio, or "),
+    (
+        &["vtp", "vti", "vtr", "vts", "pvtu", "pvd", "xdmf", "xmf", "ex2", "exo"],
+        "write .vtu with ParaView or meshio, or ",
+    ),
     (&["las", "laz", "pcd", "e57"], "convert the point cloud to .ply, or "),
-    (&["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"], "save the array with numpy.save as .npy, or "),
+    (
+        &["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"],
+        "save the array with numpy.save as .npy, or ",
+    ),
     (&["xls", "xlsx", "ods"], "export the sheet as .csv, or "),
     (&["poly", "smesh"], "give a domain to `septet mesh`, or "),
 ];
 
 impl Format {
     /// The formats that `read` accepts, for messages.
-    pub const POINTS: &'static str =
-        ".node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh (each also with .gz)";
+    pub const POINTS: &'static str = ".node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh (each also with .gz), or state the format with \
+         --input-format";
     /// The formats that `read_cells` accepts, for messages.
     pub const CELLS: &'static str = ".ele .vtu .vtk .msh .mesh .npy .off (each also with .gz)";
     /// The names of all formats.
@@ -136,7 +142,8 @@ pub(super) fn advice(path: &Path) -> String {
         return (*advice).to_owned();
     }
     let known = EXTENSIONS.iter().flat_map(|(_, extensions)| extensions.iter().copied());
-    crate::spelling::nearest(&extension, known).map_or_else(String::new, |near| format!("rename it if it is a .{near} file, or "))
+    crate::spelling::nearest(&extension, known)
+        .map_or_else(String::new, |near| format!("rename it if it is a .{near} file, or "))
 }
 
 /// The name is not the name of a format.

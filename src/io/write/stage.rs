@@ -9,7 +9,11 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
 use super::error::{Fault, OutputError};
+use super::format::without_gz;
 
 /// Distinguishes the temporary files of one process.
 static SERIAL: AtomicU64 = AtomicU64::new(0);
@@ -39,8 +43,25 @@ impl Stage {
         Ok(file)
     }
 
-    /// Writes one file of the set as [`Stage::open`] has it.
+    /// Writes one file of the set. The bytes are compressed if its name ends in `.gz`.
     pub(in crate::write) fn write(
+        &mut self,
+        target: &Path,
+        body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,
+    ) -> Result<(), OutputError> {
+        if !without_gz(target).1 {
+            return self.write_plain(target, body);
+        }
+        self.write_plain(target, |out| {
+            let mut encoder = GzEncoder::new(out, Compression::default());
+            body(&mut encoder)?;
+            encoder.finish()?;
+            Ok(())
+        })
+    }
+
+    /// Writes one file of the set without compression.
+    pub(in crate::write) fn write_plain(
         &mut self,
         target: &Path,
         body: impl FnOnce(&mut dyn Write) -> Result<(), Fault>,

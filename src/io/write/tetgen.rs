@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::error::{Fault, OutputError};
+use super::format::without_gz;
 use super::options::WriteOptions;
 use super::records::{
     Progress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
@@ -16,11 +17,13 @@ use septet_core::model::{Labels, MeshView};
 /// The extensions of the set.
 const EXTENSIONS: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
 
-/// The member of the set with an extension; the named path itself keeps its spelling.
+/// The file of the set with an extension. The named path itself keeps its spelling. `.gz` after it stays.
 fn member(path: &Path, extension: &str) -> PathBuf {
-    match path.extension() {
+    let (plain, zipped) = without_gz(path);
+    match plain.extension() {
         Some(own) if own.eq_ignore_ascii_case(extension) => path.to_path_buf(),
-        _ => path.with_extension(extension),
+        _ if zipped => plain.with_extension(format!("{extension}.gz")),
+        _ => plain.with_extension(extension),
     }
 }
 
@@ -38,7 +41,7 @@ pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
 pub(super) fn write(
     path: &Path,
     mesh: &MeshView<'_>,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     stage: &mut Stage,
     progress: &mut Progress<'_>,
 ) -> Result<(), OutputError> {

@@ -12,9 +12,9 @@ use super::records::{Progress, write_records};
 use septet_core::model::{Labels, MeshView, Points};
 
 /// Cell types of VTK.
-const VERTEX: u8 = 1;
-const TRIANGLE: u8 = 5;
-const TETRAHEDRON: u8 = 10;
+pub(super) const VERTEX: u8 = 1;
+pub(super) const TRIANGLE: u8 = 5;
+pub(super) const TETRAHEDRON: u8 = 10;
 
 const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
 
@@ -31,17 +31,29 @@ pub(super) type Record<'a> = Box<dyn Fn(&mut Vec<u8>, usize) + Sync + 'a>;
 
 /// One array: how it is declared and what its records are.
 pub(super) struct Array<'a> {
-    section: Section,
-    name: &'static str,
-    /// The type as VTK calls it.
-    kind: &'static str,
+    pub section: Section,
+    pub name: &'a str,
+    /// The name of the type in VTK.
+    pub kind: &'static str,
     /// Further XML attributes, with a leading blank.
     attributes: &'static str,
-    /// Number of records, and bytes per record.
-    count: usize,
+    /// The number of records.
+    pub count: usize,
+    /// The number of bytes per record.
     width: usize,
-    record: Record<'a>,
+    /// Appends a record in little-endian order.
+    pub record: Record<'a>,
 }
+
+impl Array<'_> {
+    /// Returns `true` for the global ids of points or cells.
+    pub fn has_global_ids(&self) -> bool {
+        self.attributes == IDS
+    }
+}
+
+/// The attribute of an array of global ids.
+const IDS: &str = " IdType=\"1\"";
 
 /// How many records `write` reports, with owners or without.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
@@ -52,22 +64,36 @@ pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
 pub(super) fn write(
     out: &mut dyn Write,
     mesh: &MeshView<'_>,
-    options: &WriteOptions,
+    options: &WriteOptions<'_>,
     progress: &mut Progress<'_>,
 ) -> Result<(), Fault> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
     let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
     let kind = if dimension == 3 { TETRAHEDRON } else { TRIANGLE };
-    let ratio: Record<'_> = Box::new(move |buffer, i| {
-        let cell = &cells[i * corners..(i + 1) * corners];
-        let ratio = radius_edge_ratio(dimension, coordinates, cell);
-        buffer.extend_from_slice(&ratio.to_le_bytes());
-    });
     let connectivity: Record<'_> = Box::new(move |buffer, i| {
         for vertex in &cells[i * corners..(i + 1) * corners] {
             buffer.extend_from_slice(&vertex.to_le_bytes());
         }
+    });
+    let mut arrays = data_arrays(mesh, options);
+    arrays.push(points(dimension, coordinates));
+    let width = 8 * corners;
+    arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
+    arrays.extend(offsets_and_types(count, corners, kind));
+    let data = ["PointData GlobalIds=\"GlobalPointIds\"", CELL_DATA];
+    Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
+}
+
+/// The data of points and cells.
+pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<Array<'a>> {
+    let corners = mesh.dimension + 1;
+    let (cells, count) = (mesh.cells, mesh.cell_count());
+    let (dimension, coordinates) = (mesh.dimension, mesh.coordinates);
+    let ratio: Record<'a> = Box::new(move |buffer, i| {
+        let cell = &cells[i * corners..(i + 1) * corners];
+        let ratio = radius_edge_ratio(dimension, coordinates, cell);
+        buffer.extend_from_slice(&ratio.to_le_bytes());
     });
     let mut arrays = vec![point_ids(mesh.point_count()), cell_ids(count)];
     arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (count, 8), ratio));
@@ -77,12 +103,11 @@ pub(super) fn write(
     if let Some(labels) = mesh.labels {
         arrays.extend(labelled(mesh, labels));
     }
-    arrays.push(points(dimension, coordinates));
-    let width = 8 * corners;
-    arrays.push(cell_array(Section::Cells, "connectivity", "Int64", (count, width), connectivity));
-    arrays.extend(offsets_and_types(count, corners, kind));
-    let data = ["PointData GlobalIds=\"GlobalPointIds\"", CELL_DATA];
-    Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
+    arrays.extend(options.point_data.iter().map(|column| {
+        let record: Record<'a> = Box::new(|b, i| b.extend_from_slice(&column.values[i].to_le_bytes()));
+        cell_array(Section::PointData, &column.name, "Float64", (column.values.len(), 8), record)
+    }));
+    arrays
 }
 
 /// Writes points, each also a vertex cell.
@@ -102,7 +127,7 @@ pub(super) fn write_points(
 
 pub(super) fn cell_array<'a>(
     section: Section,
-    name: &'static str,
+    name: &'a str,
     kind: &'static str,
     (count, width): (usize, usize),
     record: Record<'a>,
@@ -112,8 +137,7 @@ pub(super) fn cell_array<'a>(
 
 fn ids(section: Section, name: &'static str, count: usize) -> Array<'static> {
     let record: Record<'_> = Box::new(|buffer, i| buffer.extend_from_slice(&(i as u64).to_le_bytes()));
-    let attributes = " IdType=\"1\"";
-    Array { section, name, kind: "Int64", attributes, count, width: 8, record }
+    Array { section, name, kind: "Int64", attributes: IDS, count, width: 8, record }
 }
 
 fn point_ids(count: usize) -> Array<'static> {
@@ -205,6 +229,22 @@ pub(super) fn head_and_arrays(
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
 }
 
+/// A name as the value of an XML attribute. Control characters, which XML does not have, become `?`.
+fn escaped(name: &str) -> String {
+    let mut escaped = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() => escaped.push('?'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
 /// Everything up to the underscore that begins the data.
 fn write_head(
     out: &mut dyn Write,
@@ -235,6 +275,7 @@ fn write_head(
         writeln!(out, "      <{tag}>")?;
         let own = arrays.iter().zip(&offsets).filter(|(array, _)| array.section == section);
         for (Array { name, kind, attributes, .. }, offset) in own {
+            let name = escaped(name);
             write!(out, "        <DataArray type=\"{kind}\"{attributes} Name=\"{name}\" ")?;
             writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
         }

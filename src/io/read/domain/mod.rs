@@ -58,6 +58,6 @@ pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFil
         None => {
             let (path, advice) = (path.to_owned(), super::format::advice(path));
             Err(InputError::UnknownFormat { path, advice, known: DOMAINS })
-        },
+        }
     }
 }
