@@ -265,8 +265,12 @@ impl From<MeshError> for Failure {
     fn from(error: MeshError) -> Self {
         match error {
             MeshError::Run(error) => error.into(),
-            MeshError::Dimension { .. } => Failure::new(Code::Input, error.to_string())
-                .help("give as many coordinates as the domain has, and a size behind them"),
+            MeshError::Dimension { what, .. } => {
+                // The width of a size field is a property of its file.
+                let code = if what == "--size-field" { Code::Input } else { Code::Usage };
+                Failure::new(code, error.to_string())
+                    .help("give as many coordinates as the domain has, and a size behind them")
+            }
             MeshError::Size(error) => {
                 let code = match error {
                     SizeError::TooFine(_) => Code::Limit,

@@ -127,7 +127,7 @@ impl Format {
     }
 }
 
-/// Returns the extension in lower case, without `.gz` and empty if there is none, and whether the name ends in `.gz`.
+/// Returns the extension before `.gz` in lower case, or an empty text, and whether the name ends in `.gz`.
 fn extension(path: &Path) -> (String, bool) {
     let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let (stem, zipped) = name.strip_suffix(".gz").map_or((name.as_str(), false), |stem| (stem, true));

@@ -180,7 +180,7 @@ impl Selection {
     }
 }
 
-/// What a choice of columns depends on.
+/// The input of a choice of columns.
 struct Chooser<'a> {
     source: Source<'a>,
     place: Place,

@@ -1,4 +1,4 @@
-//! Point sets in all their formats.
+//! Writers of point sets in all formats.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -52,10 +52,10 @@ pub fn write_points(
     Ok(files)
 }
 
-/// Writes points to a stream, for instance standard output.
+/// Writes points to a stream, such as standard output.
 ///
 /// # Errors
-/// [`OutputError::Stream`] where the stream refuses data.
+/// [`OutputError::Stream`] if the stream refuses data.
 pub fn write_points_to(
     writer: &mut dyn Write,
     format: PointFormat,
@@ -71,7 +71,7 @@ pub fn write_points_to(
     Ok(())
 }
 
-/// How many records are written.
+/// Returns the number of records that are written.
 fn total(format: PointFormat, points: &Points) -> u64 {
     let arrays = match format {
         PointFormat::Vtu => 5,

@@ -81,7 +81,7 @@ fn the_path_for_standard_output_is_no_file() {
     assert!(matches!(error, Err(OutputError::UnknownFormat { .. })));
 }
 
-/// A pipe whose reader has gone.
+/// A pipe without a reader.
 struct Broken;
 
 impl Write for Broken {

@@ -1,5 +1,4 @@
-//! `.node`, `.ele`, `.face`, `.edge` and `.neigh`: the set of `TetGen` in space and of Triangle in
-//! the plane.
+//! `.node`, `.ele`, `.face`, `.edge` and `.neigh` files: the set of `TetGen` in space and of Triangle in the plane.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,7 +16,7 @@ use septet_core::model::{Labels, MeshView};
 /// The extensions of the set.
 const EXTENSIONS: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
 
-/// The file of the set with an extension. The named path itself keeps its spelling. `.gz` after it stays.
+/// Returns the file of the set with an extension. The named path itself keeps its spelling. `.gz` after it stays.
 fn member(path: &Path, extension: &str) -> PathBuf {
     let (plain, zipped) = without_gz(path);
     match plain.extension() {
@@ -27,12 +26,12 @@ fn member(path: &Path, extension: &str) -> PathBuf {
     }
 }
 
-/// All files of the set a path belongs to.
+/// Returns all files of the set of a path.
 pub(super) fn siblings(path: &Path) -> impl Iterator<Item = PathBuf> {
     EXTENSIONS.iter().map(move |extension| member(path, extension))
 }
 
-/// How many records `write` reports; the number of edges is an estimate.
+/// Returns the number of records that `write` reports. The number of edges is an estimate.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (mesh.point_count() + 5 * mesh.cell_count()) as u64
 }
@@ -95,8 +94,8 @@ pub(super) fn write(
     })
 }
 
-/// Faces and edges of a mesh of a domain, with their markers: `.face` has the triangles on facets, `.edge` in
-/// space the edges on segments, in the plane all edges, those on no segment with marker 0.
+/// Writes the faces and edges of a mesh of a domain with their markers. `.face` has the triangles on facets. In space,
+/// `.edge` has the edges on segments. In the plane, it has all edges, and edges off the segments have marker 0.
 fn write_labelled(
     path: &Path,
     mesh: &MeshView<'_>,
@@ -132,10 +131,10 @@ fn write_labelled(
     })
 }
 
-/// Of each point a size and a marker.
+/// The size and the marker of each point.
 type Attributes<'a> = (&'a [f64], &'a [i64]);
 
-/// Writes a `.node` file: no attributes and no markers, or both: the size of each point, and its marker.
+/// Writes a `.node` file, either with the size of each point as its attribute and with its marker, or without both.
 pub(super) fn write_nodes(
     out: &mut dyn Write,
     dimension: usize,
@@ -161,7 +160,7 @@ pub(super) fn write_nodes(
     Ok(())
 }
 
-/// Writes a heading and numbered rows of indices, each with what `tail` appends.
+/// Writes a head and numbered rows of indices. `tail` appends to each row.
 fn write_rows(
     out: &mut dyn Write,
     head: &str,

@@ -1,7 +1,7 @@
-//! `.vtu`: an unstructured grid of VTK, raw appended data.
+//! `.vtu` files: an unstructured grid of VTK with raw appended data.
 //!
-//! All sizes are known beforehand, so the XML head with the offsets comes first and the arrays
-//! stream behind it. Point sets of the plane get z = 0.
+//! All sizes are known in advance. So the XML head with the offsets comes first, and the arrays are streamed after it. Points
+//! of the plane get z = 0.
 
 use std::io::{self, Write};
 
@@ -18,7 +18,7 @@ pub(super) const TETRAHEDRON: u8 = 10;
 
 const CELL_DATA: &str = "CellData GlobalIds=\"GlobalCellIds\" Scalars=\"radius_edge_ratio\"";
 
-/// The part of the file an array belongs to.
+/// The section of the file that has an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Section {
     PointData,
@@ -29,7 +29,7 @@ pub(super) enum Section {
 
 pub(super) type Record<'a> = Box<dyn Fn(&mut Vec<u8>, usize) + Sync + 'a>;
 
-/// One array: how it is declared and what its records are.
+/// An array: its declaration and its records.
 pub(super) struct Array<'a> {
     pub section: Section,
     pub name: &'a str,
@@ -55,7 +55,7 @@ impl Array<'_> {
 /// The attribute of an array of global ids.
 const IDS: &str = " IdType=\"1\"";
 
-/// How many records `write` reports, with owners or without.
+/// Returns the number of records that `write` reports, without those of owners.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
     (2 * mesh.point_count() + 5 * mesh.cell_count()) as u64
 }
@@ -85,7 +85,7 @@ pub(super) fn write(
     Ok(head_and_arrays(out, data, (mesh.point_count(), count), &arrays, progress)?)
 }
 
-/// The data of points and cells.
+/// Returns the arrays of data of points and cells.
 pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -> Vec<Array<'a>> {
     let corners = mesh.dimension + 1;
     let (cells, count) = (mesh.cells, mesh.cell_count());
@@ -110,7 +110,7 @@ pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -
     arrays
 }
 
-/// Writes points, each also a vertex cell.
+/// Writes points, each also as a vertex cell.
 pub(super) fn write_points(
     out: &mut dyn Write,
     set: &Points,
@@ -162,7 +162,7 @@ fn owners<'a>(mesh: &MeshView<'a>) -> Vec<Array<'a>> {
     arrays
 }
 
-/// What a mesh of a domain knows of its cells and points.
+/// Returns the arrays of the labels of a mesh of a domain.
 fn labelled<'a>(mesh: &MeshView<'a>, labels: &'a Labels) -> Vec<Array<'a>> {
     let (count, points) = (mesh.cell_count(), mesh.point_count());
     let (dimension, corners) = (mesh.dimension, mesh.dimension + 1);
@@ -202,7 +202,7 @@ pub(super) fn points(dimension: usize, coordinates: &[f64]) -> Array<'_> {
     Array { section: Section::Points, name, kind, attributes, count, width, record }
 }
 
-/// The offsets are those of the ends of the cells.
+/// Returns the arrays of offsets and types. The offset of a cell is its end.
 pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Array<'static>; 2] {
     let end: Record<'_> = Box::new(move |buffer, i| {
         buffer.extend_from_slice(&((i as u64 + 1) * corners as u64).to_le_bytes());
@@ -213,7 +213,7 @@ pub(super) fn offsets_and_types(count: usize, corners: usize, kind: u8) -> [Arra
     ]
 }
 
-/// Writes a file of these arrays; `data` are the tags of point data and cell data, `points` and `cells` their numbers.
+/// Writes a file of these arrays. `data` are the tags of point data and cell data. `points` and `cells` are their numbers.
 pub(super) fn head_and_arrays(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -229,7 +229,7 @@ pub(super) fn head_and_arrays(
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
 }
 
-/// A name as the value of an XML attribute. Control characters, which XML does not have, become `?`.
+/// Escapes a name for an XML attribute. Control characters, which XML does not allow, become `?`.
 fn escaped(name: &str) -> String {
     let mut escaped = String::with_capacity(name.len());
     for c in name.chars() {
@@ -245,7 +245,7 @@ fn escaped(name: &str) -> String {
     escaped
 }
 
-/// Everything up to the underscore that begins the data.
+/// Writes the head, up to the underscore before the data.
 fn write_head(
     out: &mut dyn Write,
     data: [&str; 2],
@@ -263,7 +263,7 @@ fn write_head(
     writeln!(out, "byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     writeln!(out, "  <UnstructuredGrid>")?;
     writeln!(out, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
-    // The data follow in the order of the arrays, whatever sections they are in.
+    // The data follow in the order of the arrays, and not of the sections.
     let mut offset = 0;
     let place = |array: &Array<'_>| {
         let here = offset;

@@ -100,7 +100,7 @@ fn stl_that_begins_with_solid() {
     for head in [b"solid but binary".as_slice(), b"", b"\0"] {
         let file = good("a.stl", stl_binary(head));
         assert_eq!(space(&file), CORNERS);
-        assert!(noted(&file.notes, "welded into 4"));
+        assert!(noted(&file.notes, "merged into 4"));
     }
     let mut huge = stl_binary(b"x");
     huge[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
