@@ -124,6 +124,11 @@ impl<'a> Table<'a, '_> {
             let (path, place) = (self.source.path.to_owned(), count.line.place());
             return Err(InputError::UnsupportedDimension { path, place, found: 1 });
         }
+        let is_text = row.fields.iter().all(|field| number(field).is_none());
+        let lacks_names = self.header.as_ref().is_some_and(|header| header.axes().is_none());
+        if is_text && lacks_names && self.options.columns.is_none() {
+            return Err(self.source.bad_line(&row.line, "a row of numbers"));
+        }
         let place = row.line.place();
         Selection::of(self.source, place, self.header.as_ref(), &row.fields[..row.filled], self.options)
     }

@@ -3,8 +3,6 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use super::columns;
-
 /// An input format of points, of cells, or of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -89,15 +87,10 @@ impl Format {
         (extension.parse().ok(), zipped)
     }
 
-    /// Returns the format of points: by the name, else by the content. Standard input without a mark is a table.
-    pub(super) fn of_points(path: &Path, data: &[u8]) -> Option<Format> {
-        let is_table = || {
-            let (extension, _) = extension(path);
-            let is_ambiguous = extension.is_empty() || AMBIGUOUS.contains(&extension.as_str());
-            path.as_os_str() == "-" || (is_ambiguous && columns::is_table(data))
-        };
-        let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
-        known.or_else(|| is_table().then_some(Format::Text))
+    /// Returns `true` if the content decides whether a file of this name is a table: `.dat`, no extension, and similar.
+    pub(super) fn may_be_table(path: &Path) -> bool {
+        let (extension, _) = extension(path);
+        extension.is_empty() || AMBIGUOUS.contains(&extension.as_str())
     }
 
     /// Returns the format that the first bytes determine.

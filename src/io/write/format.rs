@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::error::OutputError;
-use super::tetgen::siblings;
+use super::names::{extension, siblings};
 use crate::read::UnknownFormatName;
 
 /// The version of a Gmsh file.
@@ -152,19 +152,6 @@ impl FromStr for PointFormat {
             _ => Err(UnknownFormatName { known: POINTS }),
         }
     }
-}
-
-/// Returns the path without `.gz` at its end, in either case, and whether there was one.
-pub(super) fn without_gz(path: &Path) -> (&Path, bool) {
-    let is_gz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    let name = path.to_str().filter(|_| is_gz);
-    name.map_or((path, false), |name| (Path::new(&name[..name.len() - 3]), true))
-}
-
-/// Returns the extension in lower case, without `.gz`, or an empty text.
-fn extension(path: &Path) -> String {
-    let extension = without_gz(path).0.extension().and_then(|e| e.to_str());
-    extension.unwrap_or_default().to_ascii_lowercase()
 }
 
 fn unknown(path: &Path, known: &str) -> OutputError {

@@ -10,6 +10,7 @@ mod labels;
 mod medit;
 mod msh;
 mod msh_labelled;
+mod names;
 mod npy;
 mod off;
 mod options;
@@ -49,7 +50,7 @@ pub fn check_output(path: &Path, options: &WriteOptions<'_>) -> Result<OutputFor
     let format = options.format_of(path)?;
     stage::probe(path)?;
     if format == OutputFormat::TetGen {
-        for file in tetgen::siblings(path) {
+        for file in format.files(path) {
             stage::probe(&file)?;
         }
     }
@@ -77,7 +78,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
 
 /// Returns the path of the faces of a mesh of a domain: `mesh.faces.vtu` for `mesh.vtu`, next to it.
 pub fn faces_path(path: &Path) -> PathBuf {
-    let (plain, zipped) = format::without_gz(path);
+    let (plain, zipped) = names::without_gz(path);
     plain.with_extension(if zipped { "faces.vtu.gz" } else { "faces.vtu" })
 }
 
@@ -148,7 +149,7 @@ fn records(format: OutputFormat, mesh: &MeshView<'_>) -> u64 {
     }
 }
 
-/// Writes a format of one file.
+/// Writes a format that is a single file.
 fn write_body(
     out: &mut dyn Write,
     format: OutputFormat,

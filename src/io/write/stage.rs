@@ -13,7 +13,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::error::{Fault, OutputError};
-use super::format::without_gz;
+use super::names::without_gz;
 
 /// The number of the next temporary file of this process.
 static SERIAL: AtomicU64 = AtomicU64::new(0);

@@ -1,10 +1,10 @@
 //! `.node`, `.ele`, `.face`, `.edge` and `.neigh` files: the set of `TetGen` in space and of Triangle in the plane.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::error::{Fault, OutputError};
-use super::format::without_gz;
+use super::names::member;
 use super::options::WriteOptions;
 use super::records::{
     Progress, push_float, push_indices, push_integer, push_point, push_signed, write_records,
@@ -12,24 +12,6 @@ use super::records::{
 use super::stage::Stage;
 use super::topology::{self, OUTSIDE};
 use septet_core::model::{Labels, MeshView};
-
-/// The extensions of the set.
-const EXTENSIONS: [&str; 5] = ["node", "ele", "face", "edge", "neigh"];
-
-/// Returns the file of the set with an extension. The named path itself keeps its spelling. `.gz` after it stays.
-fn member(path: &Path, extension: &str) -> PathBuf {
-    let (plain, zipped) = without_gz(path);
-    match plain.extension() {
-        Some(own) if own.eq_ignore_ascii_case(extension) => path.to_path_buf(),
-        _ if zipped => plain.with_extension(format!("{extension}.gz")),
-        _ => plain.with_extension(extension),
-    }
-}
-
-/// Returns all files of the set of a path.
-pub(super) fn siblings(path: &Path) -> impl Iterator<Item = PathBuf> {
-    EXTENSIONS.iter().map(move |extension| member(path, extension))
-}
 
 /// Returns the number of records that `write` reports. The number of edges is an estimate.
 pub(super) fn records(mesh: &MeshView<'_>) -> u64 {
