@@ -72,8 +72,9 @@ impl<'a> Table<'a, '_> {
     fn read(mut self) -> Result<PointFile, InputError> {
         let mut reading: Option<(Collector<'a>, Selection)> = None;
         let mut width = usize::MAX;
+        let mut row = Row::of(Line { number: 0, text: b"" }, width);
         for line in Lines::new(self.source.data) {
-            let row = Row::of(line, width);
+            row.split(line, width);
             if row.fields.is_empty() {
                 continue;
             }
@@ -216,12 +217,13 @@ fn push<'a>(
     } else if is_positional && has_other_width {
         return Err(points.mixed(line.place(), found));
     } else {
-        let words = selection.axes[..dimension].iter().map(|&i| row.fields[i]);
-        let bad = row.fields.iter().take(dimension).find(|f| number(f).is_none());
-        match bad.filter(|_| is_positional && points.met == 0 && !options.skip_invalid) {
-            Some(word) => return Err(source.bad_word(line, word, advised(row, dimension))),
-            None => points.push_words(line, &mut { words })?,
+        // The advice on columns helps only in the first row.
+        let is_first = is_positional && points.met == 0 && !options.skip_invalid;
+        let mut first = row.fields.iter().take(if is_first { dimension } else { 0 });
+        if let Some(word) = first.find(|field| number(field).is_none()) {
+            return Err(source.bad_word(line, word, advised(row, dimension)));
         }
+        points.push_words(line, &mut selection.axes[..dimension].iter().map(|&i| row.fields[i]))?;
     }
     if points.len() > before {
         selection.keep(&row.fields);
@@ -245,18 +247,29 @@ fn advised(row: &Row<'_>, dimension: usize) -> String {
 impl<'a> Row<'a> {
     /// Splits a line into at most `most` fields. A line without content has no fields.
     fn of(line: Line<'a>, most: usize) -> Self {
+        let mut row = Row { line, text: b"", separator: b' ', fields: Vec::new(), filled: 0 };
+        row.split(line, most);
+        row
+    }
+
+    /// Replaces the row by another line.
+    fn split(&mut self, line: Line<'a>, most: usize) {
         let Scan { text, separator, quoted } = scan(line.text);
-        let mut fields: Vec<&'a [u8]> = Vec::with_capacity(most.min(8));
+        (self.line, self.text, self.separator) = (line, text, separator);
+        let fields = &mut self.fields;
+        fields.clear();
+        self.filled = 0;
         if text.trim_ascii().is_empty() {
-        } else if quoted {
+            return;
+        }
+        if quoted {
             fields.extend(Quoted { rest: Some(text), separator }.take(most));
         } else if separator == b' ' {
             fields.extend(Line { number: 0, text }.words().take(most));
         } else {
             fields.extend(text.split(|b| *b == separator).map(<[u8]>::trim_ascii).take(most));
         }
-        let filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
-        Row { line, text, separator, fields, filled }
+        self.filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
     }
 }
 

@@ -95,7 +95,12 @@ pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -
         let ratio = radius_edge_ratio(dimension, coordinates, cell);
         buffer.extend_from_slice(&ratio.to_le_bytes());
     });
-    let mut arrays = vec![point_ids(mesh.point_count()), cell_ids(count)];
+    let mut arrays = vec![point_ids(mesh.point_count())];
+    arrays.extend(options.point_data.iter().map(|column| {
+        let record: Record<'a> = Box::new(|b, i| b.extend_from_slice(&column.values[i].to_le_bytes()));
+        cell_array(Section::PointData, &column.name, "Float64", (column.values.len(), 8), record)
+    }));
+    arrays.push(cell_ids(count));
     arrays.push(cell_array(Section::CellData, "radius_edge_ratio", "Float64", (count, 8), ratio));
     if options.with_owner {
         arrays.extend(owners(mesh));
@@ -103,10 +108,6 @@ pub(super) fn data_arrays<'a>(mesh: &MeshView<'a>, options: &WriteOptions<'a>) -
     if let Some(labels) = mesh.labels {
         arrays.extend(labelled(mesh, labels));
     }
-    arrays.extend(options.point_data.iter().map(|column| {
-        let record: Record<'a> = Box::new(|b, i| b.extend_from_slice(&column.values[i].to_le_bytes()));
-        cell_array(Section::PointData, &column.name, "Float64", (column.values.len(), 8), record)
-    }));
     arrays
 }
 

@@ -28,7 +28,7 @@ fn npy_of_all_kinds() {
     let big = bad("a.npy", npy(&head(">f8"), &data));
     assert!(big.to_string().contains("big-endian"), "{big}");
     let large = bytes_of!(i64, to_le_bytes, [i64::MAX, 2, 3, 4, 5, 6]);
-    assert!(noted(&good("a.npy", npy(&head("<i8"), &large)).notes, "1 whole numbers"));
+    assert!(noted(&good("a.npy", npy(&head("<i8"), &large)).notes, "1 integers"));
     let mut version2 = b"\x93NUMPY\x02\x00".to_vec();
     version2.extend((fortran.len() as u32).to_le_bytes());
     version2.extend(fortran.as_bytes());

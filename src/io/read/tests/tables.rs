@@ -144,7 +144,7 @@ fn a_leading_count_is_checked() {
     assert_eq!(space(&good("a.pts", scan)), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
     assert!(matches!(bad("a.pts", "3\n1 2 3\n4 5 6\n"), InputError::Truncated { expected: 3, found: 2, .. }));
     assert_eq!(bad("a.pts", "1\n1 2 3\n4 5 6\n").line(), Some(3));
-    assert!(matches!(bad("a.pts", "7\n"), InputError::UnsupportedDimension { found: 1, .. }));
+    assert!(matches!(bad("a.xyz", "7\n"), InputError::UnsupportedDimension { found: 1, .. }));
 }
 
 #[test]
