@@ -10,7 +10,7 @@ use super::topology::TopologyError;
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension of the path is not one of a format that can be written here.
-    #[error("{}: unknown output format, {advice}; known are {known} (each also with .gz), or state one with --format", .path.display())]
+    #[error("{}: unknown output format, {advice}; use one of {known} (each also with .gz), or state the format with --format", .path.display())]
     UnknownFormat {
         /// The path.
         path: PathBuf,

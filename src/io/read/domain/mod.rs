@@ -56,7 +56,7 @@ pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFil
             Err(source.unsupported(Place::Whole, what, "give a .poly, .smesh, .stl, .off, .ply or .obj file"))
         }
         None => {
-            let (path, advice) = (path.to_owned(), super::format::advice(path));
+            let (path, advice) = (path.to_owned(), String::new());
             Err(InputError::UnknownFormat { path, advice, known: DOMAINS })
         }
     }
