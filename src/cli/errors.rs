@@ -81,6 +81,7 @@ impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         let code = match error {
             InputError::OutOfMemory { .. } => Code::Limit,
+            _ if error.is_usage() => Code::Usage,
             _ => Code::Input,
         };
         let mut failure = Failure::split(code, &error.to_string());
@@ -97,10 +98,10 @@ impl From<InputError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let help = match &error {
-            OutputError::UnknownFormat { .. } => {
-                return Failure::split(Code::Usage, &error.to_string())
-                    .help("end the name of the output in one of the known extensions");
+            OutputError::UnknownFormat { .. } | OutputError::NotOneFile => {
+                return Failure::split(Code::Usage, &error.to_string());
             }
+            OutputError::TooLarge { .. } => return Failure::split(Code::Limit, &error.to_string()),
             OutputError::MissingDirectory { .. } => "create the directory first, or choose another",
             OutputError::IsDirectory { .. } => "name a file in it",
             OutputError::NotWritable { .. } => "choose a place where you may write",

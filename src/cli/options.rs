@@ -13,6 +13,7 @@ use septet_io::write::MshVersion;
 use septet_lab::trace::Detail;
 
 use super::errors::{Code, Failure};
+use super::formats::{FormatArgs, ReadArgs};
 
 /// Options of `septet triangulate`.
 #[derive(Debug, Args)]
@@ -48,11 +49,11 @@ pub struct SimulateArgs {
 /// Options of both.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// A point file (.node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .msh .mesh, each also .gz), `-` for
+    /// A point file (.node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh, each also .gz), `-` for
     /// standard input, or `sample:KIND:N[,d=2][,seed=7][,lipschitz=0.25]`
     pub input: String,
-    /// Write the triangulation (.vtu .msh .msh22 .mesh .off .npy, or one of .node .ele .face .edge .neigh for
-    /// the whole set); may be given several times
+    /// Write the triangulation (.vtu .vtk .msh .msh22 .mesh .off .stl .npy, or one of .node .ele .face .edge .neigh
+    /// for the whole set, each also .gz), `-` for standard output; may be given several times
     #[arg(short, long = "output", value_name = "OUT")]
     pub output: Vec<PathBuf>,
     /// Number of workers, or `leaves` for one per leaf of the partition tree [default: cores]
@@ -82,7 +83,14 @@ pub struct RunArgs {
     /// Dimension of the input: 2 keeps the first two coordinates
     #[arg(short, long = "dimension", value_name = "2|3", value_parser = dimension)]
     pub dimension: Option<usize>,
-    /// Write the owning worker and home leaf of every cell (.vtu)
+    #[command(flatten)]
+    pub reading: ReadArgs,
+    /// Keep the other numeric columns of a text table as data of the points (.vtu .vtk)
+    #[arg(long)]
+    pub keep_columns: bool,
+    #[command(flatten)]
+    pub writing: FormatArgs,
+    /// Write the owning worker and home leaf of every cell (.vtu .vtk)
     #[arg(long)]
     pub with_owner: bool,
     /// Version of files named .msh

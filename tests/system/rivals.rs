@@ -54,7 +54,11 @@ fn planes<P: Point>(points: &[P]) {
         let rival = with_graph(&paper, combinations(false)[choice]).with(|c| c.partition = Partition::Kd);
         let run = over_machines(points, &rival, &reference);
         let nodes = &run.ledger.part.nodes;
-        assert!(nodes.len() > 16 && nodes.values().all(|facts| facts.kind != septet_protocol::ledger::NodeKind::Sphere), "a sphere among planes");
+        assert!(
+            nodes.len() > 16
+                && nodes.values().all(|facts| facts.kind != septet_protocol::ledger::NodeKind::Sphere),
+            "a sphere among planes"
+        );
     }
     for workers in [1, 5, 64] {
         let fast = threaded(Workers::Count(workers), 2, LEAF).with(|c| c.partition = Partition::Kd);

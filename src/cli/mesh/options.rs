@@ -10,6 +10,7 @@ use septet_core::mesh::{
 };
 
 use crate::errors::{Code, Failure};
+use crate::formats::FormatArgs;
 use crate::options::{MshArg, TraceArgs, TransportArg, bytes, workers};
 
 /// Options of `septet mesh`.
@@ -32,10 +33,12 @@ pub struct MeshArgs {
     /// Check the domain, and do no more
     #[arg(long, conflicts_with_all = ["output", "json", "trace"])]
     pub check: bool,
-    /// Write the mesh (.vtu .msh .msh22 .mesh .npy, or one of .node .ele .face .edge .neigh for the whole set) or its
-    /// surface (.off .stl); may be given several times
+    /// Write the mesh (.vtu .vtk .msh .msh22 .mesh .npy, or one of .node .ele .face .edge .neigh for the whole set) or its
+    /// surface (.off .stl), each also .gz, `-` for standard output; may be given several times
     #[arg(short, long = "output", value_name = "OUT")]
     pub output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub writing: FormatArgs,
     /// Keep every segment and facet of the input, or corners and ridges of a surface alone
     /// [default: exact for .poly and .smesh, remesh for surfaces]
     #[arg(long, value_name = "MODE", value_enum)]

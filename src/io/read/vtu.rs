@@ -1,5 +1,5 @@
-//! VTK XML unstructured grids, `.vtu`: one piece; inline ASCII or base64, or appended raw or
-//! base64; plain or compressed by zlib.
+//! VTK XML unstructured grids, `.vtu`, of one piece. Arrays are inline ASCII or base64, or appended raw or base64. Binary
+//! arrays may be compressed with zlib.
 
 mod arrays;
 mod base64;
@@ -12,11 +12,12 @@ use super::mesh::{Kind, Mesh};
 use super::points::ReadOptions;
 use super::scalar::Scalar;
 use super::text::{Source, integer, number};
+use super::vtk::kind_of_type;
 use arrays::{Arrays, DataArray};
 
-/// The whole mesh.
+/// Reads the mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions { dimension: None, ..*options };
+    let options = &ReadOptions { dimension: None, ..options.clone() };
     let grid = arrays::open(source)?;
     let points = read_points(&grid, options)?;
     let mut mesh = Mesh::new(source, points, 0);
@@ -53,7 +54,7 @@ fn read_points<'a>(grid: &Arrays<'a>, options: &ReadOptions) -> Result<Collector
     Ok(points)
 }
 
-/// The announced number of rows must be there.
+/// Checks the number of rows against the announced one. `over` is whether an incomplete row follows.
 fn agree(
     grid: &Arrays<'_>,
     array: &DataArray<'_>,
@@ -105,12 +106,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
             )
         })?;
         start += nodes.len();
-        let kind = match (cell, nodes.len()) {
-            (1..=4, _) => Kind::Lower,
-            (5, 3) => Kind::Triangle,
-            (10, 4) => Kind::Tetrahedron,
-            _ => Kind::Other,
-        };
+        let kind = kind_of_type(*cell, nodes.len());
         if kind == Kind::Other && mesh.other.is_none() {
             mesh.other = Some((place, format!("a cell of VTK type {cell} with {} points", nodes.len())));
         }
@@ -124,7 +120,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
     Ok(())
 }
 
-/// Numbers too large for any index become the largest, which no point has.
+/// Converts an index. A larger number becomes the largest `i64`, which is not the index of a point.
 fn narrow(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }

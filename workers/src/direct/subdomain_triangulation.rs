@@ -7,7 +7,7 @@
 use septet_geometry::complex::INFINITE;
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::incremental::{
-    STOP_CHECK_INTERVAL, Incremental, KeptCells, FIRST_MARK, facet_without, insertion_order, insertion_round,
+    FIRST_MARK, Incremental, KeptCells, STOP_CHECK_INTERVAL, facet_without, insertion_order, insertion_round,
 };
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::ids::Phase;
@@ -196,7 +196,12 @@ impl<P: Point> SubdomainTriangulation<P> {
     }
 
     /// Scans the cells whose vertices are all owned. Returns the slots of the others.
-    fn scan_owned(&self, firsts: &FirstCoordinates<'_, P>, seen: &mut [u8], kept: &mut KeptCells) -> Vec<u32> {
+    fn scan_owned(
+        &self,
+        firsts: &FirstCoordinates<'_, P>,
+        seen: &mut [u8],
+        kept: &mut KeptCells,
+    ) -> Vec<u32> {
         let cells = self.delaunay.complex();
         let mut others = Vec::new();
         for word in 0..self.slots().div_ceil(u64::BITS) {
