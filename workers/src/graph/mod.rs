@@ -1,4 +1,6 @@
 //! The supergraph: its choice, its separator sets, its edges, and the maximal independent set over it.
+//!
+#![doc = include_str!("proof.md")]
 
 pub(crate) mod edges;
 pub(crate) mod ghosts;
