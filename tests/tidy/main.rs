@@ -2,5 +2,6 @@
 
 mod cycles;
 mod map;
+mod prose;
 mod rules;
 mod source;
