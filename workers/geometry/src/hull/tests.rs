@@ -261,3 +261,26 @@ fn a_star_with_a_hole_is_not_extended() {
     assert_eq!(builder.extend(&points, 7, &link, &everyone, &mut cost), Extended::Open);
     assert_eq!(builder.link_size(), 0);
 }
+
+/// Lattices and scattered points, scaled by powers of two to the ends of the range.
+fn stars_do_not_depend_on_scale<P: Point>() {
+    let lattice: Vec<P> = (0..8u32)
+        .map(|i| P::from_coords(&[i & 1, i >> 1 & 1, i >> 2 & 1].map(f64::from)[..P::DIM]))
+        .chain([P::splat(6.0), P::splat(-4.0)])
+        .collect();
+    let mut lattice = lattice;
+    lattice.sort_unstable_by(crate::point::lex_cmp);
+    lattice.dedup();
+    for points in [lattice, set::<P>("random", 9, 5)] {
+        for exponent in [-140, -127, -100, 0, 60, 100, 120, 126, 127, 128, 129, 140] {
+            let scaled: Vec<P> = points.iter().map(|&x| x * 2f64.powi(exponent)).collect();
+            check_stars(&scaled);
+        }
+    }
+}
+
+#[test]
+fn stars_of_scaled_points_match_brute_force() {
+    stars_do_not_depend_on_scale::<DVec2>();
+    stars_do_not_depend_on_scale::<DVec3>();
+}
