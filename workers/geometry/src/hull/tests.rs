@@ -262,17 +262,22 @@ fn a_star_with_a_hole_is_not_extended() {
     assert_eq!(builder.link_size(), 0);
 }
 
-/// Lattices and scattered points, scaled by powers of two to the ends of the range.
+/// Small lattices and scattered points, scaled by powers of two to the ends of the range.
 fn stars_do_not_depend_on_scale<P: Point>() {
-    let lattice: Vec<P> = (0..8u32)
-        .map(|i| P::from_coords(&[i & 1, i >> 1 & 1, i >> 2 & 1].map(f64::from)[..P::DIM]))
-        .chain([P::splat(6.0), P::splat(-4.0)])
-        .collect();
-    let mut lattice = lattice;
-    lattice.sort_unstable_by(crate::point::lex_cmp);
-    lattice.dedup();
-    for points in [lattice, set::<P>("random", 9, 5)] {
-        for exponent in [-140, -127, -100, 0, 60, 100, 120, 126, 127, 128, 129, 140] {
+    let mut state = 7;
+    let mut draw = || {
+        state = crate::hash::mix(state, 1);
+        f64::from((state >> 60) as u32)
+    };
+    for round in 0..40 {
+        let coordinates = |draw: &mut dyn FnMut() -> f64| P::from_coords(&[0; 3].map(|_| draw())[..P::DIM]);
+        let mut points: Vec<P> = (0..4 + round % 5).map(|_| coordinates(&mut draw)).collect();
+        points.sort_unstable_by(crate::point::lex_cmp);
+        points.dedup();
+        if !(P::DIM + 1..=points.len()).any(|n| orientation(&points[n - P::DIM - 1..n]) != Sign::Zero) {
+            continue;
+        }
+        for exponent in [-140, -127, -100, 0, 60, 100, 120, 124, 125, 126, 127, 128, 129, 130, 140] {
             let scaled: Vec<P> = points.iter().map(|&x| x * 2f64.powi(exponent)).collect();
             check_stars(&scaled);
         }
