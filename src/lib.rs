@@ -224,6 +224,30 @@ pub use septet_lab::assertions;
 #[doc(inline)]
 pub use septet_lab::trace;
 
+/// The guide: the paper step by step, options, formats, exit codes, reports, traces, experiments.
+pub mod guide {
+    #[doc = include_str!("guide/paper.md")]
+    pub mod paper {}
+
+    #[doc = include_str!("guide/options.md")]
+    pub mod options {}
+
+    #[doc = include_str!("guide/formats.md")]
+    pub mod formats {}
+
+    #[doc = include_str!("guide/exit_codes.md")]
+    pub mod exit_codes {}
+
+    #[doc = include_str!("guide/report.md")]
+    pub mod report {}
+
+    #[doc = include_str!("guide/traces.md")]
+    pub mod traces {}
+
+    #[doc = include_str!("guide/experiments.md")]
+    pub mod experiments {}
+}
+
 /// Support for tests of machines: planted faults, and machines that the caller starts.
 #[doc(hidden)]
 pub mod testing {

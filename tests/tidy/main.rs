@@ -3,5 +3,6 @@
 mod cycles;
 mod map;
 mod products;
+mod prose;
 mod rules;
 mod source;

@@ -1,4 +1,6 @@
 //! The supergraph: its selection, separator sets and edges, and the maximal independent set.
+//!
+#![doc = include_str!("proof.md")]
 
 pub(crate) mod edges;
 pub(crate) mod ghosts;

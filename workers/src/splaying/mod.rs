@@ -1,4 +1,6 @@
 //! Star splaying: stars that disagree exchange cells until they agree.
+//!
+#![doc = include_str!("proof.md")]
 
 pub(crate) mod fallback;
 pub(crate) mod messages;

@@ -1,4 +1,6 @@
 //! The stars of a rank's owned points: local hulls, their fingerprints, and the check that they agree.
+//!
+#![doc = include_str!("proof.md")]
 
 pub(crate) mod check;
 pub(crate) mod disagreements;

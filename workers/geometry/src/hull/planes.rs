@@ -181,10 +181,10 @@ impl Planes {
         let lane = facet % LANES;
         for axis in 0..P::DIM {
             plane.normal[axis] = normal.coord(axis);
-            block.normal[axis][lane] = (normal.coord(axis) * self.scale[1]) as f32;
+            block.normal[axis][lane] = (normal.coord(axis) * self.scale[P::DIM - 2]) as f32;
         }
         (plane.low, plane.high) = (low, height + bound);
-        block.low[lane] = ((low - SINGLE * unit) * self.scale[2] - SUBNORMAL) as f32;
+        block.low[lane] = ((low - SINGLE * unit) * self.scale[P::DIM - 1] - SUBNORMAL) as f32;
         self.reach2[facet] = if low > 0.0 { low / normal.norm2() * low * SURE } else { 0.0 };
     }
 

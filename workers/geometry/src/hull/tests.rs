@@ -262,3 +262,31 @@ fn a_star_with_a_hole_is_not_extended() {
     assert_eq!(builder.extend(&points, 7, &link, &everyone, &mut cost), Extended::Open);
     assert_eq!(builder.link_size(), 0);
 }
+
+/// Small lattices and scattered points, scaled by powers of two to the ends of the range.
+fn stars_do_not_depend_on_scale<P: Point>() {
+    let mut state = 7;
+    let mut draw = || {
+        state = crate::hash::mix(state, 1);
+        f64::from((state >> 60) as u32)
+    };
+    for round in 0..40 {
+        let coordinates = |draw: &mut dyn FnMut() -> f64| P::from_coords(&[0; 3].map(|_| draw())[..P::DIM]);
+        let mut points: Vec<P> = (0..4 + round % 5).map(|_| coordinates(&mut draw)).collect();
+        points.sort_unstable_by(crate::point::lex_cmp);
+        points.dedup();
+        if !(P::DIM + 1..=points.len()).any(|n| orientation(&points[n - P::DIM - 1..n]) != Sign::Zero) {
+            continue;
+        }
+        for exponent in [-140, -127, -100, 0, 60, 100, 120, 124, 125, 126, 127, 128, 129, 130, 140] {
+            let scaled: Vec<P> = points.iter().map(|&x| x * 2f64.powi(exponent)).collect();
+            check_stars(&scaled);
+        }
+    }
+}
+
+#[test]
+fn stars_of_scaled_points_match_brute_force() {
+    stars_do_not_depend_on_scale::<DVec2>();
+    stars_do_not_depend_on_scale::<DVec3>();
+}

@@ -1,0 +1,36 @@
+//! Walks from cell to cell, and collects the neighbours of every point.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+
+use septet::Points;
+use septet::generate::{generate, parse_sample};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let sample = generate(&parse_sample("uniform:500")?, &mut |_, _, _| {})?;
+    let Points::Space(points) = &sample.points else { return Err("a sample in space".into()) };
+    let run = septet::triangulate(points, &Default::default())?;
+
+    // Rows of four input indices: two vertices of a cell are neighbours.
+    let mut neighbours = vec![BTreeSet::new(); points.len()];
+    for cell in run.cells().chunks_exact(4) {
+        for &a in cell {
+            neighbours[a as usize].extend(cell.iter().filter(|&&b| b != a));
+        }
+    }
+    let degrees: usize = neighbours.iter().map(BTreeSet::len).sum();
+    println!("mean degree {:.2}", degrees as f64 / points.len() as f64);
+
+    // The adjacency of cells: each worker's part holds its own cells.
+    let pieces = run.pieces().ok_or("triangulate keeps its parts")?;
+    let mut facets = 0;
+    for (at, piece) in pieces.pieces().iter().enumerate() {
+        let cells = piece.rows.len() / 8;
+        for cell in 0..cells as u32 {
+            facets += (0..4).filter(|&slot| pieces.neighbour(at as u32, cell, slot).is_none()).count();
+        }
+    }
+    assert_eq!(facets as u64, run.hull_facets);
+    println!("{facets} facets without a cell on the other side: the hull");
+    Ok(())
+}

@@ -1,0 +1,73 @@
+//! The commands of README run as a reader types them, in one folder, on small inputs of the names that they use.
+//!
+//! The build and the test command are left out: they are running.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// The lines of README's shell blocks.
+fn commands(readme: &str) -> Vec<String> {
+    let (mut found, mut inside) = (Vec::new(), false);
+    for line in readme.lines() {
+        match line {
+            "```sh" => inside = true,
+            "```" => inside = false,
+            _ if inside => found.push(line.to_string()),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Files of the names that the commands read.
+fn inputs(septet: &str, folder: &Path) {
+    let points: String =
+        (0..60).map(|i| format!("{} {} {}\n", i * 37 % 61, i * 23 % 59, i * 11 % 53)).collect();
+    let rows: String = points.lines().map(|line| line.replace(' ', ",") + "\n").collect();
+    fs::write(folder.join("catalogue.csv"), rows).unwrap();
+    fs::write(folder.join("points.xyz"), points).unwrap();
+    let run = |line: &str| shell(septet, folder, line);
+    run("septet generate uniform -n 200 -o points.node -q");
+    run("septet generate uniform -n 200 -o scan.ply -q && gzip scan.ply");
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/domains/cube.poly"), folder.join("part.poly"))
+        .unwrap();
+}
+
+/// Runs a line in a shell that finds `septet`.
+fn shell(septet: &str, folder: &Path, line: &str) {
+    let program = Path::new(septet).parent().unwrap();
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+    let script = format!("set -o pipefail\n{line}");
+    let output = Command::new("bash").args(["-c", &script]).current_dir(folder).env("PATH", path).output();
+    let output = output.unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "`{line}` ended with {}:\n{said}", output.status);
+}
+
+#[test]
+fn the_commands_of_readme_run() {
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let septet = env!("CARGO_BIN_EXE_septet");
+    inputs(septet, folder.path());
+    let mut run = 0;
+    for line in commands(&readme) {
+        let line = match line.strip_prefix("cargo run --release -- ") {
+            Some(rest) => format!("septet {rest}"),
+            None => line,
+        };
+        if line.starts_with("septet ") {
+            shell(septet, folder.path(), &line);
+            run += 1;
+        } else {
+            assert_eq!(line, "bash tests/run");
+        }
+    }
+    assert_eq!(run, 11, "the main job and ten examples");
+    for file in
+        ["mesh.vtu", "points.1.ele", "hull.off", "triangles.npy", "part.vtu", "report.html", "runs.jsonl"]
+    {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
+}
