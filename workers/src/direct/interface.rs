@@ -1,289 +1,291 @@
-//! The seams between pieces, where only the answer is wanted.
+//! The interface exchange of `triangulate`, which completes the stars of all owned points.
 //!
-//! **Statement.** Let `B` be the home points of a worker and `G` any other points, and let every home point `b`
-//! be sent to each worker whose region is met by what holds the conflicts of a cell of `b` in the triangulation
-//! of `B + G` ([`septet_geometry::conflict_region::ConflictRegion`]: the closed ball, beyond the hull a closed half-space). Then
-//! every worker holds all neighbours of its home points, and the triangulation of what it holds has their true
-//! stars.
+//! **Statement.** Let `P` be the set of all points and `DT(X)` the perturbed, hence generic, Delaunay triangulation of `X`.
+//! The *conflict region* of a cell is its closed circumball, or the closed half-space beyond its hull facet. It contains
+//! every point in conflict with the cell ([`septet_geometry::conflict_region::ConflictRegion`]). Let a worker own the
+//! points `B` and hold any ghosts `G`. Suppose that every worker sends each `b` in its `B` to each worker whose region meets
+//! the conflict region of a cell of `b` in `DT(B + G)`. Then:
+//! 1. Every worker holds all neighbours in `DT(P)` of its owned points.
+//! 2. In the triangulation of the points that it holds, each owned point has the same star as in `DT(P)`.
 //!
-//! *Proof.* Let `a`, at home with another worker, be a neighbour of `b` in the triangulation of all points. An
-//! edge of a (perturbed, hence generic) Delaunay triangulation stays one when other points are left out, so
-//! `ab` is an edge of that of `B + G + a`. If `a` is in `G`, the edge is in `B + G`, and a cell's closed ball
-//! (half-space) has its vertices in it. Otherwise `a` becomes a neighbour of `b` by being inserted, which it
-//! does only if it conflicts with a cell of `b`. Either way what holds the conflicts of a cell of `b` has `a` in
-//! it, which lies in its worker's region, so `b` is sent there. A star is decided by its vertex and its true
-//! neighbours; more points change nothing. QED.
+//! *Proof of 1.* Let `ab` be an edge of `DT(P)`, `b` in `B`, and `a` owned by another worker `W`. It suffices to show that
+//! `a` lies in the conflict region of a cell of `b`. The point `a` also lies in the region of `W`, so the two regions meet
+//! and `b` is sent to `W`. Removing other points preserves a Delaunay edge, so `ab` is an edge of `DT(B + G + a)`.
+//! - *`a` is in `G`.* Then `ab` is an edge of a cell of `DT(B + G)`. Its conflict region is closed and contains `a`.
+//! - *`a` is not in `G`.* Then inserting `a` makes it adjacent to `b`. So `a` conflicts with a cell of `b`.
 //!
-//! So one sending suffices, whatever `G` is. `G` is the halo ([`crate::direct::ghost_layer`]), so that the cells of a piece are nearly
-//! those of the whole: few reach farther than the halos of their vertices, and a vertex has been sent to all that its
-//! halo meets. Points that come now are left out where they are nobody's neighbours ([`crate::direct::subdomain_triangulation`]).
+//! *Proof of 2.* A vertex and its neighbours in `DT(P)` determine its star. Further points do not change it. QED.
 //!
-//! **Rounds.** At most one a shared level. **Work.** One clearance a level for each vertex at the border
-//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), one test a level for each cell whose
-//! ball is not clear of the border by that of a vertex, and the insertion of what comes: `O(n^(1-1/d))` points for
-//! well-spaced sets.
+//! One exchange therefore suffices for any `G`. With the ghost layer as `G` ([`crate::direct::ghost_layer`]), most cells of
+//! a subdomain are those of `DT(P)`. Few conflict regions extend beyond the halo balls of their vertices, and a vertex was
+//! already sent to every worker that its halo ball meets. A ghost that arrives now is skipped if it would have no owned
+//! neighbour ([`SubdomainTriangulation::add`] has an exception for large cavities).
 //!
-//! The certificate does not rely on any of this.
+//! **Rounds.** At most one per shared level.
+//!
+//! **Work.** One clearance per level for each vertex at the interface
+//! ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). One test per level for each cell that the
+//! clearance of its vertex does not exclude. The insertion of the late ghosts, which are `O(n^(1-1/d))` for well-spaced
+//! sets.
+//!
+//! The certificate does not rely on this proof.
 
 use std::collections::{BTreeMap, HashSet};
 use std::hash::BuildHasherDefault;
 
 use septet_geometry::complex::INFINITE;
-use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::{Body, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::direct::ghost_layer::Margin;
+use crate::direct::ghost_layer::GhostLayer;
 use crate::direct::interface_cells::{InterfaceCells, Outgoing, reaches};
-use crate::direct::subdomain_triangulation::{SubdomainTriangulation, reach_of};
+use crate::direct::subdomain_triangulation::{SubdomainTriangulation, conflict_region};
 use crate::machine::context::Context;
 use crate::state::bits::ones;
 use crate::state::ghosts::Ghosts;
-use crate::state::subdomain::Subdomain;
+use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::{IdHasher, Table};
 
-/// Points on their way, with the cells that send them.
-struct Transit<P> {
+/// Points of a message, and the cells because of which they are sent.
+struct CellBatch<P> {
     points: PointBatch<P>,
-    /// Positions in `points`, `d + 1` a cell; [`INFINITE`]; and marked [`CARRIED`] what only gives the cell its shape.
+    /// `d + 1` entries per cell: an index in `points`, or [`INFINITE`]. An index with the mark [`SHAPE_ONLY`] is a vertex that
+    /// only defines the cell.
     cells: Vec<u32>,
 }
 
-impl<P> Transit<P> {
+impl<P> CellBatch<P> {
     fn into_body(self) -> Body<P> {
         Body::Seam { points: self.points, cells: Bulk(self.cells) }
     }
 }
 
-/// The mark of a vertex that need not arrive where its cell reaches.
-const CARRIED: u32 = 1 << 31;
-
-/// Points and cells for one receiver.
-struct Parcel<P> {
-    transit: Transit<P>,
-    /// The position of each point of where it comes from, or [`INFINITE`].
-    places: Vec<u32>,
+impl<P> Default for CellBatch<P> {
+    fn default() -> Self {
+        CellBatch { points: PointBatch::default(), cells: Vec::new() }
+    }
 }
 
-/// The position of a point that need not go along.
-const LEFT_OUT: u32 = INFINITE - 1;
+/// The mark of a vertex that the receiver needs to compute the conflict region, but does not keep.
+const SHAPE_ONLY: u32 = 1 << 31;
 
-/// By position on the path and side.
-type Parcels<P> = BTreeMap<(usize, usize), Parcel<P>>;
+/// The points and cells of a batch that go to one receiver.
+struct Parcel<P> {
+    batch: CellBatch<P>,
+    /// The index in `batch` of each point of the source, [`OMITTED`], or [`INFINITE`] before the point is considered.
+    indices: Vec<u32>,
+}
+
+/// The index of a point that the receiver already got in another message.
+const OMITTED: u32 = INFINITE - 1;
+
+/// The parcels, by the place where they leave the path.
+type Parcels<P> = BTreeMap<Way, Parcel<P>>;
 
 impl<P: Point> Parcel<P> {
-    /// An empty one, for points and cells of `from`.
-    fn of(from: &Transit<P>) -> Self {
-        let transit = Transit { points: PointBatch::default(), cells: Vec::new() };
-        Parcel { transit, places: vec![INFINITE; from.points.len()] }
+    /// Creates an empty parcel for points and cells of `source`.
+    fn new(source: &CellBatch<P>) -> Self {
+        Parcel { batch: CellBatch::default(), indices: vec![INFINITE; source.points.len()] }
     }
 
-    fn point(&mut self, from: &PointBatch<P>, at: u32) -> u32 {
-        let (i, points) = (at as usize, &mut self.transit.points);
-        let place = &mut self.places[i];
-        if *place == INFINITE {
-            *place = points.len() as u32;
-            points.push(from.ids[i], from.positions[i], from.owners[i], from.radii2[i]);
+    /// Adds point `at` of the source unless the parcel has it. Returns its index in the parcel.
+    fn add_point(&mut self, source: &PointBatch<P>, at: u32) -> u32 {
+        let (i, points) = (at as usize, &mut self.batch.points);
+        let index = &mut self.indices[i];
+        if *index == INFINITE {
+            *index = points.len() as u32;
+            points.push(source.ids[i], source.positions[i], source.owners[i], source.radii2[i]);
         }
-        *place
+        *index
     }
 
-    /// A cell with all its vertices.
-    fn cell(&mut self, from: &PointBatch<P>, cell: &P::Cell) {
+    /// Adds a cell of the source with all its vertices.
+    fn add_cell(&mut self, source: &PointBatch<P>, cell: &P::Cell) {
         for &v in cell.as_ref() {
-            let place = if v == INFINITE { INFINITE } else { self.point(from, v & !CARRIED) | v & CARRIED };
-            self.transit.cells.push(place);
+            let index = if v == INFINITE {
+                INFINITE
+            } else {
+                self.add_point(source, v & !SHAPE_ONLY) | v & SHAPE_ONLY
+            };
+            self.batch.cells.push(index);
         }
     }
 }
 
-/// Sends the vertices of cells that reach beyond their ghost layers to the workers that these cells reach. Returns the
-/// ghosts that arrived, by local numbers.
+/// Sends the vertices of cells that extend beyond the ghost layer to the workers whose regions these cells reach. Returns
+/// the ghosts that arrived, as local indices.
 pub(crate) async fn interface<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
-    piece: Option<&SubdomainTriangulation<P>>,
-    margins: Vec<Margin>,
+    triangulation: Option<&SubdomainTriangulation<P>>,
+    layer: GhostLayer,
 ) -> Result<Vec<u32>, TransportError> {
     cx.enter(Phase::Seam)?;
     let mut router = Router { subdomain, sent: HashSet::default() };
-    let open = piece.filter(|_| !subdomain.path().is_empty()).map_or_else(Vec::new, |piece| {
-        InterfaceCells::of(subdomain.path(), piece, table.positions(), &margins).scan()
+    let outgoing = triangulation.filter(|_| !subdomain.path().is_empty()).map_or_else(Vec::new, |own| {
+        InterfaceCells::new(subdomain.path(), own, table.positions(), layer.margins()).scan()
     });
-    drop(margins);
-    router.send_cells_out(cx, table, &open);
-    drop(open);
+    drop(layer);
+    router.send_outgoing(cx, table, &outgoing);
+    drop(outgoing);
     let mut arrived = Vec::new();
     while cx.exchange().await? {
-        for (node, transit) in take_transits(cx) {
-            if let Some(holder) = subdomain.relayed(node, cx.rank) {
-                cx.send(holder, node, 0, transit.into_body());
-                continue;
-            }
-            let mine = router.route(cx, &transit, subdomain.position(node));
-            for at in (0..transit.points.len()).filter(|&at| mine.holds(at)) {
-                table.arrive(&transit.points, at, cx.rank, &mut arrived);
+        for (node, batch) in take_batches(cx) {
+            let start = match subdomain.entry(node, cx.rank()) {
+                Entry::Relay(holder) => {
+                    cx.send(holder, node, 0, batch.into_body());
+                    continue;
+                }
+                Entry::Here(start) => start,
+            };
+            let arrivals = router.forward(cx, &batch, start);
+            for at in (0..batch.points.len()).filter(|&at| arrivals.contain(at)) {
+                table.arrive(&batch.points, at, cx.rank(), &mut arrived);
             }
         }
     }
     Ok(arrived)
 }
 
-/// Inserts the ghosts that arrived last. The piece then holds the stars of all owned points.
+/// Inserts the ghosts of the interface exchange. The triangulation then contains the stars of all owned points.
 pub(crate) async fn insert<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
-    mut piece: Option<SubdomainTriangulation<P>>,
+    mut triangulation: Option<SubdomainTriangulation<P>>,
     ghosts: &mut Ghosts,
     arrived: Vec<u32>,
 ) -> Result<Option<SubdomainTriangulation<P>>, TransportError> {
     cx.enter(Phase::Hulls)?;
-    if let Some(piece) = &mut piece {
+    if let Some(own) = &mut triangulation {
         let at = subdomain.root();
         let _span = cx.site().subproblem(Phase::Hulls, at, "insert ghosts", arrived.len() as u64);
-        piece.add(&arrived, table.positions(), &cx.config.stop);
+        own.add(&arrived, table.positions(), &cx.config().stop);
         ghosts.add_to_first(arrived);
     }
     while cx.exchange().await? {}
-    Ok(piece)
+    Ok(triangulation)
 }
 
-fn take_transits<P: Point>(cx: &mut Context<P>) -> Vec<(NodeId, Transit<P>)> {
+fn take_batches<P: Point>(cx: &mut Context<P>) -> Vec<(NodeId, CellBatch<P>)> {
     cx.take(|m| match &mut m.body {
         Body::Seam { points, cells } => {
             let (points, cells) = (std::mem::take(points), std::mem::take(&mut cells.0));
-            Some((m.node, Transit { points, cells }))
+            Some((m.node, CellBatch { points, cells }))
         }
         _ => None,
     })
 }
 
-/// Which points of a transit reach this rank's own piece.
-enum Mine {
+/// The points of a batch that belong in this rank's subdomain.
+enum Arrivals {
     All,
+    /// Whether each point does.
     Some(Vec<bool>),
 }
 
-impl Mine {
-    fn holds(&self, at: usize) -> bool {
+impl Arrivals {
+    fn contain(&self, at: usize) -> bool {
         match self {
-            Mine::All => true,
-            Mine::Some(marks) => marks[at],
+            Arrivals::All => true,
+            Arrivals::Some(marks) => marks[at],
         }
     }
 }
 
-/// Sends cells along the path of the tree.
+/// Sends points along the path of this rank, each at most once to a single receiver.
 struct Router<'a, P> {
     subdomain: &'a Subdomain<P>,
-    /// Points sent to children of one rank: owned point, position on the path, and side.
+    /// The keys ([`sent_key`]) of points sent to children that one rank holds.
     sent: HashSet<u64, BuildHasherDefault<IdHasher>>,
 }
 
+/// Returns the key of a point that leaves the path at `way`. A path has at most 64 levels.
+fn sent_key(id: u64, way: Way) -> u64 {
+    id << 7 | (way.level << 1 | way.side) as u64
+}
+
 impl<P: Point> Router<'_, P> {
-    /// Sends the vertices of cells to where the cells reach.
-    fn send_cells_out(&mut self, cx: &mut Context<P>, table: &Table<P>, cells: &[Outgoing<P::Cell>]) {
-        let mut transit = Transit { points: PointBatch::default(), cells: Vec::new() };
-        let mut places = vec![INFINITE; if cells.is_empty() { 0 } else { table.positions().len() }];
-        let mut rows: Vec<P::Cell> = Vec::with_capacity(cells.len());
-        for out in cells {
+    /// Sends the vertices of outgoing cells to the other sides of the separators that the cells cross.
+    fn send_outgoing(&mut self, cx: &mut Context<P>, table: &Table<P>, outgoing: &[Outgoing<P::Cell>]) {
+        let mut batch = CellBatch::default();
+        let mut indices = vec![INFINITE; if outgoing.is_empty() { 0 } else { table.positions().len() }];
+        let mut rows: Vec<P::Cell> = Vec::with_capacity(outgoing.len());
+        for out in outgoing {
             let mut row = out.cell;
             for (i, v) in row.as_mut().iter_mut().enumerate().filter(|(_, v)| **v != INFINITE) {
-                let place = &mut places[*v as usize];
-                if *place == INFINITE {
-                    *place = transit.points.len() as u32;
-                    table.export(*v, &mut transit.points);
+                let index = &mut indices[*v as usize];
+                if *index == INFINITE {
+                    *index = batch.points.len() as u32;
+                    table.export(*v, &mut batch.points);
                 }
-                *v = if out.sent >> i & 1 == 1 { *place } else { *place | CARRIED };
+                *v = if out.sent >> i & 1 == 1 { *index } else { *index | SHAPE_ONLY };
             }
             rows.push(row);
         }
         let mut parcels = BTreeMap::new();
-        for (row, out) in rows.iter().zip(cells) {
-            for i in ones(out.levels) {
-                self.pack(&transit, row, (i, 1 - self.subdomain.path()[i].mine()), &mut parcels);
+        for (row, out) in rows.iter().zip(outgoing) {
+            for level in ones(out.levels) {
+                let side = 1 - self.subdomain.path()[level].mine();
+                self.pack(&batch, row, Way { level, side }, &mut parcels);
             }
         }
         self.send_parcels(cx, parcels);
     }
 
-    /// Sends cells on along the path, from a position on it. Returns the points that reach this rank's own piece.
-    fn route(&mut self, cx: &mut Context<P>, transit: &Transit<P>, start: usize) -> Mine {
-        if start == self.subdomain.path().len() && transit.cells.is_empty() {
-            return Mine::All;
+    /// Forwards the cells of a batch from position `start` of the path. Returns the points that belong in this rank's
+    /// subdomain.
+    fn forward(&mut self, cx: &mut Context<P>, batch: &CellBatch<P>, start: usize) -> Arrivals {
+        if start == self.subdomain.path().len() && batch.cells.is_empty() {
+            return Arrivals::All;
         }
+        let subdomain = self.subdomain;
         let mut parcels: Parcels<P> = BTreeMap::new();
-        let mut mine: Vec<bool> = vec![false; transit.points.len()];
-        for row in transit.cells.chunks_exact(P::DIM + 1) {
+        let mut arrives: Vec<bool> = vec![false; batch.points.len()];
+        for row in batch.cells.chunks_exact(P::DIM + 1) {
             let mut cell = P::Cell::splat(0);
             cell.as_mut().copy_from_slice(row);
-            let reach = reach_of::<P>(&cell, |v| transit.points.positions[(v & !CARRIED) as usize]);
-            if self.walk_path(transit, &cell, &reach, start, &mut parcels) {
-                for &v in row.iter().filter(|&&v| v & CARRIED == 0) {
-                    mine[v as usize] = true;
+            let region = conflict_region::<P>(&cell, |v| batch.points.positions[(v & !SHAPE_ONLY) as usize]);
+            let reach =
+                |_: usize, shared: &Shared<P>| [0, 1].map(|side| reaches(shared.split(), &region, side));
+            if subdomain.follow(start, reach, |way| self.pack(batch, &cell, way, &mut parcels)) {
+                for &v in row.iter().filter(|&&v| v & SHAPE_ONLY == 0) {
+                    arrives[v as usize] = true;
                 }
             }
         }
         self.send_parcels(cx, parcels);
-        Mine::Some(mine)
+        Arrivals::Some(arrives)
     }
 
     fn send_parcels(&self, cx: &mut Context<P>, parcels: Parcels<P>) {
-        for ((i, side), parcel) in parcels.into_iter().filter(|(_, p)| !p.transit.points.is_empty()) {
-            let shared = &self.subdomain.path()[i];
-            let (to, node) = (shared.member_below(cx.rank, side), shared.id().child(side));
-            cx.send(to, node, 0, parcel.transit.into_body());
+        for (way, parcel) in parcels.into_iter().filter(|(_, p)| !p.batch.points.is_empty()) {
+            let (node, to) = self.subdomain.beyond(way, cx.rank());
+            cx.send(to, node, 0, parcel.batch.into_body());
         }
     }
 
-    /// Puts a cell into the parcels of all it reaches. Does it reach this worker's piece?
-    fn walk_path(
-        &mut self,
-        transit: &Transit<P>,
-        cell: &P::Cell,
-        reach: &ConflictRegion<P>,
-        start: usize,
-        parcels: &mut Parcels<P>,
-    ) -> bool {
-        for i in start..self.subdomain.path().len() {
-            let shared = &self.subdomain.path()[i];
-            let (mine, goes_on) = (shared.mine(), shared.goes_on());
-            if reaches(shared.split(), reach, 1 - mine) {
-                self.pack(transit, cell, (i, 1 - mine), parcels);
-            }
-            let reached = reaches(self.subdomain.path()[i].split(), reach, mine);
-            if reached && !goes_on {
-                self.pack(transit, cell, (i, mine), parcels);
-            }
-            if !reached || !goes_on {
-                return false;
-            }
-        }
-        true
-    }
-
-    fn pack(&mut self, transit: &Transit<P>, cell: &P::Cell, to: (usize, usize), parcels: &mut Parcels<P>) {
-        let child = &self.subdomain.path()[to.0].children()[to.1];
-        let parcel = parcels.entry(to).or_insert_with(|| Parcel::of(transit));
+    /// Adds a cell of `batch` to the parcel that leaves the path at `way`. If one rank holds that child, adds only the
+    /// points that it has not been sent.
+    fn pack(&mut self, batch: &CellBatch<P>, cell: &P::Cell, way: Way, parcels: &mut Parcels<P>) {
+        let child = self.subdomain.path()[way.level].children()[way.side];
+        let parcel = parcels.entry(way).or_insert_with(|| Parcel::new(batch));
         if child.ranks > 1 && !child.leaf {
-            parcel.cell(&transit.points, cell);
+            parcel.add_cell(&batch.points, cell);
             return;
         }
-        // Nobody further down has to know why: the points alone, each once.
-        for &v in cell.as_ref().iter().filter(|&&v| v & CARRIED == 0) {
-            if parcel.places[v as usize] != INFINITE {
+        for &v in cell.as_ref().iter().filter(|&&v| v & SHAPE_ONLY == 0) {
+            if parcel.indices[v as usize] != INFINITE {
                 continue;
             }
-            let key = transit.points.ids[v as usize] << 7 | (to.0 << 1 | to.1) as u64;
-            if self.sent.insert(key) {
-                parcel.point(&transit.points, v);
+            if self.sent.insert(sent_key(batch.points.ids[v as usize], way)) {
+                parcel.add_point(&batch.points, v);
             } else {
-                parcel.places[v as usize] = LEFT_OUT;
+                parcel.indices[v as usize] = OMITTED;
             }
         }
     }

@@ -1,14 +1,16 @@
-//! The cells that reach out of a piece.
+//! The cells of a subdomain triangulation that cross the interface.
 //!
-//! **Statement.** A cell may conflict with a point on the other side of a separator only if its closed ball (beyond the
-//! hull its half-space) crosses it ([`septet_geometry::conflict_region`]). A cell whose ball lies in the halos of all its vertices at
-//! home tells nothing new ([`crate::direct::ghost_layer`]); nor does one whose ball, which is within twice its radius of each vertex,
-//! is clear of the separator by that ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)). What is
-//! left is looked at exactly, rounded outwards.
+//! **Statement.** Let a cell have an owned vertex, and let its conflict region meet the other side of a separator of the path.
+//! Then [`InterfaceCells::scan`] returns the cell, unless its circumball lies in the halo ball of each owned vertex
+//! ([`crate::direct::ghost_layer`]). In that case every owned vertex was already sent to each worker that the circumball meets.
 //!
-//! **Work.** O(n): for every cell one comparison, in single precision, with what one of its vertices is clear by; one more a
-//! vertex for those near the border; all in the order of memory. A walk along the border is O(n^(1-1/d)) but goes from cell to
-//! cell in no order.
+//! **Filters.** A circumball lies within twice its radius of each vertex. A cell is skipped if this diameter is at most the
+//! clearance of an owned vertex ([`Separator::clearance`](septet_geometry::separator::Separator::clearance)), or if it is at
+//! most a margin of each owned vertex. The conflict regions of the other cells are tested, rounded outwards.
+//!
+//! **Work.** `O(n)`, in the order of memory. One comparison in single precision for each cell, with the clearance of one of
+//! its vertices. One more for each vertex of the cells near the interface. A walk along the interface would visit
+//! `O(n^(1-1/d))` cells, but in no order of memory.
 
 use septet_geometry::conflict_region::ConflictRegion;
 use septet_geometry::point::Point;
@@ -20,138 +22,131 @@ use crate::state::bits::ones;
 use crate::state::subdomain::Shared;
 use crate::state::tree::Split;
 
-/// A cell that reaches out: its vertices by local numbers; a bit for each place on the path, set where the cell may
-/// conflict with a point of the other side; and a bit for each vertex, set where it must be sent there.
+/// A cell with an owned vertex whose conflict region crosses a separator.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Outgoing<S> {
-    pub(crate) cell: S,
-    pub(crate) levels: u64,
-    pub(crate) sent: u8,
+pub(super) struct Outgoing<S> {
+    /// The vertices, as local indices.
+    pub(super) cell: S,
+    /// Bit `i` is set if the cell may conflict with a point on the other side of path node `i`.
+    pub(super) levels: u64,
+    /// Bit `i` is set if vertex `i` must be sent to those sides.
+    pub(super) sent: u8,
 }
 
-/// What the cells of a piece look out to.
-pub(crate) struct InterfaceCells<'a, P: Point> {
+/// The search for outgoing cells.
+pub(super) struct InterfaceCells<'a, P: Point> {
     path: &'a [Shared<P>],
-    piece: &'a SubdomainTriangulation<P>,
+    triangulation: &'a SubdomainTriangulation<P>,
     positions: &'a [P],
-    /// For each home point how far around it nothing more has to be told.
+    /// The margin of each owned point.
     margins: &'a [Margin],
-    /// For each home point a rounded radius up to which its cells are clear of all separators.
+    /// For each owned point, the rounded radius up to which its cells cross no separator.
     limits: Vec<f32>,
-    /// For each home point and separator a radius within which no ball crosses, or -1; 0 until asked for.
-    clear: Vec<f64>,
+    /// For each owned point and level, the radius of a ball that crosses no separator; -1 if there is none, 0 before it is
+    /// computed.
+    clearances: Vec<f64>,
 }
 
 fn side_of(side: usize) -> Side {
     if side == 0 { Side::Interior } else { Side::Exterior }
 }
 
-/// May it hold a point of that child?
-pub(crate) fn reaches<P: Point>(split: &Split<P>, reach: &ConflictRegion<P>, side: usize) -> bool {
+/// Returns `true` if a conflict region may contain an owned point of that child.
+pub(super) fn reaches<P: Point>(split: &Split<P>, region: &ConflictRegion<P>, side: usize) -> bool {
     let (low, high) = split.boxes()[side];
-    reach.meets(split.separator(), side_of(side), low, high)
+    region.meets(split.separator(), side_of(side), low, high)
 }
 
 impl<'a, P: Point> InterfaceCells<'a, P> {
-    /// Of a piece whose home points come first, with a margin each.
-    pub(crate) fn of(
+    /// Prepares the search. The owned points come first in `positions`, and each has a margin.
+    pub(super) fn new(
         path: &'a [Shared<P>],
-        piece: &'a SubdomainTriangulation<P>,
+        triangulation: &'a SubdomainTriangulation<P>,
         positions: &'a [P],
         margins: &'a [Margin],
     ) -> Self {
-        let limits = margins.iter().map(|margin| piece.radius_within(margin.free)).collect();
-        // Pages of zeros that nobody asks for cost nothing.
-        let clear = vec![0.0; path.len() * margins.len()];
-        InterfaceCells { path, piece, positions, margins, limits, clear }
+        let limits = margins.iter().map(|margin| triangulation.radius_within(margin.free)).collect();
+        // Pages of zeros take no memory before they are used.
+        let clearances = vec![0.0; path.len() * margins.len()];
+        InterfaceCells { path, triangulation, positions, margins, limits, clearances }
     }
 
-    /// The cells that reach out beyond the halo of a vertex at home.
-    pub(crate) fn scan(&mut self) -> Vec<Outgoing<P::Cell>> {
+    /// Returns the outgoing cells, in the order of their slots.
+    pub(super) fn scan(&mut self) -> Vec<Outgoing<P::Cell>> {
         let mut found = Vec::new();
-        for slot in 0..self.piece.slots() {
-            let Some(v) = self.piece.owned_vertex(slot) else { continue };
-            if self.is_clear(slot, v) || self.beyond(self.across(slot), self.piece.vertices(slot)) == 0 {
+        for slot in 0..self.triangulation.slots() {
+            let Some(v) = self.triangulation.owned_vertex(slot) else { continue };
+            let across = 2.0 * self.triangulation.radius_bound(slot);
+            if self.is_clear(slot, v) || self.outside_margins(across, self.triangulation.vertices(slot)) == 0
+            {
                 continue;
             }
-            self.note(slot, v, &mut found);
+            found.extend(self.examine(slot, v));
         }
         found
     }
 
-    /// Is a cell, by a vertex of it at home, clear of all separators? What is not a number is not.
+    /// Returns `true` if the clearance of the owned vertex `v` shows that the circumball of the cell in `slot` crosses no
+    /// separator. Returns `false` if the radius is NaN.
     #[inline]
     fn is_clear(&self, slot: u32, v: u32) -> bool {
-        self.piece.rounded_radius(slot) <= self.limits[v as usize]
+        self.triangulation.rounded_radius(slot) <= self.limits[v as usize]
     }
 
-    /// All of a cell's ball is within that of each vertex.
-    #[inline]
-    fn across(&self, slot: u32) -> f64 {
-        2.0 * self.piece.radius_bound(slot)
-    }
-
-    /// Notes a cell, which has a vertex at home, if it reaches out.
-    fn note(&mut self, slot: u32, v: u32, found: &mut Vec<Outgoing<P::Cell>>) {
-        let cell = self.piece.local(self.piece.vertices(slot));
-        let reach = self.piece.reach(slot, &cell, self.positions);
-        // The bound of the radius says little of cells far smaller than the piece.
-        let across = match reach {
+    /// Tests a cell with the owned vertex `v` by its conflict region.
+    fn examine(&mut self, slot: u32, v: u32) -> Option<Outgoing<P::Cell>> {
+        let cell = self.triangulation.to_local(self.triangulation.vertices(slot));
+        let region = self.triangulation.conflict_region(slot, &cell, self.positions);
+        // This radius is more precise than the kernel's bound if the cell is far smaller than the subdomain.
+        let across = match region {
             ConflictRegion::Ball { radius, .. } => 2.0 * radius,
             _ => f64::INFINITY,
         };
         if across <= self.margins[v as usize].free {
-            return;
+            return None;
         }
-        let sent = self.beyond(across, &cell);
+        let sent = self.outside_margins(across, &cell);
         if sent == 0 {
-            return;
+            return None;
         }
-        let near = self.near(across, v);
-        let levels = self.filter(near, |s| reaches(s.split(), &reach, 1 - s.mine()));
-        if levels != 0 {
-            found.push(Outgoing { cell, levels, sent });
-        }
+        let near = self.near_levels(across, v);
+        let crossed = ones(near).filter(|&i| reaches(self.path[i].split(), &region, 1 - self.path[i].mine()));
+        let levels = crossed.fold(0, |levels, i| levels | 1 << i);
+        (levels != 0).then_some(Outgoing { cell, levels, sent })
     }
 
-    /// The vertices at home whose halo does not hold all balls that are so far across, a bit for each: the others have been
-    /// sent to all that such a ball meets.
+    /// Returns a bit for each owned vertex of a cell whose margins are smaller than `across`, the diameter of the
+    /// circumball. The other owned vertices have been sent to every worker that the circumball meets.
     #[inline]
-    fn beyond(&self, across: f64, cell: &P::Cell) -> u8 {
-        let is_in = |v: u32| {
+    fn outside_margins(&self, across: f64, cell: &P::Cell) -> u8 {
+        let is_inside = |v: u32| {
             let margin = self.margins.get(v as usize);
             margin.is_none_or(|own| across <= own.sent || across <= own.free)
         };
-        cell.as_ref().iter().enumerate().fold(0, |sent, (i, &v)| sent | u8::from(!is_in(v)) << i)
+        cell.as_ref().iter().enumerate().fold(0, |bits, (i, &v)| bits | u8::from(!is_inside(v)) << i)
     }
 
-    /// The places on the path whose separators something so far across may cross, by its distance from a vertex at home that
-    /// it holds.
-    fn near(&mut self, across: f64, v: u32) -> u64 {
+    /// Returns a bit for each level whose separator a ball of diameter `across` may cross. The ball contains the owned
+    /// vertex `v`.
+    fn near_levels(&mut self, across: f64, v: u32) -> u64 {
         let levels = self.path.len();
         if levels == 1 {
-            // It is not clear of all, and there is no other.
+            // The margin of `v` has shown that the ball is near some separator, and there is one only.
             return 1;
         }
-        let clear = &mut self.clear[v as usize * levels..][..levels];
-        if clear[0] == 0.0 {
+        let clearances = &mut self.clearances[v as usize * levels..][..levels];
+        if clearances[0] == 0.0 {
             let x = self.positions[v as usize];
-            for (clear, shared) in clear.iter_mut().zip(self.path) {
+            for (clear, shared) in clearances.iter_mut().zip(self.path) {
                 let least = shared.split().separator().clearance(x);
                 *clear = if least > 0.0 { least } else { -1.0 };
             }
         }
-        // What is not a number is not less.
+        // A diameter of NaN is not below the clearance, so the level counts as near.
         let is_clear = |clear: f64| across < clear;
-        clear.iter().enumerate().fold(0, |near, (i, &clear)| near | u64::from(!is_clear(clear)) << i)
-    }
-
-    /// Those of some places on the path that `keep` says yes of.
-    fn filter(&self, levels: u64, keep: impl Fn(&Shared<P>) -> bool) -> u64 {
-        let kept = ones(levels).filter(|&i| keep(&self.path[i]));
-        kept.fold(0, |kept, i| kept | 1 << i)
+        clearances.iter().enumerate().fold(0, |near, (i, &clear)| near | u64::from(!is_clear(clear)) << i)
     }
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+pub(super) mod tests;

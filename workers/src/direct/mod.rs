@@ -1,4 +1,4 @@
-//! The direct path of `triangulate`: ghost layers, one piece a worker, and the interfaces between pieces.
+//! The direct path of `triangulate`: ghost layers, one triangulation per subdomain, and the interface exchange.
 
 pub(crate) mod ghost_layer;
 pub(crate) mod interface;

@@ -49,5 +49,5 @@ pub(super) async fn simulate<P: Point>(
     let mut stars = local_hulls(cx, &subdomain, &mut table, neighbours, &ghosts, &frame).await?;
     let instance = Instance { population, supergraph: rule };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
-    collect_cells(cx, &subdomain, (table, stars), &ghosts, instance, certified).await
+    collect_cells(cx, &subdomain, table, stars, &ghosts, instance, certified).await
 }

@@ -6,7 +6,7 @@ use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
-use crate::direct::ghost_layer::{GhostLayer, halo};
+use crate::direct::ghost_layer::ghost_layer;
 use crate::direct::interface::{insert, interface};
 use crate::direct::subdomain_triangulation::triangulate_subdomain;
 use crate::machine::context::Context;
@@ -27,14 +27,14 @@ pub(super) async fn triangulate<P: Point>(
     mut frame: PointBatch<P>,
     population: u64,
 ) -> Result<(), TransportError> {
-    let GhostLayer { margins, arrived } = halo(cx, &subdomain, &mut table, &mut frame).await?;
-    let (piece, mut ghosts) = triangulate_subdomain(cx, &subdomain, &mut table, arrived, &frame).await?;
-    let arrived = interface(cx, &subdomain, &mut table, piece.as_ref(), margins).await?;
-    let piece = insert(cx, &subdomain, &table, piece, &mut ghosts, arrived).await?;
-    let mut stars = Stars::default();
-    stars.set_subdomain(piece);
+    let mut layer = ghost_layer(cx, &subdomain, &mut table, &mut frame).await?;
+    let (triangulation, mut ghosts) =
+        triangulate_subdomain(cx, &subdomain, &mut table, layer.take_ghosts(), &frame).await?;
+    let arrived = interface(cx, &subdomain, &mut table, triangulation.as_ref(), layer).await?;
+    let triangulation = insert(cx, &subdomain, &table, triangulation, &mut ghosts, arrived).await?;
+    let mut stars = Stars::from_subdomain(triangulation);
     let supergraph = if let Wanted::Fixed(rule) = cx.config.graph.wanted { rule } else { SHOWN };
     let instance = Instance { population, supergraph };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
-    collect_cells(cx, &subdomain, (table, stars), &ghosts, instance, certified).await
+    collect_cells(cx, &subdomain, table, stars, &ghosts, instance, certified).await
 }

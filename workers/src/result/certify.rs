@@ -1,4 +1,4 @@
-//! Check, exchange and certificate, until rank 0 is satisfied.
+//! Check, splaying and certificate, until rank 0 decides that the result passes or fails.
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
@@ -10,11 +10,11 @@ use crate::result::merge::{OwnedCells, Pass, Results, merge};
 use crate::splaying::fallback::gather;
 use crate::splaying::splay::splay;
 use crate::stars::check::{certificate, check};
-use crate::stars::owned::{Chart, Stars};
+use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// What every rank knows of the point set.
+/// Properties of the run that every rank has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instance {
     /// Number of points of all ranks.
@@ -23,17 +23,26 @@ pub(crate) struct Instance {
     pub(crate) supergraph: Supergraph,
 }
 
-/// Stars on which rank 0 has given its last verdict.
+/// The final decision of rank 0 on the stars.
 #[derive(Debug)]
 pub(crate) struct Certified {
-    /// The verdict: passed or failed.
-    pub(crate) outcome: Outcome,
-    /// The cells that belong to this rank.
-    pub(crate) cells_here: OwnedCells,
+    passed: bool,
+    owned_cells: OwnedCells,
 }
 
-/// Checks the stars and lets them exchange what they miss, with what is gathered if that does not suffice, until rank 0
-/// gives its last verdict.
+impl Certified {
+    /// Returns `true` if the certificate passed.
+    pub(crate) fn has_passed(&self) -> bool {
+        self.passed
+    }
+
+    /// Returns the cells that belong to this rank.
+    pub(crate) fn owned_cells(&self) -> &OwnedCells {
+        &self.owned_cells
+    }
+}
+
+/// Checks and splays the stars, gathers open regions if splaying does not suffice, and repeats this until rank 0 decides.
 pub(crate) async fn certify<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -47,10 +56,10 @@ pub(crate) async fn certify<P: Point>(
     loop {
         let rounds = splay(cx, subdomain, table, stars, &agreement, gathered, population).await?;
         agreement = certificate(cx, subdomain, table, stars).await?;
-        let results = Results { subdomain, chart: Chart { table, stars }, supergraph };
-        let (outcome, cells_here) = merge(cx, results, &agreement, Pass { number, rounds }).await?;
+        let results = Results::new(subdomain, StarsView::new(table, stars), supergraph);
+        let (outcome, owned_cells) = merge(cx, results, &agreement, Pass { number, rounds }).await?;
         if matches!(outcome, Outcome::Passed | Outcome::Failed) {
-            return Ok(Certified { outcome, cells_here });
+            return Ok(Certified { passed: outcome == Outcome::Passed, owned_cells });
         }
         gathered = gather(cx, table, stars, &agreement, outcome).await?;
         number += 1;

@@ -1,38 +1,37 @@
-//! Cells, members and ledgers to rank 0.
+//! Sends cells, members of independent sets, and ledgers to rank 0.
 //!
-//! **Rounds.** Two: what a rank found, then its ledger, in which that is billed.
+//! **Rounds.** Two. The ledger follows the results, because it bills their messages.
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
 use septet_protocol::message::Body;
-use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::direct::subdomain_triangulation::SEAM;
+use crate::direct::subdomain_triangulation::{CellRows, SEAM};
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
 use crate::result::certify::{Certified, Instance};
-use crate::result::merge::{OwnedCells, Results, look_at_facet};
+use crate::result::merge::{OwnedCells, Results, classify};
 use crate::result::view::send_view;
-use crate::stars::owned::{Chart, Stars};
+use crate::stars::owned::{Stars, StarsView};
 use crate::state::bits::ones;
-use crate::state::cells::{finite_cell, smallest_of};
+use crate::state::cells::finite_cell;
 use crate::state::ghosts::Ghosts;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// Indices in a message of cells before it is sent.
+/// The number of indices at which a message of cells is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
-/// Sends the ledger alone.
+/// Sends the ledger only.
 pub(crate) async fn collect_counts<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
     cx.enter(Phase::Collect)?;
     send_ledger(cx).await
 }
 
-/// Sends the members that joined an independent set, then the ledger.
+/// Sends the members of an independent set that this rank owns, then the ledger.
 pub(crate) async fn collect_selected<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
@@ -45,29 +44,25 @@ pub(crate) async fn collect_selected<P: Point>(
     send_ledger(cx).await
 }
 
-/// Sends the cells of this rank if they are certified, and what is shown; then the ledger.
+/// Sends the cells of this rank and the data for pictures, if the certificate passed; then the ledger.
 pub(crate) async fn collect_cells<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
-    (mut table, mut stars): (Table<P>, Stars<P>),
+    mut table: Table<P>,
+    mut stars: Stars<P>,
     ghosts: &Ghosts,
-    instance: Instance,
+    Instance { population, supergraph }: Instance,
     certified: Certified,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Collect)?;
-    if certified.outcome == Outcome::Passed {
-        if cx.config.shown.view > 0 {
-            show_subdomain(&mut table, &mut stars);
-            let chart = Chart { table: &table, stars: &stars };
-            send_view(
-                cx,
-                Results { subdomain, chart, supergraph: instance.supergraph },
-                ghosts,
-                instance.population,
-            );
+    if certified.has_passed() {
+        if cx.config().shown.view > 0 {
+            add_picture_data(&mut table, &mut stars);
+            let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
+            send_view(cx, results, ghosts, population);
         }
-        if cx.config.counted {
-            send_cells(cx, subdomain, Chart { table: &table, stars: &stars }, &certified.cells_here);
+        if cx.config().counted {
+            send_cells(cx, subdomain, StarsView::new(&table, &stars), certified.owned_cells());
         } else if table.owned_len() > 0 {
             send_subdomain(cx, subdomain, table, stars);
         }
@@ -75,13 +70,13 @@ pub(crate) async fn collect_cells<P: Point>(
     send_ledger(cx).await
 }
 
-/// Sends the ledger once what went before it is billed.
+/// Sends the ledger, one round after the results, so that it bills them.
 async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
     cx.exchange_if(true).await?;
-    if let Some(mut recorder) = cx.recorder.take() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(recorder.finish())));
+    if let Some(record) = cx.finish_record() {
+        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(record)));
     }
-    if let Some(fault) = cx.config.fault {
+    if let Some(fault) = cx.config().fault {
         fault.distort(&mut cx.ledger);
     }
     let words = cx.ledger.to_words();
@@ -90,85 +85,85 @@ async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError
     Ok(())
 }
 
-/// Pictures show radii and stars of a piece, too.
-fn show_subdomain<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
-    if let Some(piece) = stars.piece() {
-        let radii2 = piece.nearest_edges();
+/// Adds the radii and links that pictures show to a subdomain triangulation.
+fn add_picture_data<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
+    if let Some(triangulation) = stars.triangulation() {
+        let radii2 = triangulation.nearest_edges();
         table.with_radii();
         table.owned_radii2_mut().copy_from_slice(&radii2);
-        stars.show();
+        stars.copy_links();
     }
 }
 
-/// Sends the cells that belong to the home points, as rows of ids.
+/// Sends the cells that belong to owned points, as rows of ids.
 fn send_cells<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
-    chart: Chart<'_, P>,
-    cells_here: &OwnedCells,
+    view: StarsView<'_, P>,
+    owned_cells: &OwnedCells,
 ) {
-    let ids = chart.table.ids();
-    let (mut cells, mut owned_points) = (Vec::new(), Vec::new());
-    let (mut sent, all) = (0, cells_here.cells as usize * (P::DIM + 1));
+    let ids = view.table().ids();
+    let (mut cells, mut leaves) = (Vec::new(), Vec::new());
+    let (mut sent, all) = (0, owned_cells.count() as usize * (P::DIM + 1));
     for leaf in subdomain.leaves() {
         if cells.is_empty() {
-            // Leaves are far smaller than what is left of a message that is full.
+            // A message exceeds its limit by at most the cells of one leaf, which need far less than an eighth of it.
             cells.reserve_exact((all - sent.min(all)).min(CELLS_PER_MESSAGE + CELLS_PER_MESSAGE / 8));
         }
         let before = cells.len();
-        for owned in leaf.owned() {
-            owned_cells(chart, cells_here, owned, |cell| {
+        for vertex in leaf.owned() {
+            each_owned_cell(view, owned_cells, vertex, |cell| {
                 cells.extend(cell.as_ref().iter().map(|&v| ids[v as usize]));
-                if cx.config.shown.with_leaves {
-                    owned_points.push(leaf.id().0);
+                if cx.config().shown.with_leaves {
+                    leaves.push(leaf.id().0);
                 }
             });
         }
-        // Leaves are small: their cells stay together, so the leaves' counts alone give the number of messages.
+        // The cells of a leaf stay in one message, so the counts of the leaves determine the number of messages.
         let own = (cells.len() - before) / (P::DIM + 1);
-        if let Some(recorder) = &mut cx.recorder {
+        if let Some(recorder) = cx.recorder() {
             recorder.log.cells.push(own as u64);
         }
         if cells.len() >= CELLS_PER_MESSAGE {
             sent += cells.len();
-            post_cells(cx, std::mem::take(&mut cells), std::mem::take(&mut owned_points));
+            send_message(cx, std::mem::take(&mut cells), std::mem::take(&mut leaves));
         }
     }
     if !cells.is_empty() {
-        post_cells(cx, cells, owned_points);
+        send_message(cx, cells, leaves);
     }
 }
 
-/// Calls `f` with the cells that belong to a home point.
-fn owned_cells<P: Point>(
-    chart: Chart<'_, P>,
-    cells_here: &OwnedCells,
-    owned: u32,
+/// Calls `f` with the cells that belong to an owned point.
+fn each_owned_cell<P: Point>(
+    view: StarsView<'_, P>,
+    owned_cells: &OwnedCells,
+    vertex: u32,
     mut f: impl FnMut(&P::Cell),
 ) {
-    let (positions, link) = (chart.table.positions(), chart.stars.link(owned));
-    // Most cells belong to another vertex. Merging has found which, of as many as there are bits.
+    let (positions, link) = (view.table().positions(), view.link(vertex));
+    // Most cells of a star belong to another vertex. Merging has stored a bit for each of the first 64 facets.
     let (first, rest) = link.split_at(link.len().min(u64::BITS as usize));
-    let known = ones(cells_here.facets[owned as usize]).map(|at| &first[at]);
-    let looked = rest.iter().filter(|facet| look_at_facet(positions, owned, facet).is_owned());
-    known.chain(looked).filter_map(|facet| finite_cell::<P>(owned, facet)).for_each(|cell| f(&cell));
+    let known = ones(owned_cells.facets_of(vertex)).map(|at| &first[at]);
+    let others = rest.iter().filter(|facet| classify(positions, vertex, facet).is_owned());
+    known.chain(others).filter_map(|facet| finite_cell::<P>(vertex, facet)).for_each(|cell| f(&cell));
 }
 
-fn post_cells<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
+fn send_message<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
     let body = Body::Cells { cells: Bulk(cells), leaves: Bulk(leaves) };
     cx.send(COORDINATOR, NodeId::ROOT, 0, body);
 }
 
-/// Sends the cells that belong to this rank, with their adjacency.
+/// Sends the cells that belong to this rank, with their neighbours.
 fn send_subdomain<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: Table<P>,
     mut stars: Stars<P>,
 ) {
-    let (rows, open) = match stars.take_subdomain() {
-        Some(piece) => piece.into_rows(),
-        None => glued(Chart { table: &table, stars: &stars }),
+    let CellRows { rows, open } = match stars.take_triangulation() {
+        Some(triangulation) => triangulation.into_rows(),
+        None => rows_of_links(StarsView::new(&table, &stars)),
     };
     let body = Body::Piece {
         leaf: subdomain.leaves().first().map_or(NodeId::ROOT, Leaf::id).0,
@@ -179,15 +174,16 @@ fn send_subdomain<P: Point>(
     cx.send(COORDINATOR, NodeId::ROOT, 0, body);
 }
 
-/// The same from stars that were written out: facets are matched. What has no partner here is marked as another
-/// piece's, although it may be the hull's.
-fn glued<P: Point>(chart: Chart<'_, P>) -> (Vec<u32>, Vec<u32>) {
-    let Chart { table, stars } = chart;
+/// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match gets the
+/// entry [`SEAM`], although it may be on the hull.
+fn rows_of_links<P: Point>(view: StarsView<'_, P>) -> CellRows {
+    let table = view.table();
     let mut cells = Vec::new();
-    for owned in table.owned() {
-        let own = stars.link(owned).iter().filter_map(|facet| finite_cell::<P>(owned, facet));
-        own.filter(|cell| smallest_of(table.positions(), cell.as_ref().iter().copied()) == owned)
-            .for_each(|c| cells.extend_from_slice(c.as_ref()));
+    for vertex in table.owned() {
+        let owned = view.link(vertex).iter().filter(|f| classify(table.positions(), vertex, f).is_owned());
+        owned
+            .filter_map(|facet| finite_cell::<P>(vertex, facet))
+            .for_each(|cell| cells.extend_from_slice(cell.as_ref()));
     }
     let corners = P::DIM + 1;
     let mut facets: Vec<(P::Facet, u32)> = (0..cells.len())
@@ -211,5 +207,8 @@ fn glued<P: Point>(chart: Chart<'_, P>) -> (Vec<u32>, Vec<u32>) {
     let across = || neighbours.chunks_exact(corners);
     let open = (0..).zip(across()).filter(|(_, across)| across.contains(&SEAM)).map(|(cell, _)| cell);
     let rows = cells.chunks_exact(corners).zip(across());
-    (rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(), open.collect())
+    CellRows {
+        rows: rows.flat_map(|(cell, across)| cell.iter().chain(across)).copied().collect(),
+        open: open.collect(),
+    }
 }

@@ -1,10 +1,11 @@
-//! The merged triangulation: results up the tree, node by node.
+//! Merges the results of all subproblems up the tree.
 //!
-//! **Statement.** A cell belongs to its lexicographically smallest vertex, so the union of the leaves' cells has none
-//! twice. Each subproblem's merged result goes up the tree: counts and the certificate's clauses. Rank 0 judges the
-//! result of the root. The cells themselves travel once ([`crate::result::collect`]).
+//! **Statement.** A cell belongs to its lexicographically smallest vertex, so the cells of the leaves are disjoint and their
+//! union has every cell. The merged result of a subproblem consists of counts, among them those of the certificate's
+//! conditions. It goes from children to parents. Rank 0 decides on the result of the root. The cells themselves are sent once
+//! ([`crate::result::collect`]).
 //!
-//! **Rounds.** One for each level of shared nodes, and one for the verdict.
+//! **Rounds.** One for each level of shared nodes, and one for the decision.
 //!
 //! **Work and depth.** One vector step over all link facets; O(1) for each node.
 
@@ -16,39 +17,61 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
-use crate::stars::owned::Chart;
-use crate::state::cells::{Smallest, smallest_of};
+use crate::stars::owned::StarsView;
+use crate::state::cells::{smallest_vertex, star_cell};
 use crate::state::subdomain::{Group, Subdomain};
 use crate::state::tree::{Tree, owned_groups};
 
-/// What a rank has in the end, to be read by several cores.
+/// The subdomain of a rank and its stars, for threads that read both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Results<'a, P: Point> {
-    pub(crate) subdomain: &'a Subdomain<P>,
-    pub(crate) chart: Chart<'a, P>,
-    pub(crate) supergraph: Supergraph,
+    subdomain: &'a Subdomain<P>,
+    view: StarsView<'a, P>,
+    supergraph: Supergraph,
 }
 
-/// A pass of exchange and certificate.
+impl<'a, P: Point> Results<'a, P> {
+    /// Views the results of a rank.
+    pub(crate) fn new(subdomain: &'a Subdomain<P>, view: StarsView<'a, P>, supergraph: Supergraph) -> Self {
+        Results { subdomain, view, supergraph }
+    }
+
+    /// Returns the subdomain.
+    pub(super) fn subdomain(&self) -> &'a Subdomain<P> {
+        self.subdomain
+    }
+
+    /// Returns the stars and the table of their vertices.
+    pub(super) fn view(&self) -> StarsView<'a, P> {
+        self.view
+    }
+
+    /// Returns the radius of the separator ball of an owned point.
+    pub(super) fn separator_radius(&self, vertex: u32) -> f64 {
+        self.supergraph.separator_radius(self.view.table().radii2()[vertex as usize])
+    }
+}
+
+/// One pass of splaying and certificate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pass {
-    /// Its number, from 0 on.
+    /// The number of passes before.
     pub(crate) number: u32,
-    /// The last round of exchange in which this rank said something.
+    /// The last round of splaying in which this rank sent a message; 0 if it sent none.
     pub(crate) rounds: u32,
 }
 
 impl Pass {
-    /// The phase that pays for merging: after a gathering the certificate, for the paper has no such thing.
+    /// Returns the phase to which merging is charged. After gathering, which the paper does not have, it is the certificate.
     fn payer(self) -> Phase {
         if self.number > 0 { Phase::Certificate } else { Phase::Merge }
     }
@@ -57,13 +80,25 @@ impl Pass {
 /// The cells that belong to this rank.
 #[derive(Debug, Default)]
 pub(crate) struct OwnedCells {
-    /// Their number.
-    pub(crate) cells: u64,
-    /// For each home point a bit for each of its first 64 facets, set where the cell belongs to it; empty for a piece.
-    pub(crate) facets: Vec<u64>,
+    count: u64,
+    /// For each owned point, bit `i` is set if the cell of facet `i` belongs to the point. Facets from the 65th on have no bit.
+    /// Empty for a subdomain triangulation.
+    facets: Vec<u64>,
 }
 
-/// Merges the results of all ranks. Returns the verdict of rank 0, and the cells that belong to this rank.
+impl OwnedCells {
+    /// Returns the number of cells.
+    pub(super) fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Returns a bit for each of the first 64 facets in the link of an owned point, set if the cell belongs to the point.
+    pub(super) fn facets_of(&self, vertex: u32) -> u64 {
+        self.facets[vertex as usize]
+    }
+}
+
+/// Merges the results of all ranks. Returns the decision of rank 0 and the cells that belong to this rank.
 pub(crate) async fn merge<P: Point>(
     cx: &mut Context<P>,
     results: Results<'_, P>,
@@ -72,13 +107,13 @@ pub(crate) async fn merge<P: Point>(
 ) -> Result<(Outcome, OwnedCells), TransportError> {
     cx.enter(Phase::Merge)?;
     let subdomain = results.subdomain;
-    let mut cells_here = OwnedCells::default();
-    let leaves = match results.chart.stars.piece().map(SubdomainTriangulation::merged) {
+    let mut owned_cells = OwnedCells::default();
+    let leaves = match results.view.stars().triangulation().map(SubdomainTriangulation::merged) {
         Some(own) => vec![own],
-        None => merge_leaves(cx, results, pass, &mut cells_here.facets),
+        None => merge_leaves(cx, results, pass, &mut owned_cells.facets),
     };
     if let Some((root, mut own)) = merge_subtree(cx, subdomain, &leaves, pass) {
-        cells_here.cells = own.cells;
+        owned_cells.count = own.cells;
         own.disagreements += agreement.count();
         own.exchange_rounds = u64::from(pass.rounds);
         send_up(cx, subdomain, root, own);
@@ -90,12 +125,14 @@ pub(crate) async fn merge<P: Point>(
         }
         outcome = take_outcome(cx).or(outcome);
     }
-    let silence =
-        || TransportError::WorkerFailed { rank: cx.rank, reason: "it heard no verdict".to_string() };
-    Ok((outcome.ok_or_else(silence)?, cells_here))
+    let missing = || TransportError::WorkerFailed {
+        rank: cx.rank(),
+        reason: "received no decision on the certificate".to_string(),
+    };
+    Ok((outcome.ok_or_else(missing)?, owned_cells))
 }
 
-/// Merges the stars of each leaf; appends the facets that belong to each home point.
+/// Merges the stars of each leaf. Appends the bits of each owned point ([`OwnedCells`]).
 fn merge_leaves<P: Point>(
     cx: &mut Context<P>,
     results: Results<'_, P>,
@@ -104,31 +141,31 @@ fn merge_leaves<P: Point>(
 ) -> Vec<Merged> {
     let leaves = results.subdomain.leaves();
     let groups = owned_groups(leaves);
-    let sums = map_in(&cx.pool, &groups, |(_, owned_points)| {
+    let sums = cx.map(&groups, |(_, vertices)| {
         let (mut sum, mut sweep) = (Merged::default(), Sweep::default());
-        let (mut diameters, mut cells_here) = (Diameters::default(), Vec::with_capacity(owned_points.len()));
-        for owned in owned_points.clone() {
-            let (star, cells) = results.merge_star(owned, &mut diameters, &mut sweep);
-            sum.join(&star);
-            cells_here.push(cells);
+        let (mut diameters, mut bits) = (Diameters::default(), Vec::with_capacity(vertices.len()));
+        for vertex in vertices.clone() {
+            let star = results.merge_star(vertex, &mut diameters, &mut sweep);
+            sum.join(&star.merged);
+            bits.push(star.owned_facets);
         }
-        (sum, sweep, cells_here)
+        (sum, sweep, bits)
     });
     let mut merged = vec![(Merged::default(), Sweep::default()); leaves.len()];
-    for ((at, _), (sum, sweep, cells_here)) in groups.into_iter().zip(sums) {
-        facets.extend(cells_here);
+    for ((at, _), (sum, sweep, bits)) in groups.into_iter().zip(sums) {
+        facets.extend(bits);
         merged[at].0.join(&sum);
         merged[at].1.join(&sweep);
     }
     for (leaf, (_, sweep)) in leaves.iter().zip(&merged) {
         let mut cost = Cost::ZERO;
         cost.swept(*sweep);
-        cx.ledger.charge(pass.payer(), leaf.id(), cost, sweep.items());
+        cx.charge(Account::member(pass.payer(), leaf.id()), cost, sweep.items());
     }
     merged.into_iter().map(|m| m.0).collect()
 }
 
-/// Merges the results of the leaves up the subtree of this rank. None if it has no subtree.
+/// Merges the results of the leaves up the subtree of this rank. Returns `None` if it has no subtree.
 fn merge_subtree<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -138,15 +175,15 @@ fn merge_subtree<P: Point>(
     let (root, tree) = (subdomain.root(), subdomain.tree()?);
     let mut charges = Vec::new();
     let all = merge_tree(tree, leaves, &mut charges);
-    let round = cx.out.round();
-    cx.ledger.tally(round, Phase::Merge).merged += charges.len() as u64;
+    let round = cx.round();
+    cx.tally(round).merged += charges.len() as u64;
     for (node, cost) in charges {
-        cx.ledger.charge(pass.payer(), node, cost, 0);
+        cx.charge(Account::member(pass.payer(), node), cost, 0);
     }
     Some((root, all))
 }
 
-/// Merges a subtree, one charge an inner node.
+/// Merges a subtree. Appends the charge of each inner node.
 fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(NodeId, Cost)>) -> Merged {
     match tree {
         Tree::Leaf(at) => leaves[*at],
@@ -159,7 +196,7 @@ fn merge_tree<P: Point>(tree: &Tree<P>, leaves: &[Merged], charges: &mut Vec<(No
     }
 }
 
-/// The result of a node from those of its children.
+/// Returns the result of a node from the results of its children, and its cost.
 fn joined(both: [Merged; 2]) -> (Cost, Merged) {
     let mut cost = Cost::ZERO;
     let all = cost.reduce(&both, Merged::default(), |mut sum, m| {
@@ -169,7 +206,7 @@ fn joined(both: [Merged; 2]) -> (Cost, Merged) {
     (cost, all)
 }
 
-/// Sends the result of a node to its parent's leader, or of the root to rank 0.
+/// Sends the result of a node to the leader of its parent. Sends the result of the root to rank 0.
 fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId, merged: Merged) {
     let Some(parent) = node.parent() else {
         return cx.send(COORDINATOR, node, 0, Body::Merged(merged));
@@ -179,14 +216,13 @@ fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId
     }
 }
 
-/// Results of children whose other child has none yet, by parent.
+/// The results of nodes whose siblings have sent none yet, by parent.
 #[derive(Default)]
 pub(crate) struct Joining(BTreeMap<NodeId, Merged>);
 
 impl Joining {
-    /// Joins the children of the nodes that this rank leads; returns the nodes' own results.
-    /// Joins the children of the nodes that this rank leads. Returns the nodes' own results; that of a root that one
-    /// rank holds is its own.
+    /// Joins the results of the children of nodes that this rank leads, and returns the results of these nodes. Also returns
+    /// the result of the root if one rank holds the root.
     pub(crate) fn join<P: Point>(
         &mut self,
         cx: &mut Context<P>,
@@ -208,15 +244,15 @@ impl Joining {
             let population = group.child.population;
             let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
             let (cost, own) = joined([other, merged]);
-            cx.ledger.charge_leader(pass.payer(), group.node, cost);
-            cx.ledger.tally(round, Phase::Merge).merged += 1;
+            cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
+            cx.tally(round).merged += 1;
             Some((group.node, own))
         };
         below.into_iter().filter_map(join).collect()
     }
 }
 
-/// The verdict of rank 0, if it came.
+/// Returns the decision of rank 0, if it arrived.
 fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
     let outcomes = cx.take(|m: &mut Message<P>| match m.body {
         Body::Outcome(number) => Outcome::from_number(number),
@@ -226,34 +262,29 @@ fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
 }
 
 impl<P: Point> Results<'_, P> {
-    /// What a star contributes; and a bit for each of its first 64 facets, set where the cell belongs to its vertex.
-    pub(crate) fn merge_star(
-        &self,
-        owned: u32,
-        diameters: &mut Diameters,
-        sweep: &mut Sweep,
-    ) -> (Merged, u64) {
-        let Chart { table, stars } = self.chart;
-        let (positions, link) = (table.positions(), stars.link(owned));
+    /// Computes the contribution of an owned star.
+    pub(super) fn merge_star(&self, vertex: u32, diameters: &mut Diameters, sweep: &mut Sweep) -> MergedStar {
+        let (positions, link) = (self.view.table().positions(), self.view.link(vertex));
         let (mut finite, mut cells, mut hull_facets) = (0u64, 0u64, 0u64);
-        let (mut has_smaller, mut cells_here, mut bit) = (false, 0, 1u64);
-        // Of every facet each vertex is looked at.
+        let (mut has_smaller, mut owned_facets, mut bit) = (false, 0, 1u64);
+        // Every vertex of every facet is compared.
         sweep.visit_lanes(P::DIM * link.len());
         sweep.each(link, |facet| {
-            let Look { is_smallest, is_finite } = look_at_facet(positions, owned, facet);
+            let FacetClass { is_smallest, is_finite } = classify(positions, vertex, facet);
             has_smaller |= !is_smallest;
             finite += u64::from(is_finite);
             let is_owned = u64::from(is_smallest && is_finite);
             cells += is_owned;
-            cells_here |= bit * is_owned;
-            // Behind the last there is none.
+            owned_facets |= bit * is_owned;
+            // The bit is 0 from the 65th facet on.
             bit <<= 1;
             hull_facets += u64::from(is_smallest && !is_finite);
         });
-        let repaired = stars.has_changed(owned);
-        let known = self.supergraph.separator_radius(table.radii2()[owned as usize]);
-        let provable =
-            !repaired && finite == link.len() as u64 && diameters.are_at_most(positions, owned, link, known);
+        let repaired = self.view.stars().has_changed(vertex);
+        let radius = self.separator_radius(vertex);
+        let provable = !repaired
+            && finite == link.len() as u64
+            && diameters.are_at_most(positions, vertex, link, radius);
         let merged = Merged {
             repaired: u64::from(repaired),
             stars: u64::from(finite > 0),
@@ -263,38 +294,41 @@ impl<P: Point> Results<'_, P> {
             local: u64::from(provable),
             ..Merged::default()
         };
-        (merged, cells_here)
+        MergedStar { merged, owned_facets }
     }
 }
 
-/// What a facet of a home point's link says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Look {
-    /// Whether no finite vertex of it is lexicographically smaller than the point.
-    pub(crate) is_smallest: bool,
-    /// Whether all its vertices are finite.
-    pub(crate) is_finite: bool,
+/// The contribution of a star to the merged result.
+pub(super) struct MergedStar {
+    pub(super) merged: Merged,
+    /// Bit `i` is set if the cell of facet `i` belongs to the vertex of the star. Facets from the 65th on have no bit.
+    owned_facets: u64,
 }
 
-impl Look {
-    /// Whether the cell of the facet belongs to the point.
-    pub(crate) fn is_owned(self) -> bool {
+/// A facet in the link of an owned point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FacetClass {
+    /// Whether the point is lexicographically smaller than all finite vertices of the facet.
+    is_smallest: bool,
+    /// Whether all vertices of the facet are finite.
+    is_finite: bool,
+}
+
+impl FacetClass {
+    /// Returns `true` if the cell of the facet belongs to the point.
+    pub(super) fn is_owned(self) -> bool {
         self.is_smallest && self.is_finite
     }
 }
 
-/// Looks at every vertex of a facet once.
+/// Classifies a facet in the link of `vertex`.
 #[inline]
-pub(crate) fn look_at_facet<P: Point>(positions: &[P], owned: u32, facet: &P::Facet) -> Look {
-    let mut smallest = Smallest::of(owned, positions[owned as usize].coord(0));
-    let mut is_finite = true;
-    for &v in facet.as_ref() {
-        smallest.look(v, positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0)));
-        is_finite &= v != INFINITE;
-    }
-    let vertices = || std::iter::once(owned).chain(facet.as_ref().iter().copied());
-    let is_smallest = smallest.vertex(|| smallest_of(positions, vertices())) == owned;
-    Look { is_smallest, is_finite }
+pub(super) fn classify<P: Point>(positions: &[P], vertex: u32, facet: &P::Facet) -> FacetClass {
+    let cell = star_cell::<P>(vertex, facet);
+    let first = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+    let is_smallest = smallest_vertex(positions, cell.as_ref(), first) == vertex;
+    let is_finite = facet.as_ref().iter().all(|&v| v != INFINITE);
+    FacetClass { is_smallest, is_finite }
 }
 
 #[cfg(test)]
@@ -304,14 +338,14 @@ mod tests {
 
     use super::*;
 
-    /// Asks of every facet, infinite ones too, of some points, against what the order of the points says.
-    fn facets_say_what_the_order_says<P: Point>(points: &[P], facets: &[P::Facet]) {
-        for (owned, at) in (0u32..).zip(points) {
+    /// Classifies all facets of some points, infinite ones included, and compares with the order of the points.
+    fn facets_follow_the_order<P: Point>(points: &[P], facets: &[P::Facet]) {
+        for (vertex, at) in (0u32..).zip(points) {
             for facet in facets {
                 let finite: Vec<&P> = facet.as_ref().iter().filter_map(|&v| points.get(v as usize)).collect();
                 let is_smallest = finite.iter().all(|x| !lex_cmp(*x, at).is_lt());
-                let expected = Look { is_smallest, is_finite: finite.len() == P::DIM };
-                assert_eq!(look_at_facet(points, owned, facet), expected, "{at:?} {facet:?}");
+                let expected = FacetClass { is_smallest, is_finite: finite.len() == P::DIM };
+                assert_eq!(classify(points, vertex, facet), expected, "{at:?} {facet:?}");
             }
         }
     }
@@ -324,7 +358,7 @@ mod tests {
         let vertices = || (0..8u32).chain([INFINITE]);
         let pairs = vertices().flat_map(|a| vertices().map(move |b| (a, b)));
         let facets: Vec<[u32; 3]> = pairs.flat_map(|(a, b)| vertices().map(move |c| [a, b, c])).collect();
-        facets_say_what_the_order_says(&points, &facets);
+        facets_follow_the_order(&points, &facets);
     }
 
     #[test]
@@ -332,6 +366,6 @@ mod tests {
         let points: Vec<DVec2> = (0..4).map(|i| DVec2::new(f64::from(i & 1), f64::from(i >> 1))).collect();
         let vertices = || (0..4u32).chain([INFINITE]);
         let facets: Vec<[u32; 2]> = vertices().flat_map(|a| vertices().map(move |b| [a, b])).collect();
-        facets_say_what_the_order_says(&points, &facets);
+        facets_follow_the_order(&points, &facets);
     }
 }

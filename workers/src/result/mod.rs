@@ -1,4 +1,4 @@
-//! The result: the certificate's merge, the owned cells, and the sampled picture.
+//! The result: the merged certificate, the owned cells, and the data for pictures.
 
 pub(crate) mod certify;
 pub mod collect;

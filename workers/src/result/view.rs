@@ -1,8 +1,8 @@
-//! What a rank shows of itself in pictures: sampled points and the splits it answers for.
+//! The data of a rank for pictures: sampled points, and the splits that it reports.
 //!
-//! On request only, and as instrument traffic: the ledger does not bill it, and nothing that the run computes depends
-//! on it. A hash of its coordinates says whether a point is in the sample, so the sample is the same for every number
-//! of ranks.
+//! Ranks send it on request only. It is traffic of an instrument: the ledger does not bill it, and no result of the run
+//! depends on it. A hash of the coordinates decides whether a point is in the sample, so the sample is the same for every
+//! number of ranks.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::result::merge::Results;
 use crate::state::ghosts::Ghosts;
 use crate::state::tree::{Split, Tree, join_bounds};
 
-/// The hash of a point's coordinates by which samples are chosen.
+/// Returns the hash of a point's coordinates that selects samples.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
     let mut h = 0x5E97_E75E_97E7_5E97u64;
     for i in 0..P::DIM {
@@ -29,8 +29,8 @@ pub fn shown_hash<P: Point>(x: P) -> u64 {
     h
 }
 
-/// Whether a point of a set of this size is in the sample of about `wanted`. The expected number lies five standard
-/// deviations below, so that the sample is hardly ever cut.
+/// Returns `true` if a point is in the sample of a set with `population` points. The expected size of the sample is five
+/// standard deviations below `wanted`, so that the sample rarely has to be truncated.
 pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
     let wanted = f64::from(wanted);
     if population as f64 <= wanted {
@@ -40,22 +40,22 @@ pub fn is_shown<P: Point>(population: u64, wanted: u32, x: P) -> bool {
     ((shown_hash(x) >> 11) as f64) < rate * (1u64 << 53) as f64
 }
 
-/// Sends a sample of the points, and the splits that this rank answers for.
+/// Sends a sample of the points, and the splits that this rank reports.
 pub(crate) fn send_view<P: Point>(
     cx: &mut Context<P>,
     results: Results<'_, P>,
     ghosts: &Ghosts,
     population: u64,
 ) {
-    let sample = Sample { population, wanted: cx.config.shown.view };
+    let sample = Sample { population, wanted: cx.config().shown.view };
     let mut part = ViewPart::default();
     results.show_points(sample, &mut part);
     results.show_ghosts(ghosts, sample, &mut part);
-    results.show_splits(cx.rank, &mut part);
+    results.show_splits(cx.rank(), &mut part);
     cx.send(COORDINATOR, NodeId::ROOT, 0, Body::View(Box::new(part)));
 }
 
-/// The points that are shown: about so many of so many.
+/// The sample: about `wanted` of `population` points.
 #[derive(Clone, Copy)]
 struct Sample {
     population: u64,
@@ -63,24 +63,24 @@ struct Sample {
 }
 
 impl Sample {
-    fn holds<P: Point>(self, x: P) -> bool {
+    fn contains<P: Point>(self, x: P) -> bool {
         is_shown(self.population, self.wanted, x)
     }
 }
 
 impl<P: Point> Results<'_, P> {
     fn position(&self, at: u32) -> P {
-        self.chart.table.positions()[at as usize]
+        self.view().table().positions()[at as usize]
     }
 
     fn show_points(&self, sample: Sample, part: &mut ViewPart<P>) {
         let mut diameters = Diameters::default();
-        for leaf in self.subdomain.leaves() {
-            for owned in leaf.owned().filter(|&owned| sample.holds(self.position(owned))) {
-                let (star, _) = self.merge_star(owned, &mut diameters, &mut Sweep::default());
-                self.chart.table.export(owned, &mut part.points);
+        for leaf in self.subdomain().leaves() {
+            for vertex in leaf.owned().filter(|&v| sample.contains(self.position(v))) {
+                let star = self.merge_star(vertex, &mut diameters, &mut Sweep::default()).merged;
+                self.view().table().export(vertex, &mut part.points);
                 part.leaves.push(leaf.id().0);
-                part.crossing.push(self.crossed_levels(owned, leaf.id()));
+                part.crossing.push(self.crossed_levels(vertex, leaf.id()));
                 let repaired = if star.repaired > 0 { SHOWN_REPAIRED } else { 0 };
                 let local = if star.local > 0 { SHOWN_LOCAL } else { 0 };
                 part.flags.push(repaired | local);
@@ -88,18 +88,19 @@ impl<P: Point> Results<'_, P> {
         }
     }
 
-    /// Bit `l`: the separator ball of a home point meets the separator of its ancestor of level `l`.
-    fn crossed_levels(&self, owned: u32, leaf: NodeId) -> u64 {
-        let x = self.position(owned);
-        let radius = self.supergraph.separator_radius(self.chart.table.radii2()[owned as usize]);
+    /// Returns a word whose bit `l` is set if the separator ball of an owned point crosses the separator of its ancestor at
+    /// level `l`.
+    fn crossed_levels(&self, vertex: u32, leaf: NodeId) -> u64 {
+        let x = self.position(vertex);
+        let radius = self.separator_radius(vertex);
         let bit = |id: NodeId, split: &Split<P>| {
             u64::from(split.separator().crosses(x, radius)) << id.level().min(NodeId::DEEPEST)
         };
         let mut levels = 0;
-        for shared in self.subdomain.path() {
+        for shared in self.subdomain().path() {
             levels |= bit(shared.id(), shared.split());
         }
-        let mut tree = self.subdomain.tree();
+        let mut tree = self.subdomain().tree();
         while let Some(Tree::Node(inner)) = tree {
             levels |= bit(inner.id(), inner.split());
             tree = inner.children().get(inner.id().side_of(leaf));
@@ -108,22 +109,22 @@ impl<P: Point> Results<'_, P> {
     }
 
     fn show_ghosts(&self, ghosts: &Ghosts, sample: Sample, part: &mut ViewPart<P>) {
-        for (at, leaf) in self.subdomain.leaves().iter().enumerate() {
+        for (at, leaf) in self.subdomain().leaves().iter().enumerate() {
             let shown: BTreeSet<u32> =
-                ghosts.of(at).iter().copied().filter(|&g| sample.holds(self.position(g))).collect();
+                ghosts.of(at).iter().copied().filter(|&g| sample.contains(self.position(g))).collect();
             for ghost in shown {
-                part.ghosts.push(self.chart.table.ids()[ghost as usize]);
+                part.ghosts.push(self.view().table().ids()[ghost as usize]);
                 part.ghost_leaves.push(leaf.id().0);
             }
         }
     }
 
-    /// Splits of this rank's own subtree, and those of shared nodes whose first rank it is.
+    /// Adds the splits of this rank's own subtree, and those of shared nodes whose lowest rank it is.
     fn show_splits(&self, rank: Rank, part: &mut ViewPart<P>) {
-        for shared in self.subdomain.path().iter().filter(|s| s.first() == rank) {
+        for shared in self.subdomain().path().iter().filter(|s| s.first() == rank) {
             show_split(shared.id(), shared.split(), part);
         }
-        let mut open: Vec<&Tree<P>> = self.subdomain.tree().into_iter().collect();
+        let mut open: Vec<&Tree<P>> = self.subdomain().tree().into_iter().collect();
         while let Some(tree) = open.pop() {
             if let Tree::Node(inner) = tree {
                 show_split(inner.id(), inner.split(), part);

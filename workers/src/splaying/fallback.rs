@@ -1,8 +1,9 @@
-//! Rank 0 gathers what the exchange leaves open.
+//! Rank 0 gathers and triangulates the region that splaying leaves open.
 //!
-//! **Statement.** The region is the vertices that hold a cell which another star lacks, with their links; or all points, if
-//! that was not enough. Rank 0 triangulates it, and each of these vertices gets its neighbours there. Then the exchange
-//! goes on ([`crate::splaying::splay`]), in which it proposes what the others lack.
+//! **Statement.** A vertex is *open* if its star has a cell that another star lacks. If gathering the open vertices did not
+//! suffice in an earlier pass, all vertices are open. Rank 0 triangulates the *region*: the open vertices and the vertices of
+//! their links. It returns to each open vertex its neighbours in this triangulation. Splaying then continues with these
+//! neighbours as candidates, and proposes the cells that other stars lack ([`crate::splaying::splay`]).
 //!
 //! **Rounds.** Two: the region to rank 0, the neighbours back.
 
@@ -16,28 +17,29 @@ use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
-use crate::splaying::pending::Gathered;
+use crate::splaying::messages::GatheredPoint;
 use crate::stars::check::Agreement;
 use crate::stars::owned::Stars;
 use crate::state::table::Table;
 
-/// Gathers what the last check found unresolved, or everything. Returns the neighbours that home stars get.
+/// Sends the open vertices and their links to rank 0. Returns the neighbours of the owned ones among them.
 pub(crate) async fn gather<P: Point>(
     cx: &mut Context<P>,
     table: &mut Table<P>,
     stars: &mut Stars<P>,
     agreement: &Agreement,
     outcome: Outcome,
-) -> Result<Vec<Gathered>, TransportError> {
+) -> Result<Vec<GatheredPoint>, TransportError> {
     cx.enter(Phase::Fallback)?;
-    stars.write_out(table);
-    let wanted: BTreeSet<u32> = if outcome == Outcome::GatherAll {
-        (table.owned()).collect()
+    stars.extract_links(table);
+    let open: BTreeSet<u32> = if outcome == Outcome::GatherAll {
+        table.owned().collect()
     } else {
-        // Stars that lack a cell hear of it later: the set must not depend on where points are at home.
-        agreement.disagreements.iter().map(|d| d.owned).collect()
+        // The stars that lack a cell are not gathered, because the set must not depend on the owners of points. They receive
+        // the cell in the next pass of splaying.
+        agreement.disagreements().iter().map(|d| d.holder).collect()
     };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &wanted)));
+    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &open)));
     let mut gathered = Vec::new();
     while cx.exchange().await? {
         take_neighbours(cx, table, &mut gathered);
@@ -45,25 +47,25 @@ pub(crate) async fn gather<P: Point>(
     Ok(gathered)
 }
 
-/// The points whose stars are wanted, and the others of their links.
-fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, wanted: &BTreeSet<u32>) -> PointBatch<P> {
+/// Returns the open vertices and the other vertices of their links.
+fn region<P: Point>(table: &Table<P>, stars: &Stars<P>, open: &BTreeSet<u32>) -> PointBatch<P> {
     let mut batch = PointBatch::default();
     let mut push = |v: u32, role: f64| {
         let i = v as usize;
         batch.push(table.ids()[i], table.positions()[i], table.owners()[i], role);
     };
     let mut links = BTreeSet::new();
-    for &owned in wanted {
-        push(owned, WANTED);
-        links.extend(stars.link(owned).iter().flat_map(AsRef::as_ref).copied());
+    for &vertex in open {
+        push(vertex, WANTED);
+        links.extend(stars.link(vertex).iter().flat_map(AsRef::as_ref).copied());
     }
     links.remove(&INFINITE);
-    links.difference(wanted).for_each(|&v| push(v, OF_A_LINK));
+    links.difference(open).for_each(|&v| push(v, OF_A_LINK));
     batch
 }
 
-/// Takes the neighbours of home points in the region.
-fn take_neighbours<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, gathered: &mut Vec<Gathered>) {
+/// Receives the neighbours of owned points in the region.
+fn take_neighbours<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, gathered: &mut Vec<GatheredPoint>) {
     for ((vertices, counts), points) in cx.take(|m: &mut Message<P>| match &mut m.body {
         Body::Region { vertices, counts, points } => {
             let stars = (std::mem::take(&mut vertices.0), std::mem::take(&mut counts.0));
@@ -71,12 +73,12 @@ fn take_neighbours<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, gathered
         }
         _ => None,
     }) {
-        let numbers = table.intern_all(&points);
+        let indices = table.intern_all(&points);
         let mut at = 0;
         for (id, count) in vertices.into_iter().zip(counts) {
-            let end = (at + count as usize).min(numbers.len());
-            if let Some(owned) = table.find(id).filter(|&h| table.is_owned(h)) {
-                gathered.extend(numbers[at..end].iter().map(|&v| (owned, v)));
+            let end = (at + count as usize).min(indices.len());
+            if let Some(star) = table.find(id).filter(|&v| table.is_owned(v)) {
+                gathered.extend(indices[at..end].iter().map(|&point| GatheredPoint { star, point }));
             }
             at = end;
         }

@@ -1,6 +1,8 @@
 //! Star splaying: stars that disagree exchange cells until they agree.
 
 pub(crate) mod fallback;
-pub(crate) mod pending;
+pub(crate) mod messages;
+mod pending;
 pub(crate) mod splay;
-pub(crate) mod step;
+mod step;
+mod wire;

@@ -1,155 +1,165 @@
-//! Stars that disagree exchange what they miss (star splaying).
+//! Star splaying: stars that disagree exchange cells until they agree.
 //!
-//! **Statement.** If a cell `t` of `star(v)` is missing from `star(a)`, `v` proposes it. Then `a` takes the vertices of `t`,
-//! and holds `t`, or answers with those points of its link that conflict with `t`. A star proposes the cells that it
-//! gained; of a cell that it lost, it sends the points that replaced it. Each exchange with any disagreement enlarges
-//! some candidate set, so it ends; and if every vertex but the smallest has a smaller candidate, it ends in the
-//! triangulation.
+//! **Statement.** The stars of all points run in steps. The *candidates* of a star are all points that it has received; a star
+//! with a link is the local hull of its candidates.
+//! 1. If star(v) has a cell t that star(a) lacks, v *proposes* t to a. Then a adds the vertices of t to its candidates. If
+//!    star(a) still lacks t, a *objects*: it returns the points of its link that conflict with t.
+//! 2. A star proposes each cell that it gained. It objects to each cell that it lost, with the points of its link that conflict
+//!    with it.
+//! 3. A star that has a cell to which another star objects adds the returned points to its candidates.
 //!
-//! **Source.** Shewchuk (2005); the end of the proof is in ARCHITECTURE.md.
+//! Then the steps end ([`crate::splaying`] has the proofs). If every vertex except the smallest has a lexicographically smaller
+//! candidate, they end in the Delaunay triangulation.
 //!
-//! **Receivers.** Stars agree on a cell iff that of its smallest vertex agrees with each other's
-//! ([`crate::stars::check`]). So a star tells the smallest vertex what it gains or loses, or if that is its own, the
-//! others; but none that reported just that to it in the same step. Each of the two of such a pair then hears of every change
-//! of the other. When no star says anything more, all stars agree.
+//! **Source.** Shewchuk, "Star splaying: an algorithm for repairing Delaunay triangulations and convex hulls" (2005).
 //!
-//! **After a gathering** the stars get its points. They also propose what the check found, as far as they still hold it.
+//! **Receivers.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of each other
+//! vertex. Therefore a star sends what it gains or loses to the smallest vertex of the cell only, or to all others if its own
+//! vertex is the smallest. It skips stars that sent it the same in the same step. If no star sends anything, before the limit
+//! of rounds is reached, all stars agree.
 //!
-//! **Rounds.** None where the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured).
+//! **After gathering.** The stars receive the gathered points as candidates. They also propose the cells of the last check that
+//! they still have.
 //!
-//! **Work and depth.** That of the reactions ([`crate::splaying::step`]), star beside star.
+//! **Rounds.** None if the paper's hypothesis holds; about `0.6 log2 n` on uniform sets (measured). After `6 log2 n` rounds,
+//! rank 0 gathers the open regions ([`crate::splaying::fallback`]). This limits time; correctness does not depend on it.
 //!
-//! **Departure.** All stars move in lockstep, those of one rank like those of two. What they exchange in a round does not
-//! depend on where a star is at home, so work and depth do not depend on the number of ranks. A round of exchange is
-//! one round of messages.
+//! **Work and depth.** Those of the steps of all stars ([`crate::splaying::step`]), in parallel.
+//!
+//! **Departure.** All stars step together, whether they are on one rank or on several. The messages of a step do not depend on
+//! the owners of the stars. Work and depth are therefore independent of the number of ranks. One step takes one round.
 
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::machine::context::Context;
-use crate::splaying::pending::{Announced, Announcements, Gathered, Proposal, Received};
-use crate::splaying::step::{Splayed, Tools};
+use crate::splaying::messages::{GatheredPoint, Objections, Proposal};
+use crate::splaying::pending::{Pending, StepOutput};
+use crate::splaying::step::{Splayed, StarStep, Tools};
 use crate::stars::check::{Agreement, Disagreement};
-use crate::stars::owned::{Chart, Stars};
+use crate::stars::owned::{Stars, StarsView};
 use crate::state::cells::{finite_cell, in_order};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, leaf_number};
 
-/// Stars that are looked at one after the other.
+/// Number of stars that a thread processes in sequence.
 const GROUP: usize = 512;
 
-/// Rounds of exchange until no star says anything. Returns the last round in which this rank said something.
+/// Runs steps until no star sends a message. Returns the last round in which this rank sent a message.
 pub(crate) async fn splay<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     stars: &mut Stars<P>,
     agreement: &Agreement,
-    gathered: Vec<Gathered>,
+    gathered: Vec<GatheredPoint>,
     population: u64,
 ) -> Result<u32, TransportError> {
     cx.enter(Phase::Repair)?;
-    let mut heard = Received::of(gathered);
-    if heard.is_pending() || !agreement.disagreements.is_empty() {
-        stars.write_out(table);
+    let leaves = subdomain.leaves();
+    let mut pending = Pending::new(gathered);
+    if !(pending.is_empty() && agreement.disagreements().is_empty()) {
+        stars.extract_links(table);
     }
-    let mut found: Vec<_> = agreement.disagreements.iter().filter_map(|d| proposal(stars, d)).collect();
-    let last = cx.config.exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
+    let mut found: Vec<_> = agreement.disagreements().iter().filter_map(|d| proposal(stars, d)).collect();
+    let last = cx.config().exchange_cap.unwrap_or(6 * (64 - population.max(2).leading_zeros()));
     let mut rounds = 0;
-    // All ranks step together, so the number of the round is the same on each.
+    // All ranks step together, so they agree on the number of the round.
     for round in 1.. {
-        if !found.is_empty() || heard.is_pending() {
-            let found = std::mem::take(&mut found);
-            let (proposals, objections) =
-                splay_all(cx, subdomain.leaves(), (table, stars), &mut heard, found);
-            let speech = Announcements { proposals, objections, round };
-            if !speech.is_empty() && round <= last {
+        if !(found.is_empty() && pending.is_empty()) {
+            let output = step(cx, leaves, table, stars, &mut pending, std::mem::take(&mut found));
+            if !output.is_empty() && round <= last {
                 rounds = round;
-                speech.tell(cx, subdomain.leaves(), table, &mut heard);
+                if let Some(recorder) = cx.recorder() {
+                    output.record(recorder, leaves, table, round);
+                }
+                output.send(cx, table, &mut pending, round);
             }
         }
-        if !cx.exchange_if(heard.is_pending()).await? {
+        if !cx.exchange_if(!pending.is_empty()).await? {
             break;
         }
-        heard.take(cx, table, stars);
+        pending.receive(cx, table, stars);
     }
     Ok(rounds)
 }
 
-/// The proposal of a cell that another star lacks.
-fn proposal<P: Point>(stars: &Stars<P>, of: &Disagreement) -> Option<Proposal<P>> {
-    let facet = stars.link(of.owned)[(of.facet - stars.start(of.owned)) as usize];
-    finite_cell::<P>(of.owned, &facet).map(|cell| (of.other, in_order::<P>(&cell), of.owned))
+/// Returns the proposal of a cell that another star lacks.
+fn proposal<P: Point>(stars: &Stars<P>, of: &Disagreement) -> Option<Proposal<P::Cell>> {
+    let facet = stars.link(of.holder)[(of.facet - stars.start(of.holder)) as usize];
+    let cell = finite_cell::<P>(of.holder, &facet)?;
+    Some(Proposal { to: of.other, cell: in_order::<P>(&cell), from: of.holder })
 }
 
-/// All stars that heard something take it in. Returns what they say: what has changed, and what the check found as far
-/// as stars still hold it.
-fn splay_all<P: Point>(
+/// Lets each star process its pending messages. Returns the messages for the changes, and those cells of `found` that their
+/// stars still have.
+fn step<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
-    (table, stars): (&Table<P>, &mut Stars<P>),
-    heard: &mut Received<P>,
-    mut found: Vec<Proposal<P>>,
-) -> (Vec<Proposal<P>>, Announced<P>) {
-    let mut heard = std::mem::replace(heard, Received::of(Vec::new()));
+    table: &Table<P>,
+    stars: &mut Stars<P>,
+    pending: &mut Pending<P>,
+    mut found: Vec<Proposal<P::Cell>>,
+) -> StepOutput<P> {
+    let mut pending = std::mem::replace(pending, Pending::new(Vec::new()));
     stars.extend_hashes(table);
-    heard.sort();
-    let news = heard.star_by_star();
-    let groups: Vec<_> = news.chunks(GROUP).collect();
-    let (chart, points) = (Chart { table, stars }, heard.objected.points());
-    let reactions = map_in(&cx.pool, &groups, |group| {
+    pending.sort();
+    let inboxes = pending.by_star();
+    let groups: Vec<_> = inboxes.chunks(GROUP).collect();
+    let view = StarsView::new(table, stars);
+    let splayed = cx.map(&groups, |group| {
         let mut tools = Tools::new(table.positions().len());
         let mut out = Splayed::default();
-        group.iter().for_each(|news| chart.splay_star(news, points, &mut tools, &mut out));
+        group.iter().for_each(|&inbox| StarStep::new(view, inbox, &mut tools, &mut out).run());
         out
     });
-    charge(cx, leaves, reactions.iter().flat_map(Splayed::costs));
-    let (mut proposals, mut objections) = (Vec::new(), Announced::default());
-    for group in reactions {
-        group.each_change(|owned, change| stars.change(table, owned, change));
+    charge(cx, leaves, splayed.iter().flat_map(Splayed::costs));
+    let (mut proposals, mut objections) = (Vec::new(), Objections::default());
+    for group in splayed {
+        group.each_change(|vertex, change| stars.splay(table, vertex, change));
         proposals.extend(group.proposals);
         objections.append(group.objections);
     }
     if !groups.is_empty() {
-        retain_held(cx, leaves, stars, &mut found);
+        retain_present(cx, leaves, stars, &mut found);
     }
     proposals.extend(found);
-    (proposals, objections)
+    StepOutput { proposals, objections }
 }
 
-/// Leaves those proposals whose cells their stars hold still: each looks at every facet of its link.
-fn retain_held<P: Point>(
+/// Keeps the proposals of cells that their senders' stars still have. Charges a comparison with every facet of a link.
+fn retain_present<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
     stars: &Stars<P>,
-    found: &mut Vec<Proposal<P>>,
+    found: &mut Vec<Proposal<P::Cell>>,
 ) {
     let mut costs = Vec::new();
-    found.retain(|(_, cell, from)| {
-        let (mut looks, mut cost) = (Sweep::default(), Cost::ZERO);
-        looks.visit_lanes(stars.link(*from).len());
-        cost.swept_inside(looks);
-        costs.push((*from, cost));
-        stars.position_in(*from, cell).is_some()
+    found.retain(|proposal| {
+        let (mut sweep, mut cost) = (Sweep::default(), Cost::ZERO);
+        sweep.visit_lanes(stars.link(proposal.from).len());
+        cost.swept_inside(sweep);
+        costs.push((proposal.from, cost));
+        stars.position_in(proposal.from, &proposal.cell).is_some()
     });
     charge(cx, leaves, costs.into_iter());
 }
 
-/// Charges one vector step over stars, leaf by leaf.
+/// Charges one vector step over stars to each leaf.
 fn charge<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], costs: impl Iterator<Item = (u32, Cost)>) {
     let mut of_leaves: BTreeMap<u32, (Cost, u64)> = BTreeMap::new();
-    for (owned, cost) in costs {
-        let entry = of_leaves.entry(leaf_number(leaves, owned)).or_default();
+    for (vertex, cost) in costs {
+        let entry = of_leaves.entry(leaf_number(leaves, vertex)).or_default();
         entry.0.beside(cost);
         entry.1 += 1;
     }
     for (at, (cost, items)) in of_leaves {
-        cx.ledger.charge(Phase::Repair, leaves[at as usize].id(), cost, items);
+        cx.charge(Account::member(Phase::Repair, leaves[at as usize].id()), cost, items);
     }
 }

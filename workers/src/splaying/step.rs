@@ -1,14 +1,14 @@
-//! One star, and all that it hears in a step of the exchange.
+//! One star and its messages in one step of splaying.
 //!
-//! **Statement.** See [`crate::splaying::splay`]. A star looks for each cell among its own once, however many stars proposed
-//! it or object to it. It takes the vertices of the cells that it lacks, and the points against the cells that it holds,
-//! and grows from its link (`hull::change`). Then it says what it gained, and what it lost and why. It refuses a cell that
-//! it still lacks, and says why: a point of its link is in the sphere of the cell.
+//! **Statement.** See [`crate::splaying::splay`]. A star looks up each cell once, however many stars propose it or object to it.
+//! It adds the vertices of the proposed cells that it lacks, and the witnesses against the cells that it has. It extends its
+//! link by these points (`hull::change`). Then it sends the cells that it gained, and objections to those that it lost. It
+//! rejects a proposed cell that it still lacks, with witnesses: the points of its link in the circumsphere of the cell.
 //!
-//! **Work and depth.** Let a star with `l` facets hear of `m` cells, get `q` points and change by `c` facets. It sorts the
-//! cells, sweeps over the link for each cell and point, and over its points for each cell that it refuses or lost. For
-//! each of those, and of the cells that it gained, it sweeps over what it heard. That is O((m + q) l + m log m + c m)
-//! work and O(m + q + c) depth.
+//! **Work and depth.** Let a star with `l` facets receive `m` cells, add `q` points and change by `c` facets. It sorts the
+//! cells. It sweeps over the link for each cell and each point. It sweeps over its points for each cell that it rejects or
+//! lost. It sweeps over its messages for each of these cells and each that it gained. That is O((m + q) l + m log m + c m) work
+//! and O(m + q + c) depth.
 
 #[cfg(test)]
 mod tests;
@@ -18,30 +18,39 @@ use septet_geometry::cost::{Cost, Marks, Sweep};
 use septet_geometry::hull::{Extended, StarBuilder, Witnesses};
 use septet_geometry::point::Point;
 
-use crate::splaying::pending::{Announced, Objection, Proposal, StarNews};
-use crate::stars::links::{Sought, difference, link_points};
-use crate::stars::owned::{Change, Chart};
+use crate::splaying::messages::{Objections, Proposal};
+use crate::splaying::pending::StarInbox;
+use crate::stars::links::{LinkSearch, difference, link_points};
+use crate::stars::owned::{Change, StarsView};
 use crate::state::cells::{finite_cell, in_order};
 
-/// What stars make of what they heard, one after the other.
-pub(crate) struct Splayed<P: Point> {
-    stars: Vec<Star>,
-    /// The links of those that changed; what they have that they had not, and had that they have not.
+/// The results of the steps of several stars.
+pub(super) struct Splayed<P: Point> {
+    stars: Vec<SplayedStar>,
+    /// The new links of the stars that changed.
     links: Vec<P::Facet>,
-    fresh: Vec<P::Facet>,
-    gone: Vec<P::Facet>,
-    /// What they say.
-    pub(crate) proposals: Vec<Proposal<P>>,
-    pub(crate) objections: Announced<P>,
+    /// The facets gained.
+    gained: Vec<P::Facet>,
+    /// The facets lost.
+    lost: Vec<P::Facet>,
+    pub(super) proposals: Vec<Proposal<P::Cell>>,
+    pub(super) objections: Objections<P::Cell>,
 }
 
-/// A star that heard something: where its lists end.
-struct Star {
-    owned: u32,
-    links: usize,
-    fresh: usize,
-    gone: usize,
+/// A star that received messages.
+struct SplayedStar {
+    vertex: u32,
+    /// The lengths of the lists after the step of the star.
+    ends: Lengths,
     cost: Cost,
+}
+
+/// Lengths of the lists of [`Splayed`].
+#[derive(Clone, Copy, Default)]
+struct Lengths {
+    links: usize,
+    gained: usize,
+    lost: usize,
 }
 
 impl<P: Point> Default for Splayed<P> {
@@ -49,51 +58,55 @@ impl<P: Point> Default for Splayed<P> {
         Splayed {
             stars: Vec::new(),
             links: Vec::new(),
-            fresh: Vec::new(),
-            gone: Vec::new(),
+            gained: Vec::new(),
+            lost: Vec::new(),
             proposals: Vec::new(),
-            objections: Announced::default(),
+            objections: Objections::default(),
         }
     }
 }
 
 impl<P: Point> Splayed<P> {
-    /// Each star, and what its reaction cost.
-    pub(crate) fn costs(&self) -> impl Iterator<Item = (u32, Cost)> {
-        self.stars.iter().map(|star| (star.owned, star.cost))
+    fn lengths(&self) -> Lengths {
+        Lengths { links: self.links.len(), gained: self.gained.len(), lost: self.lost.len() }
     }
 
-    /// Calls `f` with every star that changed: its vertex, and its change.
-    pub(crate) fn each_change(&self, mut f: impl FnMut(u32, &Change<'_, P>)) {
-        let (mut links, mut fresh, mut gone) = (0, 0, 0);
-        for star in &self.stars {
+    /// Returns each star with the cost of its step.
+    pub(super) fn costs(&self) -> impl Iterator<Item = (u32, Cost)> {
+        self.stars.iter().map(|star| (star.vertex, star.cost))
+    }
+
+    /// Calls `f` with the vertex and the change of every star that changed.
+    pub(super) fn each_change(&self, mut f: impl FnMut(u32, &Change<'_, P>)) {
+        let mut start = Lengths::default();
+        for SplayedStar { vertex, ends, .. } in &self.stars {
             let change = Change {
-                link: &self.links[links..star.links],
-                fresh: &self.fresh[fresh..star.fresh],
-                gone: &self.gone[gone..star.gone],
+                link: &self.links[start.links..ends.links],
+                gained: &self.gained[start.gained..ends.gained],
+                lost: &self.lost[start.lost..ends.lost],
             };
-            if !(change.fresh.is_empty() && change.gone.is_empty()) {
-                f(star.owned, &change);
+            if !(change.gained.is_empty() && change.lost.is_empty()) {
+                f(*vertex, &change);
             }
-            (links, fresh, gone) = (star.links, star.fresh, star.gone);
+            start = *ends;
         }
     }
 }
 
-/// What reacting needs, in reused storage.
-pub(crate) struct Tools<P: Point> {
+/// Reused storage.
+pub(super) struct Tools<P: Point> {
     builder: StarBuilder<P>,
     witnesses: Witnesses<P>,
     seen: Marks,
-    /// Points that the present star gets, with repeats.
+    /// The points that the current star adds, with repetitions.
     added: Vec<u32>,
-    /// Points against a cell.
+    /// The witnesses against the current cell.
     against: Vec<u32>,
 }
 
 impl<P: Point> Tools<P> {
-    /// For a table of so many points.
-    pub(crate) fn new(points: usize) -> Self {
+    /// Creates storage for a table with this number of points.
+    pub(super) fn new(points: usize) -> Self {
         Tools {
             builder: StarBuilder::default(),
             witnesses: Witnesses::default(),
@@ -104,175 +117,191 @@ impl<P: Point> Tools<P> {
     }
 }
 
-impl<P: Point> Chart<'_, P> {
-    /// One star takes in its `news`, objections with these `points`, and says what it makes of it.
-    pub(crate) fn splay_star(
-        &self,
-        news: &StarNews<'_, P>,
-        points: &[u32],
-        tools: &mut Tools<P>,
-        out: &mut Splayed<P>,
-    ) {
-        let mut cost = Cost::ZERO;
-        let (links, fresh, gone) = (out.links.len(), out.fresh.len(), out.gone.len());
-        let mut refused = self.take_in(news, points, tools, &mut cost);
-        if !tools.added.is_empty() {
-            if news.gathered.is_empty() {
-                self.rebuild_star(news.owned, tools, out, &mut cost);
-            } else {
-                self.build_whole(news.owned, tools, out, &mut cost);
-            }
-            if !refused.is_empty() {
-                let mut looked = Sweep::default();
-                let held = Sought::<P>::of(&out.fresh[fresh..], news.owned);
-                refused.retain(|cell| !held.has(cell, &mut looked));
-                cost.swept_inside(looked);
-            }
-        }
-        let changed = out.fresh.len() > fresh || out.gone.len() > gone;
-        self.propose_fresh(news, fresh, out, &mut cost);
-        if !refused.is_empty() || out.gone.len() > gone {
-            let link = if changed { &out.links[links..] } else { self.stars.link(news.owned) };
-            let present = link_points::<P>(link, &mut tools.seen, &mut cost);
-            self.object(news, &refused, (gone, &present), tools, out, &mut cost);
-        }
-        let (links, fresh, gone) = (out.links.len(), out.fresh.len(), out.gone.len());
-        out.stars.push(Star { owned: news.owned, links, fresh, gone, cost });
+/// The step of one star.
+pub(super) struct StarStep<'a, P: Point> {
+    view: StarsView<'a, P>,
+    inbox: StarInbox<'a, P>,
+    tools: &'a mut Tools<P>,
+    out: &'a mut Splayed<P>,
+    /// The lengths of the lists of `out` before the step.
+    start: Lengths,
+    cost: Cost,
+}
+
+impl<'a, P: Point> StarStep<'a, P> {
+    /// Prepares the step of the star that received `inbox`.
+    pub(super) fn new(
+        view: StarsView<'a, P>,
+        inbox: StarInbox<'a, P>,
+        tools: &'a mut Tools<P>,
+        out: &'a mut Splayed<P>,
+    ) -> Self {
+        let start = out.lengths();
+        StarStep { view, inbox, tools, out, start, cost: Cost::ZERO }
     }
 
-    /// Collects the points that a star is to get; returns the cells that it lacks.
-    fn take_in(
-        &self,
-        news: &StarNews<'_, P>,
-        points: &[u32],
-        tools: &mut Tools<P>,
-        cost: &mut Cost,
-    ) -> Vec<P::Cell> {
-        let owned = news.owned;
-        let link = self.stars.link(owned);
-        let (sought, mut looked) = (Sought::<P>::of(link, owned), Sweep::default());
-        let mut missing: Vec<P::Cell> = news.proposed.iter().map(|p| p.1).collect();
-        cost.distinct_inside(&mut missing, Ord::cmp);
-        missing.retain(|cell| !sought.has(cell, &mut looked));
-        let mut held: Vec<P::Cell> = news.objected.iter().map(|o| o.1).collect();
-        cost.distinct_inside(&mut held, Ord::cmp);
-        held.retain(|cell| sought.has(cell, &mut looked));
-        tools.added.clear();
-        let proposed = missing.iter().flat_map(AsRef::as_ref);
-        // Every cell tells its run of the sorted objections whether it is held.
-        looked.visit_lanes(news.objected.len());
-        let heeded = news.objected.iter().filter(|o| held.binary_search(&o.1).is_ok());
-        let named = proposed.chain(heeded.flat_map(|o| &points[o.3.clone()])).copied();
-        tools.added.extend(named.chain(news.gathered.iter().map(|g| g.1)));
-        looked.visit_lanes(tools.added.len());
-        cost.swept_inside(looked);
+    /// Processes the messages of the star, and appends its new link and its own messages to the results.
+    pub(super) fn run(mut self) {
+        let vertex = self.inbox.vertex;
+        let mut rejected = self.collect_points();
+        if !self.tools.added.is_empty() {
+            if self.inbox.gathered.is_empty() {
+                self.extend_link();
+            } else {
+                self.rebuild_link();
+            }
+            if !rejected.is_empty() {
+                let mut sweep = Sweep::default();
+                let gained = LinkSearch::<P>::new(&self.out.gained[self.start.gained..], vertex);
+                rejected.retain(|cell| !gained.contains(cell, &mut sweep));
+                self.cost.swept_inside(sweep);
+            }
+        }
+        self.propose_gained();
+        if !rejected.is_empty() || self.out.lost.len() > self.start.lost {
+            self.object(&rejected);
+        }
+        let ends = self.out.lengths();
+        self.out.stars.push(SplayedStar { vertex, ends, cost: self.cost });
+    }
+
+    /// Returns the link before the step.
+    fn old_link(&self) -> &'a [P::Facet] {
+        self.view.link(self.inbox.vertex)
+    }
+
+    /// Collects the points to be added. Returns the proposed cells that the star lacks.
+    fn collect_points(&mut self) -> Vec<P::Cell> {
+        let StarInbox { vertex, proposals, objections, gathered, .. } = self.inbox;
+        let (link, mut sweep) = (LinkSearch::<P>::new(self.old_link(), vertex), Sweep::default());
+        let mut missing: Vec<P::Cell> = proposals.iter().map(|p| p.cell).collect();
+        self.cost.distinct_inside(&mut missing, Ord::cmp);
+        missing.retain(|cell| !link.contains(cell, &mut sweep));
+        let mut present: Vec<P::Cell> = objections.iter().map(|o| o.cell).collect();
+        self.cost.distinct_inside(&mut present, Ord::cmp);
+        present.retain(|cell| link.contains(cell, &mut sweep));
+        // Each cell marks its run of the sorted objections.
+        sweep.visit_lanes(objections.len());
+        let valid = objections.iter().filter(|o| present.binary_search(&o.cell).is_ok());
+        let added = &mut self.tools.added;
+        added.clear();
+        added.extend(missing.iter().flat_map(AsRef::as_ref));
+        added.extend(valid.flat_map(|o| self.inbox.witnesses(o)));
+        added.extend(gathered.iter().map(|g| g.point));
+        sweep.visit_lanes(added.len());
+        self.cost.swept_inside(sweep);
         missing
     }
 
-    /// A star gets the points collected for it; appends its link, and how it differs, if it does.
-    fn rebuild_star(&self, owned: u32, tools: &mut Tools<P>, out: &mut Splayed<P>, cost: &mut Cost) {
-        let old = self.stars.link(owned);
-        let before = out.links.len();
-        match tools.builder.extend(self.table.positions(), owned, old, &tools.added, cost) {
+    /// Extends the link by the collected points.
+    fn extend_link(&mut self) {
+        let (vertex, old) = (self.inbox.vertex, self.old_link());
+        let positions = self.view.table().positions();
+        let StarStep { tools, out, cost, start, .. } = self;
+        match tools.builder.extend(positions, vertex, old, &tools.added, cost) {
             Extended::Changed => {
                 tools.builder.facets(&mut out.links);
-                tools.builder.fresh(&mut out.fresh);
-                out.gone.extend(tools.builder.gone().iter().map(|&at| old[at as usize]));
+                tools.builder.fresh(&mut out.gained);
+                out.lost.extend(tools.builder.gone().iter().map(|&at| old[at as usize]));
                 let mut flags = Sweep::default();
-                flags.visit_lanes(out.links.len() - before + old.len());
+                flags.visit_lanes(out.links.len() - start.links + old.len());
                 cost.swept_inside(flags);
             }
             Extended::Same => {}
-            Extended::Open => self.build_whole(owned, tools, out, cost),
+            Extended::Open => self.rebuild_link(),
         }
     }
 
-    /// A star from all its points: where it has no link yet, and where a gathering brings what may be missing from a
-    /// link that is not one.
-    fn build_whole(&self, owned: u32, tools: &mut Tools<P>, out: &mut Splayed<P>, cost: &mut Cost) {
-        let old = self.stars.link(owned);
+    /// Builds the link from the old link's points and the collected points. This handles stars without a link, and after
+    /// gathering also links with holes.
+    fn rebuild_link(&mut self) {
+        let (vertex, old) = (self.inbox.vertex, self.old_link());
+        let positions = self.view.table().positions();
+        let StarStep { tools, out, cost, start, .. } = self;
         let mut candidates: Vec<u32> =
             old.iter().flat_map(AsRef::as_ref).copied().filter(|&v| v != INFINITE).collect();
         candidates.extend(&tools.added);
         cost.distinct_numbers(&mut candidates, &mut tools.seen);
-        if tools.builder.build(self.table.positions(), owned, &candidates, cost) {
-            let before = out.links.len();
+        if tools.builder.build(positions, vertex, &candidates, cost) {
             tools.builder.facets(&mut out.links);
-            let (fresh, gone) = difference::<P>(old, &out.links[before..], cost);
-            if fresh.is_empty() && gone.is_empty() {
-                out.links.truncate(before);
+            let change = difference::<P>(old, &out.links[start.links..], cost);
+            if change.gained.is_empty() && change.lost.is_empty() {
+                out.links.truncate(start.links);
             }
-            out.fresh.extend(fresh);
-            out.gone.extend(gone);
+            out.gained.extend(change.gained);
+            out.lost.extend(change.lost);
         }
     }
 
-    /// The vertices whose stars hear what a star gains or loses: the smallest of the cell, or if that is its own, the
-    /// others.
-    fn partners(&self, owned: u32, cell: &P::Cell) -> impl Iterator<Item = u32> {
-        let smallest = self.smallest(cell);
-        let asked = move |v: u32| v != owned && (smallest == owned || v == smallest);
-        cell.as_ref().iter().copied().filter(move |&v| asked(v))
-    }
-
-    /// Proposes what a star gained to those that did not propose it.
-    fn propose_fresh(&self, news: &StarNews<'_, P>, fresh: usize, out: &mut Splayed<P>, cost: &mut Cost) {
-        let (mut step, mut looked) = (Sweep::default(), Sweep::default());
-        let (facets, proposals) = (&out.fresh[fresh..], &mut out.proposals);
-        step.each(facets, |facet| {
-            let Some(cell) = finite_cell::<P>(news.owned, facet) else { return };
+    /// Proposes the cells gained to their receivers, except to stars that proposed them.
+    fn propose_gained(&mut self) {
+        let StarInbox { vertex, proposals, .. } = self.inbox;
+        let (mut step, mut sweep) = (Sweep::default(), Sweep::default());
+        let (view, out) = (self.view, &mut *self.out);
+        step.each(&out.gained[self.start.gained..], |facet| {
+            let Some(cell) = finite_cell::<P>(vertex, facet) else { return };
             let cell = in_order::<P>(&cell);
-            let tellers = of_cell(news.proposed, &cell, |p| p.1, &mut looked);
-            let others = self.partners(news.owned, &cell).filter(|v| tellers.iter().all(|p| p.2 != *v));
-            proposals.extend(others.map(|v| (v, cell, news.owned)));
+            let senders = with_cell(proposals, &cell, |p| p.cell, &mut sweep);
+            let others = receivers(view, vertex, &cell).filter(|v| senders.iter().all(|p| p.from != *v));
+            out.proposals.extend(others.map(|to| Proposal { to, cell, from: vertex }));
         });
-        cost.swept_inside(looked);
-        cost.swept_inside(step);
+        self.cost.swept_inside(sweep);
+        self.cost.swept_inside(step);
     }
 
-    /// Says to those that proposed a cell why the star does not hold it; and to those that did not object why it lost what
-    /// it had.
-    fn object(
-        &self,
-        news: &StarNews<'_, P>,
-        refused: &[P::Cell],
-        (gone, present): (usize, &[u32]),
-        tools: &mut Tools<P>,
-        out: &mut Splayed<P>,
-        cost: &mut Cost,
-    ) {
-        let (owned, table) = (news.owned, self.table.positions());
-        let (mut tests, against) = (Sweep::default(), &mut tools.against);
-        if present.is_empty() {
+    /// Sends objections: for each rejected proposal to its proposers, for each lost cell to the stars that must agree on it.
+    /// For lost cells, it skips stars that objected to the cell in the same step.
+    fn object(&mut self, rejected: &[P::Cell]) {
+        let StarInbox { vertex, proposals, objections, .. } = self.inbox;
+        let (view, out, tools) = (self.view, &mut *self.out, &mut *self.tools);
+        let positions = view.table().positions();
+        let has_changed = out.gained.len() > self.start.gained || out.lost.len() > self.start.lost;
+        let link = if has_changed { &out.links[self.start.links..] } else { view.link(vertex) };
+        let points = link_points::<P>(link, &mut tools.seen, &mut self.cost);
+        if points.is_empty() {
             return;
         }
-        tools.witnesses.begin(table, owned, present, &mut tests);
-        for cell in refused {
+        let (mut sweep, against) = (Sweep::default(), &mut tools.against);
+        tools.witnesses.begin(positions, vertex, &points, &mut sweep);
+        for cell in rejected {
             against.clear();
-            tools.witnesses.against(table, cell, against, &mut tests);
+            tools.witnesses.against(positions, cell, against, &mut sweep);
             if !against.is_empty() {
-                let tellers = of_cell(news.proposed, cell, |p| p.1, &mut tests);
-                out.objections.add(tellers.iter().map(|p| p.2), cell, owned, against);
+                let proposers = with_cell(proposals, cell, |p| p.cell, &mut sweep);
+                out.objections.add(proposers.iter().map(|p| p.from), *cell, vertex, against);
             }
         }
-        for facet in &out.gone[gone..] {
-            let Some(cell) = finite_cell::<P>(owned, facet) else { continue };
+        for facet in &out.lost[self.start.lost..] {
+            let Some(cell) = finite_cell::<P>(vertex, facet) else { continue };
             let cell = in_order::<P>(&cell);
             against.clear();
-            tools.witnesses.against(table, &cell, against, &mut tests);
-            let tellers: &[Objection<P>] = of_cell(news.objected, &cell, |o| o.1, &mut tests);
-            let others = self.partners(owned, &cell).filter(|v| tellers.iter().all(|o| o.2 != *v));
-            out.objections.add(others, &cell, owned, against);
+            tools.witnesses.against(positions, &cell, against, &mut sweep);
+            let objectors = with_cell(objections, &cell, |o| o.cell, &mut sweep);
+            let others = receivers(view, vertex, &cell).filter(|v| objectors.iter().all(|o| o.from != *v));
+            out.objections.add(others, cell, vertex, against);
         }
-        cost.swept_inside(tests);
+        self.cost.swept_inside(sweep);
     }
 }
 
-/// The news of one cell, in a list that is in the order of the cells. The machine compares it with all news in one
-/// step, which is the charge; a processor searches.
-fn of_cell<'a, T, C: Ord>(news: &'a [T], cell: &C, cell_of: impl Fn(&T) -> C, looked: &mut Sweep) -> &'a [T] {
-    looked.visit_lanes(news.len());
-    let first = news.partition_point(|t| cell_of(t) < *cell);
-    let count = news[first..].iter().take_while(|t| cell_of(t) == *cell).count();
-    &news[first..first + count]
+/// Returns the vertices whose stars must agree with the star of `vertex` on a cell: the smallest vertex of the cell, or all
+/// others if `vertex` is the smallest.
+fn receivers<P: Point>(view: StarsView<'_, P>, vertex: u32, cell: &P::Cell) -> impl Iterator<Item = u32> {
+    let smallest = view.smallest(cell);
+    let is_receiver = move |v: u32| v != vertex && (smallest == vertex || v == smallest);
+    cell.as_ref().iter().copied().filter(move |&v| is_receiver(v))
+}
+
+/// Returns the messages about one cell, from messages sorted by cell. Charges a comparison with every message, because the
+/// model compares them in one step; the processor searches.
+fn with_cell<'a, T, C: Ord>(
+    messages: &'a [T],
+    cell: &C,
+    cell_of: impl Fn(&T) -> C,
+    sweep: &mut Sweep,
+) -> &'a [T] {
+    sweep.visit_lanes(messages.len());
+    let first = messages.partition_point(|t| cell_of(t) < *cell);
+    let count = messages[first..].iter().take_while(|t| cell_of(t) == *cell).count();
+    &messages[first..first + count]
 }

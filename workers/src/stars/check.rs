@@ -1,25 +1,32 @@
-//! Do the stars agree? The certificate's second clause.
+//! The check that all stars agree: conditions (H2) and (H4) of the certificate.
 //!
-//! **Statement** (the proof is in ARCHITECTURE.md). The cells are the Delaunay triangulation under three conditions. The
-//! exact kernel built every star from points of the input, and every star holds a finite cell. Every finite cell is in
-//! the stars of all its vertices. Exactly one vertex has no lexicographically smaller neighbour.
+//! **Statement** ([`crate::stars`] has the proof). The finite cells of all stars are the Delaunay triangulation if four conditions
+//! hold:
+//! - (H1) The exact kernel built every star from input points, and every star has a finite cell.
+//! - (H2) Every finite cell is in the stars of all its vertices.
+//! - (H3) Exactly one vertex has no lexicographically smaller neighbour.
+//! - (H4) All copies of a point have the same id and the same coordinates.
 //!
-//! A cell is in the stars of all its vertices iff the star of its smallest vertex and that of each other vertex hold
-//! it; so agreement is needed of each (smallest, other) pair only. Every rank sums a 128-bit hash of the cell over such
-//! pairs of its own stars, once for the pairs seen from the smallest vertex and once from the other. The two sums of
-//! pairs that are both at home must be equal, and so must the sums that two ranks hold of the pairs between them.
+//! [`crate::result::merge`] counts the stars with a finite cell and the vertices without a smaller neighbour.
 //!
-//! The difference of two sums has the hash of each cell `c` times. If the star of the smallest vertex holds the cell,
-//! `c` begins with the number of its other vertices at that place, else with 0; it loses one for each of those whose
-//! star holds the cell, which none does twice. All `c` are zero iff the stars agree, and none is beyond the dimension.
-//! So equal sums and counts mean agreement but for a collision: probability about 2^-127 for each of the sums, if the
-//! hash mixes like a random one. The hash is over ids and coordinate bits, so it shows a corrupted copy as well.
+//! **Pairs.** All stars agree on a cell if and only if the star of its smallest vertex agrees with the star of each other vertex.
+//! It therefore suffices to check the pairs (smallest vertex, other vertex). Every rank sums a 128-bit hash of the cell over the
+//! pairs in its own stars. One sum has the pairs in the stars of smallest vertices, the other has the pairs in the stars of the
+//! other vertices. The two sums over pairs of owned vertices must be equal. The sums that two ranks have of the pairs between
+//! them must be equal, too.
 //!
-//! The sums follow every change of a star, so a certificate costs one message a pair of ranks. Only where sums differ,
-//! a rank looks cells up, or sends lists with a key for each pair. Keys have 64 bits: they show where to look, and
-//! certify nothing.
+//! *Equal sums imply agreement, except for collisions.* In the difference of the two sums, the hash of each cell has a
+//! coefficient `c`. If the star of the smallest vertex has the cell, it adds 1 for each other vertex that the sums cover. If the
+//! star of such a vertex has the cell, it subtracts 1. No star counts a cell twice, so `|c|` is at most the dimension. All `c`
+//! are zero if and only if the stars agree. If some `c` is not zero, the sums are equal with probability about `2^-127`,
+//! provided that the hash behaves like a random function. QED.
 //!
-//! **Rounds.** One, or two where lists are needed.
+//! The hash covers ids and coordinate bits, so the sums also detect different copies of a point (H4).
+//!
+//! **Cost.** The sums follow every change of a star, so a certificate costs one message for each pair of ranks. Only if sums
+//! differ does a rank look up cells, or send a list of keys. Keys have 64 bits: they locate disagreements and certify nothing.
+//!
+//! **Rounds.** One, or two if lists are needed.
 //!
 //! **Work and depth.** One vector step over all link facets.
 
@@ -30,40 +37,48 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Fault, map_in};
+use crate::config::Fault;
 use crate::machine::context::Context;
-use crate::stars::fingerprint_sums::{KeySet, ShortSums, Sums, unite};
-use crate::stars::owned::{Chart, Stars};
+use crate::stars::fingerprint_sums::{KeySet, PairSum, Sums, VertexSums};
+use crate::stars::owned::{Change, Stars, StarsView};
 use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, leaf_number, owned_groups};
 
-/// A cell of a home star that another star lacks.
+/// A cell of an owned star that the star of another vertex lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Disagreement {
-    /// The home vertex.
-    pub(crate) owned: u32,
-    /// The position of the cell's facet in the arena, which holds until the star is replaced.
+    /// The owned vertex whose star has the cell.
+    pub(crate) holder: u32,
+    /// The position of the cell's facet among the facets of all links. Valid until the star changes.
     pub(crate) facet: u32,
-    /// The local number of the vertex whose star lacks the cell.
+    /// The vertex whose star lacks the cell.
     pub(crate) other: u32,
 }
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Agreement {
-    /// What this rank's stars hold and others lack, in the order of the stars.
-    pub(crate) disagreements: Vec<Disagreement>,
-    /// Number of ranks whose sums differ from those here, and one more if the sums within this rank differ.
-    pub(crate) differing: u64,
+    disagreements: Vec<Disagreement>,
+    /// Number of ranks whose sums differ from those here, plus 1 if the sums within this rank differ.
+    differing: u64,
 }
 
-/// What this rank's stars share with others whose sums differ: keys, and the disagreements they would be.
-type SharedPairs = BTreeMap<Rank, Vec<(u64, Disagreement)>>;
+/// A pair with a ghost, as both ranks can name it.
+#[derive(Clone, Copy)]
+struct SharedPair {
+    key: u64,
+    /// The disagreement if the other rank does not list the key.
+    disagreement: Disagreement,
+}
+
+/// The pairs shared with the ranks whose sums differ.
+type SharedPairs = BTreeMap<Rank, Vec<SharedPair>>;
 
 /// Sums all stars, then compares the sums.
 pub(crate) async fn check<P: Point>(
@@ -73,12 +88,12 @@ pub(crate) async fn check<P: Point>(
     stars: &mut Stars<P>,
 ) -> Result<Agreement, TransportError> {
     cx.enter(Phase::Check)?;
-    let short =
+    let vertex_sums =
         if stars.sum_subdomain(table) { None } else { Some(sum_all(cx, subdomain.leaves(), table, stars)) };
-    compare(cx, subdomain.leaves(), table, stars, short).await
+    compare(cx, subdomain.leaves(), table, stars, vertex_sums).await
 }
 
-/// Compares the sums after an exchange, which have followed every change of a star.
+/// Compares the sums after splaying.
 pub(crate) async fn certificate<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -86,29 +101,29 @@ pub(crate) async fn certificate<P: Point>(
     stars: &mut Stars<P>,
 ) -> Result<Agreement, TransportError> {
     cx.enter(Phase::Certificate)?;
-    if cx.config.fault == Some(Fault::SpoilStar { rank: cx.rank }) {
+    if cx.config().fault == Some(Fault::SpoilStar { rank: cx.rank() }) {
         spoil_star(table, stars);
     }
     compare(cx, subdomain.leaves(), table, stars, None).await
 }
 
-/// Sums all stars; returns the sums of each home vertex.
+/// Sums all stars. Returns the sums of each owned vertex.
 fn sum_all<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
     table: &Table<P>,
     stars: &mut Stars<P>,
-) -> ShortSums {
+) -> VertexSums {
     stars.extend_hashes(table);
     let groups = owned_groups(leaves);
-    let short = ShortSums::new(table.owned_len(), cx.pool.is_none());
-    let chart = Chart { table, stars };
-    let scans = map_in(&cx.pool, &groups, |(_, owned_points)| {
+    let vertex_sums = VertexSums::new(table.owned_len(), cx.pool().is_none());
+    let view = StarsView::new(table, stars);
+    let scans = cx.map(&groups, |(_, vertices)| {
         let (mut sums, mut pairs) = (Sums::default(), Sweep::default());
-        for owned in owned_points.clone() {
-            let link = chart.stars.link(owned);
+        for vertex in vertices.clone() {
+            let link = view.link(vertex);
             pairs.visit_lanes(link.len());
-            chart.sum_star(owned, link, true, &mut sums, Some(&short));
+            view.add_facets(vertex, link, &mut sums, Some(&vertex_sums));
         }
         (sums, pairs)
     });
@@ -116,106 +131,105 @@ fn sum_all<P: Point>(
     let mut all = Sums::default();
     for ((at, _), (sums, pairs)) in groups.into_iter().zip(scans) {
         sweeps.entry(leaves[at].id()).or_default().join(&pairs);
-        unite(&mut all.from_smallest, sums.from_smallest);
-        unite(&mut all.from_other, sums.from_other);
-        for (rank, sum) in sums.remote {
-            unite(all.remote.entry(rank).or_default(), sum);
-        }
+        all.add(sums);
     }
     for (leaf, sweep) in sweeps {
         let mut cost = Cost::ZERO;
         let items = sweep.items();
         cost.swept(sweep);
-        cx.ledger.charge(Phase::Check, leaf, cost, items);
+        cx.charge(Account::member(Phase::Check, leaf), cost, items);
     }
-    stars.sums = all;
-    short
+    stars.set_sums(all);
+    vertex_sums
 }
 
-/// The planted fault: the first home star with a cell loses one.
+/// Removes a cell from the first owned star that has one: a planted fault.
 fn spoil_star<P: Point>(table: &mut Table<P>, stars: &mut Stars<P>) {
-    stars.write_out(table);
-    let cell_of = |owned: u32| {
-        let link = stars.link(owned);
-        let at = link.iter().position(|facet| finite_cell::<P>(owned, facet).is_some())?;
-        Some((owned, at, link.to_vec()))
+    stars.extract_links(table);
+    let finite_facet = |vertex: u32| {
+        let at = stars.link(vertex).iter().position(|facet| finite_cell::<P>(vertex, facet).is_some())?;
+        Some((vertex, at))
     };
-    let Some((owned, at, link)) = (table.owned()).find_map(cell_of) else { return };
-    let mut spoilt = link.clone();
-    spoilt.remove(at);
-    stars.recount(table, owned, &link, &spoilt);
-    stars.replace(owned, &spoilt);
+    let Some((vertex, at)) = table.owned().find_map(finite_facet) else { return };
+    let mut link = stars.link(vertex).to_vec();
+    let lost = link.remove(at);
+    stars.replace(table, vertex, &Change { link: &link, gained: &[], lost: &[lost] });
 }
 
-/// Compares the sums as they are; `short` are those of each home vertex, if they are known.
+/// Compares the sums within this rank and with other ranks. `vertex_sums` are the sums of each owned vertex, if known.
 async fn compare<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
     table: &mut Table<P>,
     stars: &mut Stars<P>,
-    short: Option<ShortSums>,
+    vertex_sums: Option<VertexSums>,
 ) -> Result<Agreement, TransportError> {
-    record(cx, leaves, Chart { table, stars });
-    let mut agreement = within(cx, leaves, Chart { table, stars }, short);
-    stars.sums.remote.retain(|_, sum| *sum != (0, 0));
-    for (&rank, &(sum, count)) in &stars.sums.remote {
-        let words = vec![sum as u64, (sum >> 64) as u64, count];
-        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(Bulk(words)));
-    }
+    record(cx, leaves, StarsView::new(table, stars));
+    let mut agreement = compare_within(cx, leaves, StarsView::new(table, stars), vertex_sums);
+    stars.drop_zero_sums();
+    send_sums(cx, stars.sums());
     let (mut shared, mut lists) = (None, BTreeMap::new());
     while cx.exchange().await? {
         let theirs = take_sums(cx);
         lists.extend(take_lists(cx));
         if shared.is_none() {
-            let ranks: BTreeSet<Rank> = theirs.keys().chain(stars.sums.remote.keys()).copied().collect();
-            let differ = |r: &Rank| theirs.get(r) != stars.sums.remote.get(r);
-            let differing: Vec<Rank> = ranks.into_iter().filter(differ).collect();
+            let own = stars.sums().remote();
+            let ranks: BTreeSet<Rank> = theirs.keys().chain(own.keys()).copied().collect();
+            let differing: Vec<Rank> = ranks.into_iter().filter(|r| theirs.get(r) != own.get(r)).collect();
             agreement.differing += differing.len() as u64;
             if !differing.is_empty() {
-                stars.write_out(table);
+                stars.extract_links(table);
             }
-            shared = Some(send_lists(cx, Chart { table, stars }, &differing));
+            shared = Some(send_lists(cx, StarsView::new(table, stars), &differing));
         }
     }
-    agreement.explain(&shared.unwrap_or_default(), lists);
+    agreement.add_unlisted(&shared.unwrap_or_default(), lists);
     Ok(agreement)
 }
 
-/// Whether the stars of this rank agree with each other, and where not.
-fn within<P: Point>(
+/// Compares the stars of this rank with each other.
+fn compare_within<P: Point>(
     cx: &Context<P>,
     leaves: &[Leaf<P>],
-    chart: Chart<'_, P>,
-    short: Option<ShortSums>,
+    view: StarsView<'_, P>,
+    vertex_sums: Option<VertexSums>,
 ) -> Agreement {
-    if chart.stars.sums.from_smallest == chart.stars.sums.from_other {
+    if view.stars().sums().agree_within() {
         return Agreement::default();
     }
-    Agreement { disagreements: chart.locate(&cx.pool, leaves, short), differing: 1 }
+    Agreement { disagreements: view.locate(cx.pool(), leaves, vertex_sums), differing: 1 }
 }
 
-/// Records what the stars of every two leaves must agree on, if that is asked for.
-fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], chart: Chart<'_, P>) {
-    let Some(recorder) = &mut cx.recorder else { return };
-    let mut sums: BTreeMap<(u32, u32), (u128, u64)> = BTreeMap::new();
+/// Records on request the pairs between every two leaves.
+fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], view: StarsView<'_, P>) {
+    let Some(recorder) = cx.recorder() else { return };
+    let mut sums: BTreeMap<(u32, u32), PairSum> = BTreeMap::new();
     for (at, leaf) in (0u32..).zip(leaves) {
-        for owned in leaf.owned() {
-            chart.each_pair(owned, |key, other| {
+        for vertex in leaf.owned() {
+            view.each_pair(vertex, |key, other| {
                 let to = leaf_number(leaves, other);
                 if to != at {
-                    Sums::count(sums.entry((at, to)).or_default(), key);
+                    sums.entry((at, to)).or_default().add_pair(key);
                 }
             });
         }
     }
-    recorder.checked(sums);
+    recorder.checked(sums.into_iter().map(|(leaves, sum)| (leaves, (sum.hashes(), sum.pairs()))).collect());
 }
 
-/// Takes the sums of other ranks.
-fn take_sums<P: Point>(cx: &mut Context<P>) -> BTreeMap<Rank, (u128, u64)> {
+fn send_sums<P: Point>(cx: &mut Context<P>, sums: &Sums) {
+    for (&rank, sum) in sums.remote() {
+        let words = vec![sum.hashes() as u64, (sum.hashes() >> 64) as u64, sum.pairs()];
+        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(Bulk(words)));
+    }
+}
+
+fn take_sums<P: Point>(cx: &mut Context<P>) -> BTreeMap<Rank, PairSum> {
     let sums = cx.take(|m: &mut Message<P>| match &m.body {
         Body::Fingerprint(words) => match words.0.as_slice() {
-            &[low, high, count] => Some((m.from, (u128::from(low) | u128::from(high) << 64, count))),
+            &[low, high, pairs] => {
+                Some((m.from, PairSum::new(u128::from(low) | u128::from(high) << 64, pairs)))
+            }
             _ => None,
         },
         _ => None,
@@ -223,7 +237,6 @@ fn take_sums<P: Point>(cx: &mut Context<P>) -> BTreeMap<Rank, (u128, u64)> {
     sums.into_iter().collect()
 }
 
-/// Takes the keys that other ranks list.
 fn take_lists<P: Point>(cx: &mut Context<P>) -> Vec<(Rank, Vec<u64>)> {
     cx.take(|m: &mut Message<P>| match &mut m.body {
         Body::FingerprintList(words) => Some((m.from, std::mem::take(&mut words.0))),
@@ -231,75 +244,90 @@ fn take_lists<P: Point>(cx: &mut Context<P>) -> Vec<(Rank, Vec<u64>)> {
     })
 }
 
-/// Lists what is shared with some ranks, and sends each the keys.
-fn send_lists<P: Point>(cx: &mut Context<P>, chart: Chart<'_, P>, ranks: &[Rank]) -> SharedPairs {
+/// Sends each rank whose sums differ the keys of the pairs shared with it. Returns these pairs.
+fn send_lists<P: Point>(cx: &mut Context<P>, view: StarsView<'_, P>, ranks: &[Rank]) -> SharedPairs {
     let mut shared: SharedPairs = ranks.iter().map(|&rank| (rank, Vec::new())).collect();
     if ranks.is_empty() {
         return shared;
     }
-    chart.each_shared(|rank, key, disagreement| {
+    view.each_shared(|rank, pair| {
         if let Some(list) = shared.get_mut(&rank) {
-            list.push((key, disagreement));
+            list.push(pair);
         }
     });
     for (&rank, list) in &shared {
-        let keys = list.iter().map(|pair| pair.0).collect();
+        let keys = list.iter().map(|pair| pair.key).collect();
         cx.send(rank, NodeId::ROOT, 0, Body::FingerprintList(Bulk(keys)));
     }
     shared
 }
 
 impl Agreement {
-    /// How many disagreements there are. Sums that differ although all lists agree count, too: a collision in the lists.
+    /// Returns the cells of owned stars that other stars lack, in the order of the stars.
+    pub(crate) fn disagreements(&self) -> &[Disagreement] {
+        &self.disagreements
+    }
+
+    /// Returns the number of disagreements. If all lists agree, which implies a collision of keys, returns the number of
+    /// sums that differ.
     pub(crate) fn count(&self) -> u64 {
         if self.disagreements.is_empty() { self.differing } else { self.disagreements.len() as u64 }
     }
 
-    /// Adds what is shared with other ranks and not in their lists.
-    fn explain(&mut self, shared: &SharedPairs, lists: BTreeMap<Rank, Vec<u64>>) {
+    /// Adds the shared pairs that the other rank does not list.
+    fn add_unlisted(&mut self, shared: &SharedPairs, lists: BTreeMap<Rank, Vec<u64>>) {
         for (rank, keys) in lists {
             let theirs: KeySet = keys.into_iter().collect();
             let pairs = shared.get(&rank).into_iter().flatten();
-            self.disagreements.extend(pairs.filter(|pair| !theirs.contains(&pair.0)).map(|pair| pair.1));
+            let unlisted = pairs.filter(|pair| !theirs.contains(&pair.key));
+            self.disagreements.extend(unlisted.map(|pair| pair.disagreement));
         }
         self.disagreements.sort_unstable();
         self.disagreements.dedup();
     }
 }
 
-impl<P: Point> Chart<'_, P> {
-    /// Calls `f` with every pair shared with another rank: rank, key, and the disagreement it would be.
-    fn each_shared(&self, mut f: impl FnMut(Rank, u64, Disagreement)) {
-        let Chart { table, stars } = self;
-        for owned in table.owned() {
-            // Most stars have home points alone.
-            let (link, mut leaves) = (stars.link(owned), false);
+impl<P: Point> StarsView<'_, P> {
+    /// Calls `f` with every pair in owned stars that has a ghost, and with the rank that owns the ghost.
+    fn each_shared(&self, mut f: impl FnMut(Rank, SharedPair)) {
+        let (table, stars) = (self.table(), self.stars());
+        for holder in table.owned() {
+            // Most links have owned vertices only. This loop has no branches.
+            let (link, mut has_others) = (stars.link(holder), false);
             for &v in bytemuck::cast_slice::<_, u32>(link) {
-                leaves |= v >= table.owned_len();
+                has_others |= v >= table.owned_len();
             }
-            if !leaves {
+            if !has_others {
                 continue;
             }
-            for (facet, link) in (stars.start(owned)..).zip(link) {
+            for (facet, link) in (stars.start(holder)..).zip(link) {
                 if link.as_ref().iter().all(|&v| v != INFINITE && table.is_owned(v)) {
                     continue;
                 }
-                let Some(cell) = finite_cell::<P>(owned, link) else { continue };
+                let Some(cell) = finite_cell::<P>(holder, link) else { continue };
                 let smallest = self.smallest(&cell);
-                let hash = stars.cell_hash(&cell);
-                // The key of a pair on the wire: both hashes are mixed already, so their difference is spread as they are.
-                let mut shared = |with: u32, other: u32| {
-                    let key = (hash ^ stars.hashes[other as usize]) as u64;
-                    f(table.owners()[with as usize], key, Disagreement { owned, facet, other: with });
+                let hash = stars.hashes().cell_hash(cell.as_ref());
+                let mut share = |ghost: u32, other: u32| {
+                    let key = stars.hashes().list_key(hash, other);
+                    let disagreement = Disagreement { holder, facet, other: ghost };
+                    f(table.owners()[ghost as usize], SharedPair { key, disagreement });
                 };
-                if smallest == owned {
+                if smallest == holder {
                     for &other in link.as_ref().iter().filter(|&&v| !table.is_owned(v)) {
-                        shared(other, other);
+                        share(other, other);
                     }
                 } else if !table.is_owned(smallest) {
-                    shared(smallest, owned);
+                    share(smallest, holder);
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+impl Agreement {
+    /// Returns the number of sums that differ.
+    pub(crate) fn differing(&self) -> u64 {
+        self.differing
     }
 }

@@ -1,9 +1,10 @@
-//! Where home stars do not agree with each other.
+//! Locates disagreements between the stars of one rank.
 //!
-//! **Statement.** See [`crate::stars::check`]: a cell is agreed on iff its smallest vertex' star agrees with each other's. Where the sums
-//! of a worker's own pairs differ, the cells are looked for of those smallest vertices whose own sums differ ([`ShortSums`]).
+//! **Statement.** By [`crate::stars::check`], all stars agree on a cell if and only if the star of its smallest vertex agrees
+//! with the star of each other vertex. If the sums within a rank differ, this module finds the cells on which owned stars
+//! disagree. It examines only cells whose smallest vertex has a sum that is not zero ([`VertexSums`]).
 //!
-//! **Work and depth.** Two vector steps over all link facets, in which few cells are looked for in a link of O(1) facets.
+//! **Work and depth.** Two vector steps over all link facets. Few cells are looked up, each in a link of O(1) facets.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -12,89 +13,102 @@ use septet_geometry::point::Point;
 
 use crate::config::{Pool, map_in};
 use crate::stars::check::Disagreement;
-use crate::stars::fingerprint_sums::{OpenShares, ShortSums, Sums};
-use crate::stars::owned::Chart;
+use crate::stars::fingerprint_sums::{DifferingBuckets, Sums, VertexSums};
+use crate::stars::owned::StarsView;
 use crate::state::cells::finite_cell;
 use crate::state::tree::{Leaf, owned_groups};
 
-impl<P: Point> Chart<'_, P> {
-    /// Finds what home stars hold and other home stars lack: among the cells of those smallest vertices whose own
-    /// sums differ.
-    pub(crate) fn locate(
+impl<P: Point> StarsView<'_, P> {
+    /// Returns the cells of owned stars that other owned stars lack.
+    pub(super) fn locate(
         &self,
         pool: &Pool,
         leaves: &[Leaf<P>],
-        short: Option<ShortSums>,
+        vertex_sums: Option<VertexSums>,
     ) -> Vec<Disagreement> {
         let groups = owned_groups(leaves);
-        let open = short.unwrap_or_else(|| self.short_sums(pool, &groups)).open();
-        let seen: Vec<AtomicU8> = (0..self.stars.arena_len()).map(|_| AtomicU8::new(0)).collect();
-        let mut found = map_in(pool, &groups, |(_, owned_points)| {
-            owned_points
-                .clone()
-                .flat_map(|owned| self.unknown_to_smallest(owned, &open, &seen))
-                .collect::<Vec<_>>()
+        let differing = vertex_sums.unwrap_or_else(|| self.vertex_sums(pool, &groups)).into_differing();
+        let matches = Matches {
+            view: *self,
+            differing,
+            counts: (0..self.stars().positions()).map(|_| AtomicU8::new(0)).collect(),
+        };
+        let mut found = map_in(pool, &groups, |(_, vertices)| {
+            vertices.clone().flat_map(|v| matches.missing_at_smallest(v)).collect::<Vec<_>>()
         });
-        found.extend(map_in(pool, &groups, |(_, owned_points)| {
-            let differing = owned_points.clone().filter(|&owned| open.of(owned) != 0);
-            differing.flat_map(|owned| self.missing(owned, &open, &seen)).collect::<Vec<_>>()
+        found.extend(map_in(pool, &groups, |(_, vertices)| {
+            let smallest = vertices.clone().filter(|&v| matches.differing.of(v) != 0);
+            smallest.flat_map(|v| matches.missing_at_others(v)).collect::<Vec<_>>()
         }));
         found.into_iter().flatten().collect()
     }
 
-    /// The sums of each home vertex.
-    fn short_sums(&self, pool: &Pool, groups: &[(usize, Range<u32>)]) -> ShortSums {
-        let short = ShortSums::new(self.table.owned_len(), pool.is_none());
-        map_in(pool, groups, |(_, owned_points)| {
-            for owned in owned_points.clone() {
-                self.sum_star(owned, self.stars.link(owned), true, &mut Sums::default(), Some(&short));
+    /// Computes the sums of each owned vertex.
+    fn vertex_sums(&self, pool: &Pool, groups: &[(usize, Range<u32>)]) -> VertexSums {
+        let vertex_sums = VertexSums::new(self.table().owned_len(), pool.is_none());
+        map_in(pool, groups, |(_, vertices)| {
+            for v in vertices.clone() {
+                self.add_facets(v, self.link(v), &mut Sums::default(), Some(&vertex_sums));
             }
         });
-        short
+        vertex_sums
+    }
+}
+
+/// Cells in the stars of smallest vertices, matched with the stars of their other vertices.
+struct Matches<'a, P: Point> {
+    view: StarsView<'a, P>,
+    differing: DifferingBuckets,
+    /// For each facet in the link of the smallest vertex of its cell, the number of other owned stars that have the cell.
+    counts: Vec<AtomicU8>,
+}
+
+impl<P: Point> Matches<'_, P> {
+    /// Returns `true` if the stars may disagree on the cell.
+    fn may_differ(&self, smallest: u32, cell: &P::Cell) -> bool {
+        let hash = self.view.stars().hashes().cell_hash(cell.as_ref());
+        self.differing.contain(smallest, hash)
     }
 
-    /// Cells of a star that their smallest vertex, at home here, lacks; marks those it has.
-    fn unknown_to_smallest(&self, owned: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
+    /// Returns the cells in the star of `vertex` that the star of their smallest vertex, another owned one, lacks. Counts the
+    /// cells that it has.
+    fn missing_at_smallest(&self, vertex: u32) -> Vec<Disagreement> {
+        let stars = self.view.stars();
         let mut found = Vec::new();
-        for (facet, link) in (self.stars.start(owned)..).zip(self.stars.link(owned)) {
-            // Most stars agree: only where one beside it does not, the smallest vertex is asked for.
-            if link.as_ref().iter().fold(0, |any, &v| any | open.of(v)) == 0 {
+        for (facet, link) in (stars.start(vertex)..).zip(stars.link(vertex)) {
+            // Most sums are zero. The smallest vertex is computed only if the sums of some vertex are not.
+            if link.as_ref().iter().fold(0, |any, &v| any | self.differing.of(v)) == 0 {
                 continue;
             }
-            let Some(cell) = finite_cell::<P>(owned, link) else { continue };
-            let smallest = self.smallest(&cell);
-            if smallest == owned
-                || open.of(smallest) == 0
-                || !open.holds(smallest, self.stars.cell_hash(&cell))
-            {
+            let Some(cell) = finite_cell::<P>(vertex, link) else { continue };
+            let smallest = self.view.smallest(&cell);
+            if smallest == vertex || self.differing.of(smallest) == 0 || !self.may_differ(smallest, &cell) {
                 continue;
             }
-            match self.stars.position_in(smallest, &cell) {
+            match stars.position_in(smallest, &cell) {
                 Some(at) => {
-                    seen[at as usize].fetch_add(1, Ordering::Relaxed);
+                    self.counts[at as usize].fetch_add(1, Ordering::Relaxed);
                 }
-                None => found.push(Disagreement { owned, facet, other: smallest }),
+                None => found.push(Disagreement { holder: vertex, facet, other: smallest }),
             }
         }
         found
     }
 
-    /// Cells of a star that home vertices other than their smallest, this one, lack.
-    fn missing(&self, owned: u32, open: &OpenShares, seen: &[AtomicU8]) -> Vec<Disagreement> {
+    /// Returns the cells with the smallest vertex `vertex` in its star that the stars of other owned vertices lack.
+    fn missing_at_others(&self, vertex: u32) -> Vec<Disagreement> {
+        let (stars, table) = (self.view.stars(), self.view.table());
         let mut found = Vec::new();
-        for (facet, link) in (self.stars.start(owned)..).zip(self.stars.link(owned)) {
-            let Some(cell) = finite_cell::<P>(owned, link) else { continue };
-            let at_home = link.as_ref().iter().filter(|&&v| self.table.is_owned(v)).count();
-            let known = usize::from(seen[facet as usize].load(Ordering::Relaxed));
-            if known == at_home
-                || self.smallest(&cell) != owned
-                || !open.holds(owned, self.stars.cell_hash(&cell))
-            {
+        for (facet, link) in (stars.start(vertex)..).zip(stars.link(vertex)) {
+            let Some(cell) = finite_cell::<P>(vertex, link) else { continue };
+            let owned = link.as_ref().iter().filter(|&&v| table.is_owned(v)).count();
+            let matched = usize::from(self.counts[facet as usize].load(Ordering::Relaxed));
+            if matched == owned || self.view.smallest(&cell) != vertex || !self.may_differ(vertex, &cell) {
                 continue;
             }
             for &other in link.as_ref() {
-                if self.table.is_owned(other) && self.stars.position_in(other, &cell).is_none() {
-                    found.push(Disagreement { owned, facet, other });
+                if table.is_owned(other) && stars.position_in(other, &cell).is_none() {
+                    found.push(Disagreement { holder: vertex, facet, other });
                 }
             }
         }

@@ -4,145 +4,221 @@ use std::collections::{BTreeMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Rank;
 
-/// Order-free sums of a set of stars, by who else must hold the same.
+/// The sum of the cell hashes of some pairs, modulo `2^128`, and the number of pairs, modulo `2^64`. A *pair* is a cell with
+/// its smallest vertex and another vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct PairSum {
+    hashes: u128,
+    pairs: u64,
+}
+
+impl PairSum {
+    /// Creates a sum from its parts.
+    pub(super) fn new(hashes: u128, pairs: u64) -> Self {
+        PairSum { hashes, pairs }
+    }
+
+    /// Returns the sum of the hashes.
+    pub(super) fn hashes(self) -> u128 {
+        self.hashes
+    }
+
+    /// Returns the number of pairs.
+    pub(super) fn pairs(self) -> u64 {
+        self.pairs
+    }
+
+    /// Adds one pair.
+    #[inline]
+    pub(super) fn add_pair(&mut self, hash: u128) {
+        self.add(PairSum { hashes: hash, pairs: 1 });
+    }
+
+    #[inline]
+    fn add(&mut self, other: PairSum) {
+        self.hashes = self.hashes.wrapping_add(other.hashes);
+        self.pairs = self.pairs.wrapping_add(other.pairs);
+    }
+
+    fn subtract(&mut self, other: PairSum) {
+        self.hashes = self.hashes.wrapping_sub(other.hashes);
+        self.pairs = self.pairs.wrapping_sub(other.pairs);
+    }
+
+    fn is_zero(self) -> bool {
+        self == PairSum::default()
+    }
+}
+
+/// Order-independent sums of the pairs of some stars.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Sums {
-    /// Pairs both at home, seen from the smallest vertex.
-    pub(crate) from_smallest: (u128, u64),
-    /// The same, seen from the other vertex.
-    pub(crate) from_other: (u128, u64),
-    /// Pairs with a vertex at home elsewhere.
-    pub(crate) remote: BTreeMap<Rank, (u128, u64)>,
+    /// Pairs of two owned vertices, in the star of the smallest vertex.
+    from_smallest: PairSum,
+    /// Pairs of two owned vertices, in the star of the other vertex.
+    from_other: PairSum,
+    /// Pairs with a ghost, by the rank that owns it.
+    remote: BTreeMap<Rank, PairSum>,
 }
 
 impl Sums {
-    /// Adds one hash.
-    pub(crate) fn count(entry: &mut (u128, u64), key: u128) {
-        unite(entry, (key, 1));
+    /// Returns `true` if the stars of the owned points agree on all pairs of two owned vertices.
+    pub(super) fn agree_within(&self) -> bool {
+        self.from_smallest == self.from_other
     }
 
-    /// Adds a sum of pairs with a vertex at home on a rank, or takes it away.
-    pub(crate) fn join_remote(&mut self, (rank, sum): (Rank, (u128, u64)), add: bool) {
-        if sum != (0, 0) {
-            join(self.remote.entry(rank).or_default(), sum, add);
+    /// Returns the sums of pairs with a ghost, by the rank that owns it.
+    pub(super) fn remote(&self) -> &BTreeMap<Rank, PairSum> {
+        &self.remote
+    }
+
+    /// Removes ranks whose sums are zero.
+    pub(super) fn drop_zeros(&mut self) {
+        self.remote.retain(|_, sum| !sum.is_zero());
+    }
+
+    /// Adds pairs of two owned vertices.
+    pub(super) fn add_owned(&mut self, from_smallest: PairSum, from_other: PairSum) {
+        self.from_smallest.add(from_smallest);
+        self.from_other.add(from_other);
+    }
+
+    /// Adds pairs with a ghost that `rank` owns.
+    pub(super) fn add_remote(&mut self, rank: Rank, sum: PairSum) {
+        if !sum.is_zero() {
+            self.remote.entry(rank).or_default().add(sum);
+        }
+    }
+
+    /// Adds other sums.
+    pub(super) fn add(&mut self, other: Sums) {
+        self.add_owned(other.from_smallest, other.from_other);
+        for (rank, sum) in other.remote {
+            self.add_remote(rank, sum);
+        }
+    }
+
+    /// Subtracts other sums.
+    pub(super) fn subtract(&mut self, other: Sums) {
+        self.from_smallest.subtract(other.from_smallest);
+        self.from_other.subtract(other.from_other);
+        for (rank, sum) in other.remote {
+            self.remote.entry(rank).or_default().subtract(sum);
         }
     }
 }
 
-/// The sum of pairs with one other worker after another: those with the same one follow each other.
-pub(crate) struct RemoteSums {
+/// Adds pairs with ghosts to [`Sums`]. Consecutive pairs often have the same owner, so they are summed before the map is
+/// changed.
+#[derive(Default)]
+pub(super) struct RemoteSums {
     rank: Rank,
-    sum: (u128, u64),
-    add: bool,
+    sum: PairSum,
 }
 
 impl RemoteSums {
-    /// Nothing yet; pairs are added to sums, or taken away.
-    pub(crate) fn new(add: bool) -> Self {
-        RemoteSums { rank: 0, sum: (0, 0), add }
-    }
-
-    /// Counts a pair with a vertex at home on a rank.
+    /// Adds a pair with a ghost that `rank` owns.
     #[inline]
-    pub(crate) fn count(&mut self, sums: &mut Sums, rank: Rank, hash: u128) {
+    pub(super) fn add_pair(&mut self, sums: &mut Sums, rank: Rank, hash: u128) {
         if rank != self.rank {
-            sums.join_remote((self.rank, std::mem::take(&mut self.sum)), self.add);
+            sums.add_remote(self.rank, std::mem::take(&mut self.sum));
             self.rank = rank;
         }
-        Sums::count(&mut self.sum, hash);
+        self.sum.add_pair(hash);
     }
 
-    /// Joins what is left to the sums.
-    pub(crate) fn finish(self, sums: &mut Sums) {
-        sums.join_remote((self.rank, self.sum), self.add);
+    /// Adds the last pairs.
+    pub(super) fn finish(self, sums: &mut Sums) {
+        sums.add_remote(self.rank, self.sum);
     }
 }
 
-/// For each home vertex some sums over the pairs it is the smallest vertex of, both at home: those seen from there
-/// less those seen from the others, so zero if the stars agree. Of 64 bits: they tell where to look, and certify
-/// nothing. A pair is in one of [`SHARES`] sums, by the hash of its cell.
-pub(crate) struct ShortSums {
+/// For each owned vertex, the sums over the pairs of which it is the smallest vertex and the other vertex is owned. Pairs in
+/// its own star count positively, pairs in the star of the other vertex negatively. All sums are zero if the stars agree.
+///
+/// The hash of the cell assigns each pair to one of [`BUCKETS`] sums. They have 64 bits: they locate disagreements and certify
+/// nothing.
+pub(crate) struct VertexSums {
     sums: Vec<AtomicU64>,
-    /// Does one core alone add to them? Then they are changed without locking.
-    alone: bool,
+    /// Whether one thread alone adds to the sums. It then needs no atomic additions.
+    single_thread: bool,
 }
 
-/// Sums of each vertex.
-pub(crate) const SHARES: usize = 4;
+/// Number of sums per vertex.
+pub(super) const BUCKETS: usize = 4;
 
-/// The sum that a cell is in, of those of its smallest vertex.
+/// Returns the index of the sum that has a cell.
 #[inline]
-pub(crate) fn share_of(cell_hash: u128) -> usize {
-    (cell_hash >> 64) as usize % SHARES
+pub(super) fn bucket_of(cell_hash: u128) -> usize {
+    (cell_hash >> 64) as usize % BUCKETS
 }
 
-impl ShortSums {
-    /// Zeros, for so many home vertices; `alone` if one core adds to them.
-    pub(crate) fn new(owned_points: u32, alone: bool) -> Self {
-        let sums = (0..SHARES * owned_points as usize).map(|_| AtomicU64::new(0)).collect();
-        ShortSums { sums, alone }
+impl VertexSums {
+    /// Creates zero sums for all owned points.
+    pub(super) fn new(owned: u32, single_thread: bool) -> Self {
+        let sums = (0..BUCKETS * owned as usize).map(|_| AtomicU64::new(0)).collect();
+        VertexSums { sums, single_thread }
     }
 
     #[inline]
-    fn change(&self, sum: &AtomicU64, by: u64) {
-        if self.alone {
-            sum.store(sum.load(Ordering::Relaxed).wrapping_add(by), Ordering::Relaxed);
+    fn add_to(&self, sum: &AtomicU64, term: u64) {
+        if self.single_thread {
+            sum.store(sum.load(Ordering::Relaxed).wrapping_add(term), Ordering::Relaxed);
         } else {
-            sum.fetch_add(by, Ordering::Relaxed);
+            sum.fetch_add(term, Ordering::Relaxed);
         }
     }
 
-    /// Adds what a smallest vertex sees.
-    pub(crate) fn add(&self, smallest: u32, seen: [u64; SHARES]) {
-        let first = SHARES * smallest as usize;
-        for (sum, seen) in self.sums[first..first + SHARES].iter().zip(seen) {
-            self.change(sum, seen);
+    /// Adds the sums of the pairs in the star of their smallest vertex.
+    pub(super) fn add(&self, smallest: u32, terms: [u64; BUCKETS]) {
+        let first = BUCKETS * smallest as usize;
+        for (sum, term) in self.sums[first..first + BUCKETS].iter().zip(terms) {
+            self.add_to(sum, term);
         }
     }
 
-    /// Takes away a pair that another vertex sees.
+    /// Subtracts a pair in the star of its other vertex.
     #[inline]
-    pub(crate) fn subtract(&self, smallest: u32, cell_hash: u128) {
-        let sum = &self.sums[SHARES * smallest as usize + share_of(cell_hash)];
-        self.change(sum, (cell_hash as u64).wrapping_neg());
+    pub(super) fn subtract(&self, smallest: u32, cell_hash: u128) {
+        let sum = &self.sums[BUCKETS * smallest as usize + bucket_of(cell_hash)];
+        self.add_to(sum, (cell_hash as u64).wrapping_neg());
     }
 
-    /// Which sums of each home vertex are not zero.
-    pub(crate) fn open(self) -> OpenShares {
+    /// Returns the sums that are not zero.
+    pub(super) fn into_differing(self) -> DifferingBuckets {
         let sums: Vec<u64> = self.sums.into_iter().map(AtomicU64::into_inner).collect();
         let mask = |sums: &[u64]| sums.iter().rev().fold(0, |mask, &sum| mask << 1 | u8::from(sum != 0));
-        let masks = sums.chunks_exact(SHARES).map(mask);
-        OpenShares(masks.chain([0]).collect())
+        let masks = sums.chunks_exact(BUCKETS).map(mask);
+        DifferingBuckets(masks.chain([0]).collect())
     }
 }
 
-/// A bit for each sum of each home vertex that is not zero; then none, for all others.
-pub(crate) struct OpenShares(Vec<u8>);
+/// For each owned vertex, a bit for each of its sums that is not zero. The last entry, 0, represents all other vertices.
+pub(super) struct DifferingBuckets(Vec<u8>);
 
-impl OpenShares {
-    /// Of a vertex, at home or not.
+impl DifferingBuckets {
+    /// Returns the bits of a vertex, owned or not.
     #[inline]
-    pub(crate) fn of(&self, vertex: u32) -> u8 {
+    pub(super) fn of(&self, vertex: u32) -> u8 {
         self.0[(vertex as usize).min(self.0.len() - 1)]
     }
 
-    /// Does its smallest vertex differ on cells like this one?
+    /// Returns `true` if the sum that has the cell is not zero.
     #[inline]
-    pub(crate) fn holds(&self, smallest: u32, cell_hash: u128) -> bool {
-        self.of(smallest) >> share_of(cell_hash) & 1 != 0
+    pub(super) fn contain(&self, smallest: u32, cell_hash: u128) -> bool {
+        self.of(smallest) >> bucket_of(cell_hash) & 1 != 0
     }
 }
 
-/// A set of keys.
-pub(crate) type KeySet = HashSet<u64, BuildHasherDefault<KeyHasher>>;
+/// A set of keys of pairs.
+pub(super) type KeySet = HashSet<u64, BuildHasherDefault<KeyHasher>>;
 
-/// Hashes a key, which is a hash.
+/// Returns a key as its own hash, because keys are hashes already.
 #[derive(Default)]
-pub(crate) struct KeyHasher(u64);
+pub(super) struct KeyHasher(u64);
 
 impl Hasher for KeyHasher {
     fn finish(&self) -> u64 {
@@ -158,18 +234,8 @@ impl Hasher for KeyHasher {
     }
 }
 
-/// Adds a sum.
-pub(crate) fn unite(entry: &mut (u128, u64), other: (u128, u64)) {
-    *entry = (entry.0.wrapping_add(other.0), entry.1.wrapping_add(other.1));
-}
-
-/// Adds a sum, or takes it away.
-pub(crate) fn join(entry: &mut (u128, u64), other: (u128, u64), add: bool) {
-    unite(entry, if add { other } else { (other.0.wrapping_neg(), other.1.wrapping_neg()) });
-}
-
-/// The hash of a point: id and coordinate bits.
-pub(crate) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
+/// Returns the hash of a point's id and coordinate bits.
+pub(super) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     let mut h = u128::from(id) | 1 << 64;
     for i in 0..P::DIM {
         h = mix(h ^ u128::from(x.coord(i).to_bits()) << (i * 29));
@@ -177,33 +243,8 @@ pub(crate) fn point_hash<P: Point>(id: u64, x: P) -> u128 {
     mix(h)
 }
 
-/// Hashes of points that were asked for last, by their local numbers.
-pub(crate) struct RecentHashes(Vec<(u32, u128)>);
-
-/// The most places, of 32 bytes each: half a MiB, for which most cores' caches have room.
-const RECENT: usize = 1 << 14;
-
-impl RecentHashes {
-    /// None yet, of so many points.
-    pub(crate) fn of_points(points: usize) -> Self {
-        // Nothing has the number of what is at infinity.
-        RecentHashes(vec![(INFINITE, 0); RECENT.min(points.next_power_of_two())])
-    }
-
-    /// The hash of a point, which `make` gives if it is not remembered.
-    #[inline]
-    pub(crate) fn hash(&mut self, v: u32, make: impl FnOnce() -> u128) -> u128 {
-        let places = self.0.len();
-        let place = &mut self.0[v as usize & (places - 1)];
-        if place.0 != v {
-            *place = (v, make());
-        }
-        place.1
-    }
-}
-
-/// Mixes 128 bits (the multiplier is that of the 128-bit PCG family).
-pub(crate) fn mix(h: u128) -> u128 {
+/// Mixes 128 bits. The multiplier is that of the 128-bit PCG family.
+pub(super) fn mix(h: u128) -> u128 {
     let h = (h ^ (h >> 67)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
     let h = (h ^ (h >> 59)).wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645);
     h ^ (h >> 64)
@@ -214,44 +255,49 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recent_hashes_are_those_that_were_made() {
-        assert_eq!([0, 1, 3, 2 * RECENT].map(|n| RecentHashes::of_points(n).0.len()), [1, 1, 4, RECENT]);
-        let mut recent = RecentHashes::of_points(2 * RECENT);
-        let mut made = 0;
-        let places = RECENT as u32;
-        for v in [0, 7, 0, places, 7, 0, places - 1, 2 * places + 7, 7, INFINITE - 1] {
-            let hash = recent.hash(v, || {
-                made += 1;
-                u128::from(v) + 1
-            });
-            assert_eq!(hash, u128::from(v) + 1);
+    fn a_sum_differs_if_only_one_of_two_stars_has_a_cell() {
+        sums_differ_if_only_one_star_has_a_cell(true);
+        sums_differ_if_only_one_star_has_a_cell(false);
+    }
+
+    fn sums_differ_if_only_one_star_has_a_cell(single_thread: bool) {
+        let sums = VertexSums::new(3, single_thread);
+        let cells: Vec<u128> = (0..40).map(|i| mix(i + 1)).collect();
+        let mut terms = [0u64; BUCKETS];
+        for &cell in &cells {
+            terms[bucket_of(cell)] = terms[bucket_of(cell)].wrapping_add(cell as u64);
         }
-        assert_eq!(made, 8);
+        sums.add(1, terms);
+        for &cell in &cells[1..] {
+            sums.subtract(1, cell);
+        }
+        // The other vertex of vertex 1 lacks the first cell. Vertex 2 lacks a cell that its other vertex has.
+        sums.subtract(2, cells[5]);
+        let differing = sums.into_differing();
+        let expected = [0, 1 << bucket_of(cells[0]), 1 << bucket_of(cells[5]), 0, 0];
+        assert_eq!([0, 1, 2, 3, u32::MAX].map(|v| differing.of(v)), expected);
+        assert!(differing.contain(1, cells[0]) && differing.contain(2, cells[5]));
+        assert!(!differing.contain(0, cells[0]));
+        assert!((0..BUCKETS).all(|bucket| cells.iter().any(|&cell| bucket_of(cell) == bucket)));
     }
 
     #[test]
-    fn a_share_is_open_where_one_side_saw_what_the_other_did_not() {
-        shares_are_open_where_sides_differ(true);
-        shares_are_open_where_sides_differ(false);
-    }
-
-    fn shares_are_open_where_sides_differ(alone: bool) {
-        let short = ShortSums::new(3, alone);
-        let cells: Vec<u128> = (0..40).map(|i| mix(i + 1)).collect();
-        let mut seen = [0u64; SHARES];
-        for &cell in &cells {
-            seen[share_of(cell)] = seen[share_of(cell)].wrapping_add(cell as u64);
+    fn subtraction_undoes_addition() {
+        let mut sums = Sums::default();
+        let (mut few, mut remote) = (Sums::default(), RemoteSums::default());
+        for (rank, hash) in [(2, 5), (2, u128::MAX), (3, 7), (2, 9)] {
+            remote.add_pair(&mut few, rank, hash);
         }
-        short.add(1, seen);
-        for &cell in &cells[1..] {
-            short.subtract(1, cell);
-        }
-        // The second's other vertex does not see the first cell; the third's sees one that it lacks itself.
-        short.subtract(2, cells[5]);
-        let open = short.open();
-        let expected = [0, 1 << share_of(cells[0]), 1 << share_of(cells[5]), 0, 0];
-        assert_eq!([0, 1, 2, 3, u32::MAX].map(|v| open.of(v)), expected);
-        assert!(open.holds(1, cells[0]) && open.holds(2, cells[5]) && !open.holds(0, cells[0]));
-        assert!((0..SHARES).all(|share| cells.iter().any(|&cell| share_of(cell) == share)));
+        remote.finish(&mut few);
+        few.add_owned(PairSum::new(u128::MAX - 1, 2), PairSum::new(4, 1));
+        assert_eq!(few.remote()[&2], PairSum::new(13, 3));
+        sums.add(few.clone());
+        sums.add(few.clone());
+        sums.subtract(few.clone());
+        assert_eq!(sums, few);
+        sums.subtract(few);
+        sums.drop_zeros();
+        assert_eq!(sums, Sums::default());
+        assert!(sums.agree_within());
     }
 }

@@ -1,165 +1,164 @@
-//! Hashes of cells, and their sums over stars ([`crate::stars::check`] has the statement).
+//! Hashes of cells, and their sums over stars. [`crate::stars::check`] has the statement.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
 
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::{
-    RecentHashes, RemoteSums, SHARES, ShortSums, Sums, join, mix, point_hash, share_of,
+    BUCKETS, PairSum, RemoteSums, Sums, VertexSums, bucket_of, mix, point_hash,
 };
-use crate::stars::owned::{Chart, Stars};
-use crate::state::cells::{Smallest, finite_cell, smallest_of};
+use crate::stars::owned::StarsView;
+use crate::state::cells::{finite_cell, smallest_vertex, star_cell};
 use crate::state::table::Table;
 
-impl<P: Point> Stars<P> {
-    /// Hashes the points that came since the last time.
-    pub(crate) fn extend_hashes(&mut self, table: &Table<P>) {
+/// For each point of a table, its hash and its first coordinate. They follow the table on request.
+#[derive(Debug, Default)]
+pub(crate) struct VertexHashes {
+    hashes: Vec<u128>,
+    firsts: Vec<f64>,
+}
+
+impl VertexHashes {
+    /// Hashes the points that were added to the table since the last call.
+    pub(super) fn extend<P: Point>(&mut self, table: &Table<P>) {
         let known = self.hashes.len();
         let new = table.ids()[known..].iter().zip(&table.positions()[known..]);
         self.hashes.extend(new.map(|(&id, &x)| point_hash(id, x)));
         self.firsts.extend(table.positions()[known..].iter().map(|x| x.coord(0)));
     }
 
-    /// Sums the cells of the piece, if the links are in one.
-    pub(crate) fn sum_subdomain(&mut self, table: &Table<P>) -> bool {
-        let Some(mut piece) = self.take_subdomain() else { return false };
-        self.sums = sums_of_subdomain(&mut piece, table);
-        self.set_subdomain(Some(piece));
-        true
+    /// Returns the hash of a cell.
+    pub(super) fn cell_hash(&self, vertices: &[u32]) -> u128 {
+        mix(vertices.iter().fold(0u128, |sum, &v| sum.wrapping_add(self.hashes[v as usize])))
     }
 
-    /// Follows the change of a home star: facets that are gone, and new ones.
-    pub(crate) fn recount(&mut self, table: &Table<P>, owned: u32, gone: &[P::Facet], fresh: &[P::Facet]) {
-        let mut sums = std::mem::take(&mut self.sums);
-        let chart = Chart { table, stars: self };
-        chart.sum_star(owned, gone, false, &mut sums, None);
-        chart.sum_star(owned, fresh, true, &mut sums, None);
-        self.sums = sums;
+    /// Returns the key of a pair in lists of fingerprints. Both hashes are mixed, so their difference is as well distributed
+    /// as they are.
+    pub(super) fn list_key(&self, cell_hash: u128, other: u32) -> u64 {
+        (cell_hash ^ self.hashes[other as usize]) as u64
     }
 
-    /// The hash of a cell.
-    pub(crate) fn cell_hash(&self, cell: &P::Cell) -> u128 {
-        mix(cell.as_ref().iter().fold(0u128, |s, &v| s.wrapping_add(self.hashes[v as usize])))
-    }
-
-    /// The key of a pair, as it is recorded.
-    fn key(&self, cell_hash: u128, other: u32) -> u128 {
+    /// Returns the key of a pair in the record of tasks.
+    fn record_key(&self, cell_hash: u128, other: u32) -> u128 {
         mix(cell_hash ^ self.hashes[other as usize])
     }
-}
 
-/// The sums of a piece, which is surveyed: pairs both at home are in one triangulation and agree.
-fn sums_of_subdomain<P: Point>(piece: &mut SubdomainTriangulation<P>, table: &Table<P>) -> Sums {
-    let mut sums = Sums::default();
-    let mut away = RemoteSums::new(true);
-    // Such cells have few points, each in many cells that follow each other closely.
-    let mut hashes = RecentHashes::of_points(table.positions().len());
-    piece.scan(table.positions(), |cell, smallest| {
-        let vertices = cell.as_ref();
-        let mut sum = 0u128;
-        for &v in vertices {
-            let make = || point_hash(table.ids()[v as usize], table.positions()[v as usize]);
-            sum = sum.wrapping_add(hashes.hash(v, make));
-        }
-        let whole = mix(sum);
-        for &other in vertices {
-            let far = match (table.is_owned(smallest), table.is_owned(other)) {
-                (true, false) => other,
-                (false, true) => smallest,
-                _ => continue,
-            };
-            away.count(&mut sums, table.owners()[far as usize], whole);
-        }
-    });
-    away.finish(&mut sums);
-    sums
-}
-
-impl<P: Point> Chart<'_, P> {
-    /// The lexicographically smallest vertex of a cell of local numbers.
+    /// Returns the lexicographically smallest vertex of a finite cell.
     #[inline]
-    pub(crate) fn smallest(&self, cell: &P::Cell) -> u32 {
-        let (vertices, firsts) = (cell.as_ref(), self.stars.firsts.as_slice());
-        let mut smallest = Smallest::of(vertices[0], firsts[vertices[0] as usize]);
-        vertices[1..].iter().for_each(|&v| smallest.look(v, firsts[v as usize]));
-        smallest.vertex(|| smallest_of(self.table.positions(), vertices.iter().copied()))
+    pub(super) fn smallest<P: Point>(&self, table: &Table<P>, cell: &P::Cell) -> u32 {
+        smallest_vertex(table.positions(), cell.as_ref(), |v| self.firsts[v as usize])
     }
+}
 
-    /// Calls `f` with the pairs of a star: key, and the other vertex.
-    pub(crate) fn each_pair(&self, owned: u32, mut f: impl FnMut(u128, u32)) {
-        for facet in self.stars.link(owned) {
-            let Some(cell) = finite_cell::<P>(owned, facet) else { continue };
+impl Sums {
+    /// Scans a subdomain triangulation and sums its pairs with ghosts. Pairs of two owned vertices agree by construction and
+    /// are not summed.
+    pub(super) fn of_subdomain<P: Point>(
+        triangulation: &mut SubdomainTriangulation<P>,
+        table: &Table<P>,
+    ) -> Self {
+        let (mut sums, mut remote) = (Sums::default(), RemoteSums::default());
+        triangulation.scan(table.positions(), |cell, smallest| {
+            let vertices = cell.as_ref();
+            let hash_of = |v: u32| point_hash(table.ids()[v as usize], table.positions()[v as usize]);
+            let hash = mix(vertices.iter().fold(0u128, |sum, &v| sum.wrapping_add(hash_of(v))));
+            for &other in vertices {
+                let ghost = match (table.is_owned(smallest), table.is_owned(other)) {
+                    (true, false) => other,
+                    (false, true) => smallest,
+                    _ => continue,
+                };
+                remote.add_pair(&mut sums, table.owners()[ghost as usize], hash);
+            }
+        });
+        remote.finish(&mut sums);
+        sums
+    }
+}
+
+/// A finite cell of a star, with what the sums need of it.
+struct StarCell<'a, P: Point> {
+    facet: &'a P::Facet,
+    smallest: u32,
+    hash: u128,
+}
+
+impl<P: Point> StarsView<'_, P> {
+    /// Calls `f` with the pairs of a star: the key in the record of tasks, and the vertex of the pair that is not `vertex`.
+    pub(super) fn each_pair(&self, vertex: u32, mut f: impl FnMut(u128, u32)) {
+        let hashes = self.stars().hashes();
+        for facet in self.link(vertex) {
+            let Some(cell) = finite_cell::<P>(vertex, facet) else { continue };
             let smallest = self.smallest(&cell);
-            let hash = self.stars.cell_hash(&cell);
-            if smallest == owned {
-                facet.as_ref().iter().for_each(|&other| f(self.stars.key(hash, other), other));
+            let hash = hashes.cell_hash(cell.as_ref());
+            if smallest == vertex {
+                facet.as_ref().iter().for_each(|&other| f(hashes.record_key(hash, other), other));
             } else {
-                f(self.stars.key(hash, owned), smallest);
+                f(hashes.record_key(hash, vertex), smallest);
             }
         }
     }
 
-    /// Adds the pairs of one star to the sums, or takes them away; adds them to those of each home vertex.
-    pub(crate) fn sum_star(
+    /// Adds the pairs of some facets of the star of `vertex` to the sums, and to the sums of their smallest vertices.
+    pub(super) fn add_facets(
         &self,
-        owned: u32,
-        link: &[P::Facet],
-        add: bool,
+        vertex: u32,
+        facets: &[P::Facet],
         sums: &mut Sums,
-        short: Option<&ShortSums>,
+        vertex_sums: Option<&VertexSums>,
     ) {
-        let table = self.table;
-        let (mut from_smallest, mut from_other) = ((0u128, 0u64), (0u128, 0u64));
-        let mut shares = [0u64; SHARES];
-        let mut away = RemoteSums::new(add);
-        let mut elsewhere = |other: u32, hash: u128| away.count(sums, table.owners()[other as usize], hash);
-        self.each_cell(owned, link, |facet, smallest, hash| {
-            if smallest == owned {
+        let table = self.table();
+        let (mut from_smallest, mut from_other) = (PairSum::default(), PairSum::default());
+        let mut terms = [0u64; BUCKETS];
+        let mut remote = RemoteSums::default();
+        let mut add_remote = |ghost: u32, hash: u128| {
+            remote.add_pair(sums, table.owners()[ghost as usize], hash);
+        };
+        self.each_cell(vertex, facets, |StarCell { facet, smallest, hash }| {
+            if smallest == vertex {
                 for &other in facet.as_ref() {
                     if table.is_owned(other) {
-                        Sums::count(&mut from_smallest, hash);
-                        let share = &mut shares[share_of(hash)];
-                        *share = share.wrapping_add(hash as u64);
+                        from_smallest.add_pair(hash);
+                        let term = &mut terms[bucket_of(hash)];
+                        *term = term.wrapping_add(hash as u64);
                     } else {
-                        elsewhere(other, hash);
+                        add_remote(other, hash);
                     }
                 }
             } else if table.is_owned(smallest) {
-                if let Some(short) = short {
-                    short.subtract(smallest, hash);
+                if let Some(vertex_sums) = vertex_sums {
+                    vertex_sums.subtract(smallest, hash);
                 }
-                Sums::count(&mut from_other, hash);
+                from_other.add_pair(hash);
             } else {
-                elsewhere(smallest, hash);
+                add_remote(smallest, hash);
             }
         });
-        away.finish(sums);
-        join(&mut sums.from_smallest, from_smallest, add);
-        join(&mut sums.from_other, from_other, add);
-        if let Some(short) = short {
-            short.add(owned, shares);
+        remote.finish(sums);
+        sums.add_owned(from_smallest, from_other);
+        if let Some(vertex_sums) = vertex_sums {
+            vertex_sums.add(vertex, terms);
         }
     }
 
-    /// Calls `f` with the cells of a star: facet, smallest vertex, hash ([`Self::smallest`] and [`Stars::cell_hash`] in one
-    /// look at each vertex).
+    /// Calls `f` with the finite cells of some facets of a star.
     #[inline]
-    fn each_cell(&self, owned: u32, link: &[P::Facet], mut f: impl FnMut(&P::Facet, u32, u128)) {
-        let hashes = self.stars.hashes.as_slice();
-        let firsts = &self.stars.firsts[..hashes.len()];
-        let (own, first) = (hashes[owned as usize], firsts[owned as usize]);
-        'facets: for facet in link {
-            let (mut sum, mut smallest) = (own, Smallest::of(owned, first));
+    fn each_cell(&self, vertex: u32, facets: &[P::Facet], mut f: impl FnMut(StarCell<'_, P>)) {
+        let VertexHashes { hashes, firsts } = self.stars().hashes();
+        let firsts = &firsts[..hashes.len()];
+        let positions = self.table().positions();
+        'facets: for facet in facets {
+            let mut sum = hashes[vertex as usize];
             for &v in facet.as_ref() {
                 let Some(&hash) = hashes.get(v as usize) else {
-                    assert_eq!(v, INFINITE, "a vertex stands in the table");
+                    assert_eq!(v, INFINITE, "every vertex is in the table");
                     continue 'facets;
                 };
                 sum = sum.wrapping_add(hash);
-                smallest.look(v, firsts[v as usize]);
             }
-            let vertices = || std::iter::once(owned).chain(facet.as_ref().iter().copied());
-            f(facet, smallest.vertex(|| smallest_of(self.table.positions(), vertices())), mix(sum));
+            let cell = star_cell::<P>(vertex, facet);
+            let smallest = smallest_vertex(positions, cell.as_ref(), |v| firsts[v as usize]);
+            f(StarCell { facet, smallest, hash: mix(sum) });
         }
     }
 }

@@ -1,17 +1,18 @@
-//! Local hulls: the star of every home point from its neighbours in the supergraph.
+//! Local hulls: the star of every owned point from its neighbours in the supergraph.
 //!
-//! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the local hulls
-//! of all points from their graph neighbours are its stars. Whether it does is not assumed: stars may
-//! disagree, and then they exchange what they miss ([`crate::stars::check`], [`crate::splaying::splay`]).
+//! **Statement** (paper, Lemma 4.1). If the supergraph contains the Delaunay triangulation, the local hull of each point and
+//! its graph neighbours is its star. The program does not assume this. Stars may disagree; splaying then exchanges the missing
+//! cells ([`crate::stars::check`], [`crate::splaying::splay`]).
 //!
-//! Every star but that of the globally smallest point starts with a lexicographically smaller candidate:
-//! its predecessor in its leaf, or for a leaf's first point the smallest point of the nearest node above
-//! that has a smaller one. A star whose candidates span no cell gets a frame of the whole set.
+//! **Candidates.** Every star except that of the smallest point starts with a lexicographically smaller candidate. For the
+//! first point of a leaf, this is the smallest point of the nearest ancestor that has a smaller point. For other points, it is
+//! the preceding point of the leaf. If the candidates of a star span no cell, the points of the frame are added, which span
+//! the space.
 //!
 //! **Rounds.** One, without messages. **Work and depth.** One vector step over the stars of each leaf.
 //!
-//! Where only the answer is wanted, a worker triangulates its home points at once ([`crate::direct::subdomain_triangulation`]) and gets
-//! what it needs from others ([`crate::direct::ghost_layer`], `crate::direct::interface`).
+//! `triangulate` does not compute local hulls. There, a worker triangulates its subdomain at once
+//! ([`crate::direct::subdomain_triangulation`]).
 
 use std::collections::BTreeMap;
 
@@ -21,10 +22,10 @@ use septet_geometry::lists::Lists;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::machine::profile::Site;
 use crate::stars::owned::{Stars, usual_facets};
@@ -33,20 +34,23 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, Tree};
 
-/// A star starts with at least this many candidates, if its leaf has them.
+/// Number of candidates below which a star gets its nearest neighbours in the leaf as further candidates.
 const FEWEST_CANDIDATES: usize = 8;
 
-/// Leaves whose stars cores of one worker build before these are put behind each other.
+/// Number of leaves whose stars the threads of a worker build before the links are appended. It is small so that the memory of
+/// the links is reused soon.
 const LEAVES_AT_ONCE: usize = 256;
 
-/// What one leaf's local hulls give.
-struct Hulled<P: Point> {
-    links: Vec<P::Facet>,
+/// The local hulls of one leaf.
+struct LeafHulls<P: Point> {
+    /// The links, one after another.
+    facets: Vec<P::Facet>,
+    /// The number of facets of each link.
     lengths: Vec<u32>,
     cost: Cost,
 }
 
-/// The local hulls of all home points, from their neighbours in the supergraph.
+/// Builds the local hulls of all owned points from their neighbours in the supergraph.
 pub(crate) async fn local_hulls<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -58,8 +62,8 @@ pub(crate) async fn local_hulls<P: Point>(
     cx.enter(Phase::Hulls)?;
     let seeds = leaf_seeds(subdomain, table);
     let frame = table.intern_all(frame);
-    let view = View { table, neighbours: &neighbours, ghosts, frame: &frame, site: cx.site() };
-    let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &view);
+    let candidates = Candidates { table, neighbours: &neighbours, ghosts, frame: &frame, site: cx.site() };
+    let stars = hulls_of_leaves(cx, subdomain.leaves(), &seeds, &candidates);
     drop(neighbours);
     while cx.exchange().await? {}
     Ok(stars)
@@ -69,23 +73,22 @@ fn hulls_of_leaves<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
     seeds: &[Option<u32>],
-    view: &View<'_, P>,
+    candidates: &Candidates<'_, P>,
 ) -> Stars<P> {
-    let places: Vec<usize> = (0..leaves.len()).collect();
+    let indices: Vec<usize> = (0..leaves.len()).collect();
     let mut stars = Stars::default();
-    stars.reserve(view.table.owned_len() as usize);
-    // Few at a time: their storage is soon used again.
-    for group in places.chunks(if cx.pool.is_some() { LEAVES_AT_ONCE } else { 1 }) {
-        let hulled = map_in(&cx.pool, group, |&at| view.hulls_of(at, &leaves[at], seeds[at]));
+    stars.reserve(candidates.table.owned_len() as usize);
+    for group in indices.chunks(if cx.pool().is_some() { LEAVES_AT_ONCE } else { 1 }) {
+        let hulled = cx.map(group, |&at| candidates.hulls_of(at, &leaves[at], seeds[at]));
         for (&at, hulls) in group.iter().zip(hulled) {
-            cx.ledger.charge(Phase::Hulls, leaves[at].id(), hulls.cost, leaves[at].owned_len());
-            stars.append(&hulls.links, &hulls.lengths);
+            cx.charge(Account::member(Phase::Hulls, leaves[at].id()), hulls.cost, leaves[at].owned_len());
+            stars.append(&hulls.facets, &hulls.lengths);
         }
     }
     stars
 }
 
-/// For every leaf, the smaller point that its first point starts with.
+/// Returns, for every leaf, a point smaller than its first point, if there is one.
 fn leaf_seeds<P: Point>(subdomain: &Subdomain<P>, table: &mut Table<P>) -> Vec<Option<u32>> {
     let mut seed = None;
     for shared in subdomain.path() {
@@ -101,13 +104,13 @@ fn leaf_seeds<P: Point>(subdomain: &Subdomain<P>, table: &mut Table<P>) -> Vec<O
     if let Some(tree) = subdomain.tree() {
         let positions = table.positions();
         let less = |a: u32, b: u32| lex_cmp(&positions[a as usize], &positions[b as usize]).is_lt();
-        hand_down(tree, above, &less, &mut seeds);
+        set_seeds(tree, above, &less, &mut seeds);
     }
     seeds
 }
 
-/// What the hulls of a leaf are made of.
-struct View<'a, P: Point> {
+/// The candidates for the stars of all leaves.
+struct Candidates<'a, P: Point> {
     table: &'a Table<P>,
     neighbours: &'a Lists<u32>,
     ghosts: &'a Ghosts,
@@ -115,38 +118,38 @@ struct View<'a, P: Point> {
     site: Site,
 }
 
-impl<P: Point> View<'_, P> {
-    /// One vector step over the stars of a leaf.
-    fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> Hulled<P> {
+impl<P: Point> Candidates<'_, P> {
+    /// Builds the stars of a leaf. `seed` is a point smaller than its first point.
+    fn hulls_of(&self, at: usize, leaf: &Leaf<P>, seed: Option<u32>) -> LeafHulls<P> {
         let _span = self.site.subproblem(Phase::Hulls, leaf.id(), "leaf hulls", leaf.owned_len());
         let mut cost = Cost::ZERO;
-        let nearest = self.supplement(at, leaf, &mut cost);
+        let nearest = self.nearest_members(at, leaf, &mut cost);
         let mut builder = StarBuilder::default();
-        let mut links = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));
+        let mut facets = Vec::with_capacity(leaf.owned_len() as usize * usual_facets(P::DIM));
         let mut lengths = Vec::with_capacity(leaf.owned_len() as usize);
-        let owned_points: Vec<u32> = leaf.owned().collect();
+        let vertices: Vec<u32> = leaf.owned().collect();
         let mut candidates = Vec::new();
-        cost.map_nested(&owned_points, |&owned, own| {
+        cost.map_nested(&vertices, |&vertex, own| {
             candidates.clear();
-            candidates.extend_from_slice(&self.neighbours[owned as usize]);
-            if let Some(list) = nearest.get(&owned) {
+            candidates.extend_from_slice(&self.neighbours[vertex as usize]);
+            if let Some(list) = nearest.get(&vertex) {
                 candidates.extend(list);
             }
-            candidates.extend(if owned > leaf.start() { Some(owned - 1) } else { seed });
-            if !builder.build(self.table.positions(), owned, &candidates, own) {
+            candidates.extend(if vertex > leaf.start() { Some(vertex - 1) } else { seed });
+            if !builder.build(self.table.positions(), vertex, &candidates, own) {
                 candidates.extend_from_slice(self.frame);
-                builder.build(self.table.positions(), owned, &candidates, own);
+                builder.build(self.table.positions(), vertex, &candidates, own);
             }
-            let before = links.len();
-            builder.facets(&mut links);
-            lengths.push((links.len() - before) as u32);
+            let before = facets.len();
+            builder.facets(&mut facets);
+            lengths.push((facets.len() - before) as u32);
         });
-        Hulled { links, lengths, cost }
+        LeafHulls { facets, lengths, cost }
     }
 
-    /// Nearest members for points with few graph neighbours.
-    fn supplement(&self, at: usize, leaf: &Leaf<P>, cost: &mut Cost) -> BTreeMap<u32, Vec<u32>> {
-        let few = |h: &u32| self.neighbours[*h as usize].len() < FEWEST_CANDIDATES;
+    /// Returns the nearest members of the leaf for each owned point with few graph neighbours.
+    fn nearest_members(&self, at: usize, leaf: &Leaf<P>, cost: &mut Cost) -> BTreeMap<u32, Vec<u32>> {
+        let few = |v: &u32| self.neighbours[*v as usize].len() < FEWEST_CANDIDATES;
         let rows: Vec<u32> = leaf.owned().filter(few).collect();
         if rows.is_empty() {
             return BTreeMap::new();
@@ -159,8 +162,9 @@ impl<P: Point> View<'_, P> {
     }
 }
 
-/// Hands the nearest smaller point above down to every leaf.
-fn hand_down<P: Point>(
+/// Sets the seeds of the leaves of a subtree. `above` is the smallest point of the nearest ancestor that has a point smaller
+/// than those of the subtree.
+fn set_seeds<P: Point>(
     tree: &Tree<P>,
     above: Option<u32>,
     less: &impl Fn(u32, u32) -> bool,
@@ -171,8 +175,8 @@ fn hand_down<P: Point>(
         Tree::Node(inner) => {
             let [a, b] = inner.smallest();
             let pick = |own: u32, other: u32| if less(other, own) { Some(other) } else { above };
-            hand_down(&inner.children()[0], pick(a, b), less, seeds);
-            hand_down(&inner.children()[1], pick(b, a), less, seeds);
+            set_seeds(&inner.children()[0], pick(a, b), less, seeds);
+            set_seeds(&inner.children()[1], pick(b, a), less, seeds);
         }
     }
 }

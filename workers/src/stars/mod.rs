@@ -1,4 +1,4 @@
-//! The stars of a rank's points: local hulls, their fingerprints, and the check that they agree.
+//! The stars of a rank's owned points: local hulls, their fingerprints, and the check that they agree.
 
 pub(crate) mod check;
 pub(crate) mod disagreements;
@@ -7,4 +7,3 @@ pub(crate) mod fingerprints;
 pub(crate) mod hulls;
 pub(crate) mod links;
 pub(crate) mod owned;
-pub(crate) mod rows;

@@ -1,5 +1,5 @@
-//! The stars of a rank's home points: their links in one arena, or the piece that holds them all. Sums of their cells follow
-//! every change ([`crate::stars::check`]).
+//! The stars of a rank's owned points: their links, or the subdomain triangulation that contains them. Sums of the cells
+//! follow every change ([`crate::stars::check`]).
 
 use std::collections::BTreeSet;
 
@@ -7,144 +7,205 @@ use septet_geometry::point::Point;
 
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 use crate::stars::fingerprint_sums::Sums;
+use crate::stars::fingerprints::VertexHashes;
 use crate::stars::links::is_facet_of;
+use crate::state::link_arena::LinkArena;
 use crate::state::table::Table;
 
-/// Room for so many facets of each link, at first: uniform points have 27 in space, 6 in the plane.
+/// The number of facets to reserve memory for per link. Uniform points have 27 on average in space, 6 in the plane.
 pub(crate) fn usual_facets(dimension: usize) -> usize {
     if dimension == 2 { 7 } else { 30 }
 }
 
-/// The links of all home points.
+/// The stars of all owned points.
 #[derive(Debug)]
 pub(crate) struct Stars<P: Point> {
-    facets: Vec<P::Facet>,
-    ranges: Vec<(u32, u32)>,
-    /// Instead of both, the piece that they are in.
-    piece: Option<SubdomainTriangulation<P>>,
-    /// Sums of the cells.
-    pub(super) sums: Sums,
-    /// Hashes of the table's points, as far as they were needed, and their first coordinates.
-    pub(super) hashes: Vec<u128>,
-    pub(super) firsts: Vec<f64>,
-    /// Home points whose stars the exchange changed.
+    /// The links; empty while the triangulation contains them.
+    links: LinkArena<P>,
+    triangulation: Option<SubdomainTriangulation<P>>,
+    sums: Sums,
+    hashes: VertexHashes,
+    /// The owned points whose stars changed by splaying.
     changed: BTreeSet<u32>,
 }
 
 impl<P: Point> Default for Stars<P> {
     fn default() -> Self {
         Stars {
-            facets: Vec::new(),
-            ranges: Vec::new(),
-            piece: None,
+            links: LinkArena::default(),
+            triangulation: None,
             sums: Sums::default(),
-            hashes: Vec::new(),
-            firsts: Vec::new(),
+            hashes: VertexHashes::default(),
             changed: BTreeSet::new(),
         }
     }
 }
 
 impl<P: Point> Stars<P> {
-    /// The link of a home point: local numbers, infinite facets included.
-    pub(crate) fn link(&self, owned: u32) -> &[P::Facet] {
-        let (start, len) = self.ranges[owned as usize];
-        &self.facets[start as usize..(start + len) as usize]
+    /// Creates the stars of a subdomain triangulation.
+    pub(crate) fn from_subdomain(triangulation: Option<SubdomainTriangulation<P>>) -> Self {
+        Stars { triangulation, ..Stars::default() }
     }
 
-    /// Position of the link's first facet in the arena.
-    pub(crate) fn start(&self, owned: u32) -> u32 {
-        self.ranges[owned as usize].0
+    /// Returns the link of an owned point as local indices, infinite facets included.
+    #[inline]
+    pub(crate) fn link(&self, vertex: u32) -> &[P::Facet] {
+        self.links.link(vertex)
     }
 
-    /// The position of a cell in the star of a home vertex of it.
-    pub(crate) fn position_in(&self, owned: u32, cell: &P::Cell) -> Option<u32> {
-        let at = self.link(owned).iter().position(is_facet_of::<P>(cell, owned))?;
-        Some(self.start(owned) + at as u32)
+    /// Returns the position of the link's first facet among the facets of all links.
+    pub(crate) fn start(&self, vertex: u32) -> u32 {
+        self.links.start(vertex)
     }
 
-    /// Length of the arena.
-    pub(crate) fn arena_len(&self) -> usize {
-        self.facets.len()
+    /// Returns the position of a cell's facet in the link of its owned vertex `vertex`, among the facets of all links.
+    pub(crate) fn position_in(&self, vertex: u32, cell: &P::Cell) -> Option<u32> {
+        let at = self.link(vertex).iter().position(is_facet_of::<P>(cell, vertex))?;
+        Some(self.start(vertex) + at as u32)
     }
 
-    /// Whether the exchange changed the star of a home point.
-    pub(crate) fn has_changed(&self, owned: u32) -> bool {
-        self.changed.contains(&owned)
+    /// Returns the number of positions of facets.
+    pub(crate) fn positions(&self) -> usize {
+        self.links.len()
     }
 
-    /// Makes room for so many links, and for what the exchange appends.
-    pub(crate) fn reserve(&mut self, links: usize) {
-        self.ranges.reserve_exact(links);
+    /// Returns `true` if splaying changed the star of an owned point.
+    pub(crate) fn has_changed(&self, vertex: u32) -> bool {
+        self.changed.contains(&vertex)
+    }
+
+    /// Returns the sums of the cells.
+    pub(crate) fn sums(&self) -> &Sums {
+        &self.sums
+    }
+
+    /// Returns the hashes of the vertices.
+    #[inline]
+    pub(crate) fn hashes(&self) -> &VertexHashes {
+        &self.hashes
+    }
+
+    /// Reserves memory for links, and for what splaying appends to them.
+    pub(super) fn reserve(&mut self, links: usize) {
         let facets = links * usual_facets(P::DIM);
-        self.facets.reserve_exact(facets + facets / 2);
+        self.links.reserve(links, facets + facets / 2);
     }
 
-    /// Appends the links of the next home points, one behind the other, by their lengths.
-    pub(crate) fn append(&mut self, links: &[P::Facet], lengths: &[u32]) {
-        let mut start = self.facets.len() as u32;
-        for &len in lengths {
-            self.ranges.push((start, len));
-            start += len;
+    /// Appends the links of the next owned points, given one after another in `facets`.
+    pub(crate) fn append(&mut self, facets: &[P::Facet], lengths: &[u32]) {
+        self.links.append(facets, lengths);
+    }
+
+    /// Hashes the points that were added to the table since the last call.
+    pub(crate) fn extend_hashes(&mut self, table: &Table<P>) {
+        self.hashes.extend(table);
+    }
+
+    /// Sets the sums of the cells.
+    pub(super) fn set_sums(&mut self, sums: Sums) {
+        self.sums = sums;
+    }
+
+    /// Removes sums that are zero.
+    pub(super) fn drop_zero_sums(&mut self) {
+        self.sums.drop_zeros();
+    }
+
+    /// Sums the cells of the subdomain triangulation. Returns `false` if the links have replaced it.
+    pub(super) fn sum_subdomain(&mut self, table: &Table<P>) -> bool {
+        let Some(triangulation) = &mut self.triangulation else { return false };
+        self.sums = Sums::of_subdomain(triangulation, table);
+        true
+    }
+
+    /// Replaces the link of an owned point. The sums follow the change; the set of changed stars does not.
+    pub(super) fn replace(&mut self, table: &Table<P>, vertex: u32, change: &Change<'_, P>) {
+        let (mut gained, mut lost) = (Sums::default(), Sums::default());
+        let view = StarsView::new(table, self);
+        view.add_facets(vertex, change.gained, &mut gained, None);
+        view.add_facets(vertex, change.lost, &mut lost, None);
+        self.sums.add(gained);
+        self.sums.subtract(lost);
+        self.links.replace(vertex, change.link);
+    }
+
+    /// Replaces the link of an owned point that splaying has changed.
+    pub(crate) fn splay(&mut self, table: &Table<P>, vertex: u32, change: &Change<'_, P>) {
+        self.replace(table, vertex, change);
+        self.changed.insert(vertex);
+    }
+
+    /// Returns the subdomain triangulation, unless its links were extracted.
+    pub(crate) fn triangulation(&self) -> Option<&SubdomainTriangulation<P>> {
+        self.triangulation.as_ref()
+    }
+
+    /// Removes and returns the subdomain triangulation.
+    pub(crate) fn take_triangulation(&mut self) -> Option<SubdomainTriangulation<P>> {
+        self.triangulation.take()
+    }
+
+    /// Extracts the links for pictures, and keeps the subdomain triangulation.
+    pub(crate) fn copy_links(&mut self) {
+        if let Some(triangulation) = &self.triangulation {
+            self.links = triangulation.links();
         }
-        self.facets.extend_from_slice(links);
     }
 
-    /// Replaces the link of a home point; the sums stay as they are.
-    pub(crate) fn replace(&mut self, owned: u32, link: &[P::Facet]) {
-        self.ranges[owned as usize] = (self.facets.len() as u32, link.len() as u32);
-        self.facets.extend_from_slice(link);
-    }
-
-    /// Replaces the link of a home point in the exchange.
-    pub(crate) fn change(&mut self, table: &Table<P>, owned: u32, change: &Change<'_, P>) {
-        self.recount(table, owned, change.gone, change.fresh);
-        self.replace(owned, change.link);
-        self.changed.insert(owned);
-    }
-
-    /// The piece's own triangulation, while no star has been taken out of it.
-    pub(crate) fn piece(&self) -> Option<&SubdomainTriangulation<P>> {
-        self.piece.as_ref()
-    }
-
-    /// The same, to change it.
-    pub(crate) fn take_subdomain(&mut self) -> Option<SubdomainTriangulation<P>> {
-        self.piece.take()
-    }
-
-    /// Keeps the piece's own triangulation, which holds the links of all home points.
-    pub(crate) fn set_subdomain(&mut self, piece: Option<SubdomainTriangulation<P>>) {
-        self.piece = piece;
-    }
-
-    /// Writes the links of a piece out beside it, for pictures only.
-    pub(crate) fn show(&mut self) {
-        if let Some(piece) = &self.piece {
-            (self.facets, self.ranges) = piece.links();
-        }
-    }
-
-    /// Writes the links of a piece out, once, before stars are compared or changed one by one.
-    pub(crate) fn write_out(&mut self, table: &mut Table<P>) {
-        if let Some(piece) = self.piece.take() {
-            (self.facets, self.ranges) = piece.links();
+    /// Replaces the subdomain triangulation by its links, before stars are compared or changed one by one.
+    pub(crate) fn extract_links(&mut self, table: &mut Table<P>) {
+        if let Some(triangulation) = self.triangulation.take() {
+            self.links = triangulation.links();
             table.with_radii();
             self.extend_hashes(table);
         }
     }
 }
 
-/// A new link of a home point: the facets that came and those that went.
+/// The change of one link.
 pub(crate) struct Change<'a, P: Point> {
+    /// The new link.
     pub(crate) link: &'a [P::Facet],
-    pub(crate) fresh: &'a [P::Facet],
-    pub(crate) gone: &'a [P::Facet],
+    /// The facets that only the new link has.
+    pub(crate) gained: &'a [P::Facet],
+    /// The facets that only the old link had.
+    pub(crate) lost: &'a [P::Facet],
 }
 
-/// The stars and the table that their numbers refer to, to be read by several cores.
+/// The stars and the table of their vertices, for threads that read both.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Chart<'a, P: Point> {
-    pub(crate) table: &'a Table<P>,
-    pub(crate) stars: &'a Stars<P>,
+pub(crate) struct StarsView<'a, P: Point> {
+    table: &'a Table<P>,
+    stars: &'a Stars<P>,
+}
+
+impl<'a, P: Point> StarsView<'a, P> {
+    /// Views stars with the table of their vertices.
+    pub(crate) fn new(table: &'a Table<P>, stars: &'a Stars<P>) -> Self {
+        StarsView { table, stars }
+    }
+
+    /// Returns the table.
+    #[inline]
+    pub(crate) fn table(&self) -> &'a Table<P> {
+        self.table
+    }
+
+    /// Returns the stars.
+    #[inline]
+    pub(crate) fn stars(&self) -> &'a Stars<P> {
+        self.stars
+    }
+
+    /// Returns the link of an owned point.
+    #[inline]
+    pub(crate) fn link(&self, vertex: u32) -> &'a [P::Facet] {
+        self.stars.link(vertex)
+    }
+
+    /// Returns the lexicographically smallest vertex of a finite cell.
+    #[inline]
+    pub(crate) fn smallest(&self, cell: &P::Cell) -> u32 {
+        self.stars.hashes.smallest(self.table, cell)
+    }
 }

@@ -1,63 +1,97 @@
-//! Cells of the triangulation, by the local indices of their vertices.
+//! Cells of the triangulation, as local indices of their vertices.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::{Point, Simplex, lex_cmp};
 
-/// The cell of a vertex and a facet of its link, or `None` if it is infinite.
-pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
+/// Returns the cell of a vertex and a facet of its link, with the vertex first.
+#[inline]
+pub(crate) fn star_cell<P: Point>(centre: u32, facet: &P::Facet) -> P::Cell {
     let mut cell = P::Cell::splat(centre);
-    for (slot, &v) in facet.as_ref().iter().enumerate() {
-        if v == INFINITE {
-            return None;
-        }
-        cell.as_mut()[slot + 1] = v;
-    }
-    Some(cell)
+    cell.as_mut()[1..].copy_from_slice(facet.as_ref());
+    cell
 }
 
-/// The cell with its vertices sorted by index, for comparison.
+/// Returns the cell of a vertex and a facet of its link, or `None` if the cell is infinite.
+#[inline]
+pub(crate) fn finite_cell<P: Point>(centre: u32, facet: &P::Facet) -> Option<P::Cell> {
+    let is_finite = facet.as_ref().iter().all(|&v| v != INFINITE);
+    is_finite.then(|| star_cell::<P>(centre, facet))
+}
+
+/// Returns the cell with its vertices in ascending order, so that equal cells compare equal.
 pub(crate) fn in_order<P: Point>(cell: &P::Cell) -> P::Cell {
     let mut ordered = *cell;
     ordered.as_mut().sort_unstable();
     ordered
 }
 
-/// The lexicographically smallest finite vertex, or [`INFINITE`] if there is none.
-pub(crate) fn smallest_of<P: Point>(positions: &[P], vertices: impl IntoIterator<Item = u32>) -> u32 {
+/// Returns the lexicographically smallest finite vertex of a cell, or [`INFINITE`] if there is none.
+///
+/// `first` maps a vertex to its first coordinate, or to a rounded one, and [`INFINITE`] to infinity. Rounding preserves the
+/// order except for ties. If no two compared values are equal, they decide; otherwise the positions do.
+#[inline]
+pub(crate) fn smallest_vertex<P: Point, C: PartialOrd + Copy>(
+    positions: &[P],
+    vertices: &[u32],
+    first: impl Fn(u32) -> C,
+) -> u32 {
+    let (mut smallest, mut least, mut is_tied) = (vertices[0], first(vertices[0]), false);
+    for &v in &vertices[1..] {
+        let other = first(v);
+        is_tied |= other == least;
+        (smallest, least) = if other < least { (v, other) } else { (smallest, least) };
+    }
+    if is_tied { smallest_by_positions(positions, vertices) } else { smallest }
+}
+
+fn smallest_by_positions<P: Point>(positions: &[P], vertices: &[u32]) -> u32 {
     let at = |v: u32| &positions[v as usize];
     let smaller = |best: u32, v: u32| best == INFINITE || (v != INFINITE && lex_cmp(at(v), at(best)).is_lt());
-    vertices.into_iter().fold(INFINITE, |best, v| if smaller(best, v) { v } else { best })
+    vertices.iter().fold(INFINITE, |best, &v| if smaller(best, v) { v } else { best })
 }
 
-/// A search for the lexicographically smallest of some vertices by their first coordinates.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Smallest<C> {
-    /// The vertex with the smallest first coordinate so far.
-    vertex: u32,
-    /// Its first coordinate.
-    first: C,
-    /// Whether two first coordinates were equal, so that they may not decide.
-    is_tied: bool,
-}
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
 
-impl<C: PartialOrd + Copy> Smallest<C> {
-    /// Starts with a vertex and its first coordinate.
-    #[inline]
-    pub(crate) fn of(vertex: u32, first: C) -> Self {
-        Smallest { vertex, first, is_tied: false }
+    use super::*;
+
+    /// Coordinates that rounding makes equal, equal ones, zeros of both signs, and values beyond single precision.
+    fn positions<P: Point>() -> Vec<P> {
+        let near = |k: u32| 1.0 + f64::from(k) * f64::EPSILON;
+        let firsts =
+            [near(0), near(1), near(2), 0.5, 0.0, -0.0, -3.0, 1e39, 1e300, -1e39, -1e300, 1e-50, 2e-50];
+        let mut positions: Vec<P> = Vec::new();
+        for (i, &first) in firsts.iter().enumerate() {
+            for rest in [i as f64 % 3.0, 7.0] {
+                positions.push(P::from_coords(&[first, rest, -rest][..P::DIM]));
+            }
+        }
+        positions
     }
 
-    /// Adds a vertex.
-    #[inline]
-    pub(crate) fn look(&mut self, vertex: u32, first: C) {
-        self.is_tied |= first == self.first;
-        (self.vertex, self.first) =
-            if first < self.first { (vertex, first) } else { (self.vertex, self.first) };
+    fn rounded_coordinates_find_the_smallest<P: Point>() {
+        let positions = positions::<P>();
+        let all = positions.len() as u32;
+        let mut state = 5u64;
+        for _ in 0..20_000 {
+            let mut cell = P::Cell::splat(INFINITE);
+            for v in cell.as_mut() {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let drawn = (state >> 33) as u32 % (all + 2);
+                *v = if drawn < all { drawn } else { INFINITE };
+            }
+            let expected = smallest_by_positions(&positions, cell.as_ref());
+            let exact = |v: u32| positions.get(v as usize).map_or(f64::INFINITY, |x| x.coord(0));
+            assert_eq!(smallest_vertex(&positions, cell.as_ref(), exact), expected, "{cell:?}");
+            let rounded = |v: u32| exact(v) as f32;
+            assert_eq!(smallest_vertex(&positions, cell.as_ref(), rounded), expected, "{cell:?}");
+        }
     }
 
-    /// The smallest vertex. If first coordinates do not decide, `compare` finds it ([`smallest_of`]).
-    #[inline]
-    pub(crate) fn vertex(self, compare: impl FnOnce() -> u32) -> u32 {
-        if self.is_tied { compare() } else { self.vertex }
+    #[test]
+    fn rounded_coordinates_find_the_smallest_vertex() {
+        rounded_coordinates_find_the_smallest::<DVec3>();
+        rounded_coordinates_find_the_smallest::<DVec2>();
     }
 }

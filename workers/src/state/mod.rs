@@ -4,6 +4,7 @@ pub(crate) mod bits;
 pub(crate) mod cells;
 pub mod frame;
 pub(crate) mod ghosts;
+pub(crate) mod link_arena;
 pub mod subdomain;
 pub mod table;
 pub mod tree;

@@ -1,4 +1,4 @@
-//! What the filters leave out reaches nothing that matters.
+//! The filters skip no cell that must be sent.
 
 use std::collections::HashMap;
 
@@ -13,8 +13,8 @@ use crate::config::Stop;
 use crate::state::subdomain::Group;
 use crate::state::tree::bounds;
 
-/// A sphere; its ball is the interior.
-pub(crate) fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
+/// Returns a sphere whose interior is its ball.
+pub(in crate::direct) fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
     let a = 0.5 / radius;
     let mut words = [0.0; 9];
     (words[3], words[4], words[8]) = (1.0, a, a * (centre.norm2() - radius * radius));
@@ -24,7 +24,7 @@ pub(crate) fn sphere<P: Point>(centre: P, radius: f64) -> Separator<P> {
     Separator::from_array(&words).unwrap()
 }
 
-pub(crate) fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P]) -> Shared<P> {
+pub(in crate::direct) fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P]) -> Shared<P> {
     let side = |wanted: usize| points.iter().copied().filter(move |&x| separator.side(x) == side_of(wanted));
     let boxes = [bounds(side(0)), bounds(side(1))];
     let child = Child { population: 1, first: 1, ranks: 1, leaf: true };
@@ -37,8 +37,8 @@ fn unit(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Random points, a grid, points on spheres, two far clusters.
-pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
+/// Returns random points, points on a sphere, two distant clusters, and points of a grid.
+pub(in crate::direct) fn sets<P: Point>() -> Vec<Vec<P>> {
     let mut state = 7;
     let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> {
         let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);
@@ -57,34 +57,35 @@ pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
     all
 }
 
-/// The vertices with halos that do not hold the ball of a cell, which is larger by a factor.
-fn beyond<P: Point>(reach: &ConflictRegion<P>, larger: f64, cell: &P::Cell, margins: &[Margin]) -> u8 {
-    let is_in = |&v: &u32| match *reach {
+/// Returns a bit for each vertex whose halo ball does not contain the conflict region, enlarged by a factor.
+fn beyond<P: Point>(region: &ConflictRegion<P>, larger: f64, cell: &P::Cell, margins: &[Margin]) -> u8 {
+    let is_inside = |&v: &u32| match *region {
         _ if v as usize >= margins.len() => true,
         ConflictRegion::Ball { radius, .. } => 2.0 * radius * larger <= margins[v as usize].sent,
         _ => false,
     };
-    cell.as_ref().iter().enumerate().fold(0, |sent, (i, v)| sent | u8::from(!is_in(v)) << i)
+    cell.as_ref().iter().enumerate().fold(0, |sent, (i, v)| sent | u8::from(!is_inside(v)) << i)
 }
 
-/// Looks at all cells by their own balls alone. Returns how many reach out beyond halos.
+/// Compares with a test of all cells by their own conflict regions. Returns the number of outgoing cells.
 fn compare<P: Point>(
     path: &[Shared<P>],
-    piece: &SubdomainTriangulation<P>,
+    triangulation: &SubdomainTriangulation<P>,
     points: &[P],
     margins: &[Margin],
 ) -> usize {
-    let surveyed = InterfaceCells::of(path, piece, points, margins).scan();
+    let scanned = InterfaceCells::new(path, triangulation, points, margins).scan();
     let found: HashMap<P::Cell, (u64, u8)> =
-        surveyed.iter().map(|out| (out.cell, (out.levels, out.sent))).collect();
-    assert_eq!(found.len(), surveyed.len());
+        scanned.iter().map(|out| (out.cell, (out.levels, out.sent))).collect();
+    assert_eq!(found.len(), scanned.len());
     let mut number = 0;
-    piece.each_cell(|_, cell| {
-        let reach = crate::direct::subdomain_triangulation::reach_of::<P>(cell, |v| points[v as usize]);
-        let met = |s: &Shared<P>| reaches(s.split(), &reach, 1 - s.mine());
+    triangulation.each_cell(|_, cell| {
+        let region =
+            crate::direct::subdomain_triangulation::conflict_region::<P>(cell, |v| points[v as usize]);
+        let met = |s: &Shared<P>| reaches(s.split(), &region, 1 - s.mine());
         let levels = (0..path.len()).fold(0, |levels, i| levels | u64::from(met(&path[i])) << i);
-        // The kernel's sphere may be a little larger, never smaller.
-        let [least, most] = [1.0 - 1e-9, 1.01].map(|larger| beyond(&reach, larger, cell, margins));
+        // The kernel's sphere may be slightly larger, never smaller.
+        let [least, most] = [1.0 - 1e-9, 1.01].map(|larger| beyond(&region, larger, cell, margins));
         let (at, sent) = found.get(cell).copied().unwrap_or((0, 0));
         assert_eq!(sent & !most, 0);
         if levels != 0 && least != 0 {
@@ -92,7 +93,7 @@ fn compare<P: Point>(
             number += 1;
         }
     });
-    assert!(surveyed.len() <= number + number / 10 + 3, "{} for {number}", surveyed.len());
+    assert!(scanned.len() <= number + number / 10 + 3, "{} for {number}", scanned.len());
     number
 }
 
@@ -113,12 +114,12 @@ fn all_are_found<P: Point>() {
         let is_owned = |x: &&P| path.iter().all(|s| s.split().side(**x) == s.mine());
         let owned: Vec<P> = points.iter().filter(is_owned).copied().collect();
         let owned: Vec<P> = insertion_order(&owned).into_iter().map(|i| owned[i as usize]).collect();
-        // Foreign points; no halos, small ones, large ones.
-        let beside: Vec<P> = points.iter().filter(|x| !is_owned(x)).copied().step_by(9).collect();
-        let all: Vec<P> = owned.iter().chain(&beside).copied().collect();
+        // Ghosts, with empty, small and large halo balls.
+        let ghosts: Vec<P> = points.iter().filter(|x| !is_owned(x)).copied().step_by(9).collect();
+        let all: Vec<P> = owned.iter().chain(&ghosts).copied().collect();
         let others: Vec<u32> = (owned.len() as u32..all.len() as u32).collect();
         for others in [&[], &others[..]] {
-            let Some(piece) =
+            let Some(triangulation) =
                 SubdomainTriangulation::new(&all, owned.len() as u32, others, 0, &Stop::default())
             else {
                 continue;
@@ -128,24 +129,24 @@ fn all_are_found<P: Point>() {
                 let margin = |x: &P| {
                     let clear = path.iter().map(|s| s.split().separator().clearance(*x));
                     let free = clear.fold(f64::INFINITY, f64::min);
-                    // Not all know how free they are.
+                    // The free radius of some is unknown.
                     let sent = most * unit(&mut state);
                     Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
                 };
-                let halo: Vec<Margin> = owned.iter().map(margin).collect();
-                compared += compare(&path, &piece, &all, &halo);
+                let layer: Vec<Margin> = owned.iter().map(margin).collect();
+                compared += compare(&path, &triangulation, &all, &layer);
             }
         }
     }
-    assert!(compared > 3000, "{compared} cells reach out");
+    assert!(compared > 3000, "{compared} outgoing cells");
 }
 
 #[test]
-fn in_space_all_that_reaches_out_is_found() {
+fn all_outgoing_cells_are_found_in_space() {
     all_are_found::<DVec3>();
 }
 
 #[test]
-fn in_the_plane_all_that_reaches_out_is_found() {
+fn all_outgoing_cells_are_found_in_the_plane() {
     all_are_found::<DVec2>();
 }

@@ -1,4 +1,4 @@
-//! Stars that know too little and hear from each other in one rank, against stars built from all points.
+//! Compares stars that splay within one rank with stars built from all points.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -12,7 +12,8 @@ use septet_protocol::transport::TransportError;
 use super::*;
 use crate::config::WorkerConfig;
 use crate::machine::context::{Context, Running};
-use crate::splaying::pending::star_by_star;
+use crate::splaying::messages::GatheredPoint;
+use crate::splaying::pending::Pending;
 use crate::splaying::splay::splay;
 use crate::stars::check::{Agreement, certificate, check};
 use crate::stars::owned::Stars;
@@ -33,10 +34,10 @@ fn cloud<P: Point>(count: usize, mut seed: u64) -> Vec<P> {
     (0..count).map(|_| point()).collect()
 }
 
-/// The star of a point among others.
-fn star<P: Point>(points: &[P], owned: u32, candidates: &[u32]) -> Vec<P::Facet> {
+/// Returns the star of a point among candidates.
+fn star<P: Point>(points: &[P], vertex: u32, candidates: &[u32]) -> Vec<P::Facet> {
     let (mut builder, mut link) = (StarBuilder::default(), Vec::new());
-    if builder.build(points, owned, candidates, &mut Cost::default()) {
+    if builder.build(points, vertex, candidates, &mut Cost::default()) {
         builder.facets(&mut link);
     }
     link
@@ -50,27 +51,27 @@ struct Rank<P: Point> {
 }
 
 impl<P: Point> Rank<P> {
-    /// Whose stars are those among these candidates.
+    /// Creates a rank whose stars have the given candidates.
     fn of(points: &[P], candidates: impl Fn(u32) -> Vec<u32>) -> Self {
         let n = points.len() as u32;
         let table = Table::of_owned((0..u64::from(n)).collect(), points.to_vec(), 1);
         let leaf = Leaf::new(NodeId::ROOT, 0..n, bounds(points.iter().copied()));
         let subdomain = Subdomain::new(Vec::new(), None, Some(Subtree::of_leaf(leaf)), Vec::new());
         let mut stars = Stars::default();
-        for owned in 0..n {
-            let link = star(points, owned, &candidates(owned));
+        for vertex in 0..n {
+            let link = star(points, vertex, &candidates(vertex));
             stars.append(&link, &[link.len() as u32]);
         }
         stars.extend_hashes(&table);
         Rank { subdomain, table, stars }
     }
 
-    fn chart(&self) -> Chart<'_, P> {
-        Chart { table: &self.table, stars: &self.stars }
+    fn view(&self) -> StarsView<'_, P> {
+        StarsView::new(&self.table, &self.stars)
     }
 
-    /// Checks the stars and exchanges what they miss; returns the rounds of that, and what a certificate says then.
-    async fn exchange(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
+    /// Checks and splays the stars. Returns the rounds and the result of a certificate.
+    async fn splay(mut self, mut cx: Context<P>) -> Result<(Self, u32, Agreement), TransportError> {
         let Rank { subdomain, table, stars } = &mut self;
         let before = check(&mut cx, subdomain, table, stars).await?;
         let population = u64::from(table.owned_len());
@@ -80,52 +81,54 @@ impl<P: Point> Rank<P> {
     }
 }
 
-/// The nearest others.
-fn nearest<P: Point>(points: &[P], owned: u32, k: usize) -> Vec<u32> {
-    let mut all: Vec<u32> = (0..points.len() as u32).filter(|&v| v != owned).collect();
-    let from = |v: u32| dist2(points[v as usize], points[owned as usize]);
+/// Returns the nearest other points.
+fn nearest<P: Point>(points: &[P], vertex: u32, k: usize) -> Vec<u32> {
+    let mut all: Vec<u32> = (0..points.len() as u32).filter(|&v| v != vertex).collect();
+    let from = |v: u32| dist2(points[v as usize], points[vertex as usize]);
     all.sort_by(|&a, &b| from(a).total_cmp(&from(b)));
     all.truncate(k);
     all
 }
 
-/// The cells of a link, each in order.
-fn cells<P: Point>(owned: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
-    link.iter().filter_map(|facet| finite_cell::<P>(owned, facet)).map(|cell| in_order::<P>(&cell)).collect()
+/// Returns the finite cells of a link.
+fn cells<P: Point>(vertex: u32, link: &[P::Facet]) -> BTreeSet<P::Cell> {
+    link.iter().filter_map(|facet| finite_cell::<P>(vertex, facet)).map(|cell| in_order::<P>(&cell)).collect()
 }
 
-fn tell<P: Point>(rank: &Rank<P>, news: &StarNews<'_, P>, points: &[u32]) -> Splayed<P> {
-    let mut out = Splayed::default();
-    rank.chart().splay_star(news, points, &mut Tools::new(rank.table.positions().len()), &mut out);
+/// Runs the step of the one star that has messages.
+fn step<P: Point>(rank: &Rank<P>, mut pending: Pending<P>) -> Splayed<P> {
+    let (mut tools, mut out) = (Tools::new(rank.table.positions().len()), Splayed::default());
+    pending.sort();
+    StarStep::new(rank.view(), pending.by_star()[0], &mut tools, &mut out).run();
     out
 }
 
-/// What a star makes of cells proposed to it by these.
-fn propose<P: Point>(rank: &Rank<P>, owned: u32, cells: &[(P::Cell, u32)]) -> Splayed<P> {
-    let mut proposed: Vec<Proposal<P>> = cells.iter().map(|&(cell, from)| (owned, cell, from)).collect();
-    proposed.sort_unstable();
-    tell(rank, &star_by_star::<P>(&proposed, &[], &[])[0], &[])
+/// Proposes cells to a star, each with its sender.
+fn propose<P: Point>(rank: &Rank<P>, to: u32, cells: &[(P::Cell, u32)]) -> Splayed<P> {
+    let mut pending = Pending::new(Vec::new());
+    pending.proposals = cells.iter().map(|&(cell, from)| Proposal { to, cell, from }).collect();
+    step(rank, pending)
 }
 
-/// The objections to a cell: the receivers, and the points.
-fn against<P: Point>(out: &mut Splayed<P>, cell: &P::Cell) -> Vec<(u32, Vec<u32>)> {
+/// Returns the objections to a cell: the receivers and the witnesses.
+fn objections_to<P: Point>(out: &mut Splayed<P>, cell: &P::Cell) -> Vec<(u32, Vec<u32>)> {
     out.objections.sort();
-    let points = out.objections.points();
-    let of_it = out.objections.cells().iter().filter(|o| o.1 == *cell);
-    of_it.map(|o| (o.0, points[o.3.clone()].to_vec())).collect()
+    let witnesses = out.objections.witnesses();
+    let of_cell = out.objections.list().iter().filter(|o| o.cell == *cell);
+    of_cell.map(|o| (o.to, witnesses[o.witnesses.clone()].to_vec())).collect()
 }
 
-fn exchange_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
+fn splaying_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
-    let rank = Rank::of(points, |owned| nearest(points, owned, few + owned as usize % 4));
-    let right = |rank: &Rank<P>, owned: u32| {
-        cells::<P>(owned, rank.stars.link(owned)) == cells::<P>(owned, &star(points, owned, &everyone))
+    let rank = Rank::of(points, |vertex| nearest(points, vertex, few + vertex as usize % 4));
+    let is_right = |rank: &Rank<P>, vertex: u32| {
+        cells::<P>(vertex, rank.stars.link(vertex)) == cells::<P>(vertex, &star(points, vertex, &everyone))
     };
-    let wrong = everyone.iter().filter(|&&owned| !right(&rank, owned)).count();
-    assert!(wrong * 10 > points.len(), "{wrong} stars to be repaired");
-    let mut running = Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.exchange(cx));
+    let wrong = everyone.iter().filter(|&&vertex| !is_right(&rank, vertex)).count();
+    assert!(wrong * 10 > points.len(), "{wrong} wrong stars");
+    let mut running = Running::start(1, Arc::new(WorkerConfig::plain()), None, |cx| rank.splay(cx));
     for round in 1.. {
-        assert!(running.step().unwrap().is_empty(), "nobody else is there");
+        assert!(running.step().unwrap().is_empty(), "there is no other rank");
         if running.is_done() {
             break;
         }
@@ -134,23 +137,22 @@ fn exchange_ends_in_the_stars_of_all<P: Point>(points: &[P], few: usize) {
     }
     let (rank, rounds, after) = running.into_result().unwrap();
     assert!(rounds > 1 && rounds < 48);
-    assert!(everyone.iter().all(|&owned| right(&rank, owned)), "{few} nearest: a star is wrong");
-    assert_eq!(after.differing, 0, "what the sums followed is what there is");
-    assert!(after.disagreements.is_empty());
+    assert!(everyone.iter().all(|&vertex| is_right(&rank, vertex)), "{few} nearest: a star is wrong");
+    assert_eq!(after.differing(), 0, "the sums follow the stars");
+    assert!(after.disagreements().is_empty());
 }
 
 #[test]
-fn the_exchange_ends_in_the_stars_of_all() {
+fn the_splaying_ends_in_the_stars_of_all() {
     for seed in 1..6 {
-        exchange_ends_in_the_stars_of_all::<DVec2>(&cloud(150, seed), 5);
-        exchange_ends_in_the_stars_of_all::<DVec3>(&cloud(150, seed), 9);
+        splaying_ends_in_the_stars_of_all::<DVec2>(&cloud(150, seed), 5);
+        splaying_ends_in_the_stars_of_all::<DVec3>(&cloud(150, seed), 9);
     }
 }
 
-/// Every cell that is not Delaunay is refused, with just those points of the new link that are in its sphere, to those who
-/// proposed it.
+/// A star objects to every cell that is not Delaunay. It sends its proposers the points of the new link in the circumsphere.
 #[test]
-fn what_is_refused_is_refused_with_points_of_the_new_link() {
+fn rejected_cells_have_witnesses_from_the_new_link() {
     let points = cloud::<DVec2>(30, 3);
     let everyone: Vec<u32> = (0..30).collect();
     let late = star(&points, 0, &everyone)[0].as_ref()[0];
@@ -171,15 +173,15 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
         let mut expected: Vec<u32> = link.iter().filter(inside).copied().collect();
         expected.sort_unstable();
         let mut out = propose(&rank, 0, &[(brings, late), (cell, a), (cell, b)]);
-        let mut found = against::<DVec2>(&mut out, &cell);
-        for news in &mut found {
-            news.1.sort_unstable();
+        let mut found = objections_to::<DVec2>(&mut out, &cell);
+        for objection in &mut found {
+            objection.1.sort_unstable();
         }
         if cells::<DVec2>(0, &whole).contains(&cell) {
             assert!(found.is_empty() && expected.is_empty());
             continue;
         }
-        assert!(!expected.is_empty() || found.is_empty(), "{cell:?}: nothing is against it");
+        assert!(!expected.is_empty() || found.is_empty(), "{cell:?}: an objection to a Delaunay cell");
         if rank.stars.link(0).iter().all(|facet| in_order::<DVec2>(&[0, facet[0], facet[1]]) != cell) {
             assert_eq!(found, [(a, expected.clone()), (b, expected.clone())], "{cell:?}");
             with_late += u32::from(expected.contains(&late));
@@ -188,28 +190,29 @@ fn what_is_refused_is_refused_with_points_of_the_new_link() {
     assert!(with_late > 0);
 }
 
-/// A star tells the smallest vertex what it gained, or if that is itself the others, but no star that proposed it.
+/// A star proposes a gained cell to its smallest vertex, or to the others if its own vertex is the smallest. It skips stars
+/// that proposed the cell.
 #[test]
-fn fresh_cells_go_to_the_smallest_vertex_or_from_it() {
+fn gained_cells_go_to_the_smallest_vertex_or_from_it() {
     let points = cloud::<DVec2>(40, 9);
     let everyone: Vec<u32> = (0..40).collect();
-    let rank = Rank::of(&points, |owned| nearest(&points, owned, 4));
+    let rank = Rank::of(&points, |vertex| nearest(&points, vertex, 4));
     let (mut to_others, mut to_smallest) = (0, 0);
-    for owned in 0..40 {
-        let held = cells::<DVec2>(owned, rank.stars.link(owned));
-        for cell in cells::<DVec2>(owned, &star(&points, owned, &everyone)).difference(&held) {
-            let others: Vec<u32> = cell.iter().copied().filter(|&v| v != owned).collect();
+    for vertex in 0..40 {
+        let held = cells::<DVec2>(vertex, rank.stars.link(vertex));
+        for cell in cells::<DVec2>(vertex, &star(&points, vertex, &everyone)).difference(&held) {
+            let others: Vec<u32> = cell.iter().copied().filter(|&v| v != vertex).collect();
             for from in [&others[..1], &others[1..], &others[..]] {
-                let tellers: Vec<([u32; 3], u32)> = from.iter().map(|&v| (*cell, v)).collect();
-                let out = propose(&rank, owned, &tellers);
-                let smallest = rank.chart().smallest(cell);
-                let asked = others.iter().filter(|&&v| smallest == owned || v == smallest);
-                let expected: Vec<u32> = asked.copied().filter(|v| !from.contains(v)).collect();
-                let of_it = out.proposals.iter().filter(|p| p.1 == *cell);
-                let mut found: Vec<u32> = of_it.map(|p| p.0).collect();
+                let proposed: Vec<([u32; 3], u32)> = from.iter().map(|&v| (*cell, v)).collect();
+                let out = propose(&rank, vertex, &proposed);
+                let smallest = rank.view().smallest(cell);
+                let receivers = others.iter().filter(|&&v| smallest == vertex || v == smallest);
+                let expected: Vec<u32> = receivers.copied().filter(|v| !from.contains(v)).collect();
+                let of_cell = out.proposals.iter().filter(|p| p.cell == *cell);
+                let mut found: Vec<u32> = of_cell.map(|p| p.to).collect();
                 found.sort_unstable();
-                assert_eq!(found, expected, "{cell:?} at {owned}");
-                let count = if smallest == owned { &mut to_others } else { &mut to_smallest };
+                assert_eq!(found, expected, "{cell:?} at {vertex}");
+                let count = if smallest == vertex { &mut to_others } else { &mut to_smallest };
                 *count += found.len();
             }
         }
@@ -217,45 +220,43 @@ fn fresh_cells_go_to_the_smallest_vertex_or_from_it() {
     assert!(to_others > 0 && to_smallest > 0);
 }
 
-/// A cell that is objected to and one that is proposed, in one step: the star loses the one, does not answer the
-/// objector, and tells the others.
+/// A star receives an objection to one cell and a proposal of another. It loses the first cell and sends objections to the
+/// others, but not to the objector.
 #[test]
 fn an_objection_and_a_proposal_in_one_step() {
     let points = cloud::<DVec2>(40, 4);
     let everyone: Vec<u32> = (0..40).collect();
-    let mut met = 0;
-    for owned in 0..40 {
-        let right = cells::<DVec2>(owned, &star(&points, owned, &everyone));
-        let late = *right.iter().flatten().find(|&&v| v != owned).unwrap();
+    let mut count = 0;
+    for vertex in 0..40 {
+        let right = cells::<DVec2>(vertex, &star(&points, vertex, &everyone));
+        let late = *right.iter().flatten().find(|&&v| v != vertex).unwrap();
         let without: Vec<u32> = everyone.iter().copied().filter(|&v| v != late).collect();
         let rank = Rank::of(&points, |_| without.clone());
-        let held = cells::<DVec2>(owned, rank.stars.link(owned));
+        let held = cells::<DVec2>(vertex, rank.stars.link(vertex));
         let brings = *right.iter().find(|cell| cell.contains(&late)).unwrap();
         for lost in held.difference(&right) {
-            let objector = *lost.iter().find(|&&v| v != owned).unwrap();
-            let proposed: Vec<Proposal<DVec2>> = vec![(owned, brings, late)];
-            let mut said = Announced::<DVec2>::default();
-            said.add([owned].into_iter(), lost, objector, &[late]);
-            said.sort();
-            let (objected, named) = (said.cells(), said.points());
-            let mut out = tell(&rank, &star_by_star::<DVec2>(&proposed, objected, &[])[0], named);
-            let mut found = None;
-            out.each_change(|_, change| found = Some(cells::<DVec2>(owned, change.link)));
-            assert_eq!(found.as_ref(), Some(&right), "{owned}");
-            let smallest = rank.chart().smallest(lost);
-            let asked = lost
+            let objector = *lost.iter().find(|&&v| v != vertex).unwrap();
+            let mut pending = Pending::<DVec2>::new(Vec::new());
+            pending.proposals.push(Proposal { to: vertex, cell: brings, from: late });
+            pending.objections.add([vertex].into_iter(), *lost, objector, &[late]);
+            let mut out = step(&rank, pending);
+            let mut changed = None;
+            out.each_change(|_, change| changed = Some(cells::<DVec2>(vertex, change.link)));
+            assert_eq!(changed.as_ref(), Some(&right), "{vertex}");
+            let smallest = rank.view().smallest(lost);
+            let receivers = lost
                 .iter()
                 .copied()
-                .filter(|&v| v != owned && (smallest == owned || v == smallest) && v != objector);
-            let news: Vec<u32> = against::<DVec2>(&mut out, lost).into_iter().map(|news| news.0).collect();
-            assert_eq!(news, asked.collect::<Vec<u32>>(), "{lost:?} at {owned}");
-            met += news.len();
+                .filter(|&v| v != vertex && (smallest == vertex || v == smallest) && v != objector);
+            let found: Vec<u32> = objections_to::<DVec2>(&mut out, lost).into_iter().map(|o| o.0).collect();
+            assert_eq!(found, receivers.collect::<Vec<u32>>(), "{lost:?} at {vertex}");
+            count += found.len();
         }
     }
-    assert!(met > 0);
+    assert!(count > 0);
 }
 
-/// A star without a link takes the first cell that is proposed; one with a hole is whole after a gathering.
+/// A star without a link takes the first cell that is proposed. A link with a hole is complete after gathering.
 #[test]
 fn stars_without_a_link_or_with_a_hole_are_rebuilt() {
     let points = cloud::<DVec3>(50, 7);
@@ -274,13 +275,14 @@ fn stars_without_a_link_or_with_a_hole_are_rebuilt() {
     let place = whole.iter().position(|facet| finite_cell::<DVec3>(5, facet).is_some()).unwrap();
     let mut link = whole.clone();
     link.remove(place);
-    holed.stars.replace(5, &link);
-    let gathered: Vec<(u32, u32)> = link_points::<DVec3>(&whole, &mut Marks::new(50), &mut Cost::default())
-        .into_iter()
-        .map(|v| (5, v))
-        .collect();
+    holed.stars.splay(&holed.table, 5, &Change { link: &link, gained: &[], lost: &[] });
+    let gathered: Vec<GatheredPoint> =
+        link_points::<DVec3>(&whole, &mut Marks::new(50), &mut Cost::default())
+            .into_iter()
+            .map(|point| GatheredPoint { star: 5, point })
+            .collect();
     let mut found = None;
-    tell(&holed, &star_by_star::<DVec3>(&[], &[], &gathered)[0], &[]).each_change(|_, change| {
+    step(&holed, Pending::new(gathered)).each_change(|_, change| {
         found = Some(cells::<DVec3>(5, change.link));
     });
     assert_eq!(found, Some(right));

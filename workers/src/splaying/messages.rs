@@ -1,0 +1,89 @@
+//! The messages between stars: proposals, objections, and gathered points.
+
+use std::ops::Range;
+
+/// A cell that the star of `to` may lack. Both vertices are vertices of the cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Proposal<C> {
+    /// The receiver.
+    pub(super) to: u32,
+    /// The vertices in ascending order.
+    pub(super) cell: C,
+    /// The sender, whose star has the cell.
+    pub(super) from: u32,
+}
+
+/// A cell that is not Delaunay. Both vertices are vertices of the cell.
+#[derive(Clone, Debug)]
+pub(super) struct Objection<C> {
+    /// The receiver.
+    pub(super) to: u32,
+    /// The vertices in ascending order.
+    pub(super) cell: C,
+    /// The sender.
+    pub(super) from: u32,
+    /// The positions in [`Objections::witnesses`] of the points in conflict with the cell.
+    pub(super) witnesses: Range<usize>,
+}
+
+/// Objections with their witnesses. A *witness* is a point in conflict with the cell.
+#[derive(Clone, Debug)]
+pub(super) struct Objections<C> {
+    list: Vec<Objection<C>>,
+    witnesses: Vec<u32>,
+}
+
+impl<C> Default for Objections<C> {
+    fn default() -> Self {
+        Objections { list: Vec::new(), witnesses: Vec::new() }
+    }
+}
+
+impl<C: Copy + Ord> Objections<C> {
+    /// Returns `true` if there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Sorts the objections by receiver, cell and sender.
+    pub(super) fn sort(&mut self) {
+        self.list.sort_unstable_by_key(|objection| (objection.to, objection.cell, objection.from));
+    }
+
+    /// Returns the objections.
+    pub(super) fn list(&self) -> &[Objection<C>] {
+        &self.list
+    }
+
+    /// Returns the witnesses of all objections.
+    pub(super) fn witnesses(&self) -> &[u32] {
+        &self.witnesses
+    }
+
+    /// Appends other objections.
+    pub(super) fn append(&mut self, other: Self) {
+        let offset = self.witnesses.len();
+        self.list.extend(other.list.into_iter().map(|objection| {
+            let Range { start, end } = objection.witnesses;
+            Objection { witnesses: start + offset..end + offset, ..objection }
+        }));
+        self.witnesses.extend(other.witnesses);
+    }
+
+    /// Adds an objection to one cell for each receiver.
+    pub(super) fn add(&mut self, to: impl Iterator<Item = u32>, cell: C, from: u32, witnesses: &[u32]) {
+        let start = self.witnesses.len();
+        self.witnesses.extend_from_slice(witnesses);
+        let range = start..self.witnesses.len();
+        self.list.extend(to.map(|to| Objection { to, cell, from, witnesses: range.clone() }));
+    }
+}
+
+/// A neighbour of an owned point in the triangulation of a gathered region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct GatheredPoint {
+    /// The owned point.
+    pub(super) star: u32,
+    /// The neighbour.
+    pub(super) point: u32,
+}

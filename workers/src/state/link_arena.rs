@@ -1,0 +1,83 @@
+//! The links of many vertices in one array of facets.
+
+use septet_geometry::point::{Point, Simplex};
+
+/// The links of the vertices 0, 1, ... A replaced link leaves its old facets behind.
+#[derive(Debug)]
+pub(crate) struct LinkArena<P: Point> {
+    facets: Vec<P::Facet>,
+    ranges: Vec<LinkRange>,
+}
+
+/// The position of a link in the array.
+#[derive(Clone, Copy, Debug)]
+struct LinkRange {
+    start: u32,
+    len: u32,
+}
+
+impl<P: Point> Default for LinkArena<P> {
+    fn default() -> Self {
+        LinkArena { facets: Vec::new(), ranges: Vec::new() }
+    }
+}
+
+impl<P: Point> LinkArena<P> {
+    /// Creates empty links with room for the given numbers of facets, to be filled by [`LinkArena::push`].
+    pub(crate) fn with_capacities(capacities: &[u32]) -> Self {
+        let mut ranges = Vec::with_capacity(capacities.len());
+        let mut start = 0;
+        for &capacity in capacities {
+            ranges.push(LinkRange { start, len: 0 });
+            start += capacity;
+        }
+        LinkArena { facets: vec![P::Facet::splat(0); start as usize], ranges }
+    }
+
+    /// Adds a facet to a link that has room.
+    pub(crate) fn push(&mut self, vertex: u32, facet: P::Facet) {
+        let range = &mut self.ranges[vertex as usize];
+        self.facets[(range.start + range.len) as usize] = facet;
+        range.len += 1;
+    }
+
+    /// Reserves memory for links and for facets.
+    pub(crate) fn reserve(&mut self, links: usize, facets: usize) {
+        self.ranges.reserve_exact(links);
+        self.facets.reserve_exact(facets);
+    }
+
+    /// Appends the links of the next vertices, given one after another in `facets`.
+    pub(crate) fn append(&mut self, facets: &[P::Facet], lengths: &[u32]) {
+        let mut start = self.facets.len() as u32;
+        for &len in lengths {
+            self.ranges.push(LinkRange { start, len });
+            start += len;
+        }
+        self.facets.extend_from_slice(facets);
+    }
+
+    /// Replaces a link.
+    pub(crate) fn replace(&mut self, vertex: u32, link: &[P::Facet]) {
+        self.ranges[vertex as usize] = LinkRange { start: self.facets.len() as u32, len: link.len() as u32 };
+        self.facets.extend_from_slice(link);
+    }
+
+    /// Returns the link of a vertex, infinite facets included.
+    #[inline]
+    pub(crate) fn link(&self, vertex: u32) -> &[P::Facet] {
+        let LinkRange { start, len } = self.ranges[vertex as usize];
+        &self.facets[start as usize..(start + len) as usize]
+    }
+
+    /// Returns the position of a link's first facet in the array.
+    #[inline]
+    pub(crate) fn start(&self, vertex: u32) -> u32 {
+        self.ranges[vertex as usize].start
+    }
+
+    /// Returns the length of the array.
+    pub(crate) fn len(&self) -> usize {
+        self.facets.len()
+    }
+}
