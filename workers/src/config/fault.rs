@@ -11,11 +11,12 @@ use septet_geometry::separator::{SEPARATOR_WORDS, Separator};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{Account, Charge, LedgerPart, Role};
 use septet_protocol::transport::TransportError;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// One planted fault. As text: `refuse:2-3`, `refuse-draws:2`, `spoil:1`, `die:2:hulls`, `panic:2:hulls`, `halve-alpha`, `small-sphere`,
 /// `one-clock`, `free-loop`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
     /// Leaders leave the shared nodes with these path numbers unsplit: their group's lowest rank holds each
     /// of them as a leaf, and the other ranks of the group pass on what they are sent for it.
