@@ -19,7 +19,7 @@ use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_lab::rival;
 use septet_protocol::ids::Phase;
-use septet_protocol::ledger::{Ledger, Total};
+use septet_protocol::ledger::{Ledger, LinkKey, RoundKey, SenderKey, Total};
 use septet_protocol::transport::{Transport as Machine, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::transport::pipe::{Pipes, serve_pipe};
@@ -314,10 +314,6 @@ fn tasks(run: &Run) -> Vec<u64> {
     all
 }
 
-fn name(phase: u8) -> &'static str {
-    Phase::from_number(phase).map_or("none", Phase::name)
-}
-
 fn cost(cost: Cost) -> [u64; 4] {
     cost.to_parts()
 }
@@ -337,29 +333,31 @@ fn ledger(ledger: &Ledger, phases: &[(Phase, f64)]) -> Vec<Row> {
     for step in &ledger.critical_path {
         rows.push(Row::new("path", step.phase.name(), [step.node.0, step.depth]));
     }
-    for ((round, phase), t) in &part.rounds {
+    for (&RoundKey { round, phase }, t) in &part.rounds {
         let moved = [t.messages, t.bytes, t.largest, t.points];
         let done = [t.active, t.merged, t.separators, t.retries, t.control];
-        let numbers = [u64::from(*round)].into_iter().chain(moved).chain(done);
-        rows.push(Row::new("round", name(*phase), numbers));
+        let numbers = [u64::from(round)].into_iter().chain(moved).chain(done);
+        rows.push(Row::new("round", phase.name(), numbers));
     }
-    for ((phase, from, to), t) in &part.links {
-        let numbers = [u64::from(*from), u64::from(*to), t.messages, t.bytes, t.points];
-        rows.push(Row::new("link", name(*phase), numbers));
+    for (&LinkKey { phase, from, to }, t) in &part.links {
+        let numbers = [u64::from(from), u64::from(to), t.messages, t.bytes, t.points];
+        rows.push(Row::new("link", phase.name(), numbers));
     }
-    for ((round, phase, from), t) in &part.senders {
-        let numbers = [u64::from(*round), u64::from(*from), t.messages, t.bytes, t.points];
-        rows.push(Row::new("sender", name(*phase), numbers));
+    for (&SenderKey { round, phase, from }, t) in &part.senders {
+        let numbers = [u64::from(round), u64::from(from), t.messages, t.bytes, t.points];
+        rows.push(Row::new("sender", phase.name(), numbers));
     }
-    for ((phase, node), c) in &part.charges {
-        rows.push(Row::new("charge", name(*phase), [node.0, c.items].into_iter().chain(cost(c.cost))));
+    for phase in Phase::ALL {
+        for (node, c) in part.members(phase) {
+            rows.push(Row::new("charge", phase.name(), [node.0, c.items].into_iter().chain(cost(c.cost))));
+        }
     }
-    for ((level, node), c) in &part.corrections {
-        let numbers = [u64::from(*level), node.0, c.items].into_iter().chain(cost(c.cost));
+    for (level, node, c) in part.passes() {
+        let numbers = [u64::from(level), node.0, c.items].into_iter().chain(cost(c.cost));
         rows.push(Row::new("correction", "neighbours", numbers));
     }
     for (node, f) in &part.nodes {
-        let split = [node.0, f.population, f.inside, f.attempts, f.kind, f.separator];
+        let split = [node.0, f.population, f.inside, f.attempts, f.kind.number(), f.separator];
         let sets = [f.crossing_inside, f.crossing_outside, f.members, f.edges, f.max_degree, f.visits];
         rows.push(Row::new("node", "tree", split.into_iter().chain(sets)));
     }

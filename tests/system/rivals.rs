@@ -166,8 +166,8 @@ fn naive_depth_is_quadratic_in_the_levels() {
         let naive = counted(&points, &Config { correction: Correction::Naive, ..paper.clone() }).ledger;
         let descent = counted(&points, &paper).ledger;
         let heights = heights(&naive);
-        for (node, charge) in naive.part.charges.iter().filter(|(key, _)| key.0 == Phase::Neighbours as u8) {
-            let height = u64::from(heights[&node.1]);
+        for (node, charge) in naive.part.members(Phase::Neighbours) {
+            let height = u64::from(heights[&node]);
             assert!(
                 charge.cost.depth() >= 2 && charge.cost.depth() <= 4 * height + 2,
                 "{node:?}: {charge:?}"

@@ -10,6 +10,7 @@ use septet_geometry::point::Point;
 use septet_lab::assert_counts;
 use septet_lab::assertions::Counted;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 
 /// Rounds of the phases that go over the tree: at most A log2 n + B. Measured from 2^12 to 2^15 points: 21 to
 /// 33 of partition (4 a level), 10 to 12 of the descent (2 a level, at most), 6 to 9 of the merge (1 a level).
@@ -49,7 +50,7 @@ fn depth_is_flat(run: &Run, what: &str) {
         !facts.is_leaf() && facts.attempts == 1 && facts.population > 2 * run.settled.leaf
     });
     let depths: Vec<u64> =
-        once.map(|(node, _)| part.charges[&(Phase::Partition as u8, *node)].cost.depth()).collect();
+        once.map(|(node, _)| part.charges[&Account::member(Phase::Partition, *node)].cost.depth()).collect();
     // Measured: 5 splits or more.
     assert!(depths.len() >= 4, "{what}: {} splits above twice the leaf", depths.len());
     let (low, high) = (depths.iter().min().unwrap(), depths.iter().max().unwrap());

@@ -24,7 +24,7 @@ pub mod result;
 
 pub mod coordinator;
 
-mod programs;
+pub mod programs;
 
 pub mod hosts;
 

@@ -110,7 +110,7 @@ impl Record {
     ) {
         let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
         let nodes = &ledger.part.nodes;
-        let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.kind == 0);
+        let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.is_leaf());
         let of_graph =
             |count: fn(&NodeFacts) -> u64| counts(task).then(|| leaves.iter().copied().map(count).sum());
         let phase =

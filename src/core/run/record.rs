@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use septet_geometry::point::Point;
+use septet_protocol::ledger::{Account, Charge, Role};
 use septet_protocol::tasks::TaskLog;
 use septet_workers::config::{Wanted, WorkerConfig};
 
@@ -47,8 +48,11 @@ fn tasks_of(collected: Collected, machine: &WorkerConfig, dimension: usize) -> O
     log.dimension = dimension as u32;
     log.chosen = !matches!(machine.graph.wanted, Wanted::Fixed(_));
     let ledger = &collected.ledger;
-    log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind)).collect();
-    let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));
-    log.charges = charged.collect();
+    log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind.number())).collect();
+    let charges = ledger.charges.iter().filter(|(account, _)| !matches!(account.role, Role::Pass(_)));
+    let row = |(account, c): (&Account, &Charge)| {
+        (account.phase as u8, account.node.0, c.cost.work(), c.cost.depth())
+    };
+    log.charges = charges.map(row).collect();
     Some(log)
 }

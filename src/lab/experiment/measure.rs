@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal, RoundTally, Total};
+use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind, PhaseTotal, RoundKey, RoundTally, Total};
 
 use septet_core::run::count::{Counts, Ending};
 use septet_core::run::{Run, Settled};
@@ -134,7 +134,7 @@ fn tree(ledger: &Ledger, dimension: usize, whole: bool) -> TreeLine {
             tree.leaves += 1;
             continue;
         }
-        tree.planes += u64::from(facts.kind == 2);
+        tree.planes += u64::from(facts.kind == NodeKind::Plane);
         tree.attempts += facts.attempts;
         let m = facts.population.max(1) as f64;
         let larger = facts.inside.max(facts.population - facts.inside) as f64;
@@ -156,10 +156,10 @@ fn levels(ledger: &Ledger, whole: bool) -> Vec<LevelLine> {
         row.add(facts, whole);
     }
     let split = |node: &NodeId| nodes.get(node).is_some_and(|facts| !facts.is_leaf());
-    for ((number, node), charge) in ledger.part.charges.iter().filter(|((_, node), _)| split(node)) {
-        let (Some(phase), Some(row)) = (Phase::from_number(*number), rows.get_mut(&node.level())) else {
-            continue;
-        };
+    let charges =
+        Phase::ALL.into_iter().flat_map(|phase| ledger.part.members(phase).map(move |c| (phase, c)));
+    for (phase, (node, charge)) in charges.filter(|(_, (node, _))| split(node)) {
+        let Some(row) = rows.get_mut(&node.level()) else { continue };
         let depth: &mut DepthLine = row.depth.entry(phase.name().to_string()).or_default();
         depth.nodes += 1;
         depth.sum += charge.cost.depth();
@@ -186,9 +186,9 @@ impl LevelLine {
 
 fn rounds(ledger: &Ledger) -> Vec<RoundLine> {
     let moved = ledger.part.rounds.iter().filter(|(_, tally)| tally.messages > 0 || tally.merged > 0);
-    let row = |(&(round, phase), tally): (&(u32, u8), &RoundTally)| RoundLine {
-        round,
-        phase: Phase::from_number(phase).map_or("", Phase::name).to_string(),
+    let row = |(key, tally): (&RoundKey, &RoundTally)| RoundLine {
+        round: key.round,
+        phase: key.phase.name().to_string(),
         merged: tally.merged,
         points: tally.points,
         messages: tally.messages,

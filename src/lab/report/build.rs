@@ -2,7 +2,7 @@
 
 use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::Phase;
-use septet_protocol::ledger::{Ledger, Total};
+use septet_protocol::ledger::{Ledger, RoundKey, RoundTally, Total};
 
 use septet_core::config::Config;
 use septet_core::run::Run;
@@ -146,9 +146,9 @@ fn path(ledger: &Ledger) -> Vec<PathReport> {
 }
 
 fn rounds(ledger: &Ledger) -> Vec<RoundReport> {
-    let row = |(&(round, phase), t): (&(u32, u8), &septet_protocol::ledger::RoundTally)| RoundReport {
-        round,
-        phase: Phase::from_number(phase).map_or("", Phase::name),
+    let row = |(key, t): (&RoundKey, &RoundTally)| RoundReport {
+        round: key.round,
+        phase: key.phase.name(),
         active: t.active,
         merged: t.merged,
         points: t.points,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use septet_protocol::ids::{Phase, Rank};
-use septet_protocol::ledger::{Ledger, Traffic};
+use septet_protocol::ledger::{Ledger, LinkKey, SenderKey, Traffic};
 
 /// Workers are shown in at most this many bins of contiguous ranks.
 pub const MOST_BINS: u32 = 512;
@@ -85,19 +85,15 @@ fn bin_of(bins: &[BinReport], rank: Rank) -> u32 {
     bins.partition_point(|b| b.last < rank) as u32
 }
 
-fn name(phase: u8) -> &'static str {
-    Phase::from_number(phase).map_or("", Phase::name)
-}
-
 /// Who sent to whom.
 pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
     let bins = bins(workers);
-    let mut sums: BTreeMap<(u8, u32, u32), Traffic> = BTreeMap::new();
-    for (&(phase, from, to), moved) in &ledger.part.links {
+    let mut sums: BTreeMap<(Phase, u32, u32), Traffic> = BTreeMap::new();
+    for (&LinkKey { phase, from, to }, moved) in &ledger.part.links {
         sums.entry((phase, bin_of(&bins, from), bin_of(&bins, to))).or_default().add(moved);
     }
-    let row = |((phase, from, to), moved): ((u8, u32, u32), Traffic)| LinkReport {
-        phase: name(phase),
+    let row = |((phase, from, to), moved): ((Phase, u32, u32), Traffic)| LinkReport {
+        phase: phase.name(),
         from,
         to,
         messages: moved.messages,
@@ -109,13 +105,13 @@ pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
 /// Who sent, round by round.
 pub(super) fn senders(ledger: &Ledger, workers: u32) -> TimelineReport {
     let bins = bins(workers);
-    let mut sums: BTreeMap<(u32, u8, u32), Traffic> = BTreeMap::new();
-    for (&(round, phase, from), moved) in &ledger.part.senders {
+    let mut sums: BTreeMap<(u32, Phase, u32), Traffic> = BTreeMap::new();
+    for (&SenderKey { round, phase, from }, moved) in &ledger.part.senders {
         sums.entry((round, phase, bin_of(&bins, from))).or_default().add(moved);
     }
-    let row = |((round, phase, worker), moved): ((u32, u8, u32), Traffic)| SenderReport {
+    let row = |((round, phase, worker), moved): ((u32, Phase, u32), Traffic)| SenderReport {
         round,
-        phase: name(phase),
+        phase: phase.name(),
         worker,
         messages: moved.messages,
         bytes: moved.bytes,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::ledger::{Ledger, NodeFacts};
+use septet_protocol::ledger::{Ledger, NodeFacts, NodeKind};
 
 use septet_core::run::Run;
 
@@ -43,12 +43,12 @@ pub(super) fn summary(run: &Run) -> TreeReport {
         tree.levels = tree.levels.max(node.level());
         tree.nodes += 1;
         match facts.kind {
-            0 => {
+            NodeKind::Leaf => {
                 tree.leaves += 1;
                 continue;
             }
-            1 => tree.spheres += 1,
-            _ => tree.planes += 1,
+            NodeKind::Sphere => tree.spheres += 1,
+            NodeKind::Plane => tree.planes += 1,
         }
         split.add(split_ratio(facts));
         attempts.add(facts.attempts as f64);
@@ -101,8 +101,8 @@ fn levels(run: &Run) -> Vec<LevelReport> {
 fn deepest(ledger: &Ledger, phase: Phase, level: u32) -> u64 {
     let first = NodeId(1 << level);
     let last = NodeId((1 << level) + ((1 << level) - 1));
-    let range = ledger.part.charges.range((phase as u8, first)..=(phase as u8, last));
-    range.map(|(_, charge)| charge.cost.depth()).max().unwrap_or(0)
+    let level = ledger.part.members(phase).filter(|(node, _)| (first..=last).contains(node));
+    level.map(|(_, charge)| charge.cost.depth()).max().unwrap_or(0)
 }
 
 /// Every node.
@@ -113,11 +113,7 @@ pub(super) fn nodes(ledger: &Ledger) -> Vec<NodeReport> {
         population: f.population,
         inside: f.inside,
         attempts: f.attempts,
-        kind: match f.kind {
-            0 => "leaf",
-            1 => "sphere",
-            _ => "plane",
-        },
+        kind: f.kind.name(),
         crossing_inside: f.crossing_inside,
         crossing_outside: f.crossing_outside,
         members: f.members,

@@ -1,10 +1,11 @@
-//! The ledger: typed events folded into rounds, phases, subproblems and a critical path.
+//! The ledger: the work of subproblems and the traffic of ranks, folded into phases and a critical path.
 //!
-//! Every rank keeps a [`LedgerPart`]: what its handlers were charged ([`Cost`] by subproblem and phase),
-//! what its meter saw leave (messages and bytes by round and phase), and what its leaders decided. Parts
-//! are merged by sums and maxima, which do not depend on order; [`Ledger::finish`] folds them.
+//! Every rank keeps a [`LedgerPart`]. It holds the charges of its computations ([`Cost`] by [`Account`]), the traffic
+//! that left the rank, and the facts of the nodes that it leads or holds. Parts are merged by sums and maxima, which
+//! do not depend on order. [`Ledger::finish`] folds the merged part.
 
 mod fold;
+mod words;
 
 use std::collections::BTreeMap;
 
@@ -12,16 +13,49 @@ use septet_geometry::cost::Cost;
 
 use crate::ids::{NodeId, Phase, Rank};
 
-/// What is counted in a round besides messages.
+pub use fold::{Ledger, PathStep, PhaseTotal, Total};
+
+/// A round of a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RoundKey {
+    /// The number of the round.
+    pub round: u32,
+    /// The phase.
+    pub phase: Phase,
+}
+
+/// A link between two ranks in a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LinkKey {
+    /// The phase.
+    pub phase: Phase,
+    /// The sender.
+    pub from: Rank,
+    /// The receiver.
+    pub to: Rank,
+}
+
+/// A sender in a round of a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SenderKey {
+    /// The number of the round.
+    pub round: u32,
+    /// The phase.
+    pub phase: Phase,
+    /// The sender.
+    pub from: Rank,
+}
+
+/// The counts of one round of a phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RoundTally {
     /// Messages sent.
     pub messages: u64,
     /// Bytes sent.
     pub bytes: u64,
-    /// Length of the longest message.
+    /// Length of the longest message in bytes.
     pub largest: u64,
-    /// Points shipped.
+    /// Points sent.
     pub points: u64,
     /// Subproblems whose leader acted.
     pub active: u64,
@@ -29,44 +63,14 @@ pub struct RoundTally {
     pub merged: u64,
     /// Separators drawn.
     pub separators: u64,
-    /// Separators drawn again.
+    /// Separators drawn after a rejected one.
     pub retries: u64,
-    /// Bytes received by the coordinator that are neither reading nor merging.
+    /// Bytes that the coordinator received, except input, cells and other results in bulk.
     pub control: u64,
 }
 
 impl RoundTally {
-    const LEN: usize = 9;
-
-    fn parts(&self) -> [u64; Self::LEN] {
-        [
-            self.messages,
-            self.bytes,
-            self.largest,
-            self.points,
-            self.active,
-            self.merged,
-            self.separators,
-            self.retries,
-            self.control,
-        ]
-    }
-
-    fn from_parts(p: &[u64]) -> Self {
-        RoundTally {
-            messages: p[0],
-            bytes: p[1],
-            largest: p[2],
-            points: p[3],
-            active: p[4],
-            merged: p[5],
-            separators: p[6],
-            retries: p[7],
-            control: p[8],
-        }
-    }
-
-    /// Adds what another rank saw of the same round.
+    /// Adds the counts of another rank for the same round.
     pub fn add(&mut self, other: &RoundTally) {
         self.messages += other.messages;
         self.bytes += other.bytes;
@@ -85,46 +89,33 @@ impl RoundTally {
 pub struct Traffic {
     /// Messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of the messages.
     pub bytes: u64,
-    /// Points shipped in them.
+    /// Points in the messages.
     pub points: u64,
 }
 
 impl Traffic {
-    const LEN: usize = 3;
-
-    /// Adds what else was counted.
+    /// Adds other traffic.
     pub fn add(&mut self, other: &Traffic) {
         self.messages += other.messages;
         self.bytes += other.bytes;
         self.points += other.points;
     }
-
-    fn parts(&self) -> [u64; Self::LEN] {
-        [self.messages, self.bytes, self.points]
-    }
-
-    fn from_parts(p: &[u64]) -> Self {
-        Traffic { messages: p[0], bytes: p[1], points: p[2] }
-    }
 }
 
-/// Marks a leader's charges among the phases' numbers until the fold.
-pub(crate) const LEADER: u8 = 0x80;
-
-/// The share of a subproblem's phase that a charge belongs to.
+/// The role in which a rank works for a subproblem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Role {
     /// A member of the subproblem's group. Members work at the same time.
     Member,
-    /// The leader of the group, between the steps of its members.
+    /// The leader of the group, which works between the steps of its members.
     Leader,
-    /// The bottom-up correction of the balls of the ancestor at this level.
+    /// A member in the bottom-up correction of the balls of its ancestor at this level.
     Pass(u32),
 }
 
-/// The account of a charge: a subproblem in a phase, and the role of the rank that works there.
+/// The account of a charge: a subproblem in a phase, and the role of the rank that works for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Account {
     /// The role.
@@ -152,7 +143,7 @@ impl Account {
     }
 }
 
-/// The cost of one phase of one subproblem, over all ranks that share it.
+/// The cost of one account, over all ranks that share the subproblem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Charge {
     /// Work, depth and scans.
@@ -161,70 +152,71 @@ pub struct Charge {
     pub items: u64,
 }
 
-/// What became of a subproblem of the partition tree.
+/// The form of a node of the partition tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum NodeKind {
+    /// A leaf.
+    #[default]
+    Leaf,
+    /// A node that a sphere splits.
+    Sphere,
+    /// A node that a plane splits.
+    Plane,
+}
+
+impl NodeKind {
+    const ALL: [NodeKind; 3] = [NodeKind::Leaf, NodeKind::Sphere, NodeKind::Plane];
+
+    /// The number of the kind in words and records.
+    pub fn number(self) -> u64 {
+        self as u64
+    }
+
+    /// The kind of a number.
+    pub fn from_number(number: u64) -> Option<Self> {
+        NodeKind::ALL.get(usize::try_from(number).ok()?).copied()
+    }
+
+    /// The name of the kind in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            NodeKind::Leaf => "leaf",
+            NodeKind::Sphere => "sphere",
+            NodeKind::Plane => "plane",
+        }
+    }
+}
+
+/// The facts of a node of the partition tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NodeFacts {
-    /// Home points.
+    /// Owned points.
     pub population: u64,
-    /// Home points inside the separator, 0 for a leaf.
+    /// Owned points inside the separator, 0 for a leaf.
     pub inside: u64,
-    /// Attempts made.
+    /// Separators drawn.
     pub attempts: u64,
-    /// 0 leaf, 1 sphere, 2 plane.
-    pub kind: u64,
-    /// Home points whose alpha-ball meets the separator, interior side.
+    /// The form of the node.
+    pub kind: NodeKind,
+    /// Owned points inside the separator whose alpha-ball meets it.
     pub crossing_inside: u64,
-    /// The same, exterior side.
+    /// Owned points outside the separator whose alpha-ball meets it.
     pub crossing_outside: u64,
-    /// Points of the subproblem's set in the graph phase (home, ghosts, separator points), leaves only.
+    /// Points of the set of a leaf in the graph phase: owned points, ghosts and separator points.
     pub members: u64,
-    /// Edges of the graph with the smaller end at home here, leaves only.
+    /// Edges of the supergraph whose smaller end a leaf owns.
     pub edges: u64,
     /// Order-free hash of the separator's coefficients.
     pub separator: u64,
-    /// Largest degree of a home point.
+    /// Largest degree of an owned point.
     pub max_degree: u64,
-    /// Balls that visited this leaf.
+    /// Balls that visited a leaf.
     pub visits: u64,
 }
 
 impl NodeFacts {
-    const LEN: usize = 11;
-
-    fn parts(&self) -> [u64; Self::LEN] {
-        [
-            self.population,
-            self.inside,
-            self.attempts,
-            self.kind,
-            self.crossing_inside,
-            self.crossing_outside,
-            self.members,
-            self.edges,
-            self.separator,
-            self.max_degree,
-            self.visits,
-        ]
-    }
-
-    fn from_parts(p: &[u64]) -> Self {
-        NodeFacts {
-            population: p[0],
-            inside: p[1],
-            attempts: p[2],
-            kind: p[3],
-            crossing_inside: p[4],
-            crossing_outside: p[5],
-            members: p[6],
-            edges: p[7],
-            separator: p[8],
-            max_degree: p[9],
-            visits: p[10],
-        }
-    }
-
-    /// Adds what another rank knows of the same node: facts that the leader states are maxima, counts
-    /// over members are sums.
+    /// Adds the facts of another rank about the same node: maxima of facts that the leader states, sums of counts
+    /// over members.
     pub fn add(&mut self, o: &NodeFacts) {
         self.population = self.population.max(o.population);
         self.inside = self.inside.max(o.inside);
@@ -239,84 +231,68 @@ impl NodeFacts {
         self.visits += o.visits;
     }
 
-    /// Is the node a leaf of the tree?
+    /// Returns `true` if the node is a leaf of the tree.
     pub fn is_leaf(&self) -> bool {
-        self.kind == 0
+        self.kind == NodeKind::Leaf
     }
 }
 
-/// One rank's part of the ledger.
+/// The part of the ledger that one rank keeps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LedgerPart {
-    /// By phase number and round.
-    pub rounds: BTreeMap<(u32, u8), RoundTally>,
-    /// What left, by phase number, sender and receiver.
-    pub links: BTreeMap<(u8, Rank, Rank), Traffic>,
-    /// What left, by round, phase number and sender.
-    pub senders: BTreeMap<(u32, u8, Rank), Traffic>,
-    /// By phase number and node.
-    pub charges: BTreeMap<(u8, NodeId), Charge>,
-    /// Where balls are corrected node by node: by level of the correcting node, and node its descent visits.
-    pub corrections: BTreeMap<(u32, NodeId), Charge>,
-    /// By node.
+    /// The counts of each round.
+    pub rounds: BTreeMap<RoundKey, RoundTally>,
+    /// The traffic of each link.
+    pub links: BTreeMap<LinkKey, Traffic>,
+    /// The traffic of each sender, round by round.
+    pub senders: BTreeMap<SenderKey, Traffic>,
+    /// The charges of each account.
+    pub charges: BTreeMap<Account, Charge>,
+    /// The facts of each node.
     pub nodes: BTreeMap<NodeId, NodeFacts>,
-    /// Order-free hash of all graph edges.
+    /// Order-free hash of all edges of the supergraph.
     pub edge_hash: u64,
 }
 
 impl LedgerPart {
-    /// Charges a share of a phase of a subproblem: members of a group work at the same time.
-    pub fn charge(&mut self, phase: Phase, node: NodeId, cost: Cost, items: u64) {
-        let entry = self.charges.entry((phase as u8, node)).or_default();
-        entry.cost.then(cost);
-        entry.items = entry.items.max(items);
-    }
-
-    /// Charges what the leader of a subproblem does for it, between its members' steps: added to the
-    /// members' charge when the ledger is folded.
-    pub fn charge_leader(&mut self, phase: Phase, node: NodeId, cost: Cost) {
-        self.charges.entry((phase as u8 | LEADER, node)).or_default().cost.then(cost);
-    }
-
-    /// Charges what the correction of the balls of an ancestor of `node`, at this level, does at `node`.
-    pub fn charge_correction(&mut self, level: u32, node: NodeId, cost: Cost, items: u64) {
-        let entry = self.corrections.entry((level, node)).or_default();
-        entry.cost.then(cost);
-        entry.items = entry.items.max(items);
-    }
-
     /// Adds a cost to an account. The account keeps the largest number of `items`.
-    pub fn charge_to(&mut self, account: Account, cost: Cost, items: u64) {
-        let Account { role, phase, node } = account;
-        match role {
-            Role::Member => self.charge(phase, node, cost, items),
-            Role::Leader => self.charge_leader(phase, node, cost),
-            Role::Pass(level) => self.charge_correction(level, node, cost, items),
-        }
+    pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
+        let entry = self.charges.entry(account).or_default();
+        entry.cost.then(cost);
+        entry.items = entry.items.max(items);
     }
 
-    /// The facts of a node, to be filled in.
+    /// The charges of the members of each node in a phase, in the order of the nodes.
+    pub fn members(&self, phase: Phase) -> impl Iterator<Item = (NodeId, &Charge)> {
+        let all = Account::member(phase, NodeId(0))..=Account::member(phase, NodeId(u64::MAX));
+        self.charges.range(all).map(|(account, charge)| (account.node, charge))
+    }
+
+    /// The charges of the bottom-up correction: the level of the corrected balls' ancestor, the node, the charge.
+    pub fn passes(&self) -> impl Iterator<Item = (u32, NodeId, &Charge)> {
+        let charges = self.charges.range(Account::pass(0, NodeId(0))..);
+        charges.filter_map(|(account, charge)| match account.role {
+            Role::Pass(level) => Some((level, account.node, charge)),
+            _ => None,
+        })
+    }
+
+    /// The facts of a node, for additions.
     pub fn facts(&mut self, node: NodeId) -> &mut NodeFacts {
         self.nodes.entry(node).or_default()
     }
 
-    /// The tally of a round.
-    pub fn tally(&mut self, round: u32, phase: Phase) -> &mut RoundTally {
-        self.rounds.entry((round, phase as u8)).or_default()
+    /// The counts of a round, for additions.
+    pub fn tally(&mut self, key: RoundKey) -> &mut RoundTally {
+        self.rounds.entry(key).or_default()
     }
 
-    /// Counts one message in the round, on its link and for its sender.
-    pub fn bill(
-        &mut self,
-        round: u32,
-        phase: Phase,
-        from: Rank,
-        to: Rank,
-        moved: Traffic,
-    ) -> &mut RoundTally {
-        self.links.entry((phase as u8, from, to)).or_default().add(&moved);
-        self.senders.entry((round, phase as u8, from)).or_default().add(&moved);
-        let tally = self.tally(round, phase);
+    /// Counts one message in its round, on its link and for its sender. Returns the counts of the round.
+    pub fn bill(&mut self, sender: SenderKey, to: Rank, moved: Traffic) -> &mut RoundTally {
+        let SenderKey { round, phase, from } = sender;
+        self.links.entry(LinkKey { phase, from, to }).or_default().add(&moved);
+        self.senders.entry(sender).or_default().add(&moved);
+        let tally = self.tally(RoundKey { round, phase });
         tally.messages += moved.messages;
         tally.bytes += moved.bytes;
         tally.points += moved.points;
@@ -324,7 +300,7 @@ impl LedgerPart {
         tally
     }
 
-    /// Merges another rank's part: shares of one subproblem are beside each other.
+    /// Merges the part of another rank. Shares of one account are parallel: their work adds up, their depth does not.
     pub fn merge(&mut self, other: &LedgerPart) {
         for (key, tally) in &other.rounds {
             self.rounds.entry(*key).or_default().add(tally);
@@ -335,13 +311,8 @@ impl LedgerPart {
         for (key, moved) in &other.senders {
             self.senders.entry(*key).or_default().add(moved);
         }
-        for (key, charge) in &other.charges {
-            let entry = self.charges.entry(*key).or_default();
-            entry.cost.beside(charge.cost);
-            entry.items += charge.items;
-        }
-        for (key, charge) in &other.corrections {
-            let entry = self.corrections.entry(*key).or_default();
+        for (account, charge) in &other.charges {
+            let entry = self.charges.entry(*account).or_default();
             entry.cost.beside(charge.cost);
             entry.items += charge.items;
         }
@@ -350,122 +321,43 @@ impl LedgerPart {
         }
         self.edge_hash = self.edge_hash.wrapping_add(other.edge_hash);
     }
-
-    /// The part as plain numbers, for the wire.
-    pub fn to_words(&self) -> Vec<u64> {
-        let mut out = vec![
-            self.rounds.len() as u64,
-            self.charges.len() as u64,
-            self.nodes.len() as u64,
-            self.edge_hash,
-            self.links.len() as u64,
-            self.senders.len() as u64,
-            self.corrections.len() as u64,
-        ];
-        for ((round, phase), tally) in &self.rounds {
-            out.extend([u64::from(*round), u64::from(*phase)]);
-            out.extend(tally.parts());
-        }
-        for ((phase, node), charge) in &self.charges {
-            out.extend([u64::from(*phase), node.0, charge.items]);
-            out.extend(charge.cost.to_parts());
-        }
-        for ((level, node), charge) in &self.corrections {
-            out.extend([u64::from(*level), node.0, charge.items]);
-            out.extend(charge.cost.to_parts());
-        }
-        for (node, facts) in &self.nodes {
-            out.push(node.0);
-            out.extend(facts.parts());
-        }
-        for ((phase, from, to), moved) in &self.links {
-            out.extend([u64::from(*phase), u64::from(*from), u64::from(*to)]);
-            out.extend(moved.parts());
-        }
-        for ((round, phase, from), moved) in &self.senders {
-            out.extend([u64::from(*round), u64::from(*phase), u64::from(*from)]);
-            out.extend(moved.parts());
-        }
-        out
-    }
-
-    /// The part in these numbers; `None` if they are not one.
-    pub fn from_words(words: &[u64]) -> Option<Self> {
-        let mut part = LedgerPart::default();
-        let (head, mut rest) = words.split_at_checked(7)?;
-        part.edge_hash = head[3];
-        for _ in 0..head[0] {
-            let (row, tail) = rest.split_at_checked(2 + RoundTally::LEN)?;
-            let key = (u32::try_from(row[0]).ok()?, u8::try_from(row[1]).ok()?);
-            part.rounds.insert(key, RoundTally::from_parts(&row[2..]));
-            rest = tail;
-        }
-        for _ in 0..head[1] {
-            let (row, tail) = rest.split_at_checked(7)?;
-            let cost = Cost::from_parts([row[3], row[4], row[5], row[6]]);
-            let key = (u8::try_from(row[0]).ok()?, NodeId(row[1]));
-            part.charges.insert(key, Charge { cost, items: row[2] });
-            rest = tail;
-        }
-        for _ in 0..head[6] {
-            let (row, tail) = rest.split_at_checked(7)?;
-            let cost = Cost::from_parts([row[3], row[4], row[5], row[6]]);
-            part.corrections
-                .insert((u32::try_from(row[0]).ok()?, NodeId(row[1])), Charge { cost, items: row[2] });
-            rest = tail;
-        }
-        for _ in 0..head[2] {
-            let (row, tail) = rest.split_at_checked(1 + NodeFacts::LEN)?;
-            part.nodes.insert(NodeId(row[0]), NodeFacts::from_parts(&row[1..]));
-            rest = tail;
-        }
-        for _ in 0..head[4] {
-            let (row, tail) = rest.split_at_checked(3 + Traffic::LEN)?;
-            let key = (u8::try_from(row[0]).ok()?, rank(row[1])?, rank(row[2])?);
-            part.links.insert(key, Traffic::from_parts(&row[3..]));
-            rest = tail;
-        }
-        for _ in 0..head[5] {
-            let (row, tail) = rest.split_at_checked(3 + Traffic::LEN)?;
-            let key = (u32::try_from(row[0]).ok()?, u8::try_from(row[1]).ok()?, rank(row[2])?);
-            part.senders.insert(key, Traffic::from_parts(&row[3..]));
-            rest = tail;
-        }
-        rest.is_empty().then_some(part)
-    }
 }
-
-fn rank(word: u64) -> Option<Rank> {
-    Rank::try_from(word).ok()
-}
-
-pub use fold::{Ledger, PathStep, PhaseTotal, Total};
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_part_survives_its_numbers_and_parts_add_up() {
+    fn parts_add_up() {
         let mut part = LedgerPart::default();
+        let sender = SenderKey { round: 7, phase: Phase::Partition, from: 2 };
+        let later = SenderKey { round: 8, phase: Phase::Probe, from: 2 };
+        let link = LinkKey { phase: Phase::Partition, from: 2, to: 5 };
         let moved = Traffic { messages: 1, bytes: 40, points: 3 };
-        part.bill(7, Phase::Partition, 2, 5, moved);
-        part.bill(7, Phase::Partition, 2, 5, Traffic { bytes: 60, ..moved });
-        part.bill(8, Phase::Probe, 2, 1, moved);
-        part.facts(NodeId(6)).edges = 4;
-        part.charge(Phase::Graph, NodeId(6), Cost::ZERO, 9);
-        assert_eq!(
-            part.links[&(Phase::Partition as u8, 2, 5)],
-            Traffic { messages: 2, bytes: 100, points: 6 }
-        );
-        assert_eq!(part.senders[&(8, Phase::Probe as u8, 2)], moved);
-        assert_eq!(part.rounds[&(7, Phase::Partition as u8)].largest, 60);
-        let words = part.to_words();
-        assert_eq!(LedgerPart::from_words(&words), Some(part.clone()));
-        assert_eq!(LedgerPart::from_words(&words[..words.len() - 1]), None);
+        part.bill(sender, 5, moved);
+        part.bill(sender, 5, Traffic { bytes: 60, ..moved });
+        part.bill(later, 1, moved);
+        assert_eq!(part.links[&link], Traffic { messages: 2, bytes: 100, points: 6 });
+        assert_eq!(part.senders[&later], moved);
+        assert_eq!(part.rounds[&RoundKey { round: 7, phase: Phase::Partition }].largest, 60);
         let mut both = part.clone();
         both.merge(&part);
-        assert_eq!(both.links[&(Phase::Partition as u8, 2, 5)].bytes, 200);
-        assert_eq!(both.senders[&(8, Phase::Probe as u8, 2)].messages, 2);
+        assert_eq!(both.links[&link].bytes, 200);
+        assert_eq!(both.senders[&later].messages, 2);
+    }
+
+    /// The order of accounts is the order of their words.
+    #[test]
+    fn members_come_before_leaders_and_leaders_before_passes() {
+        let (root, last) = (NodeId::ROOT, NodeId(u64::MAX));
+        let accounts = [
+            Account::member(Phase::Load, last),
+            Account::member(Phase::Done, root),
+            Account::leader(Phase::Load, last),
+            Account::leader(Phase::Done, root),
+            Account::pass(0, last),
+            Account::pass(1, root),
+        ];
+        assert!(accounts.is_sorted());
     }
 }

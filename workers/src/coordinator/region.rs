@@ -1,4 +1,4 @@
-//! Unresolved stars, gathered on rank 0 and triangulated at once.
+//! The triangulation of unresolved stars that are gathered on the coordinator.
 
 use std::collections::BTreeMap;
 
@@ -6,39 +6,43 @@ use septet_geometry::complex::INFINITE;
 use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, PointBatch};
-use septet_protocol::transport::TransportError;
-
-use super::share::Certified;
-use crate::machine::context::Context;
 use septet_protocol::outcome::Outcome;
 
-/// Triangulates the points that the workers send, and returns to every unresolved star its neighbours among them.
-pub(super) async fn gather<P: Point>(
-    cx: &mut Context<P>,
-    outcome: Outcome,
-    certified: &mut Certified,
-) -> Result<(), TransportError> {
-    cx.enter(Phase::Fallback)?;
-    let (mut reports, mut region) = (0, PointBatch::default());
-    while cx.exchange().await? {
-        for mut points in cx.take(|m| match &mut m.body {
+use super::share::Certificate;
+use crate::machine::collectives::Reports;
+use crate::machine::context::Context;
+
+/// The points that the workers have sent in a gathering.
+#[derive(Debug)]
+pub(crate) struct Region<P> {
+    points: PointBatch<P>,
+    reports: Reports,
+}
+
+impl<P> Default for Region<P> {
+    fn default() -> Self {
+        Region { points: PointBatch::default(), reports: Reports::default() }
+    }
+}
+
+impl<P: Point> Region<P> {
+    /// Takes the points of a round. Once every worker has sent its points, triangulates them, and sends every unresolved
+    /// star its neighbours among them.
+    pub(crate) fn receive(&mut self, cx: &mut Context<P>, outcome: Outcome, certificate: &mut Certificate) {
+        let mut batches = cx.take(|m| match &mut m.body {
             Body::Gather(points) => Some(std::mem::take(points)),
             _ => None,
-        }) {
-            reports += 1;
-            region.append(&mut points);
-        }
-        if reports == cx.config.workers {
-            reports = 0;
-            let region = std::mem::take(&mut region);
-            let members = members_of(&region);
-            certified.note_gathered(reason(outcome), members.len() as u64);
-            answer(cx, &region, &members);
+        });
+        batches.iter_mut().for_each(|points| self.points.append(points));
+        if self.reports.complete(batches.len(), cx.config().workers) {
+            let points = std::mem::take(&mut self.points);
+            let members = members_of(&points);
+            certificate.note_gathered(reason(outcome), members.len() as u64);
+            reply(cx, &points, &members);
         }
     }
-    Ok(())
 }
 
 fn reason(outcome: Outcome) -> &'static str {
@@ -48,14 +52,17 @@ fn reason(outcome: Outcome) -> &'static str {
     }
 }
 
-/// A point of the region: its place in the batch, and whether its star is unresolved.
+/// A point of the region.
 #[derive(Clone, Copy)]
 struct Member {
+    /// The position in the batch.
     at: usize,
+    /// Whether the star is unresolved.
     unresolved: bool,
 }
 
-/// The points of the region, each once, by their ids. A point is unresolved if one of its copies is.
+/// The points of the region in the order of their ids, without duplicates. A point is unresolved if one of its copies is
+/// unresolved.
 fn members_of<P: Point>(region: &PointBatch<P>) -> Vec<Member> {
     let mut places: BTreeMap<u64, Member> = BTreeMap::new();
     for at in 0..region.len() {
@@ -65,7 +72,7 @@ fn members_of<P: Point>(region: &PointBatch<P>) -> Vec<Member> {
     places.into_values().collect()
 }
 
-/// What one rank receives: its unresolved points, the number of neighbours of each, and the neighbours.
+/// A reply to one rank: its unresolved points, the number of neighbours of each, and the neighbours.
 struct Neighbourhoods<P> {
     vertices: Vec<u64>,
     counts: Vec<u32>,
@@ -78,10 +85,11 @@ impl<P> Default for Neighbourhoods<P> {
     }
 }
 
-fn answer<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Member]) {
+/// Triangulates the members, and sends each owner the neighbours of its unresolved points.
+fn reply<P: Point>(cx: &mut Context<P>, region: &PointBatch<P>, members: &[Member]) {
     let points: Vec<P> = members.iter().map(|member| region.positions[member.at]).collect();
     let order = insertion_order(&points);
-    let stop = &cx.config.stop;
+    let stop = cx.config().stop.clone();
     let Ok(delaunay) = Incremental::build_while(points, Some(&order), &mut || !stop.is_raised()) else {
         return;
     };

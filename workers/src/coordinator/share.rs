@@ -1,9 +1,9 @@
-//! The result of a run, as rank 0 collects it.
+//! The result of a run, as the coordinator collects it.
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{Phase, Rank};
+use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Merged, Message, ViewPart};
 use septet_protocol::tasks::TaskLog;
@@ -11,18 +11,18 @@ use septet_protocol::transport::TransportError;
 
 use crate::machine::context::Context;
 
-/// One worker's piece of a triangulation.
+/// The part of a triangulation that one worker sends.
 #[derive(Clone, Debug)]
 pub struct PieceRows {
     /// The worker.
     pub owner: Rank,
-    /// Its node of the tree.
+    /// The node of the tree that the worker holds.
     pub leaf: u64,
-    /// Input indices of its vertices.
+    /// Input indices of the vertices.
     pub ids: Vec<u64>,
-    /// For each cell its vertices, as places in `ids`, then its neighbours.
+    /// For each cell its vertices, as positions in `ids`, then its neighbours.
     pub rows: Vec<u32>,
-    /// The cells that have a facet without a neighbour in the piece.
+    /// The cells that have a facet without a neighbour in this part.
     pub open: Vec<u32>,
 }
 
@@ -40,7 +40,7 @@ pub struct CellRows {
 /// A maximal independent set.
 #[derive(Clone, Debug, Default)]
 pub struct Selected {
-    /// Its members, in the order of arrival.
+    /// The members, in the order of arrival.
     pub members: Vec<u64>,
     /// Points undecided at the start of each round of local priorities.
     pub undecided: Vec<u64>,
@@ -51,7 +51,7 @@ pub struct Selected {
 pub struct Counted {
     /// The ledgers of all ranks.
     pub ledger: LedgerPart,
-    /// Number of workers whose ledger has arrived.
+    /// Number of workers whose ledgers have arrived.
     pub parts: u32,
     /// The record of tasks, if the run keeps one.
     pub tasks: Option<Box<TaskLog>>,
@@ -59,20 +59,20 @@ pub struct Counted {
 
 /// The last certificate.
 #[derive(Clone, Debug, Default)]
-pub struct Certified {
-    /// The merged result of all workers; its rounds of exchange are those of all passes.
+pub struct Certificate {
+    /// The merged result of all workers. Its rounds of exchange are the sum over all passes.
     pub merged: Merged,
-    /// Why stars were gathered, and the largest number of points gathered, if any were.
+    /// The reason why stars were gathered, and the largest number of gathered points, if there was a gathering.
     pub fallback: Option<(String, u64)>,
 }
 
-impl Certified {
-    pub(super) fn add(&mut self, merged: Merged) {
+impl Certificate {
+    pub(crate) fn add(&mut self, merged: Merged) {
         let exchange_rounds = self.merged.exchange_rounds + merged.exchange_rounds;
         self.merged = Merged { exchange_rounds, ..merged };
     }
 
-    pub(super) fn note_gathered(&mut self, reason: &str, points: u64) {
+    pub(crate) fn note_gathered(&mut self, reason: &str, points: u64) {
         let before = self.fallback.as_ref().map_or(0, |(_, most)| *most);
         self.fallback = Some((reason.to_string(), points.max(before)));
     }
@@ -83,27 +83,27 @@ impl Certified {
 pub struct Choice {
     /// The supergraph, if there is one.
     pub supergraph: Option<Supergraph>,
-    /// Why the coordinator chose it, if it did.
+    /// The reason of the choice, if the coordinator chose the supergraph.
     pub why: Option<String>,
 }
 
 /// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Share<P> {
-    /// Pieces of a triangulation, in the order of arrival.
+    /// Parts of a triangulation, in the order of arrival.
     pub pieces: Vec<PieceRows>,
     /// Cells of stars.
     pub cells: CellRows,
     /// Edges of the supergraph as pairs of input indices, if the workers send them.
     pub edges: Vec<u64>,
-    /// The independent set, if the task is one.
+    /// The independent set, if the task asks for one.
     pub selected: Selected,
     /// The counts.
     pub counted: Counted,
     /// The workers' parts of the picture, in the order of arrival.
     pub views: Vec<ViewPart<P>>,
     /// The certificate.
-    pub certified: Certified,
+    pub certified: Certificate,
     /// The supergraph.
     pub choice: Choice,
 }
@@ -117,31 +117,13 @@ impl<P> Default for Share<P> {
             selected: Selected::default(),
             counted: Counted::default(),
             views: Vec::new(),
-            certified: Certified::default(),
+            certified: Certificate::default(),
             choice: Choice::default(),
         }
     }
 }
 
-/// Takes the results of all workers.
-pub(super) async fn collect<P: Point>(
-    cx: &mut Context<P>,
-    share: &mut Share<P>,
-) -> Result<(), TransportError> {
-    cx.enter(Phase::Collect)?;
-    let with_leaves = cx.config.shown.with_leaves;
-    while cx.exchange().await? {
-        for message in
-            cx.take(|m| is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(0)))))
-        {
-            let (from, body) = message;
-            share.add(from, body, P::DIM + 1, with_leaves)?;
-        }
-    }
-    Ok(())
-}
-
-/// Whether the message is part of a result. Views that do not fit together are not.
+/// Returns `true` if the message is part of a result and, for a view, if its arrays fit together.
 fn is_result<P: Point>(message: &Message<P>) -> bool {
     match &message.body {
         Body::View(part) => part.is_consistent(),
@@ -155,17 +137,25 @@ fn is_result<P: Point>(message: &Message<P>) -> bool {
 }
 
 impl<P: Point> Share<P> {
-    fn add(
-        &mut self,
-        from: Rank,
-        body: Body<P>,
-        corners: usize,
-        with_leaves: bool,
-    ) -> Result<(), TransportError> {
+    /// Takes the results of a round.
+    ///
+    /// # Errors
+    /// If a worker's ledger does not decode.
+    pub(crate) fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
+        let with_leaves = cx.config().shown.with_leaves;
+        let results =
+            cx.take(|m| is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(0)))));
+        for (from, body) in results {
+            self.add(from, body, with_leaves)?;
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, from: Rank, body: Body<P>, with_leaves: bool) -> Result<(), TransportError> {
         match body {
             Body::Cells { cells: Bulk(rows), mut leaves } => {
                 if with_leaves {
-                    self.cells.owners.extend(std::iter::repeat_n(from, rows.len() / corners));
+                    self.cells.owners.extend(std::iter::repeat_n(from, rows.len() / (P::DIM + 1)));
                     self.cells.leaves.append(&mut leaves);
                 }
                 self.cells.parts.push(rows);
@@ -182,8 +172,8 @@ impl<P: Point> Share<P> {
             Body::Tasks(log) => self.counted.tasks = Some(log),
             Body::View(part) => self.views.push(*part),
             Body::Ledger(words) => {
-                let torn = || TransportError::BadMessage { from, reason: "its ledger is torn".to_string() };
-                self.counted.ledger.merge(&LedgerPart::from_words(&words).ok_or_else(torn)?);
+                let corrupt = || TransportError::BadMessage { from, reason: "corrupt ledger".to_string() };
+                self.counted.ledger.merge(&LedgerPart::from_words(&words).ok_or_else(corrupt)?);
                 self.counted.parts += 1;
             }
             _ => {}

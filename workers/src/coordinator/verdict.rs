@@ -1,51 +1,39 @@
-//! The verdict on a certificate.
+//! The decision on a certificate.
 //!
-//! **Statement.** The stars of all points agree, every point has a star, and one point alone has no smaller
-//! neighbour: then the stars form one triangulation.
+//! **Statement.** The stars form one triangulation if three clauses hold: every point has a star, all stars agree, and
+//! exactly one point has no lexicographically smaller neighbour. The proof is in ARCHITECTURE.md.
 
-use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Phase};
-use septet_protocol::message::{Body, Merged};
+use septet_protocol::message::Merged;
 use septet_protocol::outcome::Outcome;
-use septet_protocol::transport::TransportError;
 
-use crate::machine::context::Context;
-use crate::partition::Group;
-use crate::result::merge::{Joining, Pass};
-
-/// Joins the results of the root's children, and broadcasts the verdict of pass `number`. Returns the verdict and the joined result.
-pub(super) async fn merge<P: Point>(
-    cx: &mut Context<P>,
-    led: &[Group],
-    number: u32,
-) -> Result<(Outcome, Merged), TransportError> {
-    cx.enter(Phase::Merge)?;
-    let pass = Pass { number, rounds: 0 };
-    let population = led.first().map_or(0, |root| root.child.population);
-    let (mut joining, mut found) = (Joining::default(), None);
-    while cx.exchange().await? {
-        let whole = joining.join(cx, led, pass).pop().map(|(_, merged)| merged);
-        if let Some(whole) = whole {
-            let outcome = judge(whole, population, number);
-            for rank in 1..=cx.config.workers {
-                cx.send(rank, NodeId::ROOT, 0, Body::Outcome(outcome.number()));
-            }
-            found = Some((outcome, whole));
-        }
-    }
-    found.ok_or_else(|| TransportError::WorkerFailed {
-        rank: cx.rank,
-        reason: "not all results reached the root".to_string(),
-    })
-}
-
-/// The verdict on the merged result of pass `pass`.
-fn judge(merged: Merged, population: u64, pass: u32) -> Outcome {
+/// Decides on the merged result of a set of `population` points after pass number `pass`.
+pub(crate) fn judge(merged: Merged, population: u64, pass: u32) -> Outcome {
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
     match (passed, pass) {
         (true, _) => Outcome::Passed,
         (false, 0) => Outcome::GatherUnresolved,
         (false, 1) => Outcome::GatherAll,
         _ => Outcome::Failed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_clause_is_needed_and_two_gatherings_are_tried() {
+        let whole = Merged { stars: 9, minima: 1, ..Merged::default() };
+        assert_eq!(judge(whole, 9, 0), Outcome::Passed);
+        let broken = [
+            Merged { stars: 8, ..whole },
+            Merged { disagreements: 1, ..whole },
+            Merged { minima: 2, ..whole },
+            Merged { minima: 0, ..whole },
+        ];
+        for merged in broken {
+            let outcomes = [0, 1, 2].map(|pass| judge(merged, 9, pass));
+            assert_eq!(outcomes, [Outcome::GatherUnresolved, Outcome::GatherAll, Outcome::Failed]);
+        }
     }
 }

@@ -186,9 +186,9 @@ pub(crate) async fn ghost_layer<P: Point>(
     crate::state::frame::report(cx, table, subdomain.leaves(), frame);
     let (margins, batches) = own_points(subdomain, table, cx.rank());
     send_batches(cx, subdomain, batches);
-    let mut arrived = Vec::new();
+    let (mut arrived, mut owners) = (Vec::new(), crate::state::frame::FrameOwners::default());
     while cx.exchange().await? {
-        crate::state::frame::receive(cx, table, frame);
+        owners.receive(cx, table, frame);
         let mut batches = Batches::new();
         for (node, points) in cx.take(|m| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),

@@ -27,12 +27,14 @@ use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, Sampler};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
+use crate::coordinator::Choice;
+use crate::machine::collectives::Reports;
 use crate::machine::context::Context;
 use crate::neighbours::descent::Descent;
 use crate::neighbours::results::{CompletedLists, Nearest};
@@ -73,33 +75,71 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
-/// Samples stars, reports to rank 0 how many of them each alpha certifies, and receives the selected supergraph.
+/// Chooses the supergraph. Each worker samples stars and reports how many of them each alpha certifies. The coordinator
+/// sums the reports and broadcasts the supergraph. Only its result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     population: u64,
-) -> Result<Supergraph, TransportError> {
+) -> Result<Choice, TransportError> {
     cx.enter(Phase::Choice)?;
     let balls = balls_of_sample(cx, subdomain, table, population);
     let search = Search { phase: Phase::Choice, wanted: MOST_CANDIDATES, probe: false, own_leaf: true };
     let mut descent = Descent::new(subdomain, search, &[]);
     descent.launch(cx, table, &balls, None);
     let mut samples = report_samples(cx, table, balls, &descent);
-    let mut chosen = Vec::new();
+    let (mut chosen, mut counts) = (None, SampleCounts::default());
     while cx.exchange().await? {
         descent.receive(cx, table)?;
         samples = samples.and_then(|balls| report_samples(cx, table, balls, &descent));
-        chosen.extend(cx.take(|m| match m.body {
+        if cx.is_coordinator() {
+            chosen = counts.receive(cx, population).or(chosen);
+        }
+        let received = cx.take(|m| match m.body {
             Body::Choice { kind, parameter } => decode_choice(kind, parameter),
             _ => None,
-        }));
+        });
+        chosen = received.last().map(|&rule| Choice { supergraph: Some(rule), why: None }).or(chosen);
     }
     descent.finish(cx);
-    chosen.pop().ok_or_else(|| TransportError::WorkerFailed {
-        rank: cx.rank(),
-        reason: "phase choice ended without a choice".into(),
+    chosen.ok_or_else(|| {
+        let reason = match cx.is_coordinator() {
+            true => "not all workers reported their sampled stars",
+            false => "phase choice ended without a choice",
+        };
+        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
     })
+}
+
+/// The sums of the reports of all workers, on the coordinator.
+#[derive(Debug, Default)]
+struct SampleCounts {
+    reports: Reports,
+    /// The number of sampled stars, then the number that each alpha certifies.
+    sums: Vec<u64>,
+}
+
+impl SampleCounts {
+    /// Adds the reports of a round. When all workers have reported, selects the supergraph and broadcasts it.
+    fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<Choice> {
+        let reports = cx.take(|m| match &mut m.body {
+            Body::SampleStars(counts) => Some(std::mem::take(&mut counts.0)),
+            _ => None,
+        });
+        for counts in &reports {
+            self.sums.resize(counts.len().max(self.sums.len()), 0);
+            self.sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        }
+        if !self.reports.complete(reports.len(), cx.config().workers) {
+            return None;
+        }
+        let (&sample, certified) = self.sums.split_first()?;
+        let (supergraph, why) = choose(cx.config().graph.wanted, sample, certified, population);
+        let (kind, parameter) = encode_choice(supergraph);
+        cx.to_workers(|| Body::Choice { kind, parameter });
+        Some(Choice { supergraph: Some(supergraph), why: Some(why) })
+    }
 }
 
 /// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf, which is
@@ -145,7 +185,9 @@ fn report_samples<P: Point>(
     let needed = needed_alphas(table, &balls, descent.complete());
     let mut counts = vec![needed.len() as u64];
     counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
+    if !cx.is_coordinator() {
+        cx.to_coordinator(Body::SampleStars(Bulk(counts)));
+    }
     None
 }
 

@@ -8,9 +8,8 @@ use std::collections::BTreeMap;
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ids::NodeId;
 use septet_protocol::message::{Body, Message};
-use septet_protocol::transport::TransportError;
 
 use crate::config::SetRule;
 use crate::machine::context::Context;
@@ -119,27 +118,8 @@ pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) 
     for (node, sum) in sums {
         let Some(group) = led.iter().find(|group| group.node == node) else { continue };
         let sharing = Sharing::decide(sum, rule);
-        for rank in group.members() {
-            cx.send(rank, node, 0, Body::SetDecision(sharing.number()));
-        }
+        cx.broadcast(group, 0, || Body::SetDecision(sharing.number()));
     }
-}
-
-/// Runs the phase on rank 0, which decides on the set of the root.
-///
-/// # Errors
-/// See [`Context::exchange`].
-pub async fn lead_root<P: Point>(
-    cx: &mut Context<P>,
-    led: &[Group],
-    supergraph: Supergraph,
-) -> Result<(), TransportError> {
-    cx.enter(Phase::Sets)?;
-    let rule = set_rule(cx.config().graph.sets, supergraph);
-    while cx.exchange().await? {
-        lead(cx, led, rule);
-    }
-    Ok(())
 }
 
 #[cfg(test)]

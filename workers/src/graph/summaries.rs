@@ -7,8 +7,6 @@
 //! **Work and depth.** A reduction over the points of each leaf, and
 //! one over two children for each inner node.
 
-use std::collections::BTreeMap;
-
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::{NodeId, Phase};
@@ -16,6 +14,7 @@ use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch, Summary};
 use septet_protocol::transport::TransportError;
 
+use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
 use crate::state::frame;
 use crate::state::subdomain::{Group, Subdomain};
@@ -34,10 +33,16 @@ pub(crate) async fn summaries<P: Point>(
     if let Some((root, own)) = own_summary(cx, subdomain, table) {
         send_up(cx, subdomain, root, own);
     }
-    let mut joining = Joining::default();
+    let (mut reduction, mut owners) = (Reduction::default(), frame::FrameOwners::default());
     while cx.exchange().await? {
-        frame::receive(cx, table, frame);
-        for (node, own) in joining.join(cx, subdomain.led()) {
+        owners.receive(cx, table, frame);
+        let arrived = cx.take(|m: &mut Message<P>| match &m.body {
+            Body::Summary(summary) => Some(Rising { node: m.node, round: m.round, value: summary.clone() }),
+            _ => None,
+        });
+        let joined =
+            reduction.join(subdomain.led(), arrived, |group, both, _| join_children(cx, group, both));
+        for (node, own) in joined {
             send_up(cx, subdomain, node, own);
         }
         for (node, children) in cx.take(|m| match &m.body {
@@ -50,63 +55,14 @@ pub(crate) async fn summaries<P: Point>(
     Ok(())
 }
 
-/// Runs the phase on rank 0, which joins the children of the root and collects the frame.
-///
-/// # Errors
-/// See [`Context::exchange`].
-pub async fn lead_root<P: Point>(cx: &mut Context<P>, led: &[Group]) -> Result<(), TransportError> {
-    cx.enter(Phase::Summaries)?;
-    let (mut joining, mut known) = (Joining::default(), PointBatch::default());
-    while cx.exchange().await? {
-        frame::collect(cx, &mut known);
-        joining.join(cx, led);
-    }
-    Ok(())
-}
-
-/// Summaries of children whose siblings have none yet, by parent.
-struct Joining<P>(BTreeMap<NodeId, Summary<P>>);
-
-impl<P> Default for Joining<P> {
-    fn default() -> Self {
-        Joining(BTreeMap::new())
-    }
-}
-
-impl<P: Point> Joining<P> {
-    /// Joins the children of the nodes that this rank leads, and sends their summaries to the members. Returns the summaries
-    /// of the nodes.
-    fn join(&mut self, cx: &mut Context<P>, led: &[Group]) -> Vec<(NodeId, Summary<P>)> {
-        let mut below = cx.take(|m: &mut Message<P>| match &m.body {
-            Body::Summary(summary) => Some((m.node, summary.clone())),
-            _ => None,
-        });
-        below.sort_by_key(|(child, _)| *child);
-        let join = |(child, summary): (NodeId, Summary<P>)| {
-            let group = led.iter().find(|group| Some(group.node) == child.parent())?;
-            let Some(other) = self.0.remove(&group.node) else {
-                self.0.insert(group.node, summary);
-                return None;
-            };
-            let mut both = [other, summary];
-            if child.side() == 0 {
-                both.reverse();
-            }
-            Some((group.node, join_children(cx, group, both)))
-        };
-        below.into_iter().filter_map(join).collect()
-    }
-}
-
+/// Joins the summaries of a node's children, and sends both to the members of the node's group.
 fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>; 2]) -> Summary<P> {
     let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
     let mut cost = Cost::ZERO;
     let own = cost.reduce(&both, both[0].clone(), |best, s| join_summaries(&best, s));
     cx.charge(Account::leader(Phase::Summaries, group.node), cost, 0);
     let both = Box::new(both);
-    for rank in group.members() {
-        cx.send(rank, group.node, 0, Body::Children(both.clone()));
-    }
+    cx.broadcast(group, 0, || Body::Children(both.clone()));
     own
 }
 

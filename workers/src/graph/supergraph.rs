@@ -17,7 +17,7 @@ use septet_geometry::graph::{Supergraph, graph_direct};
 use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
@@ -41,9 +41,16 @@ pub(crate) struct Graph {
     neighbours: Lists<u32>,
     /// The ghosts of each leaf, by rule 1. Empty by the other rules.
     ghosts: Ghosts,
+    /// All edges, as pairs of ids. Empty except on the coordinator of a run that collects them.
+    edges: Vec<u64>,
 }
 
 impl Graph {
+    /// Takes the edges that the coordinator collected, as pairs of ids.
+    pub(crate) fn take_edges(&mut self) -> Vec<u64> {
+        std::mem::take(&mut self.edges)
+    }
+
     /// The neighbours of each owned point, and the ghosts of each leaf.
     pub(crate) fn into_parts(self) -> (Lists<u32>, Ghosts) {
         (self.neighbours, self.ghosts)
@@ -80,8 +87,20 @@ pub(crate) async fn supergraph<P: Point>(
         }
     };
     report_edges(cx, subdomain, table, &neighbours);
-    while cx.exchange().await? {}
-    Ok(Graph { neighbours, ghosts })
+    let mut edges = Vec::new();
+    while cx.exchange().await? {
+        edges.extend(take_edges(cx));
+    }
+    Ok(Graph { neighbours, ghosts, edges })
+}
+
+/// Takes the edges that workers sent to the coordinator.
+fn take_edges<P: Point>(cx: &mut Context<P>) -> impl Iterator<Item = u64> + use<P> {
+    let parts = cx.take(|m| match &mut m.body {
+        Body::Edges(Bulk(part)) => Some(std::mem::take(part)),
+        _ => None,
+    });
+    parts.into_iter().flatten()
 }
 
 /// Counts the balls of owned points that cross each separator above them. The owned points below a node are consecutive.
@@ -201,6 +220,6 @@ fn report_edges<P: Point>(
         edges.enter(leaf.id(), cx);
     }
     if !sent.is_empty() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));
+        cx.to_coordinator(Body::Edges(Bulk(sent)));
     }
 }

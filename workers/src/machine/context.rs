@@ -6,6 +6,7 @@
 
 use std::cell::RefCell;
 use std::future::{Future, poll_fn};
+use std::panic::{self, AssertUnwindSafe};
 use std::pin::Pin;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -14,7 +15,7 @@ use std::task::{self, Poll, Waker};
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RoundTally};
+use septet_protocol::ledger::{Account, LedgerPart, NodeFacts, RoundKey, RoundTally};
 use septet_protocol::message::{Body, Message};
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::TransportError;
@@ -38,12 +39,12 @@ struct Mailbox<P> {
 
 /// What every phase needs of the machine. It holds no data of any phase.
 pub struct Context<P: Point> {
-    pub(crate) rank: Rank,
-    pub(crate) config: Arc<WorkerConfig>,
-    pub(crate) pool: Pool,
-    pub(crate) ledger: LedgerPart,
-    pub(crate) recorder: Option<Box<Recorder>>,
-    pub(crate) out: Outbox<P>,
+    rank: Rank,
+    config: Arc<WorkerConfig>,
+    pool: Pool,
+    ledger: LedgerPart,
+    recorder: Option<Box<Recorder>>,
+    out: Outbox<P>,
     phase: Phase,
     /// Messages of this round that the phase has not taken.
     inbox: Vec<Message<P>>,
@@ -85,7 +86,7 @@ impl<P: Point> Context<P> {
 
     /// Adds a cost to an account of the ledger. The account keeps the largest number of `items`.
     pub fn charge(&mut self, account: Account, cost: Cost, items: u64) {
-        self.ledger.charge_to(account, cost, items);
+        self.ledger.charge(account, cost, items);
     }
 
     /// The facts of a node in the ledger, for additions.
@@ -95,7 +96,7 @@ impl<P: Point> Context<P> {
 
     /// The tally of a round of the current phase in the ledger, for additions.
     pub fn tally(&mut self, round: u32) -> &mut RoundTally {
-        self.ledger.tally(round, self.phase)
+        self.ledger.tally(RoundKey { round, phase: self.phase })
     }
 
     /// Adds the hash of some edges of the supergraph to the ledger.
@@ -119,8 +120,13 @@ impl<P: Point> Context<P> {
     }
 
     /// The ledger of the rank.
-    pub fn ledger(&self) -> &LedgerPart {
+    pub(crate) fn ledger(&self) -> &LedgerPart {
         &self.ledger
+    }
+
+    /// The ledger of the rank, for a planted fault.
+    pub(crate) fn ledger_mut(&mut self) -> &mut LedgerPart {
+        &mut self.ledger
     }
 
     /// Begins a phase.
@@ -310,19 +316,30 @@ impl<'a, P: Point, T> Running<'a, P, T> {
         self.mailbox.borrow_mut().round = Some((round, inbox));
     }
 
-    /// Runs it until its next exchange. Returns what it sends.
+    /// Runs the rank until its next exchange. Returns the messages that it sends.
     ///
     /// # Errors
-    /// What the rank reports. It must not be run again.
+    /// The error of the rank. A panic of the rank is an error, too. A rank that failed must not run again.
     pub fn step(&mut self) -> Result<Vec<Message<P>>, TransportError> {
         if self.result.is_none()
-            && let Poll::Ready(result) =
-                self.program.as_mut().poll(&mut task::Context::from_waker(Waker::noop()))
+            && let Poll::Ready(result) = self.poll()?
         {
             self.mailbox.borrow_mut().busy = false;
             self.result = Some(result?);
         }
         Ok(std::mem::take(&mut self.mailbox.borrow_mut().sent))
+    }
+
+    /// Polls the program. This is the only place where programs of ranks run, so it catches their panics.
+    fn poll(&mut self) -> Result<Poll<Result<T, TransportError>>, TransportError> {
+        let program = &mut self.program;
+        let poll = || program.as_mut().poll(&mut task::Context::from_waker(Waker::noop()));
+        panic::catch_unwind(AssertUnwindSafe(poll)).map_err(|panic| {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+            let reason = text.unwrap_or("it panicked").to_string();
+            TransportError::WorkerFailed { rank: self.rank, reason }
+        })
     }
 }
 

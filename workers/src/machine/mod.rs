@@ -1,5 +1,6 @@
-//! The machine as a rank sees it: its context, what it sends, what is counted and traced.
+//! The machine as a rank sees it: its context, collective operations, the outbox, counts and traces.
 
+pub mod collectives;
 pub mod context;
 pub mod outbox;
 pub mod profile;

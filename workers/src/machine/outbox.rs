@@ -1,13 +1,13 @@
-//! What a rank sends in a round: envelopes, and the meter that bills them.
+//! The messages that a rank sends in a round, and the meter that bills them.
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
-use septet_protocol::ledger::{LedgerPart, Traffic};
+use septet_protocol::ledger::{LedgerPart, RoundKey, SenderKey, Traffic};
 use septet_protocol::message::{Body, Message, PROTOCOL_VERSION};
 
 use crate::machine::profile::{Site, sent};
 
-/// Messages of one rank in one round. Those to itself are kept for its next step and never billed.
+/// The messages of one rank in one round. Messages to the rank itself wait for its next step and are never billed.
 #[derive(Debug)]
 pub struct Outbox<P> {
     run: u64,
@@ -19,22 +19,22 @@ pub struct Outbox<P> {
 }
 
 impl<P: Point> Outbox<P> {
-    /// An empty one.
+    /// An empty outbox.
     pub fn new(run: u64, rank: Rank) -> Self {
         Outbox { run, rank, round: 0, sequence: 0, messages: Vec::new(), own: Vec::new() }
     }
 
-    /// The round that messages are stamped with from now on.
+    /// Sets the round of the messages that follow.
     pub fn set_round(&mut self, round: u32) {
         self.round = round;
     }
 
-    /// Whose round it is.
+    /// The rank and the round.
     pub fn site(&self) -> Site {
         Site { run: self.run, rank: self.rank, round: self.round }
     }
 
-    /// That round.
+    /// The round of new messages.
     pub fn round(&self) -> u32 {
         self.round
     }
@@ -60,30 +60,31 @@ impl<P: Point> Outbox<P> {
         }
     }
 
-    /// Are there messages to itself?
+    /// Returns `true` if the rank has sent messages to itself.
     pub fn has_own(&self) -> bool {
         !self.own.is_empty()
     }
 
-    /// Takes the messages to itself.
+    /// Takes the messages of the rank to itself.
     pub fn take_own(&mut self) -> Vec<Message<P>> {
         std::mem::take(&mut self.own)
     }
 
-    /// Takes what leaves, billing it to the ledger and telling of it.
+    /// Takes the messages to other ranks, bills them to the ledger and traces them.
     pub fn take(&mut self, phase: Phase, ledger: &mut LedgerPart) -> Vec<Message<P>> {
         if self.messages.is_empty() {
             return Vec::new();
         }
         sent(phase, &self.messages);
-        ledger.tally(self.round, phase);
+        let (round, from) = (self.round, self.rank);
+        ledger.tally(RoundKey { round, phase });
         for message in &self.messages {
             if message.body.is_instrument() {
                 continue;
             }
             let bytes = message.encoded_len() as u64;
             let moved = Traffic { messages: 1, bytes, points: points_in(&message.body) as u64 };
-            let tally = ledger.bill(self.round, phase, self.rank, message.to, moved);
+            let tally = ledger.bill(SenderKey { round, phase, from }, message.to, moved);
             if message.to == COORDINATOR && !message.body.is_bulk() {
                 tally.control += bytes;
             }
@@ -92,7 +93,7 @@ impl<P: Point> Outbox<P> {
     }
 }
 
-/// Number of points a message ships.
+/// The number of points in a message.
 fn points_in<P: Point>(body: &Body<P>) -> usize {
     match body {
         Body::Block(b) | Body::Move(b) | Body::Ghosts(b) | Body::Gather(b) => b.len(),
@@ -102,7 +103,7 @@ fn points_in<P: Point>(body: &Body<P>) -> usize {
         | Body::Propose { points, .. }
         | Body::Object { points, .. }
         | Body::Region { points, .. } => points.len(),
-        Body::Reply(answer) => answer.points.len(),
+        Body::Reply(reply) => reply.points.len(),
         Body::Lists(list) => list.points.len(),
         Body::Query(q) => q.slots.len(),
         _ => 0,

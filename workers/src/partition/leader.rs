@@ -13,7 +13,7 @@ use septet_geometry::separator::{
 };
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
-use septet_protocol::ledger::NodeFacts;
+use septet_protocol::ledger::{Account, NodeFacts, NodeKind};
 use septet_protocol::message::{Body, Child, Decision};
 
 use crate::config::{Partition, WorkerConfig};
@@ -36,16 +36,27 @@ pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
     h
 }
 
-/// Kind of a drawn separator in [`NodeFacts`].
-pub fn kind_number<P>(drawn: &Drawn<P>) -> u64 {
-    match drawn.kind {
-        DrawKind::Sphere => 1,
-        DrawKind::Plane { .. } => 2,
-        DrawKind::None { .. } => 0,
+/// The outcome of an attempt to draw a separator.
+#[derive(Clone, Copy, Debug)]
+pub struct Draw<P> {
+    /// The separator, if one was found.
+    pub separator: Option<Separator<P>>,
+    /// The form of a node that it splits.
+    pub kind: NodeKind,
+}
+
+impl<P> From<Drawn<P>> for Draw<P> {
+    fn from(drawn: Drawn<P>) -> Self {
+        let kind = match drawn.kind {
+            DrawKind::Sphere => NodeKind::Sphere,
+            DrawKind::Plane { .. } => NodeKind::Plane,
+            DrawKind::None { .. } => NodeKind::Leaf,
+        };
+        Draw { separator: drawn.separator, kind }
     }
 }
 
-/// Draws a separator from samples in any order; returns it with its kind, charging the closed cost.
+/// Draws a separator from samples in any order. Charges the closed cost.
 pub fn draw_from<P: Point>(
     config: &WorkerConfig,
     node: NodeId,
@@ -53,7 +64,7 @@ pub fn draw_from<P: Point>(
     population: u64,
     samples: &mut [P],
     cost: &mut Cost,
-) -> (Option<Separator<P>>, u64) {
+) -> Draw<P> {
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
     if !config.tree.balanced || config.fault.is_some() {
@@ -71,8 +82,7 @@ pub fn draw_from<P: Point>(
     if let Some(planted) = config.fault.and_then(|fault| fault.separator(samples)) {
         drawn = Drawn { separator: Some(planted), kind: DrawKind::Sphere, ..drawn };
     }
-    let kind = kind_number(&drawn);
-    (drawn.separator, kind)
+    drawn.into()
 }
 
 /// Is a split into these sides good enough?
@@ -95,28 +105,22 @@ pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
 }
 
 /// The samples of a node's attempt are here: draws a separator, and sends it to the members.
-pub(crate) fn draw<P: Point>(
-    cx: &mut Context<P>,
-    group: &Group,
-    attempt: u32,
-) -> (Option<Separator<P>>, u64) {
+pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -> Draw<P> {
     let samples = cx.take(|m| match &mut m.body {
         Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
         _ => None,
     });
     let round = samples.first().map_or(0, |p| p.0);
     let mut samples: Vec<P> = samples.into_iter().flat_map(|p| p.1).collect();
-    let tally = cx.ledger.tally(round, Phase::Partition);
+    let tally = cx.tally(round);
     tally.active += 1;
     tally.separators += 1;
     let (mut cost, population) = (Cost::ZERO, group.child.population);
     let _span = cx.site().subproblem(Phase::Partition, group.node, "draw", population);
-    let drawn = draw_from(&cx.config, group.node, attempt, population, &mut samples, &mut cost);
-    cx.ledger.charge_leader(Phase::Partition, group.node, cost);
-    let words = drawn.0.map_or(Vec::new(), |s| s.to_array().to_vec());
-    for rank in group.members() {
-        cx.send(rank, group.node, attempt, Body::Sphere(Bulk(words.clone())));
-    }
+    let drawn = draw_from(cx.config(), group.node, attempt, population, &mut samples, &mut cost);
+    cx.charge(Account::leader(Phase::Partition, group.node), cost, 0);
+    let words = drawn.separator.map_or(Vec::new(), |s| s.to_array().to_vec());
+    cx.broadcast(group, attempt, || Body::Sphere(Bulk(words.clone())));
     drawn
 }
 
@@ -126,7 +130,7 @@ pub(crate) fn judge<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     attempt: u32,
-    (separator, kind): (Option<Separator<P>>, u64),
+    Draw { separator, kind }: Draw<P>,
     plan: &Plan,
 ) -> Decision {
     let node = group.node;
@@ -137,12 +141,12 @@ pub(crate) fn judge<P: Point>(
         _ => None,
     });
     let round = counts.first().map_or(0, |c| c.0);
-    cx.ledger.tally(round, Phase::Partition).retries += u64::from(attempt > 0);
+    cx.tally(round).retries += u64::from(attempt > 0);
     let inside: u64 = counts.iter().map(|c| c.1.0).sum();
     let outside: u64 = counts.iter().map(|c| c.1.1).sum();
     let mut boxes: Vec<P> = Vec::new();
-    let good = !refused(&cx.config, node, attempt) && acceptable::<P>(&cx.config, inside, outside);
-    let verdict = if cx.config.fault.is_some_and(|fault| fault.refuses(node)) {
+    let good = !refused(cx.config(), node, attempt) && acceptable::<P>(cx.config(), inside, outside);
+    let decision = if cx.config().fault.is_some_and(|fault| fault.refuses(node)) {
         Decision::Leaf
     } else if separator.is_some() && good {
         let all = counts.iter().map(|c| &c.2);
@@ -151,26 +155,23 @@ pub(crate) fn judge<P: Point>(
             let joined = all.clone().map(of).reduce(join_bounds);
             boxes.extend(joined.map(|b| [b.0, b.1]).into_iter().flatten());
         }
-        Decision::Split(place(group, [inside, outside], plan, &cx.config))
+        Decision::Split(place(group, [inside, outside], plan, cx.config()))
     } else if separator.is_some() && attempt + 1 < MAX_ATTEMPTS {
         Decision::Retry
     } else {
         Decision::Leaf
     };
-    let facts = cx.ledger.facts(node);
+    let facts = cx.facts(node);
     facts.population = group.child.population;
     facts.attempts = u64::from(attempt) + 1;
-    if let Decision::Split(children) = &verdict {
+    if let Decision::Split(children) = &decision {
         facts.inside = inside;
         facts.kind = kind;
         facts.separator = separator.as_ref().map_or(0, separator_hash);
         send_plan(cx, node, children, plan);
     }
-    for rank in group.members() {
-        let body = Body::Decision { verdict: verdict.clone(), boxes: Bulk(boxes.clone()) };
-        cx.send(rank, node, attempt, body);
-    }
-    verdict
+    cx.broadcast(group, attempt, || Body::Decision { verdict: decision.clone(), boxes: Bulk(boxes.clone()) });
+    decision
 }
 
 /// Divides the group in proportion to the children's cost: planned leaves, else points.
@@ -223,18 +224,25 @@ pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
     Separator::from_array(words)
 }
 
-/// Facts of a node that a single worker splits, in the same form as a leader's.
-pub fn local_facts<P: Point>(
+/// A separator that splits a node.
+pub(crate) struct Accepted<'a, P> {
+    pub(crate) inside: u64,
+    pub(crate) kind: NodeKind,
+    pub(crate) separator: &'a Separator<P>,
+}
+
+/// Enters the facts of a node that one rank holds whole. They have the form of a leader's facts.
+pub(crate) fn enter_facts<P: Point>(
     facts: &mut NodeFacts,
     population: u64,
     attempts: u32,
-    accepted: Option<(u64, u64, &Separator<P>)>,
+    accepted: Option<&Accepted<'_, P>>,
 ) {
     facts.population = population;
     facts.attempts = u64::from(attempts);
-    if let Some((inside, kind, separator)) = accepted {
-        facts.inside = inside;
-        facts.kind = kind;
-        facts.separator = separator_hash(separator);
+    if let Some(Accepted { inside, kind, separator }) = accepted {
+        facts.inside = *inside;
+        facts.kind = *kind;
+        facts.separator = separator_hash(*separator);
     }
 }

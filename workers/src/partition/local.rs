@@ -10,7 +10,9 @@ use septet_protocol::tasks::SampleRow;
 use crate::config::WorkerConfig;
 use crate::machine::profile::Site;
 use crate::machine::tasks::record_samples;
-use crate::partition::leader::{MAX_ATTEMPTS, acceptable, draw_from, is_leaf, local_facts, refused};
+use crate::partition::leader::{
+    Accepted, Draw, MAX_ATTEMPTS, acceptable, draw_from, enter_facts, is_leaf, refused,
+};
 use crate::partition::shared::{Sketch, sides_of};
 use crate::state::tree::Split;
 
@@ -66,7 +68,7 @@ impl<P: Point> Builder<'_, P> {
         let mut grown = Grown::default();
         let population = members.len() as u64;
         let split = if is_leaf(self.config, node, population) {
-            local_facts::<P>(grown.facts.facts(node), population, 0, None);
+            enter_facts::<P>(grown.facts.facts(node), population, 0, None);
             None
         } else {
             self.split(node, &members, &mut grown)
@@ -107,7 +109,7 @@ impl<P: Point> Builder<'_, P> {
                 let all = self.positions.len() as u64;
                 grown.samples.push(record_samples(key, population, members, &points, all));
             }
-            let (separator, kind) =
+            let Draw { separator, kind } =
                 draw_from(self.config, node, attempts, population, &mut samples, &mut cost);
             let refused = refused(self.config, node, attempts);
             attempts += 1;
@@ -119,15 +121,15 @@ impl<P: Point> Builder<'_, P> {
         }
         let facts = grown.facts.facts(node);
         let result = found.map(|(separator, kind, counted)| {
-            let accepted = Some((counted.inside, kind, &separator));
-            local_facts(facts, population, attempts, accepted);
+            let accepted = Accepted { inside: counted.inside, kind, separator: &separator };
+            enter_facts(facts, population, attempts, Some(&accepted));
             let numbered: Vec<(u32, u8)> = members.iter().copied().zip(counted.of).collect();
             let (a, b) = cost.split(&numbered, |m| m.1 == 0);
             let strip = |v: Vec<(u32, u8)>| v.into_iter().map(|m| m.0).collect();
             (Split::new(separator, counted.boxes), [strip(a), strip(b)])
         });
         if result.is_none() {
-            local_facts::<P>(facts, population, attempts, None);
+            enter_facts::<P>(facts, population, attempts, None);
         }
         grown.charges.push((node, cost, population));
         result

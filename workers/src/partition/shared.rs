@@ -16,11 +16,13 @@ use septet_geometry::incremental::insertion_order;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_geometry::separator::{DrawKey, Separator, Side};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Child, Decision, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Task, WorkerConfig, map_in};
+use crate::config::{Task, WorkerConfig};
+use crate::coordinator::{Source, distribute};
 use crate::machine::context::Context;
 use crate::partition::leader::{Plan, draw, is_leaf, judge, separator_of};
 use crate::partition::local::{Builder, Grown};
@@ -28,61 +30,79 @@ use crate::state::subdomain::{Group, Shared, Subdomain, Subtree, Unsplit};
 use crate::state::table::Table;
 use crate::state::tree::{Bounds, Inner, Leaf, Split, Tree, bounds};
 
-/// What a rank is given to begin with.
+/// The input of a rank.
 #[derive(Debug)]
 pub(crate) struct Input<P> {
     /// Number of points of all ranks.
     pub(crate) population: u64,
     /// Points that span the space.
     pub(crate) frame: PointBatch<P>,
-    /// This rank's block.
+    /// The block of this rank; empty on the coordinator.
     pub(crate) block: PointBatch<P>,
 }
 
-/// Waits for this rank's block.
-pub(crate) async fn load<P: Point>(cx: &mut Context<P>) -> Result<Input<P>, TransportError> {
+/// Distributes the points of `source`, if this rank has one. Waits for the input of this rank.
+pub(crate) async fn load<P: Point>(
+    cx: &mut Context<P>,
+    source: Option<&dyn Source<P>>,
+) -> Result<Input<P>, TransportError> {
     let mut input = Input { population: 0, frame: PointBatch::default(), block: PointBatch::default() };
+    if let Some(source) = source {
+        cx.enter(Phase::Load)?;
+        (input.population, input.frame) = distribute(cx, source);
+    }
     while cx.exchange().await? {
-        for (population, frame) in cx.take(|m| match &mut m.body {
+        let starts = cx.take(|m| match &mut m.body {
             Body::Start { population, frame } => Some((*population, std::mem::take(frame))),
             _ => None,
-        }) {
+        });
+        for (population, frame) in starts {
             (input.population, input.frame) = (population, frame);
         }
-        cx.take(|m| match &mut m.body {
+        let blocks = cx.take(|m| match &mut m.body {
             Body::Block(points) => Some(std::mem::take(points)),
             _ => None,
-        })
-        .into_iter()
-        .for_each(|block| input.block = block);
+        });
+        for block in blocks {
+            input.block = block;
+        }
     }
     Ok(input)
 }
 
-/// Splits the points of all ranks until each has its own: the tree above and below, and the table of home points.
+/// Splits the points of all ranks until each rank has its own. Returns the place of the rank in the tree, and the table
+/// of its owned points.
+///
+/// A rank that leads a group without being a member of it has no share of the points: the coordinator at the root. Its
+/// part ends with the agreement on that node.
 pub(crate) async fn partition<P: Point>(
     cx: &mut Context<P>,
     population: u64,
-    mut points: PointBatch<P>,
+    points: PointBatch<P>,
+    mut plan: Plan,
 ) -> Result<(Subdomain<P>, Table<P>), TransportError> {
     cx.enter(Phase::Partition)?;
-    let (mut path, mut led, mut unsplit, mut plan) = (Vec::new(), Vec::new(), None, Plan::new());
-    let mut group = root(&cx.config, population);
-    if !group.is_whole() {
-        send_samples(cx, &group, 0, &points);
+    let (mut path, mut led, mut unsplit) = (Vec::new(), Vec::new(), None);
+    let mut group = root(cx.config(), population);
+    let mut share = group.members().contains(&cx.rank()).then_some(points);
+    if let (Some(points), false) = (&share, group.is_whole()) {
+        send_samples(cx, &group, 0, points);
     }
     while !group.is_whole() {
-        let Some(agreed) = agree(cx, &group, Some(&mut points), &mut plan).await? else {
-            unsplit = Some(Unsplit { node: group.node, holder: group.child.first });
+        let Some(Agreed { children, part }) = agree(cx, &group, share.as_mut(), &mut plan).await? else {
+            let end = Unsplit { node: group.node, holder: group.child.first };
+            unsplit = share.is_some().then_some(end);
             break;
         };
-        led.extend((group.leader == cx.rank).then_some(group));
-        (group, points) = descend(cx, &group, agreed, points, &mut path);
+        led.extend((group.leader == cx.rank()).then_some(group));
+        let (Some(part), Some(points)) = (part, share.take()) else { break };
+        let (below, kept) = descend(cx, &group, children, part, points, &mut path);
+        (group, share) = (below, Some(kept));
     }
     if let (Some(_), Some(parent)) = (unsplit, path.last_mut()) {
-        parent.end_in_leaf(cx.rank);
+        parent.end_in_leaf(cx.rank());
     }
-    if path.is_empty() || unsplit.is_some() {
+    if let Some(points) = share.filter(|_| path.is_empty() || unsplit.is_some()) {
         hand_over(cx, &group, points);
     }
     let mut owned = None;
@@ -90,7 +110,7 @@ pub(crate) async fn partition<P: Point>(
         let moves = take_moves(cx);
         if !moves.is_empty() {
             let points = united(PointBatch::default(), moves);
-            owned = Some(if cx.config.counted {
+            owned = Some(if cx.config().counted {
                 grow(cx, group.node, unsplit.is_some(), &points)
             } else {
                 keep_whole(cx, group.node, points)
@@ -101,47 +121,36 @@ pub(crate) async fn partition<P: Point>(
     Ok((Subdomain::new(path, unsplit, subtree, led), table.unwrap_or_default()))
 }
 
-/// What rank 0 does in this phase: it leads the root. Returns the nodes that it led and that were split.
-///
-/// # Errors
-/// See [`Context::exchange`].
-pub async fn lead_root<P: Point>(
-    cx: &mut Context<P>,
-    population: u64,
-    mut plan: Plan,
-) -> Result<Vec<Group>, TransportError> {
-    cx.enter(Phase::Partition)?;
-    let root = root(&cx.config, population);
-    if !root.is_whole() {
-        agree(cx, &root, None, &mut plan).await?;
-    }
-    while cx.exchange().await? {}
-    Ok(vec![root])
-}
-
-/// All workers. Rank 0 leads them.
+/// The group of the root: all workers, led by the coordinator.
 fn root(config: &WorkerConfig, population: u64) -> Group {
     let leaf = is_leaf(config, NodeId::ROOT, population);
-    let child = Child { population, first: 1, ranks: config.workers, leaf };
-    Group { node: NodeId::ROOT, leader: COORDINATOR, child }
+    Group::new(NodeId::ROOT, Child { population, first: 1, ranks: config.workers, leaf })
 }
 
 /// A split that a group agreed on.
 struct Agreed<P> {
-    split: Split<P>,
+    /// The groups of the children.
     children: [Child; 2],
-    /// The side of each point of this rank's share.
+    /// The part of a member; `None` for a leader that is not a member.
+    part: Option<Part<P>>,
+}
+
+/// The part of a member in a split.
+struct Part<P> {
+    split: Split<P>,
+    /// The side of each point of the member's share.
     sides: Vec<u8>,
 }
 
-/// Attempts at a node, four rounds each, until its leader accepts a separator or gives up; the samples are on their way.
+/// Attempts at a node, four rounds each, until its leader accepts a separator or gives up. Members have sent their samples
+/// for the first attempt. Returns `None` if the node is not split.
 async fn agree<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     mut share: Option<&mut PointBatch<P>>,
     plan: &mut Plan,
 ) -> Result<Option<Agreed<P>>, TransportError> {
-    let leads = cx.rank == group.leader;
+    let leads = cx.rank() == group.leader;
     for attempt in 0.. {
         // To the leader: samples. To the members, before the first attempt: the points that move here.
         cx.next_round().await?;
@@ -152,30 +161,31 @@ async fn agree<P: Point>(
         // To the members: the separator.
         cx.next_round().await?;
         let counted = match &share {
-            Some(points) => Some(count_sides(cx, group, attempt, points)?),
+            Some(points) => count_sides(cx, group, attempt, points)?,
             None => None,
         };
-        // To the leader: how many points lie on either side.
+        // To the leader: the numbers of points on both sides.
         cx.next_round().await?;
-        let verdict = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
-        // To the members: what becomes of it.
+        let decision = drawn.map(|drawn| judge(cx, group, attempt, drawn, plan));
+        // To the members: the decision.
         cx.next_round().await?;
-        let (Some(points), Some(counted)) = (&share, counted) else {
-            if verdict == Some(Decision::Retry) {
-                continue;
+        let Some(points) = &share else {
+            match decision {
+                Some(Decision::Retry) => continue,
+                Some(Decision::Split(children)) => return Ok(Some(Agreed { children, part: None })),
+                _ => return Ok(None),
             }
-            return Ok(None);
         };
         plan.extend(take_plan(cx));
-        let (verdict, boxes) = cx.take_one(|m| match &mut m.body {
+        let (decision, boxes) = cx.take_one(|m| match &mut m.body {
             Body::Decision { verdict, boxes } => Some((verdict.clone(), std::mem::take(&mut boxes.0))),
             _ => None,
         })?;
-        match (verdict, counted, boxes.as_slice()) {
+        match (decision, counted, boxes.as_slice()) {
             (Decision::Retry, _, _) => send_samples(cx, group, attempt + 1, points),
-            (Decision::Split(children), Some((separator, sides)), &[a, b, c, d]) => {
+            (Decision::Split(children), Some(Counted { separator, sides }), &[a, b, c, d]) => {
                 let split = Split::new(separator, [(a, b), (c, d)]);
-                return Ok(Some(Agreed { split, children, sides }));
+                return Ok(Some(Agreed { children, part: Some(Part { split, sides }) }));
             }
             _ => return Ok(None),
         }
@@ -187,17 +197,19 @@ async fn agree<P: Point>(
 fn descend<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
-    Agreed { split, children, sides }: Agreed<P>,
+    children: [Child; 2],
+    Part { split, sides }: Part<P>,
     points: PointBatch<P>,
     path: &mut Vec<Shared<P>>,
 ) -> (Group, PointBatch<P>) {
+    let rank = cx.rank();
     let groups = [0, 1].map(|side| group.below(side, children[side]));
-    let mine = usize::from(!groups[0].members().contains(&cx.rank));
-    let shared = Shared::new(*group, split, children, mine, cx.rank);
+    let mine = usize::from(!groups[0].members().contains(&rank));
+    let shared = Shared::new(*group, split, children, mine, rank);
     let mut cost = Cost::ZERO;
     let items = points.len() as u64;
     let parts = split_batch(points, &sides, mine, &mut cost);
-    cx.ledger.charge(Phase::Partition, group.node, cost, items);
+    cx.charge(Account::member(Phase::Partition, group.node), cost, items);
     let mut kept = PointBatch::default();
     for (side, points) in parts.into_iter().enumerate() {
         let below = groups[side];
@@ -209,7 +221,7 @@ fn descend<P: Point>(
         if side == mine {
             kept = points;
         } else if !points.is_empty() {
-            cx.send(shared.member_below(cx.rank, side), below.node, 0, Body::Move(points));
+            cx.send(shared.member_below(rank, side), below.node, 0, Body::Move(points));
         }
     }
     path.push(shared);
@@ -218,48 +230,54 @@ fn descend<P: Point>(
 
 /// Sends a share of a node to the rank that takes it whole.
 fn hand_over<P: Point>(cx: &mut Context<P>, group: &Group, points: PointBatch<P>) {
-    // The holder always hears from itself, so that it starts even if nobody else has points.
-    if !points.is_empty() || group.child.first == cx.rank {
+    // The holder always sends to itself, so it starts even if no other rank has points.
+    if !points.is_empty() || group.child.first == cx.rank() {
         cx.send(group.child.first, group.node, 0, Body::Move(points));
     }
 }
 
-/// The node's samples among this rank's share, to the leader.
+/// Sends the samples among this rank's share of a node to the node's leader.
 fn send_samples<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32, points: &PointBatch<P>) {
     let mut cost = Cost::ZERO;
-    let key = DrawKey { seed: cx.config.seed, node: group.node.0, attempt };
-    let sampler = cx.config.sampler(key, group.child.population);
+    let key = DrawKey { seed: cx.config().seed, node: group.node.0, attempt };
+    let sampler = cx.config().sampler(key, group.child.population);
     let samples = cost.pack(&points.positions, |&x| sampler.takes(x));
     // Members before and after a move both charge this step: only the count step states the items.
-    cx.ledger.charge(Phase::Partition, group.node, cost, 0);
-    cx.send(group.leader, group.node, attempt, Body::Samples(Bulk(samples)));
+    cx.charge(Account::member(Phase::Partition, group.node), cost, 0);
+    cx.contribute(group, attempt, Body::Samples(Bulk(samples)));
 }
 
-/// Counts this rank's points on either side of the sphere that came; returns it with the side of each, if it is one.
-#[allow(clippy::type_complexity)]
+/// The sides of a member's share at a separator.
+struct Counted<P> {
+    separator: Separator<P>,
+    /// The side of each point.
+    sides: Vec<u8>,
+}
+
+/// Counts this rank's points on both sides of the separator that the leader sent. Returns `None` if it sent none.
 fn count_sides<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
     attempt: u32,
     points: &PointBatch<P>,
-) -> Result<Option<(Separator<P>, Vec<u8>)>, TransportError> {
+) -> Result<Option<Counted<P>>, TransportError> {
     let words = cx.take_one(|m| match &mut m.body {
         Body::Sphere(words) => Some(std::mem::take(&mut words.0)),
         _ => None,
     })?;
     let Some(separator) = separator_of::<P>(&words) else {
         let body = Body::Counts { inside: 0, outside: 0, boxes: Bulk(Vec::new()) };
-        cx.send(group.leader, group.node, attempt, body);
+        cx.contribute(group, attempt, body);
         return Ok(None);
     };
     let mut cost = Cost::ZERO;
     let counted = sides_of(&separator, &points.positions, &mut cost);
-    cx.ledger.charge(Phase::Partition, group.node, cost, points.len() as u64);
+    cx.charge(Account::member(Phase::Partition, group.node), cost, points.len() as u64);
     let (inside, outside) = (counted.inside, counted.of.len() as u64 - counted.inside);
     let [a, b] = counted.boxes;
     let boxes = Bulk(vec![a.0, a.1, b.0, b.1]);
-    cx.send(group.leader, group.node, attempt, Body::Counts { inside, outside, boxes });
-    Ok(Some((separator, counted.of)))
+    cx.contribute(group, attempt, Body::Counts { inside, outside, boxes });
+    Ok(Some(Counted { separator, sides: counted.of }))
 }
 
 fn take_moves<P: Point>(cx: &mut Context<P>) -> Vec<PointBatch<P>> {
@@ -282,7 +300,7 @@ type Owned<P> = (Subtree<P>, Table<P>);
 
 /// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
 fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Owned<P> {
-    let builder = Builder { config: &cx.config, site: cx.site(), positions: &points.positions };
+    let builder = Builder { config: cx.config(), site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
     // A node that its group could not split has had all its attempts.
@@ -290,22 +308,22 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
         grown.leaves.push((node, everyone));
         grown.tree.push(Sketch::Leaf);
     } else {
-        grown = builder.grow(node, everyone, &cx.pool);
+        grown = builder.grow(node, everyone, cx.pool());
     }
-    let round = cx.out.round();
-    let tally = cx.ledger.tally(round, Phase::Partition);
+    let round = cx.round();
+    let tally = cx.tally(round);
     for facts in grown.facts.nodes.values() {
         tally.active += u64::from(facts.attempts > 0);
         tally.separators += facts.attempts;
         tally.retries += facts.attempts.saturating_sub(1);
     }
     for (node, cost, items) in &grown.charges {
-        cx.ledger.charge(Phase::Partition, *node, *cost, *items);
+        cx.charge(Account::member(Phase::Partition, *node), *cost, *items);
     }
     for (node, facts) in std::mem::take(&mut grown.facts.nodes) {
-        cx.ledger.facts(node).add(&facts);
+        cx.facts(node).add(&facts);
     }
-    if let Some(recorder) = &mut cx.recorder {
+    if let Some(recorder) = cx.recorder() {
         recorder.grown(&mut grown.samples, &grown.leaves, points.len() as u64);
     }
     settle(cx, node, points, &grown.leaves, grown.tree)
@@ -322,8 +340,8 @@ fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>
     drop(order);
     let bounds = bounds(positions.iter().copied());
     let end = positions.len() as u32;
-    cx.ledger.facts(node).population = u64::from(end);
-    (Subtree::of_leaf(Leaf::new(node, 0..end, bounds)), Table::of_whole(ids, positions, cx.rank))
+    cx.facts(node).population = u64::from(end);
+    (Subtree::of_leaf(Leaf::new(node, 0..end, bounds)), Table::of_whole(ids, positions, cx.rank()))
 }
 
 /// Numbers the home points leaf by leaf, each leaf in lexicographic order.
@@ -336,7 +354,7 @@ fn settle<P: Point>(
 ) -> Owned<P> {
     let mut ids = Vec::with_capacity(points.len());
     let mut positions = Vec::with_capacity(points.len());
-    let ordered = map_in(&cx.pool, members, |(_, members)| {
+    let ordered = cx.map(members, |(_, members)| {
         let mut members = members.clone();
         members
             .sort_unstable_by(|&a, &b| lex_cmp(&points.positions[a as usize], &points.positions[b as usize]));
@@ -350,10 +368,10 @@ fn settle<P: Point>(
         let end = ids.len() as u32;
         let bounds = bounds(positions[start as usize..end as usize].iter().copied());
         leaves.push(Leaf::new(*id, start..end, bounds));
-        cx.ledger.facts(*id).population = u64::from(end - start);
+        cx.facts(*id).population = u64::from(end - start);
     }
-    let mut table = Table::of_owned(ids, positions, cx.rank);
-    if cx.config.task != Task::Delaunay {
+    let mut table = Table::of_owned(ids, positions, cx.rank());
+    if cx.config().task != Task::Delaunay {
         for (radius2, &i) in table.owned_radii2_mut().iter_mut().zip(ordered.iter().flatten()) {
             *radius2 = points.radii2[i as usize];
         }

@@ -1,12 +1,13 @@
-//! The paper's algorithm (Sections 4.3 to 4.6), as one worker takes part in it.
+//! The paper's algorithm (Sections 4.3 to 4.6).
 
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
-use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
+use super::ground::Ground;
 use crate::config::{Correction, Wanted};
+use crate::coordinator::{Choice, Share};
 use crate::graph::selection::choice;
 use crate::graph::summaries::summaries;
 use crate::graph::supergraph::supergraph;
@@ -16,28 +17,28 @@ use crate::neighbours::lists::nearest_lists;
 use crate::result::certify::{Instance, certify};
 use crate::result::collect::{collect_cells, collect_counts};
 use crate::stars::hulls::local_hulls;
-use crate::state::subdomain::Subdomain;
-use crate::state::table::Table;
 
-/// Balls to the nearest neighbours, the supergraph in separator sets, local hulls, the certificate, the cells.
+/// Nearest-neighbour balls, the supergraph in separator sets, local hulls, the certificate, the cells.
 pub(super) async fn simulate<P: Point>(
     cx: &mut Context<P>,
-    mut subdomain: Subdomain<P>,
-    mut table: Table<P>,
-    mut frame: PointBatch<P>,
-    population: u64,
-) -> Result<(), TransportError> {
-    if cx.config.until == Some(Phase::Neighbours) {
+    Ground { mut subdomain, mut table, mut frame, population }: Ground<P>,
+) -> Result<Share<P>, TransportError> {
+    let mut share = Share::default();
+    if cx.config().until == Some(Phase::Neighbours) {
         nearest_balls(cx, &subdomain, &mut table).await?;
-        return collect_counts(cx).await;
+        return collect_counts(cx, share).await;
     }
-    let rule = match cx.config.graph.wanted {
-        Wanted::Fixed(rule) => rule,
+    share.choice = match cx.config().graph.wanted {
+        Wanted::Fixed(rule) => Choice { supergraph: Some(rule), why: None },
         _ => choice(cx, &subdomain, &mut table, population).await?,
     };
-    // Graphs of k nearest neighbours are not made of the balls to the nearest one.
+    let Some(rule) = share.choice.supergraph else {
+        let reason = "phase choice ended without a choice".to_string();
+        return Err(TransportError::WorkerFailed { rank: cx.rank(), reason });
+    };
+    // Graphs of k nearest neighbours do not use the balls to the nearest one.
     let k = if let Supergraph::Knn { k } = rule { Some(k) } else { None };
-    if k.is_none() || cx.config.graph.correction == Correction::Naive {
+    if k.is_none() || cx.config().graph.correction == Correction::Naive {
         nearest_balls(cx, &subdomain, &mut table).await?;
     }
     summaries(cx, &mut subdomain, &mut table, &mut frame).await?;
@@ -45,9 +46,11 @@ pub(super) async fn simulate<P: Point>(
         Some(k) => Some(nearest_lists(cx, &subdomain, &mut table, k).await?),
         None => None,
     };
-    let (neighbours, ghosts) = supergraph(cx, &subdomain, &mut table, rule, nearest).await?.into_parts();
+    let mut graph = supergraph(cx, &subdomain, &mut table, rule, nearest).await?;
+    share.edges = graph.take_edges();
+    let (neighbours, ghosts) = graph.into_parts();
     let mut stars = local_hulls(cx, &subdomain, &mut table, neighbours, &ghosts, &frame).await?;
     let instance = Instance { population, supergraph: rule };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;
-    collect_cells(cx, &subdomain, table, stars, &ghosts, instance, certified).await
+    collect_cells(cx, &subdomain, table, stars, &ghosts, certified, share).await
 }

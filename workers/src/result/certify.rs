@@ -5,6 +5,7 @@ use septet_geometry::point::Point;
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::Certificate;
 use crate::machine::context::Context;
 use crate::result::merge::{OwnedCells, Pass, Results, merge};
 use crate::splaying::fallback::gather;
@@ -23,14 +24,21 @@ pub(crate) struct Instance {
     pub(crate) supergraph: Supergraph,
 }
 
-/// The final decision of rank 0 on the stars.
+/// The final decision of the coordinator on the stars.
 #[derive(Debug)]
 pub(crate) struct Certified {
+    instance: Instance,
     passed: bool,
     owned_cells: OwnedCells,
+    certificate: Certificate,
 }
 
 impl Certified {
+    /// The properties of the run.
+    pub(crate) fn instance(&self) -> Instance {
+        self.instance
+    }
+
     /// Returns `true` if the certificate passed.
     pub(crate) fn has_passed(&self) -> bool {
         self.passed
@@ -40,28 +48,38 @@ impl Certified {
     pub(crate) fn owned_cells(&self) -> &OwnedCells {
         &self.owned_cells
     }
+
+    /// Returns the certificate. It is empty except on the coordinator.
+    pub(crate) fn into_certificate(self) -> Certificate {
+        self.certificate
+    }
 }
 
-/// Checks and splays the stars, gathers open regions if splaying does not suffice, and repeats this until rank 0 decides.
+/// Checks, splays and certifies the stars. If the certificate does not pass, gathers the open regions and repeats, until the
+/// decision of the coordinator is final.
 pub(crate) async fn certify<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     stars: &mut Stars<P>,
-    Instance { population, supergraph }: Instance,
+    instance: Instance,
 ) -> Result<Certified, TransportError> {
+    let Instance { population, supergraph } = instance;
     let mut agreement = check(cx, subdomain, table, stars).await?;
-    let mut gathered = Vec::new();
+    let (mut gathered, mut certificate) = (Vec::new(), Certificate::default());
     let mut number = 0;
     loop {
         let rounds = splay(cx, subdomain, table, stars, &agreement, gathered, population).await?;
-        agreement = certificate(cx, subdomain, table, stars).await?;
+        agreement = self::certificate(cx, subdomain, table, stars).await?;
         let results = Results::new(subdomain, StarsView::new(table, stars), supergraph);
-        let (outcome, owned_cells) = merge(cx, results, &agreement, Pass { number, rounds }).await?;
+        let pass = Pass { number, rounds, population };
+        let (outcome, owned_cells, whole) = merge(cx, results, &agreement, pass).await?.into_parts();
+        certificate.add(whole);
         if matches!(outcome, Outcome::Passed | Outcome::Failed) {
-            return Ok(Certified { passed: outcome == Outcome::Passed, owned_cells });
+            let passed = outcome == Outcome::Passed;
+            return Ok(Certified { instance, passed, owned_cells, certificate });
         }
-        gathered = gather(cx, table, stars, &agreement, outcome).await?;
+        gathered = gather(cx, table, stars, &agreement, outcome, &mut certificate).await?;
         number += 1;
     }
 }

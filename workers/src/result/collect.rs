@@ -1,13 +1,14 @@
-//! Sends cells, members of independent sets, and ledgers to rank 0.
+//! Collects cells, members of independent sets, and ledgers on the coordinator.
 //!
 //! **Rounds.** Two. The ledger follows the results, because it bills their messages.
 
 use septet_geometry::point::{Point, Simplex};
 use septet_protocol::codec::Bulk;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::Share;
 use crate::direct::subdomain_triangulation::{CellRows, SEAM};
 use crate::graph::independent::Selection;
 use crate::machine::context::Context;
@@ -25,37 +26,43 @@ use crate::state::tree::Leaf;
 /// The number of indices at which a message of cells is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
-/// Sends the ledger only.
-pub(crate) async fn collect_counts<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
+/// Collects the ledgers only.
+pub(crate) async fn collect_counts<P: Point>(
+    cx: &mut Context<P>,
+    share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    send_ledger(cx).await
+    collect(cx, share).await
 }
 
-/// Sends the members of an independent set that this rank owns, then the ledger.
+/// Collects the members of an independent set, then the ledgers.
 pub(crate) async fn collect_selected<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
     selection: Selection,
     fixed: u64,
-) -> Result<(), TransportError> {
+    share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    let body = selection.into_message(table, fixed);
-    cx.send(COORDINATOR, NodeId::ROOT, 0, body);
-    send_ledger(cx).await
+    if !cx.is_coordinator() {
+        cx.to_coordinator(selection.into_message(table, fixed));
+    }
+    collect(cx, share).await
 }
 
-/// Sends the cells of this rank and the data for pictures, if the certificate passed; then the ledger.
+/// Collects the cells and the data for pictures, if the certificate passed, then the ledgers.
 pub(crate) async fn collect_cells<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     mut table: Table<P>,
     mut stars: Stars<P>,
     ghosts: &Ghosts,
-    Instance { population, supergraph }: Instance,
     certified: Certified,
-) -> Result<(), TransportError> {
+    mut share: Share<P>,
+) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
-    if certified.has_passed() {
+    let Instance { population, supergraph } = certified.instance();
+    if certified.has_passed() && !cx.is_coordinator() {
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
@@ -67,22 +74,41 @@ pub(crate) async fn collect_cells<P: Point>(
             send_subdomain(cx, subdomain, table, stars);
         }
     }
-    send_ledger(cx).await
+    share.certified = certified.into_certificate();
+    collect(cx, share).await
 }
 
-/// Sends the ledger, one round after the results, so that it bills them.
-async fn send_ledger<P: Point>(cx: &mut Context<P>) -> Result<(), TransportError> {
+/// Sends the ledger to the coordinator after the results before it are billed. The coordinator takes all results. Returns
+/// the complete result on the coordinator.
+async fn collect<P: Point>(cx: &mut Context<P>, mut share: Share<P>) -> Result<Share<P>, TransportError> {
     cx.exchange_if(true).await?;
-    if let Some(record) = cx.finish_record() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Tasks(Box::new(record)));
+    if cx.is_coordinator() {
+        share.receive(cx)?;
+    } else {
+        send_ledger(cx);
+    }
+    while cx.exchange().await? {
+        if cx.is_coordinator() {
+            share.receive(cx)?;
+        }
+    }
+    if cx.is_coordinator() {
+        cx.enter(Phase::Done)?;
+        share.counted.ledger.merge(cx.ledger());
+    }
+    Ok(share)
+}
+
+/// Sends the record of tasks, if there is one, and the ledger.
+fn send_ledger<P: Point>(cx: &mut Context<P>) {
+    if let Some(log) = cx.finish_record() {
+        cx.to_coordinator(Body::Tasks(Box::new(log)));
     }
     if let Some(fault) = cx.config().fault {
-        fault.distort(&mut cx.ledger);
+        fault.distort(cx.ledger_mut());
     }
-    let words = cx.ledger.to_words();
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Ledger(Bulk(words)));
-    while cx.exchange().await? {}
-    Ok(())
+    let words = cx.ledger().to_words();
+    cx.to_coordinator(Body::Ledger(Bulk(words)));
 }
 
 /// Adds the radii and links that pictures show to a subdomain triangulation.
@@ -151,7 +177,7 @@ fn each_owned_cell<P: Point>(
 
 fn send_message<P: Point>(cx: &mut Context<P>, cells: Vec<u64>, leaves: Vec<u64>) {
     let body = Body::Cells { cells: Bulk(cells), leaves: Bulk(leaves) };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, body);
+    cx.to_coordinator(body);
 }
 
 /// Sends the cells that belong to this rank, with their neighbours.
@@ -171,7 +197,7 @@ fn send_subdomain<P: Point>(
         rows: Bulk(rows),
         open: Bulk(open),
     };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, body);
+    cx.to_coordinator(body);
 }
 
 /// Returns the cells that belong to this rank, from links. Matches facets to find neighbours. A facet without a match gets the

@@ -9,8 +9,6 @@
 //!
 //! **Work and depth.** One vector step over all link facets; O(1) for each node.
 
-use std::collections::BTreeMap;
-
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
@@ -22,8 +20,10 @@ use septet_protocol::message::{Body, Merged, Message};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::judge;
 use crate::direct::subdomain_triangulation::SubdomainTriangulation;
 pub use crate::direct::subdomain_triangulation::{HULL, SEAM};
+use crate::machine::collectives::{Reduction, Rising};
 use crate::machine::context::Context;
 use crate::stars::check::Agreement;
 use crate::stars::owned::StarsView;
@@ -68,6 +68,8 @@ pub(crate) struct Pass {
     pub(crate) number: u32,
     /// The last round of splaying in which this rank sent a message; 0 if it sent none.
     pub(crate) rounds: u32,
+    /// Number of points of all ranks.
+    pub(crate) population: u64,
 }
 
 impl Pass {
@@ -98,13 +100,29 @@ impl OwnedCells {
     }
 }
 
-/// Merges the results of all ranks. Returns the decision of rank 0 and the cells that belong to this rank.
+/// The outcome of merging.
+#[derive(Debug)]
+pub(crate) struct MergedResult {
+    outcome: Outcome,
+    owned_cells: OwnedCells,
+    whole: Merged,
+}
+
+impl MergedResult {
+    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all ranks. The
+    /// latter is empty except on the coordinator.
+    pub(crate) fn into_parts(self) -> (Outcome, OwnedCells, Merged) {
+        (self.outcome, self.owned_cells, self.whole)
+    }
+}
+
+/// Merges the results of all ranks. The coordinator decides on the merged result and broadcasts its decision.
 pub(crate) async fn merge<P: Point>(
     cx: &mut Context<P>,
     results: Results<'_, P>,
     agreement: &Agreement,
     pass: Pass,
-) -> Result<(Outcome, OwnedCells), TransportError> {
+) -> Result<MergedResult, TransportError> {
     cx.enter(Phase::Merge)?;
     let subdomain = results.subdomain;
     let mut owned_cells = OwnedCells::default();
@@ -118,18 +136,32 @@ pub(crate) async fn merge<P: Point>(
         own.exchange_rounds = u64::from(pass.rounds);
         send_up(cx, subdomain, root, own);
     }
-    let (mut joining, mut outcome) = (Joining::default(), None);
+    let (mut reduction, mut outcome, mut whole) = (Reduction::default(), None, Merged::default());
     while cx.exchange().await? {
-        for (node, own) in joining.join(cx, subdomain.led(), pass) {
-            send_up(cx, subdomain, node, own);
+        let arrived = take_merged(cx);
+        // The result of a root that one rank holds needs no combination.
+        let root = arrived.iter().find(|rising| rising.node == NodeId::ROOT).map(|rising| rising.value);
+        let joined = reduction
+            .join(subdomain.led(), arrived, |group, both, sent| join_results(cx, pass, group, both, sent));
+        for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
+            if node == NodeId::ROOT && cx.is_coordinator() {
+                let decision = judge(own, pass.population, pass.number);
+                cx.to_workers(|| Body::Outcome(decision.number()));
+                (outcome, whole) = (Some(decision), own);
+            } else {
+                send_up(cx, subdomain, node, own);
+            }
         }
         outcome = take_outcome(cx).or(outcome);
     }
-    let missing = || TransportError::WorkerFailed {
-        rank: cx.rank(),
-        reason: "received no decision on the certificate".to_string(),
-    };
-    Ok((outcome.ok_or_else(missing)?, owned_cells))
+    let outcome = outcome.ok_or_else(|| {
+        let reason = match cx.is_coordinator() {
+            true => "not all results reached the root",
+            false => "it received no decision on the certificate",
+        };
+        TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
+    })?;
+    Ok(MergedResult { outcome, owned_cells, whole })
 }
 
 /// Merges the stars of each leaf. Appends the bits of each owned point ([`OwnedCells`]).
@@ -216,43 +248,31 @@ fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId
     }
 }
 
-/// The results of nodes whose siblings have sent none yet, by parent.
-#[derive(Default)]
-pub(crate) struct Joining(BTreeMap<NodeId, Merged>);
-
-impl Joining {
-    /// Joins the results of the children of nodes that this rank leads, and returns the results of these nodes. Also returns
-    /// the result of the root if one rank holds the root.
-    pub(crate) fn join<P: Point>(
-        &mut self,
-        cx: &mut Context<P>,
-        led: &[Group],
-        pass: Pass,
-    ) -> Vec<(NodeId, Merged)> {
-        let mut below = cx.take(|m: &mut Message<P>| match m.body {
-            Body::Merged(merged) => Some((m.node, m.round, merged)),
-            _ => None,
-        });
-        below.sort_by_key(|(child, _, _)| *child);
-        let join = |(child, round, merged): (NodeId, u32, Merged)| {
-            let Some(parent) = child.parent() else { return Some((child, merged)) };
-            let group = led.iter().find(|group| group.node == parent)?;
-            let Some(other) = self.0.remove(&group.node) else {
-                self.0.insert(group.node, merged);
-                return None;
-            };
-            let population = group.child.population;
-            let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
-            let (cost, own) = joined([other, merged]);
-            cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
-            cx.tally(round).merged += 1;
-            Some((group.node, own))
-        };
-        below.into_iter().filter_map(join).collect()
-    }
+/// Takes the results of children.
+fn take_merged<P: Point>(cx: &mut Context<P>) -> Vec<Rising<Merged>> {
+    cx.take(|m: &mut Message<P>| match m.body {
+        Body::Merged(value) => Some(Rising { node: m.node, round: m.round, value }),
+        _ => None,
+    })
 }
 
-/// Returns the decision of rank 0, if it arrived.
+/// Joins the results of the children of a node that this rank leads; the last of them was sent in round `sent`.
+fn join_results<P: Point>(
+    cx: &mut Context<P>,
+    pass: Pass,
+    group: &Group,
+    both: [Merged; 2],
+    sent: u32,
+) -> Merged {
+    let population = group.child.population;
+    let _span = cx.site().subproblem(pass.payer(), group.node, "join results", population);
+    let (cost, own) = joined(both);
+    cx.charge(Account::leader(pass.payer(), group.node), cost, 0);
+    cx.tally(sent).merged += 1;
+    own
+}
+
+/// The decision of the coordinator, if it arrived.
 fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
     let outcomes = cx.take(|m: &mut Message<P>| match m.body {
         Body::Outcome(number) => Outcome::from_number(number),

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use septet_geometry::cost::Sweep;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
+use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, SHOWN_LOCAL, SHOWN_REPAIRED, ViewPart};
 
 use crate::machine::context::Context;
@@ -52,7 +52,7 @@ pub(crate) fn send_view<P: Point>(
     results.show_points(sample, &mut part);
     results.show_ghosts(ghosts, sample, &mut part);
     results.show_splits(cx.rank(), &mut part);
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::View(Box::new(part)));
+    cx.to_coordinator(Body::View(Box::new(part)));
 }
 
 /// The sample: about `wanted` of `population` points.

@@ -11,11 +11,12 @@ use std::collections::BTreeSet;
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ids::Phase;
 use septet_protocol::message::{Body, Message, OF_A_LINK, PointBatch, WANTED};
 use septet_protocol::outcome::Outcome;
 use septet_protocol::transport::TransportError;
 
+use crate::coordinator::{Certificate, Region};
 use crate::machine::context::Context;
 use crate::splaying::messages::GatheredPoint;
 use crate::stars::check::Agreement;
@@ -29,6 +30,7 @@ pub(crate) async fn gather<P: Point>(
     stars: &mut Stars<P>,
     agreement: &Agreement,
     outcome: Outcome,
+    certificate: &mut Certificate,
 ) -> Result<Vec<GatheredPoint>, TransportError> {
     cx.enter(Phase::Fallback)?;
     stars.extract_links(table);
@@ -39,9 +41,14 @@ pub(crate) async fn gather<P: Point>(
         // the cell in the next pass of splaying.
         agreement.disagreements().iter().map(|d| d.holder).collect()
     };
-    cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Gather(region(table, stars, &open)));
-    let mut gathered = Vec::new();
+    if !cx.is_coordinator() {
+        cx.to_coordinator(Body::Gather(region(table, stars, &open)));
+    }
+    let (mut gathered, mut whole) = (Vec::new(), Region::default());
     while cx.exchange().await? {
+        if cx.is_coordinator() {
+            whole.receive(cx, outcome, certificate);
+        }
         take_neighbours(cx, table, &mut gathered);
     }
     Ok(gathered)

@@ -1,18 +1,17 @@
 //! The frame: points that span the space, and their owners.
 //!
-//! Rank 0 selects the frame when it reads the input. Each rank reports which points of the frame it owns, and rank 0 then
-//! sends all owners to all ranks. These messages travel with those of another phase: `crate::direct::ghost_layer` or
-//! [`crate::graph::summaries`].
+//! The coordinator selects the frame when it reads the input. Each rank reports which points of the frame it owns, and the
+//! coordinator then sends all owners to all ranks. These messages travel with those of another phase:
+//! `crate::direct::ghost_layer` or [`crate::graph::summaries`].
 
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, NodeId};
 use septet_protocol::message::{Body, Message, PointBatch};
 
 use crate::machine::context::Context;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, leaf_number};
 
-/// Reports to rank 0 which points of the frame this rank owns.
+/// Reports to the coordinator which points of the frame this rank owns.
 pub(crate) fn report<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
@@ -27,29 +26,42 @@ pub(crate) fn report<P: Point>(
         }
     }
     if !owned_points.is_empty() {
-        cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Frame(owned_points));
+        cx.to_coordinator(Body::Frame(owned_points));
     }
 }
 
-/// Receives the owners of the frame's points.
-pub(crate) fn receive<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, frame: &mut PointBatch<P>) {
-    for received in take(cx) {
-        for (&id, &owner) in received.ids.iter().zip(&received.owners.0) {
-            table.set_owner(id, owner);
+/// The owners of the frame's points, which the coordinator collects and all ranks receive.
+#[derive(Debug)]
+pub(crate) struct FrameOwners<P> {
+    /// The points whose owners have reported. Used on the coordinator only.
+    reported: PointBatch<P>,
+}
+
+impl<P> Default for FrameOwners<P> {
+    fn default() -> Self {
+        FrameOwners { reported: PointBatch::default() }
+    }
+}
+
+impl<P: Point> FrameOwners<P> {
+    /// Handles the messages of a round. The coordinator broadcasts the frame when the owners of all points are known. The
+    /// other ranks store the owners and that frame.
+    pub(crate) fn receive(&mut self, cx: &mut Context<P>, table: &mut Table<P>, frame: &mut PointBatch<P>) {
+        let mut batches = take(cx);
+        if cx.is_coordinator() {
+            let before = self.reported.len();
+            batches.iter_mut().for_each(|owned| self.reported.append(owned));
+            if before <= P::DIM && self.reported.len() == P::DIM + 1 {
+                *frame = self.reported.clone();
+                cx.to_workers(|| Body::Frame(frame.clone()));
+            }
+            return;
         }
-        *frame = received;
-    }
-}
-
-/// Collects the reports on rank 0. Sends the frame to all ranks when the owners of all points are known.
-pub fn collect<P: Point>(cx: &mut Context<P>, known: &mut PointBatch<P>) {
-    let before = known.len();
-    for mut owned_points in take(cx) {
-        known.append(&mut owned_points);
-    }
-    if before <= P::DIM && known.len() == P::DIM + 1 {
-        for rank in 1..=cx.config().workers {
-            cx.send(rank, NodeId::ROOT, 0, Body::Frame(known.clone()));
+        for owned in batches {
+            for (&id, &owner) in owned.ids.iter().zip(&owned.owners.0) {
+                table.set_owner(id, owner);
+            }
+            *frame = owned;
         }
     }
 }

@@ -3,11 +3,10 @@
 //! The *path* consists of the shared nodes from the root down to the rank's own subtree. A node is *shared* if a group of
 //! several ranks holds its points. No rank holds the whole tree.
 
-use std::ops::Range;
-
 use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Child, Summary};
 
+pub use crate::machine::collectives::Group;
 use crate::state::tree::{Leaf, Split, Tree};
 
 /// A shared node on the path of a rank.
@@ -292,33 +291,5 @@ impl<P> Subdomain<P> {
             leaf_of.extend(leaf.owned().map(|_| at));
         }
         leaf_of
-    }
-}
-
-/// A node and the group of ranks that holds its points.
-#[derive(Clone, Copy, Debug)]
-pub struct Group {
-    /// The node.
-    pub node: NodeId,
-    /// The leader of the group.
-    pub leader: Rank,
-    /// The ranks of the group and the number of its points.
-    pub child: Child,
-}
-
-impl Group {
-    /// The group of a child. Its lowest rank leads it.
-    pub(crate) fn below(self, side: usize, child: Child) -> Self {
-        Group { node: self.node.child(side), leader: child.first, child }
-    }
-
-    /// Whether one rank holds all points of the node.
-    pub(crate) fn is_whole(&self) -> bool {
-        self.child.ranks == 1 || self.child.leaf
-    }
-
-    /// The ranks of the group.
-    pub(crate) fn members(&self) -> Range<Rank> {
-        self.child.first..self.child.first + self.child.ranks
     }
 }

@@ -1,29 +1,32 @@
 //! The fold of a ledger: totals, phases, and the critical path.
 //!
-//! **Depth.** The clock belongs to the subproblem. Dependencies are those of the recursion: a phase that
-//! goes down the tree starts at a node when it has ended at the parent; one that goes up, when it has ended
-//! at both children; a local one follows the node's own last phase. A phase that starts at the root needs
-//! what it reads from every leaf. No worker, round or coordinator appears in it.
+//! **Depth.** Every subproblem has a clock of its own. Dependencies are those of the recursion:
+//! 1. A phase that goes down the tree starts at a node when it has ended at the parent. At the root, it starts when all
+//!    earlier phases have ended at every leaf.
+//! 2. A phase that goes up the tree starts at a node when it has ended at both children.
+//! 3. A local phase starts at a node when the node's previous phase has ended.
+//!
+//! Workers, rounds and the coordinator have no influence on the depth.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Charge, LEADER, LedgerPart};
+use super::{Account, Charge, LedgerPart, Role};
 use crate::ids::{NodeId, Phase};
 
 /// Totals of one phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PhaseTotal {
-    /// Which.
+    /// The phase.
     pub phase: Phase,
-    /// Rounds in which it sent.
+    /// Rounds in which a rank sent messages.
     pub rounds: u64,
     /// Work over all subproblems.
     pub work: u64,
-    /// Its longest chain by itself, from its first start.
+    /// Length of the longest chain of the phase alone; a scan counts 1.
     pub depth: u64,
-    /// The same with every scan at `ceil(log2 m)`.
+    /// Length of that chain if a scan of `m` items counts `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// Its share of the run's critical path.
+    /// Share of the phase in the critical path of the run.
     pub critical_depth: u64,
     /// Messages sent.
     pub messages: u64,
@@ -36,42 +39,42 @@ pub struct PhaseTotal {
 pub struct Total {
     /// Work.
     pub work: u64,
-    /// Depth, a scan counting 1.
+    /// Depth; a scan counts 1.
     pub depth: u64,
-    /// Depth, a scan counting `ceil(log2 m)`.
+    /// Depth if a scan of `m` items counts `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// Brent's bound on the time with `n` processors: over the steps (a phase at a level of the tree),
-    /// the sum of `floor((work - depth) / n) + depth`.
+    /// Brent's bound on the time with `n` processors. A step is a phase at a level of the tree. The bound is the sum
+    /// of `floor((work - depth) / n) + depth` over all steps.
     pub brent: u64,
 }
 
-/// One link of the critical path.
+/// One step of the critical path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathStep {
     /// The subproblem.
     pub node: NodeId,
     /// The phase.
     pub phase: Phase,
-    /// Depth spent there.
+    /// Depth of the phase at the subproblem.
     pub depth: u64,
 }
 
 /// The folded ledger of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
-    /// All parts, merged.
+    /// The merged parts of all ranks. Charges of leaders are added to those of members.
     pub part: LedgerPart,
-    /// The paper's phases.
+    /// The total of the paper's phases.
     pub paper: Total,
-    /// Repair's phases.
+    /// The total of the repair phases.
     pub repair: Total,
-    /// Phase by phase, in order, those that occurred.
+    /// The totals of the phases that occurred, in order.
     pub phases: Vec<PhaseTotal>,
-    /// The paper's longest chain, first step first; depths add up to `paper.depth`.
+    /// The longest chain of the paper's phases, first step first. Its depths add up to `paper.depth`.
     pub critical_path: Vec<PathStep>,
 }
 
-/// How a phase runs over the tree.
+/// The direction of a phase over the tree.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Flow {
     Down,
@@ -79,11 +82,11 @@ enum Flow {
     Local,
 }
 
-/// Passes of each phase over the tree, in order. A descent whose answers return is two passes, charged
-/// together at each node on the way down; the way up costs what [`Charge`] holds for it as well.
+/// The direction of a phase. A descent whose replies return makes two passes over the tree. Both are charged on the
+/// way down, so its flow is [`Flow::Down`].
 fn flow(phase: Phase, part: &LedgerPart) -> Flow {
     match phase {
-        Phase::Neighbours if !part.corrections.is_empty() => Flow::Up,
+        Phase::Neighbours if part.passes().next().is_some() => Flow::Up,
         Phase::Summaries | Phase::Merge | Phase::Check | Phase::Certificate => Flow::Up,
         Phase::Partition | Phase::Sets | Phase::Probe | Phase::Neighbours | Phase::KnnProbe | Phase::Knn => {
             Flow::Down
@@ -95,12 +98,13 @@ fn flow(phase: Phase, part: &LedgerPart) -> Flow {
 impl Ledger {
     /// Folds the merged parts of a run over `population` points.
     pub fn finish(mut part: LedgerPart, population: u64) -> Ledger {
-        let leaders = part.charges.split_off(&(LEADER, NodeId(0)));
-        for ((phase, node), charge) in leaders {
-            part.charges.entry((phase & !LEADER, node)).or_default().cost.then(charge.cost);
+        let leaders: Vec<_> =
+            part.charges.extract_if(.., |account, _| account.role == Role::Leader).collect();
+        for (Account { phase, node, .. }, charge) in leaders {
+            part.charges.entry(Account::member(phase, node)).or_default().cost.then(charge.cost);
         }
         for (node, charge) in corrections(&part) {
-            part.charges.insert((Phase::Neighbours as u8, node), charge);
+            part.charges.insert(Account::member(Phase::Neighbours, node), charge);
         }
         let paper: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_paper()).collect();
         let repair: Vec<Phase> = Phase::ALL.into_iter().filter(|p| p.is_repair()).collect();
@@ -121,15 +125,15 @@ impl Ledger {
     }
 }
 
-/// Where balls are corrected node by node: what each node's correction costs. It is a descent below the node,
-/// so its chain goes from the node to its children; the scans of each are over its own items.
+/// The cost of the bottom-up correction at each node. The correction of a node is a descent below it, so its chain goes
+/// from the node to its children. The scans at each node are over its own items.
 fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
     let mut below: BTreeMap<(u32, NodeId), Charge> = BTreeMap::new();
     let mut done = BTreeMap::new();
-    let mut rows: Vec<_> = part.corrections.iter().collect();
+    let mut rows: Vec<_> = part.passes().collect();
     // Children before their parents.
-    rows.sort_by_key(|((_, node), _)| std::cmp::Reverse(*node));
-    for (&(level, node), charge) in rows {
+    rows.sort_by_key(|&(_, node, _)| std::cmp::Reverse(node));
+    for (level, node, charge) in rows {
         let mut all = *charge;
         all.cost.close(charge.items);
         all.cost.then(below.remove(&(level, node)).unwrap_or_default().cost);
@@ -142,9 +146,8 @@ fn corrections(part: &LedgerPart) -> BTreeMap<NodeId, Charge> {
 }
 
 fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<PhaseTotal> {
-    let number = phase as u8;
-    let rounds: Vec<_> = part.rounds.iter().filter(|((_, p), _)| *p == number).map(|(_, t)| t).collect();
-    let work = part.charges.iter().filter(|((p, _), _)| *p == number).map(|(_, c)| c.cost.work()).sum();
+    let rounds: Vec<_> = part.rounds.iter().filter(|(key, _)| key.phase == phase).map(|(_, t)| t).collect();
+    let work = part.members(phase).map(|(_, charge)| charge.cost.work()).sum();
     if rounds.is_empty() && work == 0 {
         return None;
     }
@@ -161,12 +164,13 @@ fn phase_total(part: &LedgerPart, phase: Phase, critical_depth: u64) -> Option<P
 }
 
 fn total(part: &LedgerPart, phases: &[Phase], population: u64) -> Total {
-    let mut steps: BTreeMap<(u8, u32), (u64, u64)> = BTreeMap::new();
+    // Work and depth of each step.
+    let mut steps: BTreeMap<(Phase, u32), (u64, u64)> = BTreeMap::new();
     let mut work = 0;
-    for ((phase, node), charge) in &part.charges {
-        if phases.iter().any(|p| *p as u8 == *phase) {
+    for &phase in phases {
+        for (node, charge) in part.members(phase) {
             work += charge.cost.work();
-            let step = steps.entry((*phase, node.level())).or_default();
+            let step = steps.entry((phase, node.level())).or_default();
             step.0 += charge.cost.work();
             step.1 = step.1.max(charge.cost.depth());
         }
@@ -181,28 +185,26 @@ fn total(part: &LedgerPart, phases: &[Phase], population: u64) -> Total {
     }
 }
 
+/// A time, and the step that ended then.
+type End = (u64, Option<usize>);
+
 /// The clocks of all subproblems, phase after phase.
 struct Clock {
-    /// End of the last phase so far at a node that matters to what follows: leaves, and the barrier.
+    /// All steps so far, each with the step that it waited for.
     steps: Vec<(PathStep, Option<usize>)>,
-    /// For each node with a running clock: time and index of its last step.
-    ends: BTreeMap<NodeId, (u64, Option<usize>)>,
-    last: (u64, Option<usize>),
+    /// The end of the previous phase at each node.
+    ends: BTreeMap<NodeId, End>,
+    /// The latest end of all.
+    last: End,
 }
 
 impl Clock {
     fn run(part: &LedgerPart, phases: &[Phase], log_scan: bool) -> Clock {
         let mut clock = Clock { steps: Vec::new(), ends: BTreeMap::new(), last: (0, None) };
         for &phase in phases {
-            let number = phase as u8;
-            let mut charges: Vec<(NodeId, u64)> = part
-                .charges
-                .range((number, NodeId(0))..=(number, NodeId(u64::MAX)))
-                .map(|((_, node), c)| {
-                    let depth = if log_scan { c.cost.depth_log_scan(c.items) } else { c.cost.depth() };
-                    (*node, depth)
-                })
-                .collect();
+            let depth = |c: &Charge| if log_scan { c.cost.depth_log_scan(c.items) } else { c.cost.depth() };
+            let mut charges: Vec<(NodeId, u64)> =
+                part.members(phase).map(|(node, charge)| (node, depth(charge))).collect();
             if charges.is_empty() {
                 continue;
             }
@@ -216,13 +218,8 @@ impl Clock {
         clock
     }
 
-    fn push(
-        &mut self,
-        node: NodeId,
-        phase: Phase,
-        depth: u64,
-        from: (u64, Option<usize>),
-    ) -> (u64, Option<usize>) {
+    /// Adds a step that starts at `from`. Returns its end.
+    fn push(&mut self, node: NodeId, phase: Phase, depth: u64, from: End) -> End {
         self.steps.push((PathStep { node, phase, depth }, from.1));
         let end = (from.0 + depth, Some(self.steps.len() - 1));
         if end.0 > self.last.0 || self.last.1.is_none() {
@@ -231,10 +228,10 @@ impl Clock {
         end
     }
 
-    /// The root starts when everything before has ended; a node when its parent has.
+    /// Runs a phase down the tree: the root starts when all earlier phases have ended, a node when its parent has ended.
     fn down(&mut self, phase: Phase, charges: &[(NodeId, u64)]) {
         let barrier = self.last;
-        let mut ends: BTreeMap<NodeId, (u64, Option<usize>)> = BTreeMap::new();
+        let mut ends: BTreeMap<NodeId, End> = BTreeMap::new();
         for &(node, depth) in charges {
             let from = nearest_ancestor(&ends, node).unwrap_or(barrier);
             let end = self.push(node, phase, depth, from);
@@ -243,12 +240,12 @@ impl Clock {
         self.ends = ends;
     }
 
-    /// A node starts when its children, or for a leaf its own last phase, have ended.
+    /// Runs a phase up the tree: a node starts when its children have ended, a leaf when its previous phase has ended.
     fn up(&mut self, phase: Phase, charges: &[(NodeId, u64)]) {
         let before = std::mem::take(&mut self.ends);
         let barrier = self.last;
         let charged: BTreeSet<NodeId> = charges.iter().map(|c| c.0).collect();
-        let mut pending: BTreeMap<NodeId, (u64, Option<usize>)> = BTreeMap::new();
+        let mut pending: BTreeMap<NodeId, End> = BTreeMap::new();
         for (&node, &end) in &before {
             let mut at = Some(node);
             while let Some(n) = at.filter(|n| !charged.contains(n)) {
@@ -271,7 +268,7 @@ impl Clock {
         self.ends = ends;
     }
 
-    /// A node goes on from its own last phase.
+    /// Runs a local phase: a node starts when its previous phase has ended.
     fn local(&mut self, phase: Phase, charges: &[(NodeId, u64)]) {
         let barrier = self.last;
         for &(node, depth) in charges {
@@ -299,16 +296,14 @@ impl Clock {
 }
 
 /// Keeps the later of two ends.
-fn later(slot: &mut (u64, Option<usize>), end: (u64, Option<usize>)) {
+fn later(slot: &mut End, end: End) {
     if end.0 > slot.0 {
         *slot = end;
     }
 }
 
-fn nearest_ancestor(
-    ends: &BTreeMap<NodeId, (u64, Option<usize>)>,
-    node: NodeId,
-) -> Option<(u64, Option<usize>)> {
+/// The end of the node, or of its nearest ancestor that has one.
+fn nearest_ancestor(ends: &BTreeMap<NodeId, End>, node: NodeId) -> Option<End> {
     let mut at = Some(node);
     while let Some(n) = at {
         if let Some(&end) = ends.get(&n) {
@@ -321,8 +316,10 @@ fn nearest_ancestor(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use septet_geometry::cost::Cost;
+
+    use super::super::RoundKey;
+    use super::*;
 
     fn cost(trips: usize) -> Cost {
         let mut c = Cost::ZERO;
@@ -334,12 +331,12 @@ mod tests {
     fn depth_is_the_longest_chain_and_the_path_adds_up() {
         let mut part = LedgerPart::default();
         let (l, r) = (NodeId(2), NodeId(3));
-        part.charge(Phase::Partition, NodeId::ROOT, cost(5), 10);
-        part.charge(Phase::Partition, l, cost(1), 4);
-        part.charge(Phase::Partition, r, cost(7), 6);
-        part.charge(Phase::Hulls, l, cost(20), 4);
-        part.charge(Phase::Hulls, r, cost(3), 6);
-        part.charge(Phase::Merge, NodeId::ROOT, cost(1), 2);
+        part.charge(Account::member(Phase::Partition, NodeId::ROOT), cost(5), 10);
+        part.charge(Account::member(Phase::Partition, l), cost(1), 4);
+        part.charge(Account::member(Phase::Partition, r), cost(7), 6);
+        part.charge(Account::member(Phase::Hulls, l), cost(20), 4);
+        part.charge(Account::member(Phase::Hulls, r), cost(3), 6);
+        part.charge(Account::member(Phase::Merge, NodeId::ROOT), cost(1), 2);
         let ledger = Ledger::finish(part, 10);
         // Root 5, left 1 + 20 against right 7 + 3, then the merge.
         assert_eq!(ledger.paper.depth, 5 + 1 + 20 + 1);
@@ -352,13 +349,13 @@ mod tests {
     fn a_node_corrects_after_its_children_and_as_deep_as_its_descent() {
         let mut part = LedgerPart::default();
         let (l, r, ll) = (NodeId(2), NodeId(3), NodeId(4));
-        part.charge(Phase::Radii, ll, cost(2), 4);
-        part.charge(Phase::Radii, r, cost(3), 4);
-        // The left child: itself, then a leaf. The root: itself, then beside each other left and leaf, right.
+        part.charge(Account::member(Phase::Radii, ll), cost(2), 4);
+        part.charge(Account::member(Phase::Radii, r), cost(3), 4);
+        // The left child: itself, then a leaf. The root: itself, then in parallel the left child with its leaf, and the right.
         for (level, node, steps) in
             [(1, l, 5), (1, ll, 7), (0, NodeId::ROOT, 11), (0, l, 1), (0, ll, 2), (0, r, 4)]
         {
-            part.charge_correction(level, node, cost(steps), 10);
+            part.charge(Account::pass(level, node), cost(steps), 10);
         }
         let words = part.to_words();
         assert_eq!(LedgerPart::from_words(&words).as_ref(), Some(&part));
@@ -372,11 +369,11 @@ mod tests {
     #[test]
     fn parts_survive_the_wire_and_merge_in_any_order() {
         let mut a = LedgerPart::default();
-        a.charge(Phase::Partition, NodeId::ROOT, cost(5), 10);
-        a.tally(3, Phase::Partition).messages = 2;
+        a.charge(Account::member(Phase::Partition, NodeId::ROOT), cost(5), 10);
+        a.tally(RoundKey { round: 3, phase: Phase::Partition }).messages = 2;
         a.facts(NodeId::ROOT).population = 20;
         let mut b = LedgerPart::default();
-        b.charge(Phase::Partition, NodeId::ROOT, cost(5), 10);
+        b.charge(Account::member(Phase::Partition, NodeId::ROOT), cost(5), 10);
         b.facts(NodeId(2)).edges = 4;
         assert_eq!(LedgerPart::from_words(&a.to_words()).as_ref(), Some(&a));
         assert_eq!(LedgerPart::from_words(&a.to_words()[..5]), None);
@@ -384,7 +381,7 @@ mod tests {
         ab.merge(&b);
         ba.merge(&a);
         assert_eq!(ab, ba);
-        assert_eq!(ab.charges[&(Phase::Partition as u8, NodeId::ROOT)].cost.depth(), 5);
-        assert_eq!(ab.charges[&(Phase::Partition as u8, NodeId::ROOT)].items, 20);
+        let root = ab.charges[&Account::member(Phase::Partition, NodeId::ROOT)];
+        assert_eq!((root.cost.depth(), root.items), (5, 20));
     }
 }

@@ -6,10 +6,11 @@ use septet_geometry::point::dist2;
 
 use super::*;
 use crate::config::{Task, Wanted, WorkerConfig};
-use crate::coordinator::{Selected, Source, coordinate};
+use crate::coordinator::{Selected, Source};
 use crate::hosts::host::Host;
 use crate::machine::context::Running;
 use crate::partition::leader::Plan;
+use crate::programs::coordinate;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::PointBatch;
@@ -125,10 +126,10 @@ fn checked<P: Point>(points: &[P], radii2: &[f64], what: &str) {
             assert!((rounds..=rounds + 2).contains(&steps), "{what}: {steps} steps, {:?}", outcome.undecided);
             assert_eq!(outcome.ledger.edge_hash, one.ledger.edge_hash, "{what}");
             assert_eq!(outcome.phases, PHASES);
-            let charge = |key: &(u8, NodeId)| outcome.ledger.charges.get(key);
-            for (key, cost) in one.ledger.charges.iter().filter(|c| c.0.0 == Phase::Independent as u8) {
-                assert_eq!(charge(key), Some(cost), "{what}: {key:?}");
-            }
+            let charges = |ledger: &LedgerPart| -> Vec<_> {
+                ledger.members(Phase::Independent).map(|(node, charge)| (node, *charge)).collect()
+            };
+            assert_eq!(charges(&outcome.ledger), charges(&one.ledger), "{what}");
             let divided = workers > 1 && points.len() > 100 && leaf < 100;
             assert_eq!(outcome.messages > 0, divided, "{what}: {} messages", outcome.messages);
         }

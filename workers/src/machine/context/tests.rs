@@ -7,9 +7,9 @@ use septet_protocol::message::PointBatch;
 
 use super::*;
 use crate::config::Wanted;
-use crate::coordinator::{Share, Source, coordinate};
+use crate::coordinator::{Share, Source};
 use crate::partition::leader::Plan;
-use crate::programs::work;
+use crate::programs::{coordinate, work};
 
 type Journal = BTreeMap<Rank, Vec<Option<Vec<Message<DVec3>>>>>;
 

@@ -1,0 +1,180 @@
+//! Collective operations of groups of ranks, in terms of messages.
+//!
+//! A *group* is a node of the partition tree with the ranks that share it. Its lowest rank leads it; the coordinator
+//! leads the root. Members send to their leader, a leader sends to its members, and results of children are combined on
+//! the way up the tree. Every operation queues messages of the current round and never waits.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use septet_geometry::point::Point;
+use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
+use septet_protocol::message::{Body, Child};
+
+use crate::machine::context::Context;
+
+/// A node, and the group of ranks that shares it.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// The node.
+    pub node: NodeId,
+    /// The rank that leads the group.
+    pub leader: Rank,
+    /// The ranks and the points of the group.
+    pub child: Child,
+}
+
+/// The rank that leads a node: the coordinator for the root, else the lowest rank of the node's group.
+pub(crate) fn leader(node: NodeId, first_rank: Rank) -> Rank {
+    if node == NodeId::ROOT { COORDINATOR } else { first_rank }
+}
+
+impl Group {
+    /// The group of a node.
+    pub(crate) fn new(node: NodeId, child: Child) -> Self {
+        Group { node, leader: leader(node, child.first), child }
+    }
+
+    /// The group of a child.
+    pub(crate) fn below(self, side: usize, child: Child) -> Self {
+        Group::new(self.node.child(side), child)
+    }
+
+    /// Returns `true` if one rank takes the node whole.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.child.ranks == 1 || self.child.leaf
+    }
+
+    /// The ranks of the group.
+    pub(crate) fn members(&self) -> Range<Rank> {
+        self.child.first..self.child.first + self.child.ranks
+    }
+}
+
+impl<P: Point> Context<P> {
+    /// Sends the same body from the leader of a group to every member.
+    pub(crate) fn broadcast(&mut self, group: &Group, attempt: u32, mut body: impl FnMut() -> Body<P>) {
+        for rank in group.members() {
+            self.send(rank, group.node, attempt, body());
+        }
+    }
+
+    /// Sends the contribution of a member to the leader of its group.
+    pub(crate) fn contribute(&mut self, group: &Group, attempt: u32, body: Body<P>) {
+        self.send(group.leader, group.node, attempt, body);
+    }
+
+    /// Sends a body about the whole set to the coordinator.
+    pub(crate) fn to_coordinator(&mut self, body: Body<P>) {
+        self.send(COORDINATOR, NodeId::ROOT, 0, body);
+    }
+
+    /// Sends the same body about the whole set from the coordinator to every worker.
+    pub(crate) fn to_workers(&mut self, mut body: impl FnMut() -> Body<P>) {
+        for rank in 1..=self.config().workers {
+            self.send(rank, NodeId::ROOT, 0, body());
+        }
+    }
+}
+
+/// Counts the reports of the workers at the coordinator.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reports(u32);
+
+impl Reports {
+    /// Adds the reports of a round. Returns `true`, and starts again, if every one of `workers` has reported.
+    pub(crate) fn complete(&mut self, arrived: usize, workers: u32) -> bool {
+        self.0 += arrived as u32;
+        let complete = self.0 == workers;
+        if complete {
+            self.0 = 0;
+        }
+        complete
+    }
+}
+
+/// A value of a node that goes up the tree.
+#[derive(Clone, Debug)]
+pub(crate) struct Rising<T> {
+    /// The node.
+    pub(crate) node: NodeId,
+    /// The round in which the value was sent.
+    pub(crate) round: u32,
+    /// The value.
+    pub(crate) value: T,
+}
+
+/// A reduction up the tree, as one leader takes part in it: values of children that wait for their siblings.
+///
+/// **Rounds.** One for each level of shared nodes.
+#[derive(Debug)]
+pub(crate) struct Reduction<T>(BTreeMap<NodeId, T>);
+
+impl<T> Default for Reduction<T> {
+    fn default() -> Self {
+        Reduction(BTreeMap::new())
+    }
+}
+
+impl<T> Reduction<T> {
+    /// Takes the values of children of the nodes that this rank leads. Calls `combine` with every group whose children
+    /// have both arrived, with the interior child's value first and the round of the last. Returns the combined values,
+    /// in the order of the children that completed them.
+    pub(crate) fn join(
+        &mut self,
+        led: &[Group],
+        mut arrived: Vec<Rising<T>>,
+        mut combine: impl FnMut(&Group, [T; 2], u32) -> T,
+    ) -> Vec<(NodeId, T)> {
+        arrived.sort_by_key(|rising| rising.node);
+        let mut joined = Vec::new();
+        for Rising { node, round, value } in arrived {
+            let Some(group) = led.iter().find(|group| Some(group.node) == node.parent()) else { continue };
+            let Some(sibling) = self.0.remove(&group.node) else {
+                self.0.insert(group.node, value);
+                continue;
+            };
+            let both = if node.side() == 0 { [value, sibling] } else { [sibling, value] };
+            joined.push((group.node, combine(group, both, round)));
+        }
+        joined
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn group(node: u64) -> Group {
+        Group::new(NodeId(node), Child { population: 0, first: 3, ranks: 2, leaf: false })
+    }
+
+    #[test]
+    fn the_coordinator_leads_the_root_and_the_lowest_rank_every_other_node() {
+        assert_eq!((group(1).leader, group(2).leader), (COORDINATOR, 3));
+        assert_eq!(group(1).below(1, Child { population: 0, first: 4, ranks: 1, leaf: true }).leader, 4);
+    }
+
+    #[test]
+    fn a_reduction_combines_siblings_interior_first() {
+        let rising =
+            |node, round, value: &str| Rising { node: NodeId(node), round, value: value.to_string() };
+        let led = [group(1), group(3)];
+        let mut reduction = Reduction::default();
+        let mut join = |arrived| {
+            reduction.join(&led, arrived, |group, [a, b]: [String; 2], round| {
+                format!("{a}{b}{}@{round}", group.node.0)
+            })
+        };
+        // A child of a node that another rank leads is ignored.
+        assert_eq!(join(vec![rising(7, 4, "b"), rising(2, 5, "c"), rising(5, 4, "x")]), []);
+        assert_eq!(join(vec![rising(6, 6, "a")]), [(NodeId(3), "ab3@6".to_string())]);
+        assert_eq!(join(vec![rising(3, 7, "d")]), [(NodeId::ROOT, "cd1@7".to_string())]);
+    }
+
+    #[test]
+    fn reports_are_complete_once_all_have_come() {
+        let mut reports = Reports::default();
+        assert_eq!([2, 0, 1, 3].map(|arrived| reports.complete(arrived, 3)), [false, false, true, true]);
+    }
+}
