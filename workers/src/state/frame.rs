@@ -50,7 +50,9 @@ impl<P: Point> FrameOwners<P> {
         let mut batches = take(cx);
         if cx.is_coordinator() {
             let before = self.reported.len();
-            batches.iter_mut().for_each(|owned| self.reported.append(owned));
+            for owned in &mut batches {
+                self.reported.append(owned);
+            }
             if before <= P::DIM && self.reported.len() == P::DIM + 1 {
                 *frame = self.reported.clone();
                 cx.to_workers(|| Body::Frame(frame.clone()));
