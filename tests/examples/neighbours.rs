@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let run = septet::triangulate(points, &Default::default())?;
 
     // Rows of four input indices: two vertices of a cell are neighbours.
-    let mut neighbours = vec![BTreeSet::new(); points.len()];
+    let mut neighbours = vec![BTreeSet::<u64>::new(); points.len()];
     for cell in run.cells().chunks_exact(4) {
         for &a in cell {
             neighbours[a as usize].extend(cell.iter().filter(|&&b| b != a));

@@ -18,7 +18,7 @@ use septet_core::generate::Kind;
 use septet_core::run_on;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase, Rank};
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch, ReplyBatch};
-use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::host::Host;
 
@@ -57,13 +57,13 @@ impl Transport<DVec3> for Observed {
     fn exchange(
         &mut self,
         outbox: Vec<Message<DVec3>>,
-        busy: bool,
+        state: HostState,
     ) -> Result<Delivery<DVec3>, TransportError> {
         if !std::mem::replace(&mut self.begun, true) {
             let sent = self.host.begin()?;
             self.send(sent);
         }
-        let busy = busy || self.host.busy();
+        let busy = state.is_busy()? || self.host.busy();
         self.send(outbox);
         let all = std::mem::take(&mut self.wire);
         let active = busy || !all.is_empty();

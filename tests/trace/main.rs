@@ -13,7 +13,7 @@ use septet_core::config::{Correction, Workers};
 use septet_core::{Config, Run, run_on, simulate};
 use septet_lab::trace::{Detail, layer};
 use septet_protocol::message::Message;
-use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 use septet_workers::transport::launch;
 use tracing_subscriber::layer::SubscriberExt;
 
@@ -32,9 +32,9 @@ impl<P> Transport<P> for Counted<P> {
         self.inner.size()
     }
 
-    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         self.exchanges.fetch_add(1, Ordering::Relaxed);
-        self.inner.exchange(outbox, busy)
+        self.inner.exchange(outbox, state)
     }
 }
 

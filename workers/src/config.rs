@@ -1,53 +1,54 @@
-//! What every rank knows of a run before it starts.
+//! The parameters of a run, which every rank has before it starts.
 
 mod fault;
-
 mod stop;
 
-mod text;
-
+use std::fmt;
+use std::str::FromStr;
 use std::sync::Arc;
 
 pub use fault::{Fault, FaultTextError};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::separator::{DrawKey, Sampler, bisection_samples};
+use septet_protocol::ids::Phase;
+use serde::{Deserialize, Serialize};
 pub use stop::Stop;
-pub use text::ConfigTextError;
+use thiserror::Error;
 
-/// The supergraph asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The rule for the supergraph.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Wanted {
-    /// This one.
-    Fixed(Supergraph),
-    /// A density graph whose alpha a sample of stars chooses, else 48 nearest neighbours.
+    /// This supergraph.
+    Fixed(#[serde(with = "SupergraphText")] Supergraph),
+    /// A density graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
     AutoDensity,
-    /// An overlap graph, likewise.
+    /// An overlap graph with the alpha that a sample of stars needs, or 48 nearest neighbours.
     AutoOverlap,
 }
 
-/// How separator points are shared (paper, Section 4.3, and its refinements).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The rule by which children share separator points (paper, Section 4.3, and refinements).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SetRule {
-    /// The paper's: the separator points of both sides go to both children.
+    /// The paper's rule: the separator points of both sides go to both children.
     Both,
-    /// Those of the side that has fewer go to the other child. Density graphs only.
+    /// The separator points of the side that has fewer go to the other child. Density graphs only.
     Smaller,
-    /// Every point also goes to each leaf that an edge of it can reach; nearest-neighbour balls fetch.
+    /// Every point goes to each leaf that one of its edges can reach.
     Ghost,
 }
 
-/// What cuts a subproblem.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The surfaces that split subproblems.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Partition {
     /// Sphere separators, as in the paper.
     #[default]
     Sphere,
-    /// The rival: planes across the longest side, at the median.
+    /// The baseline: planes across the longest side, at the median.
     Kd,
 }
 
 impl Partition {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Partition::Sphere => "sphere",
@@ -56,19 +57,18 @@ impl Partition {
     }
 }
 
-/// How nearest-neighbour balls find what lies beyond separators.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The correction of nearest-neighbour balls that cross separators.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
     /// All balls descend from the root together, once (Section 4.3, after Frieze, Miller and Teng 1993).
     #[default]
     Descent,
-    /// The rival: node by node from the leaves up, each correcting the balls that cross its separator by a
-    /// descent of its own.
+    /// The baseline: node by node from the leaves up. Each node corrects the balls that cross its separator by a descent.
     Naive,
 }
 
 impl Correction {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Correction::Descent => "descent",
@@ -77,92 +77,144 @@ impl Correction {
     }
 }
 
-/// What a run makes of its points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The task of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Task {
-    /// Their Delaunay triangulation.
+    /// The Delaunay triangulation of the points.
     #[default]
     Delaunay,
-    /// A maximal independent set of the density graph (alpha 1) of the radii that the points bring along
+    /// A maximal independent set of the density graph with alpha 1, whose radii are part of the input
     /// (`crate::graph::independent`).
     Independent {
-        /// Points of smaller ids are in the set from the start.
+        /// Points with smaller ids belong to the set from the start.
         fixed: u64,
     },
 }
 
 /// The rules of the partition tree.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct TreeRules {
     /// A subproblem of at most this many points is not split.
     pub leaf: u64,
-    /// What cuts subproblems.
+    /// The surfaces that split subproblems.
     pub partition: Partition,
-    /// Separators halve: where only the answer is wanted, and all wait for the largest piece.
+    /// Whether separators move to the median: for `triangulate`, whose workers wait for the largest subdomain.
     pub balanced: bool,
 }
 
 /// The rules of the supergraph and its separator sets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct GraphRules {
     /// The supergraph.
     pub wanted: Wanted,
     /// Separator sets.
     pub sets: SetRule,
-    /// How nearest-neighbour balls are corrected.
+    /// The correction of nearest-neighbour balls.
     pub correction: Correction,
 }
 
-/// What is collected beside the result.
-#[derive(Clone, Copy, Debug, Default)]
+/// The additional outputs of a run.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Shown {
-    /// Send the graph's edges to the coordinator.
+    /// Whether workers send the edges of the supergraph to the coordinator.
     pub collect_graph: bool,
-    /// Send the home leaf of every cell with it.
+    /// Whether workers send the leaf of every cell.
     pub with_leaves: bool,
-    /// Sampled points that the workers show of themselves, expected over all of them; 0 for no picture.
+    /// Expected number of sampled points in the picture; 0 for no picture.
     pub view: u32,
-    /// Record what leaves have to say to each other. One worker only.
+    /// Whether the messages between leaves are recorded. One worker only.
     pub record_tasks: bool,
 }
 
 /// Parameters of a run that every rank shares. They hold no point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WorkerConfig {
     /// Identifies the run in messages.
     pub run: u64,
     /// Seed of every random draw.
     pub seed: u64,
-    /// What is made of the points.
+    /// The task.
     pub task: Task,
     /// Number of workers.
     pub workers: u32,
-    /// Split to the floor and count work and depth; else a worker triangulates its piece at once.
+    /// Whether workers split down to the smallest leaves and count work and depth. If not, a worker triangulates its
+    /// subdomain at once.
     pub counted: bool,
     /// The rules of the tree.
     pub tree: TreeRules,
     /// The rules of the supergraph.
     pub graph: GraphRules,
-    /// What is collected beside the result.
+    /// The additional outputs of a run.
     pub shown: Shown,
-    /// Stop after this phase and collect the counts alone.
-    pub until: Option<septet_protocol::ids::Phase>,
-    /// Rounds of exchange before unresolved regions are gathered; `6 log2 n` if none.
+    /// The phase after which the run stops and collects the counts alone.
+    pub until: Option<Phase>,
+    /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if `None`.
     pub exchange_cap: Option<u32>,
     /// A fault planted by a test.
     pub fault: Option<Fault>,
-    /// Asks workers in the caller's process to give up; those of other processes are ended with it.
+    /// The request to stop, for ranks in the caller's process. Other processes end with the caller's.
+    #[serde(skip)]
     pub stop: Stop,
 }
 
 impl WorkerConfig {
-    /// Who is a sample of a subproblem's attempt.
+    /// The sampler of an attempt at a subproblem.
     pub(crate) fn sampler(&self, key: DrawKey, population: u64) -> Sampler {
         if self.tree.balanced {
             Sampler::with_target(key, population, bisection_samples(population))
         } else {
             Sampler::of(key, population)
         }
+    }
+}
+
+/// A text that does not decode as a configuration.
+#[derive(Debug, Error)]
+#[error("the configuration of a worker does not decode: {0}")]
+pub struct ConfigTextError(#[from] serde_json::Error);
+
+/// The parameters as one line of JSON, for workers in other processes.
+impl fmt::Display for WorkerConfig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&serde_json::to_string(self).map_err(|_| fmt::Error)?)
+    }
+}
+
+impl FromStr for WorkerConfig {
+    type Err = ConfigTextError;
+
+    fn from_str(line: &str) -> Result<Self, ConfigTextError> {
+        Ok(serde_json::from_str(line)?)
+    }
+}
+
+/// The text of a supergraph.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Supergraph")]
+enum SupergraphText {
+    Density {
+        #[serde(with = "bits")]
+        alpha: f64,
+    },
+    Overlap {
+        #[serde(with = "bits")]
+        alpha: f64,
+    },
+    Knn {
+        k: u32,
+    },
+}
+
+/// A number by its bits, so that no digit is lost.
+mod bits {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+        value.to_bits().serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        u64::deserialize(from).map(f64::from_bits)
     }
 }
 
@@ -191,14 +243,46 @@ impl WorkerConfig {
     }
 }
 
-/// Cores that a worker has to itself.
+/// The cores that belong to one worker, if it has more than one.
 pub type Pool = Option<Arc<rayon::ThreadPool>>;
 
-/// Maps items, in order, on the worker's own cores if it has any.
+/// Maps items in order, on the worker's own cores if it has any.
 pub fn map_in<T: Sync, U: Send>(pool: &Pool, items: &[T], f: impl Fn(&T) -> U + Sync + Send) -> Vec<U> {
     use rayon::prelude::*;
     match pool {
         Some(pool) if items.len() > 1 => pool.install(|| items.par_iter().map(&f).collect()),
         _ => items.iter().map(f).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_configuration_survives_its_line() {
+        let wanted = [
+            Wanted::AutoDensity,
+            Wanted::AutoOverlap,
+            Wanted::Fixed(Supergraph::Density { alpha: 0.1 + 0.2 }),
+            Wanted::Fixed(Supergraph::Overlap { alpha: f64::INFINITY }),
+            Wanted::Fixed(Supergraph::Knn { k: 64 }),
+        ];
+        for (i, wanted) in wanted.into_iter().enumerate() {
+            let odd = i % 2 == 1;
+            let mut config =
+                WorkerConfig { seed: u64::MAX, workers: 8, counted: odd, ..WorkerConfig::plain() };
+            config.graph.wanted = wanted;
+            config.graph.sets = [SetRule::Both, SetRule::Smaller, SetRule::Ghost][i % 3];
+            config.task = if odd { Task::Delaunay } else { Task::Independent { fixed: 7 } };
+            config.until = odd.then_some(Phase::Partition);
+            config.exchange_cap = (!odd).then_some(9);
+            config.fault = odd.then_some(Fault::SpoilStar { rank: 2 });
+            let line = config.to_string();
+            let back: WorkerConfig = line.parse().unwrap();
+            assert_eq!(format!("{back:?}"), format!("{config:?}"), "{line}");
+            assert!(line[..line.len() - 1].parse::<WorkerConfig>().is_err());
+            assert!(line.replace("seed", "seeds").parse::<WorkerConfig>().is_err());
+        }
     }
 }

@@ -8,7 +8,7 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, Phase};
 use septet_protocol::message::PointBatch;
-use septet_protocol::transport::{Transport, TransportError};
+use septet_protocol::transport::{HostState, Transport, TransportError};
 use septet_workers::config::WorkerConfig;
 use septet_workers::coordinator::{Share, Source};
 use septet_workers::machine::Running;
@@ -96,10 +96,11 @@ impl<'a> Coordinator<'a> {
         let program = |cx| coordinate(cx, points as &dyn Source<P>, plan.clone());
         let mut rank = Running::start(COORDINATOR, machine.clone(), None, program);
         let mut span = phase_span(machine.run, rank.phase());
-        let mut outbox = rank.step().map_err(failure)?;
+        let mut sent = rank.step();
         let (mut round, mut started, mut seconds) = (0, Instant::now(), Vec::new());
-        while !rank.is_done() {
-            let delivery = transport.exchange(outbox, rank.busy()).map_err(failure)?;
+        while sent.is_err() || !rank.is_done() {
+            let (outbox, state) = HostState::after(sent, rank.busy());
+            let delivery = transport.exchange(outbox, state).map_err(failure)?;
             if control.is_cancelled() {
                 return Err(Error::Interrupted);
             }
@@ -109,7 +110,7 @@ impl<'a> Coordinator<'a> {
                 started = Instant::now();
             }
             rank.deliver(round, delivery.active.then_some(delivery.inbox));
-            outbox = rank.step().map_err(failure)?;
+            sent = rank.step();
             if !delivery.active {
                 drop(span);
                 span = phase_span(machine.run, rank.phase());

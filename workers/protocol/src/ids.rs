@@ -1,6 +1,7 @@
 //! Names of things: ranks, subproblems, phases.
 
 use bincode::{Decode, Encode};
+use serde::{Deserialize, Serialize};
 
 /// A party of the machine. Rank 0 is the coordinator, workers are `1..=p`.
 pub type Rank = u32;
@@ -10,7 +11,9 @@ pub const COORDINATOR: Rank = 0;
 
 /// A subproblem: a node of the partition tree, by its path. The root is 1, the interior child of `s` is
 /// `2s`, the exterior child `2s + 1`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, Serialize, Deserialize,
+)]
 pub struct NodeId(pub u64);
 
 impl NodeId {
@@ -55,7 +58,7 @@ impl NodeId {
 
 /// The stages of a run, in order. `paper` phases are the paper's; the others are the machine's own or
 /// belong to repair and are never mixed with them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum Phase {
     /// Blocks of points to the workers.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::panic::panic_any;
 use std::str::FromStr;
 
 use septet_geometry::cost::Cost;
@@ -10,11 +11,12 @@ use septet_geometry::separator::{SEPARATOR_WORDS, Separator};
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::{Account, Charge, LedgerPart, Role};
 use septet_protocol::transport::TransportError;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// One planted fault. As text: `refuse:2-3`, `refuse-draws:2`, `spoil:1`, `die:2:hulls`, `halve-alpha`, `small-sphere`,
+/// One planted fault. As text: `refuse:2-3`, `refuse-draws:2`, `spoil:1`, `die:2:hulls`, `panic:2:hulls`, `halve-alpha`, `small-sphere`,
 /// `one-clock`, `free-loop`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
     /// Leaders leave the shared nodes with these path numbers unsplit: their group's lowest rank holds each
     /// of them as a leaf, and the other ranks of the group pass on what they are sent for it.
@@ -42,6 +44,13 @@ pub enum Fault {
         /// The phase.
         phase: Phase,
     },
+    /// A worker panics when a phase begins.
+    PanicAt {
+        /// The worker.
+        rank: Rank,
+        /// The phase.
+        phase: Phase,
+    },
     /// Graphs are built with half the alpha that was settled on.
     HalveAlpha,
     /// Every separator is a sphere round one sample that holds a twentieth of the points, and is accepted.
@@ -56,7 +65,7 @@ pub enum Fault {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "`{0}` is no fault: expected refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE, \
-     halve-alpha, small-sphere, one-clock or free-loop"
+     panic:RANK:PHASE, halve-alpha, small-sphere, one-clock or free-loop"
 )]
 pub struct FaultTextError(String);
 
@@ -130,6 +139,9 @@ impl Fault {
                 let reason = format!("it ended at the beginning of phase {}", now.name());
                 Err(TransportError::WorkerFailed { rank, reason })
             }
+            Fault::PanicAt { rank, phase } if rank == worker && phase == now => {
+                panic_any(format!("it panicked at the beginning of phase {}", now.name()))
+            }
             _ => Ok(()),
         }
     }
@@ -142,6 +154,7 @@ impl fmt::Display for Fault {
             Fault::RefuseDraws { every } => write!(f, "refuse-draws:{every}"),
             Fault::SpoilStar { rank } => write!(f, "spoil:{rank}"),
             Fault::DieAt { rank, phase } => write!(f, "die:{rank}:{}", phase.name()),
+            Fault::PanicAt { rank, phase } => write!(f, "panic:{rank}:{}", phase.name()),
             Fault::HalveAlpha => f.write_str("halve-alpha"),
             Fault::SmallSphere => f.write_str("small-sphere"),
             Fault::OneClock => f.write_str("one-clock"),
@@ -177,10 +190,11 @@ fn parse(text: &str) -> Option<Fault> {
             Some(Fault::RefuseDraws { every })
         }
         "spoil" => Some(Fault::SpoilStar { rank: rest.parse().ok()? }),
-        "die" => {
+        "die" | "panic" => {
             let (rank, name) = rest.split_once(':')?;
             let phase = Phase::ALL.into_iter().find(|p| p.name() == name)?;
-            Some(Fault::DieAt { rank: rank.parse().ok()?, phase })
+            let rank = rank.parse().ok()?;
+            Some(if kind == "die" { Fault::DieAt { rank, phase } } else { Fault::PanicAt { rank, phase } })
         }
         _ => None,
     }
@@ -192,8 +206,8 @@ mod tests {
 
     #[test]
     fn faults_survive_the_text() {
-        let texts = ["refuse:2-3", "refuse-draws:3", "spoil:1", "die:2:hulls", "halve-alpha"];
-        for text in texts.into_iter().chain(["small-sphere", "one-clock", "free-loop"]) {
+        let texts = ["refuse:2-3", "refuse-draws:3", "spoil:1", "die:2:hulls", "panic:1:load"];
+        for text in texts.into_iter().chain(["halve-alpha", "small-sphere", "one-clock", "free-loop"]) {
             assert_eq!(text.parse::<Fault>().unwrap().to_string(), text);
         }
         assert_eq!("refuse:5".parse::<Fault>().unwrap().to_string(), "refuse:5-5");

@@ -5,23 +5,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use septet_protocol::transport::TransportError;
 
-/// A flag that whoever started a machine may raise: workers look at it within long steps, and end. It
-/// carries nothing else.
+/// A flag that the caller of a machine may raise. Ranks check it in long steps and at every exchange, and end.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Option<Arc<AtomicBool>>);
 
 impl Stop {
-    /// The flag, if there is one.
+    /// Wraps the flag, if there is one.
     pub fn new(flag: Option<Arc<AtomicBool>>) -> Self {
         Stop(flag)
     }
 
-    /// Has it been raised?
+    /// Returns `true` if the flag has been raised.
     pub fn is_raised(&self) -> bool {
         self.0.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
-    /// An error once it has been raised.
+    /// Returns an error if the flag has been raised.
     ///
     /// # Errors
     /// [`TransportError::Stopped`].

@@ -21,8 +21,8 @@
 //! **Rounds of the machine.** One for the neighbours of the points that are in from the start. Then two for each round of
 //! the set, independent of the number of workers: the points that join and the points that leave.
 //!
-//! **Work and depth.** In each round, a point that is undecided at its start reads its list four times: to decide whether it
-//! joins, to inform its neighbours, to decide whether it leaves, and to inform them again. A pack removes decided points
+//! **Work and depth.** In each round, a point that is undecided at its start reads its list four times. The first two reads
+//! decide whether it joins and inform its neighbours. The other two do the same for leaving. A pack removes decided points
 //! from the list of a leaf. The work is the number of edges of undecided points. The depth is constant for each round.
 //! Exclusive reads need a copy of a neighbour's state at each end of an edge. Informing the neighbours is the copy-scan that
 //! fills these copies. All leaves proceed in lockstep. A leaf with undecided points was charged for every earlier round, so
@@ -92,7 +92,7 @@ struct HalfRound {
     leaf: usize,
     /// Points that this half round decides.
     decided: Vec<u32>,
-    /// Which owners of undecided ghosts must be informed of which decided points.
+    /// The decided points with undecided ghosts among their neighbours, for the owners of these ghosts.
     informed: Vec<Informed>,
     /// The points that remain undecided. `None` after the first half.
     open: Option<Vec<u32>>,
@@ -261,7 +261,7 @@ impl Selection {
     }
 
     /// Runs half a round in each leaf with undecided points. `rule` returns which of them get the state `decision`. The
-    /// second half, which decides who is out, also packs the remaining undecided points.
+    /// second half also packs the points that remain undecided.
     fn half<P: Point>(
         &self,
         cx: &Context<P>,

@@ -75,8 +75,8 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
-/// Selects the supergraph. Every worker samples stars and reports how many of them each alpha certifies. The coordinator
-/// adds the reports and broadcasts its choice. Its result also has the reason.
+/// Chooses the supergraph. Each worker samples stars and reports how many of them each alpha certifies. The coordinator
+/// sums the reports and broadcasts the supergraph. Only its result contains the reason.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -104,24 +104,25 @@ pub(crate) async fn choice<P: Point>(
     }
     descent.finish(cx);
     chosen.ok_or_else(|| {
-        let reason = match cx.is_coordinator() {
-            true => "not all workers reported their sampled stars",
-            false => "phase choice ended without a choice",
+        let reason = if cx.is_coordinator() {
+            "not all workers reported their sampled stars"
+        } else {
+            "phase choice ended without a choice"
         };
         TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
     })
 }
 
-/// The reports of all workers, as the coordinator adds them up.
+/// The sums of the reports of all workers, on the coordinator.
 #[derive(Debug, Default)]
 struct SampleCounts {
     reports: Reports,
-    /// Number of sampled stars, then how many of them each alpha certifies.
+    /// The number of sampled stars, then the number that each alpha certifies.
     sums: Vec<u64>,
 }
 
 impl SampleCounts {
-    /// Adds the reports of a round. Once every worker has reported, chooses the supergraph and broadcasts it.
+    /// Adds the reports of a round. When all workers have reported, selects the supergraph and broadcasts it.
     fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<Choice> {
         let reports = cx.take(|m| match &mut m.body {
             Body::SampleStars(counts) => Some(std::mem::take(&mut counts.0)),

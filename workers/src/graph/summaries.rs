@@ -55,7 +55,7 @@ pub(crate) async fn summaries<P: Point>(
     Ok(())
 }
 
-/// Joins the summaries of a node's children, and sends them to the members of the node's group.
+/// Joins the summaries of a node's children, and sends both to the members of the node's group.
 fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>; 2]) -> Summary<P> {
     let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
     let mut cost = Cost::ZERO;

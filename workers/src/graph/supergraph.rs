@@ -41,14 +41,19 @@ pub(crate) struct Graph {
     neighbours: Lists<u32>,
     /// The ghosts of each leaf, by rule 1. Empty by the other rules.
     ghosts: Ghosts,
-    /// All edges as pairs of ids, on the coordinator and on request.
+    /// All edges, as pairs of ids. Empty except on the coordinator of a run that collects them.
     edges: Vec<u64>,
 }
 
 impl Graph {
-    /// The neighbours of each owned point, the ghosts of each leaf, and the edges on the coordinator.
-    pub(crate) fn into_parts(self) -> (Lists<u32>, Ghosts, Vec<u64>) {
-        (self.neighbours, self.ghosts, self.edges)
+    /// Takes the edges that the coordinator collected, as pairs of ids.
+    pub(crate) fn take_edges(&mut self) -> Vec<u64> {
+        std::mem::take(&mut self.edges)
+    }
+
+    /// The neighbours of each owned point, and the ghosts of each leaf.
+    pub(crate) fn into_parts(self) -> (Lists<u32>, Ghosts) {
+        (self.neighbours, self.ghosts)
     }
 }
 
@@ -89,7 +94,7 @@ pub(crate) async fn supergraph<P: Point>(
     Ok(Graph { neighbours, ghosts, edges })
 }
 
-/// Takes the edges that workers report to the coordinator.
+/// Takes the edges that workers sent to the coordinator.
 fn take_edges<P: Point>(cx: &mut Context<P>) -> impl Iterator<Item = u64> + use<P> {
     let parts = cx.take(|m| match &mut m.body {
         Body::Edges(Bulk(part)) => Some(std::mem::take(part)),

@@ -1,11 +1,11 @@
-//! A host runs ranks: the loop that every thread or process of workers runs.
+//! The host of ranks: the loop that every thread or process of workers runs.
 
 use std::sync::Arc;
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::message::Message;
-use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::{Pool, WorkerConfig};
 use crate::machine::context::Running;
@@ -18,39 +18,40 @@ pub struct Host<P: Point> {
 }
 
 impl<P: Point> Host<P> {
-    /// Workers of these ranks, which have not begun.
+    /// A host of workers of these ranks, which have not started.
     pub fn new(ranks: impl Iterator<Item = Rank>, config: &Arc<WorkerConfig>, pool: &Pool) -> Self {
         let start = |rank| Running::start(rank, config.clone(), pool.clone(), work);
         Host { ranks: ranks.map(start).collect(), round: 0 }
     }
 
-    /// Are all of them done?
+    /// Returns `true` if all ranks are done.
     pub fn is_done(&self) -> bool {
         self.ranks.iter().all(Running::is_done)
     }
 
-    /// Has one of them more to do although it sends nothing?
+    /// Returns `true` if a rank has more to do although it may have sent nothing.
     pub fn busy(&self) -> bool {
         self.ranks.iter().any(Running::busy)
     }
 
-    /// The phase they are in.
+    /// The current phase.
     pub fn phase(&self) -> Phase {
         self.ranks.first().map_or(Phase::Done, Running::phase)
     }
 
-    /// Runs all of them until their first exchange.
+    /// Runs all ranks until their first exchange.
     ///
     /// # Errors
-    /// What a rank reports.
+    /// The error of the first rank that fails.
     pub fn begin(&mut self) -> Result<Vec<Message<P>>, TransportError> {
         self.step()
     }
 
-    /// Hands each its messages of a round and runs it until its next exchange. Returns what they send.
+    /// Delivers the messages of a round to the ranks and runs each until its next exchange. Returns the messages that
+    /// they send.
     ///
     /// # Errors
-    /// What a rank reports.
+    /// The error of the first rank that fails, or a message to a rank of another host.
     pub fn turn(&mut self, delivery: Delivery<P>) -> Result<Vec<Message<P>>, TransportError> {
         self.round += 1;
         let first = self.ranks.first().map_or(0, Running::rank);
@@ -62,7 +63,7 @@ impl<P: Point> Host<P> {
             if let Some(i) = place {
                 boxes[i].push(message);
             } else {
-                let reason = format!("it is for rank {}, which is not here", message.to);
+                let reason = format!("rank {} is not on this host", message.to);
                 return Err(TransportError::BadMessage { from: message.from, reason });
             }
         }
@@ -81,15 +82,17 @@ impl<P: Point> Host<P> {
     }
 }
 
-/// Runs workers until they are done: one exchange a round.
+/// Runs the ranks of a host until they are done, with one exchange per round. An error of a rank ends the round like
+/// messages do: it goes to the transport as the state of the host.
 ///
 /// # Errors
-/// What the transport or a worker reports.
+/// The first error of the machine.
 pub fn serve<P: Point>(transport: &mut dyn Transport<P>, host: &mut Host<P>) -> Result<(), TransportError> {
-    let mut outbox = host.begin()?;
-    while !host.is_done() {
-        let delivery = transport.exchange(std::mem::take(&mut outbox), host.busy())?;
-        outbox = host.turn(delivery)?;
+    let mut sent = host.begin();
+    while sent.is_err() || !host.is_done() {
+        let (outbox, state) = HostState::after(sent, host.busy());
+        let delivery = transport.exchange(outbox, state)?;
+        sent = host.turn(delivery);
     }
     Ok(())
 }

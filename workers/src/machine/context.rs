@@ -6,6 +6,7 @@
 
 use std::cell::RefCell;
 use std::future::{Future, poll_fn};
+use std::panic::{self, AssertUnwindSafe};
 use std::pin::Pin;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -38,11 +39,11 @@ struct Mailbox<P> {
 
 /// What every phase needs of the machine. It holds no data of any phase.
 pub struct Context<P: Point> {
-    pub(crate) rank: Rank,
-    pub(crate) config: Arc<WorkerConfig>,
-    pub(crate) pool: Pool,
+    rank: Rank,
+    config: Arc<WorkerConfig>,
+    pool: Pool,
     ledger: LedgerPart,
-    pub(crate) recorder: Option<Box<Recorder>>,
+    recorder: Option<Box<Recorder>>,
     out: Outbox<P>,
     phase: Phase,
     /// Messages of this round that the phase has not taken.
@@ -315,19 +316,30 @@ impl<'a, P: Point, T> Running<'a, P, T> {
         self.mailbox.borrow_mut().round = Some((round, inbox));
     }
 
-    /// Runs it until its next exchange. Returns what it sends.
+    /// Runs the rank until its next exchange. Returns the messages that it sends.
     ///
     /// # Errors
-    /// What the rank reports. It must not be run again.
+    /// The error of the rank. A panic of the rank is an error, too. A rank that failed must not run again.
     pub fn step(&mut self) -> Result<Vec<Message<P>>, TransportError> {
         if self.result.is_none()
-            && let Poll::Ready(result) =
-                self.program.as_mut().poll(&mut task::Context::from_waker(Waker::noop()))
+            && let Poll::Ready(result) = self.poll()?
         {
             self.mailbox.borrow_mut().busy = false;
             self.result = Some(result?);
         }
         Ok(std::mem::take(&mut self.mailbox.borrow_mut().sent))
+    }
+
+    /// Polls the program. This is the only place where programs of ranks run, so it catches their panics.
+    fn poll(&mut self) -> Result<Poll<Result<T, TransportError>>, TransportError> {
+        let program = &mut self.program;
+        let poll = || program.as_mut().poll(&mut task::Context::from_waker(Waker::noop()));
+        panic::catch_unwind(AssertUnwindSafe(poll)).map_err(|panic| {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+            let reason = text.unwrap_or("it panicked").to_string();
+            TransportError::WorkerFailed { rank: self.rank, reason }
+        })
     }
 }
 

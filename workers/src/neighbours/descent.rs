@@ -147,7 +147,7 @@ impl<'a, P: Point> Descent<'a, P> {
         &self.complete
     }
 
-    /// Counts a ball at a shared node. `both` tells whether it continues to both children.
+    /// Counts a ball at a shared node. `both` is `true` if it continues to both children.
     pub(crate) fn visit(&mut self, node: NodeId, both: bool) {
         self.tallies.visit(node, both);
     }
@@ -281,8 +281,10 @@ impl<'a, P: Point> Descent<'a, P> {
         }
         router.send(cx);
         for (from, batch) in replies {
-            let unasked =
-                || TransportError::BadMessage { from, reason: "it answers what was not asked".into() };
+            let unasked = || TransportError::BadMessage {
+                from,
+                reason: "the reply names a query that was not asked".into(),
+            };
             self.on_reply(table, batch).ok_or_else(unasked)?;
         }
         self.send_replies(cx, table);

@@ -27,7 +27,7 @@ pub(crate) struct NodeCharge {
 }
 
 impl Tallies {
-    /// Counts a ball at an inner node. `both` tells whether it continues to both children.
+    /// Counts a ball at an inner node. `both` is `true` if it continues to both children.
     pub(crate) fn visit(&mut self, node: NodeId, both: bool) {
         self.inner.entry(node).or_default().visit(both);
     }

@@ -159,7 +159,7 @@ pub(crate) struct Visits {
 }
 
 impl Visits {
-    /// Counts a ball. `both` tells whether it continues to both children.
+    /// Counts a ball. `both` is `true` if it continues to both children.
     pub(crate) fn visit(&mut self, both: bool) {
         self.down.visit();
         if both {
@@ -195,7 +195,7 @@ impl<P: Point> BallWalk<'_, P> {
         self.counts
     }
 
-    /// Counts a ball at the inner node `number` of the own subtree. `both` tells whether it continues to both children.
+    /// Counts a ball at the inner node `number` of the own subtree. `both` is `true` if it continues to both children.
     pub(crate) fn visit_local(&mut self, number: usize, both: bool) {
         self.counts.local[number].visit(both);
     }

@@ -3,7 +3,7 @@
 use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 
-use super::Ground;
+use super::ground::Ground;
 use crate::config::Wanted;
 use crate::coordinator::Share;
 use crate::graph::independent::{conflict_graphs, independent};

@@ -3,13 +3,13 @@
 //! The coordinator runs the same functions with an empty table and an empty place in the tree. It leads the root, and
 //! phases ask [`Context::is_coordinator`] where it has a duty of its own ([`crate::coordinator`]).
 
+mod ground;
 mod independent;
 mod simulate;
 mod triangulate;
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
-use septet_protocol::message::PointBatch;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Task;
@@ -18,23 +18,10 @@ use crate::machine::context::Context;
 use crate::partition::leader::Plan;
 use crate::partition::shared::{Input, load, partition};
 use crate::result::collect::collect_counts;
-use crate::state::subdomain::Subdomain;
-use crate::state::table::Table;
+use ground::Ground;
 use independent::independent_set;
 use simulate::simulate;
 use triangulate::triangulate;
-
-/// A rank after the partition.
-struct Ground<P> {
-    /// The place of the rank in the tree.
-    subdomain: Subdomain<P>,
-    /// The points of the rank.
-    table: Table<P>,
-    /// Points that span the space.
-    frame: PointBatch<P>,
-    /// Number of points of all ranks.
-    population: u64,
-}
 
 /// The program of the coordinator. Returns the result of the run.
 ///

@@ -5,7 +5,7 @@ use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::transport::TransportError;
 
-use super::Ground;
+use super::ground::Ground;
 use crate::config::{Correction, Wanted};
 use crate::coordinator::{Choice, Share};
 use crate::graph::selection::choice;
@@ -46,9 +46,9 @@ pub(super) async fn simulate<P: Point>(
         Some(k) => Some(nearest_lists(cx, &subdomain, &mut table, k).await?),
         None => None,
     };
-    let graph = supergraph(cx, &subdomain, &mut table, rule, nearest).await?;
-    let (neighbours, ghosts, edges) = graph.into_parts();
-    share.edges = edges;
+    let mut graph = supergraph(cx, &subdomain, &mut table, rule, nearest).await?;
+    share.edges = graph.take_edges();
+    let (neighbours, ghosts) = graph.into_parts();
     let mut stars = local_hulls(cx, &subdomain, &mut table, neighbours, &ghosts, &frame).await?;
     let instance = Instance { population, supergraph: rule };
     let certified = certify(cx, &subdomain, &mut table, &mut stars, instance).await?;

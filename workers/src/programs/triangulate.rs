@@ -4,7 +4,7 @@ use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::transport::TransportError;
 
-use super::Ground;
+use super::ground::Ground;
 use crate::config::Wanted;
 use crate::coordinator::Share;
 use crate::direct::ghost_layer::ghost_layer;

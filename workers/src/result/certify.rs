@@ -7,10 +7,10 @@ use septet_protocol::transport::TransportError;
 
 use crate::coordinator::Certificate;
 use crate::machine::context::Context;
-use crate::result::merge::{MergedResult, OwnedCells, Pass, Results, merge};
+use crate::result::merge::{OwnedCells, Pass, Results, merge};
 use crate::splaying::fallback::gather;
 use crate::splaying::splay::splay;
-use crate::stars::check::{self, check};
+use crate::stars::check::{certificate, check};
 use crate::stars::owned::{Stars, StarsView};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
@@ -24,23 +24,24 @@ pub(crate) struct Instance {
     pub(crate) supergraph: Supergraph,
 }
 
-/// The outcome of certification.
+/// The final decision of the coordinator on the stars.
 #[derive(Debug)]
 pub(crate) struct Certified {
-    /// The last decision of the coordinator: passed or failed.
-    outcome: Outcome,
-    /// The cells that belong to this rank.
-    owned_cells: OwnedCells,
-    /// The certificate, on the coordinator.
-    certificate: Certificate,
-    /// The instance that was certified.
     instance: Instance,
+    passed: bool,
+    owned_cells: OwnedCells,
+    certificate: Certificate,
 }
 
 impl Certified {
+    /// The properties of the run.
+    pub(crate) fn instance(&self) -> Instance {
+        self.instance
+    }
+
     /// Returns `true` if the certificate passed.
     pub(crate) fn has_passed(&self) -> bool {
-        self.outcome == Outcome::Passed
+        self.passed
     }
 
     /// Returns the cells that belong to this rank.
@@ -48,19 +49,14 @@ impl Certified {
         &self.owned_cells
     }
 
-    /// Returns the instance that was certified.
-    pub(crate) fn instance(&self) -> Instance {
-        self.instance
-    }
-
-    /// Returns the certificate, which is empty on every rank but the coordinator.
+    /// Returns the certificate. It is empty except on the coordinator.
     pub(crate) fn into_certificate(self) -> Certificate {
         self.certificate
     }
 }
 
-/// Checks and splays the stars, and certifies them. Gathers open regions if splaying does not suffice, and repeats until
-/// the coordinator's decision is final.
+/// Checks, splays and certifies the stars. If the certificate does not pass, gathers the open regions and repeats, until the
+/// decision of the coordinator is final.
 pub(crate) async fn certify<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -74,13 +70,14 @@ pub(crate) async fn certify<P: Point>(
     let mut number = 0;
     loop {
         let rounds = splay(cx, subdomain, table, stars, &agreement, gathered, population).await?;
-        agreement = check::certificate(cx, subdomain, table, stars).await?;
+        agreement = self::certificate(cx, subdomain, table, stars).await?;
         let results = Results::new(subdomain, StarsView::new(table, stars), supergraph);
         let pass = Pass { number, rounds, population };
-        let MergedResult { outcome, owned_cells, whole } = merge(cx, results, &agreement, pass).await?;
+        let (outcome, owned_cells, whole) = merge(cx, results, &agreement, pass).await?.into_parts();
         certificate.add(whole);
         if matches!(outcome, Outcome::Passed | Outcome::Failed) {
-            return Ok(Certified { outcome, owned_cells, certificate, instance });
+            let passed = outcome == Outcome::Passed;
+            return Ok(Certified { instance, passed, owned_cells, certificate });
         }
         gathered = gather(cx, table, stars, &agreement, outcome, &mut certificate).await?;
         number += 1;

@@ -1,4 +1,4 @@
-//! Sends cells, members of independent sets, and ledgers to rank 0.
+//! Collects cells, members of independent sets, and ledgers on the coordinator.
 //!
 //! **Rounds.** Two. The ledger follows the results, because it bills their messages.
 
@@ -26,7 +26,7 @@ use crate::state::tree::Leaf;
 /// The number of indices at which a message of cells is sent.
 pub const CELLS_PER_MESSAGE: usize = 1 << 20;
 
-/// Collects the counts alone.
+/// Collects the ledgers only.
 pub(crate) async fn collect_counts<P: Point>(
     cx: &mut Context<P>,
     share: Share<P>,
@@ -35,7 +35,7 @@ pub(crate) async fn collect_counts<P: Point>(
     collect(cx, share).await
 }
 
-/// Sends the members of an independent set that this rank owns, then the ledger.
+/// Collects the members of an independent set, then the ledgers.
 pub(crate) async fn collect_selected<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
@@ -50,7 +50,7 @@ pub(crate) async fn collect_selected<P: Point>(
     collect(cx, share).await
 }
 
-/// Sends the cells of this rank and the data for pictures, if the certificate passed; then the ledger.
+/// Collects the cells and the data for pictures, if the certificate passed, then the ledgers.
 pub(crate) async fn collect_cells<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -61,10 +61,10 @@ pub(crate) async fn collect_cells<P: Point>(
     mut share: Share<P>,
 ) -> Result<Share<P>, TransportError> {
     cx.enter(Phase::Collect)?;
+    let Instance { population, supergraph } = certified.instance();
     if certified.has_passed() && !cx.is_coordinator() {
         if cx.config().shown.view > 0 {
             add_picture_data(&mut table, &mut stars);
-            let Instance { population, supergraph } = certified.instance();
             let results = Results::new(subdomain, StarsView::new(&table, &stars), supergraph);
             send_view(cx, results, ghosts, population);
         }

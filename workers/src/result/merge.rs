@@ -103,12 +103,17 @@ impl OwnedCells {
 /// The outcome of merging.
 #[derive(Debug)]
 pub(crate) struct MergedResult {
-    /// The decision of the coordinator.
-    pub(crate) outcome: Outcome,
-    /// The cells that belong to this rank.
-    pub(crate) owned_cells: OwnedCells,
-    /// The merged result of all ranks, on the coordinator; empty on every other rank.
-    pub(crate) whole: Merged,
+    outcome: Outcome,
+    owned_cells: OwnedCells,
+    whole: Merged,
+}
+
+impl MergedResult {
+    /// Returns the decision of the coordinator, the cells that belong to this rank, and the merged result of all ranks. The
+    /// latter is empty except on the coordinator.
+    pub(crate) fn into_parts(self) -> (Outcome, OwnedCells, Merged) {
+        (self.outcome, self.owned_cells, self.whole)
+    }
 }
 
 /// Merges the results of all ranks. The coordinator decides on the merged result and broadcasts its decision.
@@ -150,9 +155,10 @@ pub(crate) async fn merge<P: Point>(
         outcome = take_outcome(cx).or(outcome);
     }
     let outcome = outcome.ok_or_else(|| {
-        let reason = match cx.is_coordinator() {
-            true => "not all results reached the root",
-            false => "it received no decision on the certificate",
+        let reason = if cx.is_coordinator() {
+            "not all results reached the root"
+        } else {
+            "it received no decision on the certificate"
         };
         TransportError::WorkerFailed { rank: cx.rank(), reason: reason.to_string() }
     })?;

@@ -1,8 +1,8 @@
 //! The frame: points that span the space, and their owners.
 //!
-//! Rank 0 selects the frame when it reads the input. Each rank reports which points of the frame it owns, and rank 0 then
-//! sends all owners to all ranks. These messages travel with those of another phase: `crate::direct::ghost_layer` or
-//! [`crate::graph::summaries`].
+//! The coordinator selects the frame when it reads the input. Each rank reports which points of the frame it owns, and the
+//! coordinator then sends all owners to all ranks. These messages travel with those of another phase:
+//! `crate::direct::ghost_layer` or [`crate::graph::summaries`].
 
 use septet_geometry::point::Point;
 use septet_protocol::message::{Body, Message, PointBatch};
@@ -11,7 +11,7 @@ use crate::machine::context::Context;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, leaf_number};
 
-/// Reports to rank 0 which points of the frame this rank owns.
+/// Reports to the coordinator which points of the frame this rank owns.
 pub(crate) fn report<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
@@ -30,7 +30,7 @@ pub(crate) fn report<P: Point>(
     }
 }
 
-/// The owners of the frame's points, as the coordinator collects them and every rank learns them.
+/// The owners of the frame's points, which the coordinator collects and all ranks receive.
 #[derive(Debug)]
 pub(crate) struct FrameOwners<P> {
     /// The points whose owners have reported. Used on the coordinator only.
@@ -44,13 +44,15 @@ impl<P> Default for FrameOwners<P> {
 }
 
 impl<P: Point> FrameOwners<P> {
-    /// Handles the messages of a round. The coordinator broadcasts the frame once every point has an owner. The other
-    /// ranks take over that frame.
+    /// Handles the messages of a round. The coordinator broadcasts the frame when the owners of all points are known. The
+    /// other ranks store the owners and that frame.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>, table: &mut Table<P>, frame: &mut PointBatch<P>) {
         let mut batches = take(cx);
         if cx.is_coordinator() {
             let before = self.reported.len();
-            batches.iter_mut().for_each(|owned| self.reported.append(owned));
+            for owned in &mut batches {
+                self.reported.append(owned);
+            }
             if before <= P::DIM && self.reported.len() == P::DIM + 1 {
                 *frame = self.reported.clone();
                 cx.to_workers(|| Body::Frame(frame.clone()));

@@ -18,7 +18,7 @@ pub struct Shared<P> {
     children: [Child; 2],
     /// The child whose group contains this rank: 0 is interior, 1 is exterior.
     mine: usize,
-    /// Whether this rank holds points of that child. A rank of its group does not if another rank holds the child whole.
+    /// Whether this rank continues with that child. `false` if the child is a leaf that another rank holds.
     goes_on: bool,
     /// The summaries of the children. `None` before phase summaries.
     summaries: Option<Box<[Summary<P>; 2]>>,
@@ -64,7 +64,7 @@ impl<P> Shared<P> {
         self.mine
     }
 
-    /// Whether this rank holds points of that child.
+    /// Whether this rank continues with that child. `false` if the child is a leaf that another rank holds.
     #[inline]
     pub fn goes_on(&self) -> bool {
         self.goes_on
@@ -235,11 +235,6 @@ impl<P> Subdomain<P> {
         }
     }
 
-    /// The other rank that holds a node which was not split. `None` if this rank continues with the node itself.
-    pub(crate) fn relayed(&self, node: NodeId, own: Rank) -> Option<Rank> {
-        self.unsplit.filter(|end| end.node == node && end.holder != own).map(|end| end.holder)
-    }
-
     /// The position of a node on the path, or the length of the path.
     pub(crate) fn position(&self, node: NodeId) -> usize {
         self.path.iter().position(|shared| shared.id() == node).unwrap_or(self.path.len())
@@ -252,7 +247,10 @@ impl<P> Subdomain<P> {
 
     /// Where this rank continues with an item that was sent to a node.
     pub(crate) fn entry(&self, node: NodeId, own: Rank) -> Entry {
-        self.relayed(node, own).map_or_else(|| Entry::Here(self.position(node)), Entry::Relay)
+        match self.unsplit.filter(|end| end.node == node) {
+            Some(Unsplit { holder, .. }) if holder != own => Entry::Relay(holder),
+            _ => Entry::Here(self.position(node)),
+        }
     }
 
     /// Follows the path with an item that goes down the tree, from the position `start`.

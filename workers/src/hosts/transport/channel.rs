@@ -1,10 +1,10 @@
-//! Workers in threads. Every message goes through the receiver's crossbeam channel; the buffers move, and
-//! their length is billed. Any number of workers runs on the threads there are; a worker that has more than one core
-//! to itself maps its leaves over them.
+//! Workers in threads. Every message goes through the channel of its receiver: buffers move, and their length is billed.
+//! The workers share the available threads. A host with more than one core maps its leaves over them.
 //!
-//! A round ends at a barrier that sums what was sent. Sends never block (the channels are unbounded; a
-//! round's messages bound them), receives never wait (everything sent in a round is in its channel when the
-//! barrier opens), so no order of threads can lock up; a thread that fails opens the barrier with its error.
+//! A round ends at a barrier that combines the states of the hosts. The machine cannot deadlock:
+//! 1. Sends never block, because channels are unbounded. The messages of a round bound their length.
+//! 2. Receives never wait. All messages of a round are in their channels when the barrier opens.
+//! 3. A host that fails opens the barrier with its error.
 
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -13,13 +13,13 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, Rank};
 use septet_protocol::message::Message;
-use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 use tracing::dispatcher::{self, Dispatch};
 
 use crate::config::{Pool, WorkerConfig};
 use crate::hosts::host::{Host, serve};
 
-/// What all hosts of the machine share: a barrier, and no data.
+/// The barrier of all hosts. Hosts share no other data.
 struct Barrier {
     state: Mutex<Round>,
     open: Condvar,
@@ -31,13 +31,13 @@ struct Round {
     number: u64,
     waiting: usize,
     active: bool,
-    /// The outcome of the round that was completed last.
+    /// Whether the round that was completed last was active.
     last: bool,
     failed: Option<TransportError>,
 }
 
 impl Barrier {
-    /// Waits for all hosts; tells whether any was active.
+    /// Waits for all hosts. Returns `true` if any of them was active.
     fn wait(&self, active: bool) -> Result<bool, TransportError> {
         let mut round = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(error) = &round.failed {
@@ -63,31 +63,29 @@ impl Barrier {
         }
     }
 
-    fn fail(&self, error: TransportError) {
+    /// Opens the barrier with an error. Returns the first error of the machine.
+    fn fail(&self, error: TransportError) -> TransportError {
         let mut round = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        round.failed.get_or_insert(error);
+        let first = round.failed.get_or_insert(error).clone();
         self.open.notify_all();
+        first
     }
 }
 
 /// One host's end of the channels.
 struct End<P> {
     senders: Arc<Vec<Sender<Message<P>>>>,
-    /// Receivers of this host's ranks.
+    /// The receivers of this host's ranks.
     receivers: Vec<Receiver<Message<P>>>,
     barrier: Arc<Barrier>,
     round: u32,
-    /// Messages of a round that has not begun here yet.
+    /// Messages of a round that this host has not started.
     early: Vec<Message<P>>,
 }
 
-impl<P: Point> Transport<P> for End<P> {
-    fn size(&self) -> u32 {
-        self.senders.len() as u32
-    }
-
-    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
-        let active = busy || !outbox.is_empty();
+impl<P: Point> End<P> {
+    fn round(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
+        let active = state.is_busy()? || !outbox.is_empty();
         for message in outbox {
             let Some(sender) = self.senders.get(message.to as usize) else {
                 let reason = format!("there is no rank {}", message.to);
@@ -104,10 +102,29 @@ impl<P: Point> Transport<P> for End<P> {
             arrived.extend(receiver.try_iter());
         }
         for message in arrived {
-            // A faster host may have begun the next round already.
+            // A faster host may have started the next round already.
             if message.round <= now { inbox.push(message) } else { self.early.push(message) }
         }
         Ok(Delivery { inbox, active })
+    }
+}
+
+impl<P: Point> Transport<P> for End<P> {
+    fn size(&self) -> u32 {
+        self.senders.len() as u32
+    }
+
+    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
+        self.round(outbox, state).map_err(|error| self.barrier.fail(error))
+    }
+}
+
+impl<P> Drop for End<P> {
+    fn drop(&mut self) {
+        // Ranks do not unwind through their host. If the host itself does, it must not block the others.
+        if std::thread::panicking() {
+            self.barrier.fail(TransportError::Stopped);
+        }
     }
 }
 
@@ -137,7 +154,7 @@ impl<P: Point> Channel<P> {
             early: Vec::new(),
         };
         let coordinator = end(&[COORDINATOR]);
-        // Who listens to the caller listens to its workers.
+        // The subscriber of the caller also receives the traces of the workers.
         let listener = dispatcher::get_default(Clone::clone);
         let mut channel = Channel { end: coordinator, threads: Vec::new() };
         for host in 0..hosts {
@@ -149,7 +166,12 @@ impl<P: Point> Channel<P> {
             let name = format!("septet-{host}");
             let listener = listener.clone();
             let thread = std::thread::Builder::new().name(name).spawn(move || {
-                dispatcher::with_default(&listener, || host_thread(end, &ranks, &config, &pool));
+                dispatcher::with_default(&listener, || {
+                    let mut end = end;
+                    let mut host = Host::new(ranks.iter().copied(), &config, &pool);
+                    // An error has reached all hosts through the barrier.
+                    let _ = serve(&mut end, &mut host);
+                });
             })?;
             channel.threads.push(thread);
         }
@@ -157,7 +179,7 @@ impl<P: Point> Channel<P> {
     }
 }
 
-/// The threads of a host, which are shared by its workers: those that are left over go to the first hosts.
+/// The threads of a host, which its workers share. The first hosts get the remaining threads.
 fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::io::Result<Pool> {
     let own = threads / hosts + usize::from(host < threads % hosts);
     if own < 2 {
@@ -171,33 +193,13 @@ fn pool(threads: usize, hosts: usize, host: usize, listener: &Dispatch) -> std::
     builder.build().map(|p| Some(Arc::new(p))).map_err(std::io::Error::other)
 }
 
-fn host_thread<P: Point>(mut end: End<P>, ranks: &[Rank], config: &Arc<WorkerConfig>, pool: &Pool) {
-    let barrier = end.barrier.clone();
-    let run =
-        std::panic::AssertUnwindSafe(|| serve(&mut end, &mut Host::new(ranks.iter().copied(), config, pool)));
-    match std::panic::catch_unwind(run) {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => barrier.fail(error),
-        Err(panic) => {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-            let reason = text.unwrap_or("it panicked").to_string();
-            barrier.fail(TransportError::WorkerFailed { rank: ranks.first().copied().unwrap_or(0), reason });
-        }
-    }
-}
-
 impl<P: Point> Transport<P> for Channel<P> {
     fn size(&self) -> u32 {
         self.end.size()
     }
 
-    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
-        let result = self.end.exchange(outbox, busy);
-        if let Err(error) = &result {
-            self.end.barrier.fail(error.clone());
-        }
-        result
+    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
+        self.end.exchange(outbox, state)
     }
 }
 
@@ -205,7 +207,7 @@ impl<P> Drop for Channel<P> {
     fn drop(&mut self) {
         self.end.barrier.fail(TransportError::Stopped);
         for thread in self.threads.drain(..) {
-            // A panic in a worker has been reported by the barrier already.
+            // The barrier has reported the failure of a worker.
             let _ = thread.join();
         }
     }

@@ -1,4 +1,4 @@
-//! Ways to reach workers: in threads over channels, simulated on one thread, or as processes over pipes.
+//! Transports: workers in threads over channels, simulated on one thread, or as processes over pipes.
 
 mod channel;
 
@@ -13,7 +13,7 @@ use septet_protocol::transport::Transport;
 
 use crate::config::WorkerConfig;
 
-/// Which transport, for whoever starts a machine.
+/// A kind of transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportKind {
     /// Workers in threads, every message through a channel.
@@ -21,15 +21,15 @@ pub enum TransportKind {
         /// Threads that run workers.
         threads: usize,
     },
-    /// One thread; every message becomes bytes and is decoded by its receiver; the order of delivery is
-    /// drawn from a seed.
+    /// All workers on one thread. Every message is encoded, then decoded by its receiver. The order of delivery is drawn
+    /// from a seed.
     Sim {
         /// Seed of the order.
         delivery_seed: u64,
     },
 }
 
-/// Starts the workers of a machine; returns the coordinator's end of it. Dropping it ends the workers.
+/// Starts the workers of a machine. Returns the coordinator's end of the transport. Dropping it ends the workers.
 ///
 /// # Errors
 /// If threads cannot be started.
@@ -42,3 +42,6 @@ pub fn launch<P: Point>(
         TransportKind::Sim { delivery_seed } => Ok(Box::new(sim::Sim::new(config, delivery_seed))),
     }
 }
+
+#[cfg(test)]
+mod tests;

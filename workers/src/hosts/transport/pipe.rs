@@ -1,26 +1,26 @@
-//! Workers as processes: one rank each, every message as bytes through its standard input and output.
+//! Workers as processes: one rank each, with every message as bytes through its standard input and output.
 //!
-//! A round: every worker writes whether it is busy and the frames it sends; the coordinator's process reads
-//! one worker after the other, adds its own, and writes to each the frames for its rank and whether
-//! anything moved. A worker writes all, then reads all; the coordinator reads all, then writes all: no
-//! order of processes can lock up. Integers are little-endian.
+//! In a round, every worker writes its state and its frames. The coordinator's process reads one worker after the other,
+//! adds its own frames, and writes to each worker the frames for its rank and whether the machine was active. A worker
+//! writes all, then reads all; the coordinator reads all, then writes all. So no order of processes can deadlock.
+//! Integers are little-endian.
 //!
 //! | from a worker | to a worker |
 //! |---|---|
 //! | state u8 (0 idle, 1 busy, 2 failed), number of frames u32 | active u8, number of frames u32 |
 //! | per frame: receiver u32, length u64, bytes | per frame: receiver u32, length u64, bytes |
 //!
-//! A worker that failed sends one frame, what it has to say.
+//! A worker that failed or was interrupted sends one frame, the encoded [`TransportError`].
 
 use std::io::{BufReader, BufWriter, Error, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 
 use septet_geometry::point::Point;
-use septet_protocol::codec::FRAME_LIMIT;
+use septet_protocol::codec::{self, FRAME_LIMIT};
 use septet_protocol::ids::{COORDINATOR, Rank};
 use septet_protocol::message::Message;
-use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::WorkerConfig;
 use crate::hosts::host::{Host, serve};
@@ -29,7 +29,7 @@ const IDLE: u8 = 0;
 const BUSY: u8 = 1;
 const FAILED: u8 = 2;
 
-/// A frame and the rank it goes to.
+/// A frame and its receiver.
 type Frame = (Rank, Vec<u8>);
 
 fn write_round(to: &mut impl Write, state: u8, frames: &[Frame]) -> std::io::Result<()> {
@@ -60,7 +60,7 @@ fn read_round(from: &mut impl Read) -> std::io::Result<(u8, Vec<Frame>)> {
             return Err(Error::other(format!("a frame of {length} bytes")));
         }
         let mut bytes = Vec::new();
-        // Grows with what arrives, not with what is claimed.
+        // The buffer grows with the bytes that arrive, not with the claimed length.
         if from.by_ref().take(length).read_to_end(&mut bytes)? as u64 != length {
             return Err(std::io::ErrorKind::UnexpectedEof.into());
         }
@@ -69,11 +69,17 @@ fn read_round(from: &mut impl Read) -> std::io::Result<(u8, Vec<Frame>)> {
     Ok((state, frames))
 }
 
+/// The error that a failed worker reported.
+fn reported(from: Rank, frames: &[Frame]) -> TransportError {
+    let error = frames.first().and_then(|(_, bytes)| codec::decode(bytes).ok());
+    error.unwrap_or_else(|| bad(from, &"its report of a failure does not decode"))
+}
+
 fn bad(from: Rank, error: &dyn std::fmt::Display) -> TransportError {
     TransportError::BadMessage { from, reason: error.to_string() }
 }
 
-/// The coordinator's end of a machine of processes. Dropping it ends them.
+/// The coordinator's end of a machine of processes. Dropping it ends the processes.
 pub struct Pipes {
     children: Vec<Process>,
 }
@@ -85,8 +91,8 @@ struct Process {
 }
 
 impl Pipes {
-    /// Starts the processes of ranks `1..=workers`. `command` names the program and arguments for a rank; the
-    /// program has to call [`serve_pipe`] with the same parameters and rank.
+    /// Starts the processes of ranks `1..=workers`. `command` returns the program and the arguments for a rank. The
+    /// program must call [`serve_pipe`] with the same parameters and rank.
     ///
     /// # Errors
     /// If a process cannot be started.
@@ -122,10 +128,10 @@ impl<P: Point> Transport<P> for Pipes {
         self.children.len() as u32 + 1
     }
 
-    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
         let ranks = self.children.len() + 1;
         let mut boxes: Vec<Vec<Frame>> = vec![Vec::new(); ranks];
-        let mut active = busy || !outbox.is_empty();
+        let mut active = state.is_busy()? || !outbox.is_empty();
         let mut route = |from: Rank, frame: Frame| match boxes.get_mut(frame.0 as usize) {
             Some(place) => {
                 place.push(frame);
@@ -142,8 +148,7 @@ impl<P: Point> Transport<P> for Pipes {
             let read = read_round(&mut self.children[rank - 1].output);
             let (state, frames) = read.map_err(|e| self.failure(from, &e))?;
             if state == FAILED {
-                let reason = frames.first().map(|f| String::from_utf8_lossy(&f.1).into_owned());
-                return Err(TransportError::WorkerFailed { rank: from, reason: reason.unwrap_or_default() });
+                return Err(reported(from, &frames));
             }
             active |= state == BUSY || !frames.is_empty();
             for frame in frames {
@@ -169,7 +174,7 @@ impl Drop for Pipes {
             process.input = None;
         }
         for process in &mut self.children {
-            // It is gone already, or ends for its input is closed; one that is stuck in its work is ended.
+            // A process ends when its input is closed, unless it is busy. It is killed in any case.
             let _ = process.child.kill();
             let _ = process.child.wait();
         }
@@ -188,26 +193,37 @@ impl<P: Point, R: Read + Send, W: Write + Send> Transport<P> for Pipe<R, W> {
         self.size
     }
 
-    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
+        let busy = state.is_busy().inspect_err(|error| self.report(error))?;
         let encoded = outbox.iter().map(|m| match m.encode() {
             Ok(bytes) => Ok((m.to, bytes)),
             Err(e) => Err(bad(m.from, &e)),
         });
-        let frames = encoded.collect::<Result<Vec<_>, _>>()?;
+        let frames = encoded.collect::<Result<Vec<_>, _>>().inspect_err(|error| self.report(error))?;
         let state = if busy { BUSY } else { IDLE };
-        // A pipe breaks when the coordinator is gone.
+        // A pipe breaks when the coordinator has ended.
         write_round(&mut self.output, state, &frames).map_err(|_| TransportError::Stopped)?;
         let (active, frames) = read_round(&mut self.input).map_err(|_| TransportError::Stopped)?;
         let decoded = frames.iter().map(|(_, bytes)| Message::decode(bytes).map_err(|e| bad(0, &e)));
-        Ok(Delivery { inbox: decoded.collect::<Result<_, _>>()?, active: active != 0 })
+        let inbox = decoded.collect::<Result<_, _>>().inspect_err(|error| self.report(error))?;
+        Ok(Delivery { inbox, active: active != 0 })
     }
 }
 
-/// Runs one worker over a pair of pipes until the run is over: the whole of a worker's process. An error is
-/// told to the coordinator, too.
+impl<R, W: Write> Pipe<R, W> {
+    /// Reports an error to the coordinator, if it still runs.
+    fn report(&mut self, error: &TransportError) {
+        if let Ok(bytes) = codec::encode(error) {
+            let _ = write_round(&mut self.output, FAILED, &[(COORDINATOR, bytes)]);
+        }
+    }
+}
+
+/// Runs one worker over a pair of pipes until the run is over: the main function of a worker's process. Errors are also
+/// reported to the coordinator.
 ///
 /// # Errors
-/// What the worker reports, or [`TransportError::Stopped`] if the coordinator is gone.
+/// The error of the worker, or [`TransportError::Stopped`] if the coordinator has ended.
 pub fn serve_pipe<P: Point>(
     input: impl Read + Send,
     output: impl Write + Send,
@@ -217,10 +233,5 @@ pub fn serve_pipe<P: Point>(
     let size = config.workers + 1;
     let mut pipe = Pipe { input: BufReader::new(input), output: BufWriter::new(output), size };
     let mut host = Host::<P>::new(std::iter::once(rank), &Arc::new(config), &None);
-    let result = serve(&mut pipe, &mut host);
-    if let Err(error) = &result {
-        // If the coordinator is gone there is no one left to tell.
-        let _ = write_round(&mut pipe.output, FAILED, &[(COORDINATOR, error.to_string().into_bytes())]);
-    }
-    result
+    serve(&mut pipe, &mut host)
 }

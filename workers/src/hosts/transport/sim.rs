@@ -1,5 +1,5 @@
-//! The simulator: all workers on the caller's thread, every message encoded and decoded, delivered in an
-//! order drawn from a seed.
+//! The simulator: all workers run on the caller's thread. Every message is encoded and decoded. The order of delivery is
+//! drawn from a seed.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use rand_chacha::ChaCha8Rng;
 use septet_geometry::point::Point;
 use septet_protocol::ids::COORDINATOR;
 use septet_protocol::message::Message;
-use septet_protocol::transport::{Delivery, Transport, TransportError};
+use septet_protocol::transport::{Delivery, HostState, Transport, TransportError};
 
 use crate::config::WorkerConfig;
 use crate::hosts::host::Host;
 
-/// The coordinator's end of a simulated machine; the workers live inside.
+/// The coordinator's end of a simulated machine, which contains the workers.
 pub(crate) struct Sim<P: Point> {
     host: Host<P>,
     size: u32,
     begun: bool,
-    /// What the workers sent in the last round, as bytes.
+    /// The messages of the last round, as bytes.
     wire: Vec<Vec<u8>>,
     order: ChaCha8Rng,
 }
@@ -54,7 +54,8 @@ impl<P: Point> Transport<P> for Sim<P> {
         self.size
     }
 
-    fn exchange(&mut self, outbox: Vec<Message<P>>, busy: bool) -> Result<Delivery<P>, TransportError> {
+    fn exchange(&mut self, outbox: Vec<Message<P>>, state: HostState) -> Result<Delivery<P>, TransportError> {
+        let busy = state.is_busy()?;
         if !std::mem::replace(&mut self.begun, true) {
             let sent = self.host.begin()?;
             self.send(sent)?;

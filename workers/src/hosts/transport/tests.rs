@@ -1,0 +1,86 @@
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec2;
+use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::message::PointBatch;
+use septet_protocol::transport::{HostState, TransportError};
+
+use super::*;
+use crate::config::{Fault, Stop};
+use crate::coordinator::Source;
+use crate::machine::Running;
+use crate::partition::leader::Plan;
+use crate::programs::coordinate;
+
+const KINDS: [TransportKind; 3] = [
+    TransportKind::Channel { threads: 1 },
+    TransportKind::Channel { threads: 3 },
+    TransportKind::Sim { delivery_seed: 1 },
+];
+
+/// Points of a spiral, in blocks.
+struct Spiral;
+
+impl Source<DVec2> for Spiral {
+    fn population(&self) -> u64 {
+        300
+    }
+
+    fn frame(&self) -> Vec<(u64, DVec2)> {
+        (0..3).map(|i| (i, point(i))).collect()
+    }
+
+    fn block(&self, block: u32, blocks: u32) -> PointBatch<DVec2> {
+        let at = |b: u32| 300 * u64::from(b) / u64::from(blocks);
+        let ids = at(block)..at(block + 1);
+        PointBatch::in_transit(ids.clone().collect(), ids.map(point).collect())
+    }
+}
+
+fn point(i: u64) -> DVec2 {
+    DVec2::from_angle(2.4 * i as f64) * (i as f64).sqrt()
+}
+
+/// Runs a machine of three workers to its end, or to the error that its caller receives.
+fn outcome(kind: TransportKind, fault: Option<Fault>, stop: Stop) -> Result<u64, TransportError> {
+    let config = WorkerConfig { workers: 3, fault, stop, ..WorkerConfig::plain() };
+    let config = Arc::new(config);
+    let mut transport = launch::<DVec2>(kind, &config).unwrap();
+    let mut rank = Running::start(COORDINATOR, config, None, |cx| coordinate(cx, &Spiral, Plan::new()));
+    let mut sent = rank.step();
+    let mut round = 0;
+    while sent.is_err() || !rank.is_done() {
+        let (outbox, state) = HostState::after(sent, rank.busy());
+        let delivery = transport.exchange(outbox, state)?;
+        round += 1;
+        rank.deliver(round, delivery.active.then_some(delivery.inbox));
+        sent = rank.step();
+    }
+    Ok(rank.into_result().unwrap().certified.merged.stars)
+}
+
+/// A rank that fails or panics, the coordinator too, ends the machine with the same error on every transport.
+#[test]
+fn failures_and_panics_reach_the_caller() {
+    for kind in KINDS {
+        assert_eq!(outcome(kind, None, Stop::default()), Ok(300), "{kind:?}");
+        for rank in [0, 2] {
+            for phase in [Phase::Partition, Phase::Hulls] {
+                for fault in [Fault::DieAt { rank, phase }, Fault::PanicAt { rank, phase }] {
+                    let verb = if matches!(fault, Fault::DieAt { .. }) { "ended" } else { "panicked" };
+                    let reason = format!("it {verb} at the beginning of phase {}", phase.name());
+                    let expected = Err(TransportError::WorkerFailed { rank, reason });
+                    assert_eq!(outcome(kind, Some(fault), Stop::default()), expected, "{kind:?}, {fault}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn interrupts_reach_the_caller() {
+    for kind in KINDS {
+        let stop = Stop::new(Some(Arc::new(AtomicBool::new(true))));
+        assert_eq!(outcome(kind, None, stop), Err(TransportError::Stopped), "{kind:?}");
+    }
+}
