@@ -1,15 +1,18 @@
 //! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
 mod queries;
+mod typed;
 
 use bincode::{Decode, Encode};
 use bytemuck::Pod;
 
 use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
+use crate::outcome::Outcome;
 use crate::tasks::TaskLog;
 
 pub use queries::{QueryBatch, ReplyBatch};
+pub use typed::{Choice, Fingerprint, SampleStars, SetCounts, SetDecision};
 
 /// The version of the protocol. It increases when the meaning or layout of a message changes.
 pub const PROTOCOL_VERSION: u16 = 8;
@@ -322,15 +325,10 @@ pub enum Body<P> {
     Children(Box<[Summary<P>; 2]>),
     /// Worker to coordinator, then coordinator to worker: the points of the frame with their owners.
     Frame(PointBatch<P>),
-    /// Worker to coordinator: the number of sampled stars, and how many of them each alpha certifies (2.5, 3, 4, 6).
-    SampleStars(Bulk<u64>),
-    /// Coordinator to worker: the supergraph (0 density, 1 overlap, 2 knn) and its parameter.
-    Choice {
-        /// Kind.
-        kind: u8,
-        /// alpha, or k.
-        parameter: f64,
-    },
+    /// Worker to coordinator: the counts of its sampled stars.
+    SampleStars(SampleStars),
+    /// Coordinator to worker: the chosen supergraph.
+    Choice(Choice),
     /// Ghosts for a subproblem that their balls reach. In the ghost layer these are the halo balls.
     Ghosts(PointBatch<P>),
     /// Points that may be neighbours of points in a subproblem, with the cells whose conflict regions meet it.
@@ -357,16 +355,14 @@ pub enum Body<P> {
         /// The sender's slot of each.
         slots: Bulk<u32>,
     },
-    /// Member to leader: numbers of interior and exterior points in its share of the set, then of those among them whose
-    /// balls cross the separator.
-    SetCounts(Bulk<u64>),
-    /// Leader to member: 0 if the set is not divided; else 1, 2 or 3 if the crossing points of both sides, of the interior
-    /// or of the exterior go to both children.
-    SetDecision(u8),
+    /// Member to leader: the counts of its share of the set.
+    SetCounts(SetCounts),
+    /// Leader to member: the decision on the set.
+    SetDecision(SetDecision),
     /// Neighbours that another rank found.
     Lists(ListBatch<P>),
-    /// Order-free fingerprint of the cells that two workers share: low and high half of the sum, then the number of pairs.
-    Fingerprint(Bulk<u64>),
+    /// The order-free fingerprint of the cells that two workers share.
+    Fingerprint(Fingerprint),
     /// The key of each pair of a shared cell and a vertex.
     FingerprintList(Bulk<u64>),
     /// Proposals: cells in the star of one vertex, for the star of another.
@@ -393,8 +389,8 @@ pub enum Body<P> {
     Left(Bulk<u64>),
     /// Leader to the leader of the parent: the merged result of the subproblem.
     Merged(Merged),
-    /// Coordinator to worker: the decision on a certificate, as the number of an [`Outcome`](crate::outcome::Outcome).
-    Outcome(u8),
+    /// Coordinator to worker: the decision on a certificate.
+    Outcome(Outcome),
     /// Worker to coordinator: the vertices of unresolved stars and of their links. The radius of a point marks its role
     /// ([`WANTED`], [`OF_A_LINK`]).
     Gather(PointBatch<P>),
@@ -461,7 +457,7 @@ impl<P> Body<P> {
             Body::Children(_) => "children",
             Body::Frame(_) => "frame",
             Body::SampleStars(_) => "sample stars",
-            Body::Choice { .. } => "choice",
+            Body::Choice(_) => "choice",
             Body::Ghosts(_) => "ghosts",
             Body::Seam { .. } => "seam",
             Body::Reverse { .. } => "reverse",

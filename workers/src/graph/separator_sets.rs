@@ -27,7 +27,7 @@ use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::SetRule;
-use crate::graph::sharing::{Crossing, Place, Sharing, lead, set_rule};
+use crate::graph::sharing::{Crossing, Place, Sharing, counts_of, lead, set_rule};
 use crate::machine::context::Context;
 use crate::state::subdomain::{Shared, Split, Subdomain, Tree};
 use crate::state::table::Table;
@@ -156,7 +156,7 @@ impl<'a, P: Point> Recursion<'a, P> {
     /// Does what the leaders decided.
     fn obey(&mut self, cx: &mut Context<P>) {
         let mut decisions = cx.take(|m: &mut Message<P>| match m.body {
-            Body::SetDecision(number) => Sharing::from_number(number).map(|sharing| (m.node, sharing)),
+            Body::SetDecision(decision) => Some((m.node, Sharing::from(decision))),
             _ => None,
         });
         decisions.sort_by_key(|(node, _)| *node);
@@ -199,7 +199,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         let mut cost = Cost::ZERO;
         let sum = self.count_members(&shared.split, members, &mut cost);
         cx.charge(Account::member(Phase::Sets, shared.id), cost, members.len() as u64);
-        cx.send(shared.leader, shared.id, 0, Body::SetCounts(Bulk(sum.to_vec())));
+        cx.send(shared.leader, shared.id, 0, Body::SetCounts(counts_of(sum)));
     }
 
     /// How many members are on either side, and how many of these cross.

@@ -31,7 +31,7 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Message};
+use septet_protocol::message::{Body, Fingerprint, Message};
 use septet_protocol::transport::TransportError;
 
 use crate::config::{Fault, map_in};
@@ -159,8 +159,8 @@ async fn compare<P: Point>(
     let mut agreement = within(cx, leaves, Chart { table, stars }, short);
     stars.sums.remote.retain(|_, sum| *sum != (0, 0));
     for (&rank, &(sum, count)) in &stars.sums.remote {
-        let words = vec![sum as u64, (sum >> 64) as u64, count];
-        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(Bulk(words)));
+        let fingerprint = Fingerprint { sum, pairs: count };
+        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(fingerprint));
     }
     let (mut shared, mut lists) = (None, BTreeMap::new());
     while cx.exchange().await? {
@@ -214,10 +214,7 @@ fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], chart: Chart<'_, P>
 /// Takes the sums of other ranks.
 fn take_sums<P: Point>(cx: &mut Context<P>) -> BTreeMap<Rank, (u128, u64)> {
     let sums = cx.take(|m: &mut Message<P>| match &m.body {
-        Body::Fingerprint(words) => match words.0.as_slice() {
-            &[low, high, count] => Some((m.from, (u128::from(low) | u128::from(high) << 64, count))),
-            _ => None,
-        },
+        Body::Fingerprint(Fingerprint { sum, pairs }) => Some((m.from, (*sum, *pairs))),
         _ => None,
     });
     sums.into_iter().collect()
