@@ -6,6 +6,8 @@
 use std::env;
 use std::io::{stdin, stdout};
 use std::process::{Command, ExitCode};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 use septet_core::config::Workers;
@@ -105,11 +107,30 @@ fn broken_processes() {
     assert!(matches!(missing, Err(Error::Start(_))));
 }
 
+/// A worker that fails or panics, and an interrupt, give the same error as in the simulator.
+fn failures_are_those_of_the_simulator() {
+    let points = plane(Kind::Uniform, 200, 5);
+    for fault in ["die:2:hulls", "panic:2:partition", "panic:1:collect"] {
+        let config = simulated(Workers::Count(3), 9, 20);
+        let config = config.with(|c| c.planted.fault = Some(fault.parse().unwrap()));
+        let (expected, found) = (simulate(&points, &config), over_pipes(&points, &config, true));
+        let [expected, found] = [expected, found].map(|run| format!("{:?}", run.map(drop).unwrap_err()));
+        assert_eq!(expected, found, "{fault}");
+    }
+    let cancel = Some(Arc::new(AtomicBool::new(true)));
+    let config = simulated(Workers::Count(2), 9, 60).with(|c| c.control.cancel = cancel);
+    assert!(matches!(over_pipes(&points, &config, true), Err(Error::Interrupted)));
+}
+
 fn main() -> ExitCode {
     if let Ok(rank) = env::var(RANK) {
         return worker(&rank);
     }
-    let tests: [(&str, fn()); 2] = [("equal_runs", equal_runs), ("broken_processes", broken_processes)];
+    let tests: [(&str, fn()); 3] = [
+        ("equal_runs", equal_runs),
+        ("broken_processes", broken_processes),
+        ("failures_are_those_of_the_simulator", failures_are_those_of_the_simulator),
+    ];
     let arguments: Vec<String> = env::args().skip(1).collect();
     let has = |flag: &str| arguments.iter().any(|a| a == flag);
     let filter = arguments.iter().find(|a| !a.starts_with('-') && *a != "terse");

@@ -1,13 +1,15 @@
 //! The lengths of messages, measured with the codec.
 
+use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_geometry::separator::SEPARATOR_WORDS;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::NodeId;
 use septet_protocol::message::{
-    Body, Child, Decision, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch, ReplyBatch, Summary,
+    Body, Child, Choice, Decision, Fingerprint, Merged, Message, PROTOCOL_VERSION, PointBatch, QueryBatch,
+    ReplyBatch, SampleStars, Summary,
 };
-use septet_workers::selection::ALPHAS;
+use septet_protocol::outcome::Outcome;
 
 /// Bytes of each kind of message without items, and bytes of one item. Every item has a fixed width.
 #[derive(Clone, Copy, Debug)]
@@ -120,15 +122,15 @@ impl Sizes {
             summary: length(Body::Summary(summary())),
             children: length(Body::Children(Box::new([summary(), summary()]))),
             frame: length(Body::Frame(none())),
-            sample_stars: length::<P>(Body::SampleStars(Bulk(vec![0; 1 + ALPHAS.len()]))),
-            choice: length::<P>(Body::Choice { kind: 0, parameter: 0.0 }),
+            sample_stars: length::<P>(Body::SampleStars(SampleStars::default())),
+            choice: length::<P>(Body::Choice(Choice(Supergraph::Density { alpha: 0.0 }))),
             ghosts,
             reverse: length(Body::Reverse {
                 points: none(),
                 counts: Bulk(Vec::new()),
                 targets: Bulk(Vec::new()),
             }),
-            fingerprint: length::<P>(Body::Fingerprint(Bulk(vec![0; 3]))),
+            fingerprint: length::<P>(Body::Fingerprint(Fingerprint::default())),
             list: length::<P>(Body::FingerprintList(Bulk(Vec::new()))),
             propose: length(Body::Propose { points: none(), cells: Bulk(Vec::new()) }),
             object: length(Body::Object {
@@ -138,7 +140,7 @@ impl Sizes {
                 conflicts: Bulk(Vec::new()),
             }),
             merged: length::<P>(Body::Merged(Merged::default())),
-            outcome: length::<P>(Body::Outcome(0)),
+            outcome: length::<P>(Body::Outcome(Outcome::default())),
             cells: length::<P>(Body::Cells { cells: Bulk(Vec::new()), leaves: Bulk(Vec::new()) }),
         }
     }

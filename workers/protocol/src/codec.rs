@@ -1,12 +1,14 @@
-//! Bytes: the only module that knows the wire's codec.
+//! The codec: the only module that converts between values and bytes.
 //!
-//! Headers and small fields go through bincode 2 with fixed-width little-endian integers, so that the
-//! layout stays that of bincode 1 and the codec can be replaced. Bulk arrays go through [`Bulk`]: a
-//! length and the raw little-endian memory of plain data, copied at memory speed.
+//! Headers and small fields use bincode 2 with fixed-width little-endian integers. This is the layout of bincode 1, so the
+//! codec can be replaced. Large arrays use [`Bulk`]: a length and the raw little-endian memory of plain data, copied at
+//! memory speed.
 //!
-//! Decoding trusts nothing: the frame's length is checked first, a limit holds for all that is read, a
-//! claimed array is read in steps, so that a hostile length cannot ask for memory that is not on the
-//! wire, and trailing bytes are an error.
+//! Decoding does not trust its input:
+//! 1. The length of the frame is checked first.
+//! 2. A limit holds for the total number of bytes.
+//! 3. Arrays are read in steps, so a hostile length cannot allocate memory without the bytes for it.
+//! 4. Trailing bytes are an error.
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use bincode::de::read::Reader;
@@ -21,7 +23,7 @@ use thiserror::Error;
 #[cfg(target_endian = "big")]
 compile_error!("bulk arrays are little-endian memory: a big-endian machine needs a swap in codec.rs");
 
-/// No frame may be longer: 4 GiB.
+/// The largest length of a frame in bytes: 4 GiB.
 pub const FRAME_LIMIT: usize = 1 << 32;
 
 type Layout = Configuration<LittleEndian, Fixint, Limit<FRAME_LIMIT>>;
@@ -30,13 +32,13 @@ fn layout() -> Layout {
     bincode::config::standard().with_fixed_int_encoding().with_limit::<FRAME_LIMIT>()
 }
 
-/// Why bytes are not a message.
+/// The reason why a value does not encode or decode.
 #[derive(Debug, Error)]
 pub enum CodecError {
     /// The frame is longer than the protocol allows.
     #[error("a frame of {bytes} bytes is above the limit of {FRAME_LIMIT}")]
     TooLong {
-        /// Its length.
+        /// The length of the frame.
         bytes: usize,
     },
     /// The bytes do not decode.
@@ -45,10 +47,10 @@ pub enum CodecError {
     /// The value does not encode.
     #[error("message cannot be encoded: {0}")]
     Unencodable(#[from] EncodeError),
-    /// Bytes are left over.
+    /// Bytes follow the message.
     #[error("{extra} bytes follow the message")]
     Trailing {
-        /// How many.
+        /// Number of these bytes.
         extra: usize,
     },
 }
@@ -56,15 +58,15 @@ pub enum CodecError {
 /// Encodes a value.
 ///
 /// # Errors
-/// If the codec refuses the value or it is above the limit.
+/// If the codec rejects the value, or if its bytes exceed the limit.
 pub fn encode<T: Encode>(value: &T) -> Result<Vec<u8>, CodecError> {
     Ok(bincode::encode_to_vec(value, layout())?)
 }
 
-/// Exact length of [`encode`]'s result.
+/// Returns the exact length of the result of [`encode`].
 pub fn encoded_len<T: Encode>(value: &T) -> usize {
     let mut size = SizeWriter::default();
-    // Counting cannot fail: the writer only adds lengths.
+    // Counting cannot fail, because the writer only adds lengths.
     let _ = bincode::encode_into_writer(value, &mut size, layout());
     size.bytes_written
 }
@@ -72,7 +74,7 @@ pub fn encoded_len<T: Encode>(value: &T) -> usize {
 /// Decodes a whole frame.
 ///
 /// # Errors
-/// If the frame is too long, malformed, or longer than its message.
+/// If the frame is too long, malformed or longer than its message.
 pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
     if bytes.len() > FRAME_LIMIT {
         return Err(CodecError::TooLong { bytes: bytes.len() });
@@ -84,7 +86,7 @@ pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
     Ok(value)
 }
 
-/// An array of plain data that travels as its memory.
+/// An array of plain data that is encoded as its memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bulk<T>(pub Vec<T>);
 
@@ -114,7 +116,7 @@ impl<T: Pod> Encode for Bulk<T> {
     }
 }
 
-/// Elements read at a time, so that memory follows the bytes that are really there.
+/// Number of elements that are read at a time, so that memory grows with the bytes that exist.
 const STEP: usize = 1 << 16;
 
 impl<T: Pod, Context> Decode<Context> for Bulk<T> {

@@ -1,16 +1,16 @@
-//! Names of things: ranks, subproblems, phases.
+//! Identifiers of ranks, subproblems and phases.
 
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
 
-/// A party of the machine. Rank 0 is the coordinator, workers are `1..=p`.
+/// A rank of the machine. Rank 0 is the coordinator, workers are `1..=p`.
 pub type Rank = u32;
 
-/// The coordinator's rank: it leads the root, reads and writes, and holds no bulk points otherwise.
+/// The rank of the coordinator. It distributes the input, leads the root and collects the result. It owns no point.
 pub const COORDINATOR: Rank = 0;
 
-/// A subproblem: a node of the partition tree, by its path. The root is 1, the interior child of `s` is
-/// `2s`, the exterior child `2s + 1`.
+/// A subproblem: a node of the partition tree, identified by its path. The root is 1. The interior child of `s` is `2s`,
+/// the exterior child is `2s + 1`.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, Serialize, Deserialize,
 )]
@@ -19,7 +19,7 @@ pub struct NodeId(pub u64);
 impl NodeId {
     /// The whole point set.
     pub const ROOT: NodeId = NodeId(1);
-    /// No node may lie deeper (paths are 64 bits).
+    /// The largest level of a node: a path has 64 bits.
     pub const DEEPEST: u32 = 62;
 
     /// The interior (`side` 0) or exterior (`side` 1) child.
@@ -28,12 +28,12 @@ impl NodeId {
         NodeId(self.0 * 2 + side as u64)
     }
 
-    /// The parent, or none for the root.
+    /// The parent, or `None` for the root.
     pub fn parent(self) -> Option<NodeId> {
         (self.0 > 1).then_some(NodeId(self.0 / 2))
     }
 
-    /// 0 interior, 1 exterior child of its parent.
+    /// The side in the parent: 0 interior, 1 exterior.
     pub fn side(self) -> usize {
         (self.0 & 1) as usize
     }
@@ -43,47 +43,47 @@ impl NodeId {
         self.0.ilog2()
     }
 
-    /// Is `self` the node `other` or an ancestor of it?
+    /// Returns `true` if `self` is `other` or an ancestor of it.
     pub fn contains(self, other: NodeId) -> bool {
         let (a, b) = (self.level(), other.level());
         a <= b && other.0 >> (b - a) == self.0
     }
 
-    /// Which child of `self` is `other` (a proper descendant) or an ancestor of it?
+    /// The side of the child of `self` that is `other` or an ancestor of it. `other` must be a proper descendant.
     pub fn side_of(self, other: NodeId) -> usize {
         let shift = other.level() - self.level() - 1;
         ((other.0 >> shift) & 1) as usize
     }
 }
 
-/// The stages of a run, in order. `paper` phases are the paper's; the others are the machine's own or
-/// belong to repair and are never mixed with them.
+/// The phases of a run, in order. Reports separate the phases of the paper, the repair phases, and the phases of the
+/// machine itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum Phase {
-    /// Blocks of points to the workers.
+    /// Distribution of the points in blocks.
     Load,
     /// Section 2 and 4.3 step 2: sphere separators, level by level.
     Partition,
-    /// Points near separators to the other side (`triangulate` only).
+    /// Exchange of ghosts near separators (`triangulate` only).
     Halo,
-    /// Every worker's own triangulation of its points and those (`triangulate` only).
+    /// Triangulation of every subdomain with its ghosts (`triangulate` only).
     Pieces,
-    /// Points whose cells reach farther (`triangulate` only).
+    /// Exchange of the ghosts beyond the ghost layers (`triangulate` only).
     Seam,
-    /// The choice of the supergraph from a sample of stars.
+    /// Choice of the supergraph from a sample of stars.
     Choice,
-    /// Section 4.3: radii inside every leaf.
+    /// Section 4.3: radii within every leaf.
     Radii,
-    /// Short-cut for balls that would touch very many leaves (the punt).
+    /// Probe of large balls that would otherwise visit many leaves (the punt).
     Probe,
     /// Section 4.3: nearest-neighbour balls, by descent.
     Neighbours,
     /// Largest radius and smallest point of every subproblem, up and down the tree.
     Summaries,
-    /// Section 4.5: k-nearest lists inside every leaf.
+    /// Section 4.5: k-nearest lists within every leaf.
     KnnRadii,
-    /// The punt of the k-nearest balls.
+    /// Probe of the k-nearest balls.
     KnnProbe,
     /// Section 4.5: k-nearest neighbours, by descent.
     Knn,
@@ -95,19 +95,19 @@ pub enum Phase {
     Independent,
     /// Section 4.1: local hulls.
     Hulls,
-    /// Do the stars agree? Fingerprints, and lists where they differ.
+    /// Check of the stars: fingerprints, and lists where fingerprints differ.
     Check,
-    /// Exchange between stars that do not.
+    /// Star splaying: exchange between stars that disagree.
     Repair,
     /// The certificate of the final stars.
     Certificate,
-    /// Gathering of regions that the exchange leaves unresolved.
+    /// Gathering of regions that splaying leaves unresolved.
     Fallback,
-    /// Merged results up the tree.
+    /// Reduction of the results up the tree.
     Merge,
-    /// Cells and counts to the coordinator.
+    /// Collection of cells and counts on the coordinator.
     Collect,
-    /// The end.
+    /// The end of the run.
     Done,
 }
 
@@ -140,12 +140,12 @@ impl Phase {
         Phase::Done,
     ];
 
-    /// The phase with this number.
+    /// The phase with this number, or `None`.
     pub fn from_number(n: u8) -> Option<Phase> {
         Phase::ALL.get(usize::from(n)).copied()
     }
 
-    /// Name in reports.
+    /// The name in reports and traces.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Load => "load",
@@ -175,7 +175,7 @@ impl Phase {
         }
     }
 
-    /// Is it a phase of the paper's algorithm?
+    /// Returns `true` for phases of the paper's algorithm.
     pub fn is_paper(self) -> bool {
         matches!(
             self,
@@ -195,7 +195,7 @@ impl Phase {
         )
     }
 
-    /// Does it belong to the agreement of stars, reported beside the paper's phases?
+    /// Returns `true` for repair phases, which are reported separately from the paper's phases.
     pub fn is_repair(self) -> bool {
         matches!(self, Phase::Check | Phase::Repair | Phase::Certificate | Phase::Fallback)
     }

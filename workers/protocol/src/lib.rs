@@ -1,7 +1,7 @@
-//! septet-protocol: what crosses the wire of the machine, and what it costs.
+//! septet-protocol: the messages of the machine, their transport and the ledger of costs.
 //!
-//! Messages are one closed enum with a version; a [`transport::Transport`] moves them in rounds; the
-//! [`ledger`] counts them. Nothing here computes geometry, and nothing here sends.
+//! Messages are one closed enum with a version. A [`transport::Transport`] moves them in rounds, and the [`ledger`] counts
+//! them. This crate computes no geometry and contains no transport.
 
 pub mod ids;
 

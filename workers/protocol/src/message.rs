@@ -1,17 +1,20 @@
-//! The messages: one closed enum, versioned, each with run, subproblem, attempt, round and sequence.
+//! The messages: a closed enum of bodies in an envelope with version, run, subproblem, attempt, round and sequence.
 
 mod queries;
+mod typed;
 
 use bincode::{Decode, Encode};
 use bytemuck::Pod;
 
 use crate::codec::{self, Bulk, CodecError};
 use crate::ids::{NodeId, Rank};
+use crate::outcome::Outcome;
 use crate::tasks::TaskLog;
 
 pub use queries::{QueryBatch, ReplyBatch};
+pub use typed::{Choice, Fingerprint, SampleStars, SetCounts, SetDecision};
 
-/// Raised whenever the meaning or layout of a message changes; peers with another are refused.
+/// The version of the protocol. It increases when the meaning or layout of a message changes.
 pub const PROTOCOL_VERSION: u16 = 8;
 
 /// A message with its envelope.
@@ -20,49 +23,49 @@ pub const PROTOCOL_VERSION: u16 = 8;
 pub struct Message<P> {
     /// [`PROTOCOL_VERSION`] of the sender.
     pub version: u16,
-    /// Which run.
+    /// The run.
     pub run: u64,
-    /// Sender.
+    /// The sender.
     pub from: Rank,
-    /// Receiver.
+    /// The receiver.
     pub to: Rank,
-    /// The subproblem it belongs to.
+    /// The subproblem.
     pub node: NodeId,
-    /// Attempt of that subproblem (retries of a separator, rounds of repair).
+    /// The attempt at the subproblem (a separator, a round of splaying).
     pub attempt: u32,
-    /// The round in which it was sent.
+    /// The round in which the message was sent.
     pub round: u32,
-    /// Number of this message among its sender's.
+    /// The number of the message among those of its sender.
     pub sequence: u32,
-    /// What it says.
+    /// The body.
     pub body: Body<P>,
 }
 
 impl<P: Pod> Message<P> {
-    /// Exact number of bytes of [`Message::encode`]: what the ledger bills.
+    /// Returns the exact length of [`Message::encode`] in bytes, which the ledger bills.
     pub fn encoded_len(&self) -> usize {
         codec::encoded_len(self)
     }
 
-    /// The message as bytes.
+    /// Encodes the message.
     ///
     /// # Errors
-    /// If it is longer than a frame may be.
+    /// If the message is longer than a frame may be.
     pub fn encode(&self) -> Result<Vec<u8>, CodecError> {
         codec::encode(self)
     }
 
-    /// The message in these bytes.
+    /// Decodes a message.
     ///
     /// # Errors
-    /// If they are not exactly one message.
+    /// If the bytes are not exactly one message.
     pub fn decode(bytes: &[u8]) -> Result<Self, CodecError> {
         codec::decode(bytes)
     }
 }
 
-/// Points in bulk: structure of arrays, one entry a point. Points on their way home ([`PointBatch::in_transit`]) have
-/// no owner yet, and a ball only if it is given: those two columns may be empty.
+/// Points as a structure of arrays with one entry per point. Points in transit ([`PointBatch::in_transit`]) have no owner
+/// yet, and a ball only if the input gives one, so those two columns may be empty.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct PointBatch<P> {
@@ -70,9 +73,9 @@ pub struct PointBatch<P> {
     pub ids: Bulk<u64>,
     /// Coordinates.
     pub positions: Bulk<P>,
-    /// The rank where the point is at home.
+    /// The rank that owns the point.
     pub owners: Bulk<Rank>,
-    /// Squared radius of its ball.
+    /// Squared radius of the ball.
     pub radii2: Bulk<f64>,
 }
 
@@ -88,7 +91,7 @@ impl<P> Default for PointBatch<P> {
 }
 
 impl<P: Copy> PointBatch<P> {
-    /// Points on their way home.
+    /// Points in transit to their owners.
     pub fn in_transit(ids: Vec<u64>, positions: Vec<P>) -> Self {
         PointBatch { ids: Bulk(ids), positions: Bulk(positions), ..PointBatch::default() }
     }
@@ -101,7 +104,7 @@ impl<P: Copy> PointBatch<P> {
         self.radii2.push(radius2);
     }
 
-    /// Appends the points of another batch, which is empty then.
+    /// Moves the points of another batch to the end of this one.
     pub fn append(&mut self, other: &mut Self) {
         self.ids.append(&mut other.ids);
         self.positions.append(&mut other.positions);
@@ -114,23 +117,23 @@ impl<P: Copy> PointBatch<P> {
         self.ids.len()
     }
 
-    /// Are there none?
+    /// Returns `true` if the batch is empty.
     pub fn is_empty(&self) -> bool {
         self.ids.is_empty()
     }
 
-    /// Do all columns have one entry a point?
+    /// Returns `true` if all columns have one entry per point.
     pub fn is_consistent(&self) -> bool {
         let n = self.len();
         self.positions.len() == n && self.owners.len() == n && self.radii2.len() == n
     }
 }
 
-/// Lists of points, one list a slot: neighbours found elsewhere.
+/// Lists of points, one per slot: neighbours that another rank found.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct ListBatch<P> {
-    /// The receiver's name of each list.
+    /// The receiver's slot of each list.
     pub slots: Bulk<u32>,
     /// Length of each list.
     pub counts: Bulk<u32>,
@@ -138,58 +141,58 @@ pub struct ListBatch<P> {
     pub points: PointBatch<P>,
 }
 
-/// A child subproblem as decided by its parent's leader.
+/// A child subproblem, as the leader of its parent decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Child {
-    /// Number of home points.
+    /// Number of owned points.
     pub population: u64,
-    /// First rank of its group.
+    /// The first rank of its group.
     pub first: Rank,
     /// Number of ranks of its group.
     pub ranks: u32,
-    /// Will it be split no further?
+    /// Whether the child is a leaf.
     pub leaf: bool,
 }
 
-/// What a leader decided about an attempt.
+/// The decision of a leader on an attempt.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum Decision {
-    /// Draw again.
+    /// Another separator is drawn.
     Retry,
-    /// Give up splitting: the subproblem is a leaf, held by its group's lowest rank.
+    /// The subproblem is not split. The lowest rank of its group holds it as a leaf.
     Leaf,
-    /// Split into these.
+    /// The subproblem is split into these children.
     Split([Child; 2]),
 }
 
-/// What is known of a subproblem after the neighbourhoods.
+/// The summary of a subproblem after the neighbourhoods.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct Summary<P> {
-    /// Largest squared radius of a home point's ball.
+    /// Largest squared radius of an owned point's ball.
     pub max_radius2: f64,
-    /// The lexicographically smallest home point (one entry).
+    /// The lexicographically smallest owned point (one entry).
     pub smallest: PointBatch<P>,
 }
 
-/// What the merged result of a subproblem says (the union of its children's).
+/// The merged result of a subproblem: the union of the results of its children.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Merged {
-    /// Stars built by the exact kernel and not empty.
+    /// Stars with a finite cell, built by the exact kernel.
     pub stars: u64,
-    /// Finite cells whose lexicographically smallest vertex is at home here.
+    /// Finite cells whose lexicographically smallest vertex the subproblem owns.
     pub cells: u64,
-    /// Hull facets likewise.
+    /// Hull facets whose lexicographically smallest vertex the subproblem owns.
     pub hull_facets: u64,
-    /// Vertices without a lexicographically smaller neighbour: 1 in a whole triangulation.
+    /// Vertices without a lexicographically smaller neighbour: 1 in a complete triangulation.
     pub minima: u64,
     /// Pairs of workers whose fingerprints differ, and local disagreements.
     pub disagreements: u64,
-    /// Stars changed by the exchange.
+    /// Stars that splaying changed.
     pub repaired: u64,
     /// Unchanged stars whose circumspheres all lie in the ball of radius `alpha r` around their vertex.
     pub local: u64,
-    /// Rounds of exchange (the largest of the parts).
+    /// Rounds of splaying, the largest over the parts.
     pub exchange_rounds: u64,
 }
 
@@ -207,38 +210,37 @@ impl Merged {
     }
 }
 
-/// A star was changed by the exchange: a flag in [`ViewPart::flags`].
+/// The flag of a star that splaying changed, in [`ViewPart::flags`].
 pub const SHOWN_REPAIRED: u64 = 1;
-/// A star's circumspheres all lie in the known ball around its vertex: a flag in [`ViewPart::flags`].
+/// The flag of a star whose circumspheres all lie in the known ball around its vertex, in [`ViewPart::flags`].
 pub const SHOWN_LOCAL: u64 = 2;
 
-/// The radius of a gathered point whose star is wanted ([`Body::Gather`]).
+/// The radius that marks a gathered point whose star is unresolved ([`Body::Gather`]).
 pub const WANTED: f64 = 1.0;
-/// The radius of a gathered point that only the links of others hold.
+/// The radius that marks a gathered point that only the links of other stars contain.
 pub const OF_A_LINK: f64 = 0.0;
 
-/// What a worker shows of its points and of the tree: sampled points, one entry each, and the splits it
-/// answers for.
+/// The part of a worker in the picture: sampled points, one entry each, and the splits that the worker reports.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct ViewPart<P> {
-    /// Sampled home points.
+    /// Sampled owned points.
     pub points: PointBatch<P>,
-    /// Home leaf of each.
+    /// The leaf of each.
     pub leaves: Bulk<u64>,
-    /// Bit `l`: the point's ball meets the separator of its ancestor of level `l`.
+    /// Bit `l` is set if the point's ball meets the separator of its leaf's ancestor at level `l`.
     pub crossing: Bulk<u64>,
-    /// [`SHOWN_REPAIRED`], [`SHOWN_LOCAL`].
+    /// The flags [`SHOWN_REPAIRED`] and [`SHOWN_LOCAL`].
     pub flags: Bulk<u64>,
-    /// Ids of sampled points that a leaf here holds as ghosts.
+    /// Ids of sampled points that are ghosts of a leaf of the worker.
     pub ghosts: Bulk<u64>,
-    /// That leaf, one entry a ghost.
+    /// The leaf of each ghost.
     pub ghost_leaves: Bulk<u64>,
-    /// Nodes that were split.
+    /// Nodes that are split.
     pub nodes: Bulk<u64>,
-    /// Their separators, 9 numbers each (`Separator::to_array`).
+    /// The separators of the nodes, 9 numbers each (`Separator::to_array`).
     pub separators: Bulk<f64>,
-    /// Low and high corner of their home points' boxes.
+    /// Low and high corners of the boxes of the nodes' owned points.
     pub boxes: Bulk<P>,
 }
 
@@ -259,7 +261,7 @@ impl<P> Default for ViewPart<P> {
 }
 
 impl<P: Copy> ViewPart<P> {
-    /// Do all columns fit each other?
+    /// Returns `true` if the lengths of the columns are consistent.
     pub fn is_consistent(&self) -> bool {
         let (n, m) = (self.points.len(), self.nodes.len());
         self.points.is_consistent()
@@ -270,7 +272,7 @@ impl<P: Copy> ViewPart<P> {
     }
 }
 
-/// What a message says.
+/// The body of a message.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub enum Body<P> {
@@ -281,9 +283,9 @@ pub enum Body<P> {
         /// `d + 1` affinely independent points.
         frame: PointBatch<P>,
     },
-    /// Coordinator to worker: its block of the input, homeless.
+    /// Coordinator to worker: its block of the input, in transit.
     Block(PointBatch<P>),
-    /// Leaves below every node of a subtree, where the placement is planned: node, leaves.
+    /// Leader to the leader of a child: the plan of the placement, as numbers of leaves below nodes.
     Plan {
         /// Nodes.
         nodes: Bulk<u64>,
@@ -292,10 +294,10 @@ pub enum Body<P> {
     },
     /// Member to leader: the member's samples of the subproblem.
     Samples(Bulk<P>),
-    /// Leader to member: the separator drawn. Empty: none could be.
+    /// Leader to member: the separator. Empty if none was found.
     Sphere(Bulk<f64>),
-    /// Member to leader: how many home points lie inside and outside, and their boxes (low and high
-    /// corner inside, low and high corner outside).
+    /// Member to leader: the numbers of owned points inside and outside, and their boxes. A box is its low and high
+    /// corner; the interior box comes first.
     Counts {
         /// Interior points.
         inside: u64,
@@ -304,100 +306,92 @@ pub enum Body<P> {
         /// Four corners.
         boxes: Bulk<P>,
     },
-    /// Leader to member: what becomes of the attempt, with the boxes of both children.
+    /// Leader to member: the decision on the attempt, with the boxes of both children.
     Decision {
-        /// The verdict.
+        /// The decision.
         verdict: Decision,
         /// Four corners, as in `Counts`; empty unless split.
         boxes: Bulk<P>,
     },
     /// Member to member: points that move to a child.
     Move(PointBatch<P>),
-    /// Balls that look for points below this node.
+    /// Queries of balls for points below this node.
     Query(QueryBatch<P>),
-    /// The points they found.
+    /// Replies to queries.
     Reply(ReplyBatch<P>),
-    /// Leader to the parent's leader: what the subproblem holds.
+    /// Leader to the leader of the parent: the summary of the subproblem.
     Summary(Summary<P>),
-    /// Leader to members: what both children hold.
+    /// Leader to member: the summaries of both children.
     Children(Box<[Summary<P>; 2]>),
-    /// Worker to coordinator, and coordinator to all: where the frame's points are at home.
+    /// Worker to coordinator, then coordinator to worker: the points of the frame with their owners.
     Frame(PointBatch<P>),
-    /// Worker to coordinator: sampled stars, and how many the radii 2.5, 3, 4, 6 certify.
-    SampleStars(Bulk<u64>),
-    /// Coordinator to worker: the supergraph (0 density, 1 overlap, 2 knn) and its parameter.
-    Choice {
-        /// Kind.
-        kind: u8,
-        /// alpha, or k.
-        parameter: f64,
-    },
-    /// Points that belong to a subproblem's surroundings: as far as their balls reach (in halos, balls of the halo's radius).
+    /// Worker to coordinator: the counts of its sampled stars.
+    SampleStars(SampleStars),
+    /// Coordinator to worker: the chosen supergraph.
+    Choice(Choice),
+    /// Ghosts for a subproblem that their balls reach. In the ghost layer these are the halo balls.
     Ghosts(PointBatch<P>),
-    /// Points that may be neighbours of points in a subproblem, with the cells that reach into it.
+    /// Points that may be neighbours of points in a subproblem, with the cells whose conflict regions meet it.
     Seam {
         /// The points.
         points: PointBatch<P>,
-        /// Positions in `points`, `d + 1` a cell; `u32::MAX` for infinity, the first bit set where a point only gives the
-        /// cell its shape. None where nobody asks why.
+        /// Positions in `points`, `d + 1` per cell, and `u32::MAX` for infinity. The highest bit marks a vertex that the
+        /// receiver does not need as a point. Empty if the receiver routes no cells.
         cells: Bulk<u32>,
     },
-    /// Points some of whose nearest neighbours are at home at the receiver: the other ends of edges.
+    /// Points some of whose nearest neighbours the receiver owns: the other ends of edges.
     Reverse {
-        /// The points, each once.
+        /// The points, without duplicates.
         points: PointBatch<P>,
-        /// How many of its neighbours each has there.
+        /// Number of neighbours of each that the receiver owns.
         counts: Bulk<u32>,
         /// The ids of these neighbours, point by point.
         targets: Bulk<u64>,
     },
-    /// Members of a subproblem's set (home and separator points), with the sender's names of them.
+    /// Members of a subproblem's set (owned and separator points).
     Items {
         /// The points.
         points: PointBatch<P>,
-        /// The sender's name of each.
+        /// The sender's slot of each.
         slots: Bulk<u32>,
     },
-    /// Member to leader: size of its share of the set, and of each child's, and of the crossing points on
-    /// either side.
-    SetCounts(Bulk<u64>),
-    /// Leader to member: 0 stop here, 1 both sides cross, 2 interior points cross, 3 exterior ones.
-    SetDecision(u8),
-    /// Neighbours found in another leaf.
+    /// Member to leader: the counts of its share of the set.
+    SetCounts(SetCounts),
+    /// Leader to member: the decision on the set.
+    SetDecision(SetDecision),
+    /// Neighbours that another rank found.
     Lists(ListBatch<P>),
-    /// Order-free fingerprint of the cells two workers share: low and high half, then their number.
-    Fingerprint(Bulk<u64>),
-    /// Of the same, the key of each cell and vertex.
+    /// The order-free fingerprint of the cells that two workers share.
+    Fingerprint(Fingerprint),
+    /// The key of each pair of a shared cell and a vertex.
     FingerprintList(Bulk<u64>),
-    /// Cells that stand in the star of `from[i]`, proposed to `to[i]`: one row of other vertices a cell,
-    /// as positions in `points`.
+    /// Proposals: cells in the star of one vertex, for the star of another.
     Propose {
-        /// All points named.
+        /// The points of the cells and conflicts.
         points: PointBatch<P>,
-        /// Positions in `points`, `d + 1` a cell: from, to, then the others.
+        /// Positions in `points`, `d + 1` per cell: the vertex of the sender, the vertex of the receiver, the others.
         cells: Bulk<u32>,
     },
-    /// Cells that are not Delaunay, told to the stars of `to[i]` that may hold them, with points that lie in
-    /// their spheres.
+    /// Objections: cells that are not Delaunay, for stars that may hold them, with points in their circumspheres.
     Object {
-        /// All points named.
+        /// The points of the cells and conflicts.
         points: PointBatch<P>,
-        /// Positions in `points`, `d + 1` a cell: from, to, then the others.
+        /// Positions in `points`, `d + 1` per cell: the vertex of the sender, the vertex of the receiver, the others.
         cells: Bulk<u32>,
         /// Number of points in conflict with each cell.
         counts: Bulk<u32>,
-        /// Positions in `points` of all of them.
+        /// Positions in `points` of all these points.
         conflicts: Bulk<u32>,
     },
-    /// Points at home at the sender that are in the independent set now: to whoever has neighbours of theirs.
+    /// Points of the sender that joined the independent set, to the ranks that own neighbours of them.
     Joined(Bulk<u64>),
-    /// Points at home at the sender that are out of it now, likewise.
+    /// Points of the sender that are excluded from the independent set, to the ranks that own neighbours of them.
     Left(Bulk<u64>),
-    /// The merged result of a subproblem, to the parent's leader.
+    /// Leader to the leader of the parent: the merged result of the subproblem.
     Merged(Merged),
-    /// Coordinator to worker, after a certificate: the number of an [`Outcome`](crate::outcome::Outcome).
-    Outcome(u8),
-    /// Worker to coordinator: the vertices of unresolved stars and of their links; a point's radius says which
+    /// Coordinator to worker: the decision on a certificate.
+    Outcome(Outcome),
+    /// Worker to coordinator: the vertices of unresolved stars and of their links. The radius of a point marks its role
     /// ([`WANTED`], [`OF_A_LINK`]).
     Gather(PointBatch<P>),
     /// Coordinator to worker: points to add to stars.
@@ -409,45 +403,44 @@ pub enum Body<P> {
         /// All points.
         points: PointBatch<P>,
     },
-    /// Worker to coordinator: cells as rows of point ids, and the home leaf of each.
+    /// Worker to coordinator: cells as rows of point ids, and the leaf of each.
     Cells {
-        /// `d + 1` ids a row, positively oriented.
+        /// `d + 1` ids per row, positively oriented.
         cells: Bulk<u64>,
         /// Leaf of the smallest vertex.
         leaves: Bulk<u64>,
     },
-    /// Worker to coordinator: its cells with their adjacency (`triangulate` only).
+    /// Worker to coordinator: the cells of its subdomain with their adjacency (`triangulate` only).
     Piece {
-        /// The leaf that was home to the worker's points.
+        /// The leaf of the worker's points.
         leaf: u64,
         /// Input index of each vertex.
         ids: Bulk<u64>,
-        /// `d + 1` vertices a cell, positively oriented, then across the facet opposite each a cell, or one of
-        /// two marks (hull, another piece).
+        /// Per cell, `d + 1` vertices, positively oriented, then the neighbour across the facet opposite to each. A
+        /// neighbour is a cell or one of two marks (hull, another subdomain).
         rows: Bulk<u32>,
-        /// The cells with a mark, by their numbers, ascending.
+        /// Indices of the cells with a mark, ascending.
         open: Bulk<u32>,
     },
     /// Worker to coordinator: its share of the independent set.
     Selected {
-        /// Ids of its members that joined.
+        /// Ids of the members that joined.
         members: Bulk<u64>,
-        /// How many home points were undecided at the start of each round, as long as there were any.
+        /// Number of undecided owned points at the start of each round, up to the last round with any.
         undecided: Bulk<u64>,
     },
-    /// Worker to coordinator: graph edges as pairs of ids (on request).
+    /// Worker to coordinator, on request: edges of the supergraph as pairs of ids.
     Edges(Bulk<u64>),
-    /// Worker to coordinator: its part of the ledger. Not billed: it is the instrument.
+    /// Worker to coordinator: its part of the ledger. Not billed.
     Ledger(Bulk<u64>),
-    /// Worker to coordinator: what its leaves had to say to each other, on request. Not billed either.
+    /// Worker to coordinator, on request: the record of tasks. Not billed.
     Tasks(Box<TaskLog>),
-    /// Worker to coordinator, on request: what it shows of itself in pictures. Not billed: it is the
-    /// instrument.
+    /// Worker to coordinator, on request: its part of the picture. Not billed.
     View(Box<ViewPart<P>>),
 }
 
 impl<P> Body<P> {
-    /// Name of its kind in traces.
+    /// The name of the kind in traces.
     pub fn kind(&self) -> &'static str {
         match self {
             Body::Start { .. } => "start",
@@ -464,7 +457,7 @@ impl<P> Body<P> {
             Body::Children(_) => "children",
             Body::Frame(_) => "frame",
             Body::SampleStars(_) => "sample stars",
-            Body::Choice { .. } => "choice",
+            Body::Choice(_) => "choice",
             Body::Ghosts(_) => "ghosts",
             Body::Seam { .. } => "seam",
             Body::Reverse { .. } => "reverse",
@@ -492,12 +485,12 @@ impl<P> Body<P> {
         }
     }
 
-    /// Is it the instrument's own traffic, which is not billed?
+    /// Returns `true` for messages that carry measurements. They are not billed.
     pub fn is_instrument(&self) -> bool {
         matches!(self, Body::Ledger(_) | Body::Tasks(_) | Body::View(_))
     }
 
-    /// Is it reading or merging, for the coordinator's budget?
+    /// Returns `true` for input and results in bulk, which the coordinator's control traffic excludes.
     pub fn is_bulk(&self) -> bool {
         matches!(
             self,
@@ -507,7 +500,7 @@ impl<P> Body<P> {
 }
 
 impl<P: Copy> Body<P> {
-    /// Do the arrays of queries and answers fit together? Of others nothing is known.
+    /// Returns `true` if the arrays of a query or reply are consistent. Other bodies are not checked here.
     pub fn is_consistent(&self) -> bool {
         match self {
             Body::Query(batch) => batch.is_consistent(),

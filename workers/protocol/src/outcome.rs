@@ -1,26 +1,26 @@
-//! The verdict of rank 0 on a certificate.
+//! The decision of the coordinator on a certificate.
 
-/// What follows a certificate.
+/// The decision on a certificate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outcome {
-    /// All stars agree: collect.
+    /// All stars agree. The result is collected.
     #[default]
     Passed,
-    /// Gather the unresolved stars and exchange again.
+    /// The unresolved stars are gathered, then splaying continues.
     GatherUnresolved,
-    /// Gather everything.
+    /// All points are gathered, then splaying continues.
     GatherAll,
-    /// The stars do not agree and nothing is left to try.
+    /// The stars disagree after both gatherings. The run fails.
     Failed,
 }
 
 impl Outcome {
-    /// As a number, for the wire.
+    /// The number in messages.
     pub fn number(self) -> u8 {
         self as u8
     }
 
-    /// From the wire.
+    /// The decision with this number, or `None`.
     pub fn from_number(n: u8) -> Option<Self> {
         [Outcome::Passed, Outcome::GatherUnresolved, Outcome::GatherAll, Outcome::Failed]
             .get(usize::from(n))

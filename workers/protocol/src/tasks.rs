@@ -1,17 +1,16 @@
-//! What a run does, told leaf by leaf and free of the number of workers.
+//! The record of tasks: the messages between leaves, independent of the number of workers.
 //!
-//! **Statement.** Tree, neighbourhoods, graph and stars are functions of points, seed and parameters. What
-//! crosses between two workers is therefore the sum, over the leaves of the one and the leaves of the other,
-//! of what those leaves have to say to each other. A [`TaskLog`] holds these terms, counted while one worker
-//! runs the whole tree; mapped to `p` workers by the placement of the machine itself, they give its messages.
+//! **Statement.** Tree, neighbourhoods, graph and stars are functions of points, seed and parameters. The messages between
+//! two workers are therefore a sum over the pairs of their leaves. A [`TaskLog`] holds the terms of this sum. One worker
+//! that runs the whole tree counts them. The placement of a machine of `p` workers maps them to its messages.
 //!
-//! Leaves are named by their position in the tree, from the interior to the exterior; nodes by their path
-//! ([`crate::ids::NodeId`]); blocks are equal shares of the input in its order.
+//! A leaf is identified by its position in the tree, from the interior to the exterior. A node is identified by its path
+//! ([`crate::ids::NodeId`]). Blocks are equal shares of the input in its order.
 
 use bincode::{Decode, Encode};
 use serde::{Deserialize, Serialize};
 
-/// Samples of a node's attempt: path, attempt, and (block, number) of those drawn.
+/// The samples of an attempt at a node: path, attempt, and pairs of a block and its number of samples.
 pub type SampleRow = (u64, u32, Vec<(u32, u32)>);
 
 /// The terms of a run. Rows are sorted by their first columns.
@@ -19,59 +18,60 @@ pub type SampleRow = (u64, u32, Vec<(u32, u32)>);
 pub struct TaskLog {
     /// Number of points.
     pub population: u64,
-    /// Largest leaf asked for.
+    /// The largest population of a leaf that is not split.
     pub leaf_size: u64,
     /// Number of coordinates.
     pub dimension: u32,
-    /// Blocks of the input in which places are told: point `i` lies in block `i * blocks / population`.
+    /// Number of blocks of the input. Point `i` lies in block `i * blocks / population`.
     pub blocks: u32,
-    /// All nodes of the tree: path, home points, attempts, kind (0 leaf, 1 sphere, 2 plane).
+    /// All nodes of the tree: path, owned points, attempts, and the number of the [`crate::ledger::NodeKind`].
     pub nodes: Vec<(u64, u64, u64, u64)>,
     /// Paths of the leaves, in order.
     pub leaves: Vec<u64>,
     /// Leaves of the frame's points.
     pub frame: Vec<u32>,
-    /// For each leaf, (block, home points that come from it).
+    /// For each leaf, pairs of a block and the number of owned points that it contains.
     pub first_blocks: Vec<Vec<(u32, u32)>>,
-    /// For each node and attempt: its samples.
+    /// The samples of each attempt at each node.
     pub samples: Vec<SampleRow>,
-    /// Phase, home leaf, node off the way home; balls or points that reach it, entries of the lists found there for
-    /// them, points that these name.
+    /// Balls or points that leave the path to their own leaf: phase, leaf, node that they reach, their number, entries of
+    /// the lists found there, and distinct points in these lists.
     pub reach: Vec<(u8, u32, u64, u64, u64, u64)>,
-    /// Was the supergraph chosen by a sample?
+    /// Whether a sample chose the supergraph.
     pub chosen: bool,
-    /// Edges of nearest neighbours that are told to their other end: leaf, leaf of the other end, number.
+    /// Edges of nearest neighbours that are sent to their other end: leaf, leaf of the other end, number.
     pub reverse: Vec<(u32, u32, u64)>,
-    /// Points that tell them. Of each, the leaves of the other ends in order: the point's leaf, one of them, the one
-    /// before it (or its own leaf's number again, if it is the first); number of points. As a worker's leaves follow each
-    /// other, a point goes to as many workers as hold one of these leaves and not the one before it.
+    /// Points that send these edges. For each point, take the leaves of the other ends in order. A row holds the leaf of
+    /// the point, one of these leaves, the leaf before it in this order, and the number of points. For the first leaf, the
+    /// leaf of the point is the one before it. The leaves of a worker are consecutive. So the number of workers that
+    /// receive a point is the number of rows whose leaf is on another worker than the leaf before it.
     #[serde(default)]
     pub tellers: Vec<(u32, u32, u32, u64)>,
-    /// Number of the check; leaf; leaf that must hold the same; low and high half of the sum; pairs.
+    /// Sums that two leaves must agree on: number of the check, both leaves, low and high half of the sum, pairs.
     pub agreement: Vec<(u32, u32, u32, u64, u64, u64)>,
-    /// What stars of two leaves say to each other in the exchange.
+    /// Proposals and objections between the stars of two leaves.
     pub exchange: Vec<Said>,
     /// Cells of each leaf.
     pub cells: Vec<u64>,
-    /// Phase, node, work, depth: what was charged.
+    /// Charges: phase, node, work, depth.
     pub charges: Vec<(u8, u64, u64, u64)>,
 }
 
-/// Proposals or objections of one leaf's stars to another's in one step of the exchange.
+/// Proposals or objections from the stars of one leaf to those of another in one step of splaying.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode, Serialize, Deserialize)]
 pub struct Said {
-    /// Step of the phase in which it is sent.
+    /// The step of the phase.
     pub step: u32,
-    /// An objection? Else a proposal.
+    /// Whether these are objections. If not, they are proposals.
     pub objection: bool,
-    /// The speaker's leaf.
+    /// The leaf of the sender.
     pub from: u32,
-    /// The listener's leaf.
+    /// The leaf of the receiver.
     pub to: u32,
     /// Cells.
     pub cells: u64,
-    /// Points in conflict with them.
+    /// Points in conflict with the cells.
     pub conflicts: u64,
-    /// Ids of all points named, sorted.
+    /// Ids of all points in the cells and conflicts, sorted.
     pub points: Vec<u64>,
 }

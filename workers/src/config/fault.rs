@@ -1,4 +1,4 @@
-//! Faults that tests plant in a machine: what a fault-free run never shows has to be run, too.
+//! Faults that tests plant in a machine, to run code that fault-free runs do not reach.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,18 +18,18 @@ use thiserror::Error;
 /// `one-clock`, `free-loop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
-    /// Leaders leave the shared nodes with these path numbers unsplit: their group's lowest rank holds each
-    /// of them as a leaf, and the other ranks of the group pass on what they are sent for it.
+    /// Leaders do not split the shared nodes with these paths. The lowest rank of the group holds such a node as a leaf,
+    /// and the other ranks of the group relay the messages about it.
     RefuseSplit {
         /// The first node.
         first: NodeId,
-        /// The last one.
+        /// The last node.
         last: NodeId,
     },
-    /// One of `every` drawn separators is refused, as a hash of its node and attempt decides: nodes, shared ones and
-    /// others, draw again while their neighbours go on. With 1 every draw is refused, and no node is split.
+    /// One of `every` separators is rejected, by a hash of its node and attempt. So some nodes draw again while others
+    /// continue. With 1 every separator is rejected, and no node is split.
     RefuseDraws {
-        /// At least 1.
+        /// The reciprocal of the share of rejected separators, at least 1.
         every: u32,
     },
     /// A worker loses a cell of one of its stars before every certificate.
@@ -51,17 +51,17 @@ pub enum Fault {
         /// The phase.
         phase: Phase,
     },
-    /// Graphs are built with half the alpha that was settled on.
+    /// Graphs are built with half the chosen alpha.
     HalveAlpha,
-    /// Every separator is a sphere round one sample that holds a twentieth of the points, and is accepted.
+    /// Every separator is a sphere around one sample that contains a twentieth of the points. It is always accepted.
     SmallSphere,
-    /// A worker has one clock for all its subproblems: they wait for each other.
+    /// A worker has one clock for all its subproblems, so they wait for each other.
     OneClock,
-    /// The radii inside leaves are charged a step a point, not one a pair.
+    /// The radii within leaves are charged one step per point, not one per pair.
     FreeLoop,
 }
 
-/// Why a text names no fault.
+/// A text that is not the name of a fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "`{0}` is no fault: expected refuse:NODE[-NODE], refuse-draws:EVERY, spoil:RANK, die:RANK:PHASE, \
@@ -70,12 +70,12 @@ pub enum Fault {
 pub struct FaultTextError(String);
 
 impl Fault {
-    /// Is the node to be left unsplit?
+    /// Returns `true` if the fault leaves the node unsplit.
     pub(crate) fn refuses(self, node: NodeId) -> bool {
         matches!(self, Fault::RefuseSplit { first, last } if (first..=last).contains(&node))
     }
 
-    /// Is the separator that this attempt drew to be refused, good or not?
+    /// Returns `true` if the fault rejects the separator of this attempt.
     pub(crate) fn refuses_draw(self, node: NodeId, attempt: u32) -> bool {
         let Fault::RefuseDraws { every } = self else { return false };
         let mixed = (node.0 ^ u64::from(attempt).rotate_left(40)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -83,7 +83,7 @@ impl Fault {
         (mixed >> 32).is_multiple_of(u64::from(every))
     }
 
-    /// The separator in place of a drawn one.
+    /// The separator that replaces a drawn one, if the fault has one.
     pub(crate) fn separator<P: Point>(self, samples: &[P]) -> Option<Separator<P>> {
         if self != Fault::SmallSphere {
             return None;
@@ -102,12 +102,12 @@ impl Fault {
         Separator::from_array(&words)
     }
 
-    /// Is any split accepted that leaves no side empty?
+    /// Returns `true` if the fault accepts the split, as it accepts any split without an empty side.
     pub(crate) fn accepts(self, inside: u64, outside: u64) -> bool {
         self == Fault::SmallSphere && inside > 0 && outside > 0
     }
 
-    /// The charge of leaves' radii in place of the true one.
+    /// The charge that replaces the true charge of the radii within leaves.
     pub(crate) fn charge_of_radii(self, members: &[u32]) -> Option<Cost> {
         (self == Fault::FreeLoop).then(|| {
             let mut cost = Cost::ZERO;
@@ -116,7 +116,7 @@ impl Fault {
         })
     }
 
-    /// What a worker's ledger says of its charges in the end.
+    /// Changes the charges of a worker's ledger before it is sent.
     pub(crate) fn distort(self, ledger: &mut LedgerPart) {
         if self != Fault::OneClock {
             return;
@@ -132,7 +132,7 @@ impl Fault {
         }
     }
 
-    /// Ends a worker whose time has come.
+    /// Lets a worker fail or panic if the fault strikes it in this phase.
     pub(crate) fn strike(self, worker: Rank, now: Phase) -> Result<(), TransportError> {
         match self {
             Fault::DieAt { rank, phase } if rank == worker && phase == now => {

@@ -6,6 +6,7 @@ use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Rank;
 use septet_protocol::ledger::LedgerPart;
 use septet_protocol::message::{Body, Merged, Message, ViewPart};
+use septet_protocol::outcome::Outcome;
 use septet_protocol::tasks::TaskLog;
 use septet_protocol::transport::TransportError;
 
@@ -143,8 +144,9 @@ impl<P: Point> Share<P> {
     /// If a worker's ledger does not decode.
     pub(crate) fn receive(&mut self, cx: &mut Context<P>) -> Result<(), TransportError> {
         let with_leaves = cx.config().shown.with_leaves;
-        let results =
-            cx.take(|m| is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(0)))));
+        let results = cx.take(|m| {
+            is_result(m).then(|| (m.from, std::mem::replace(&mut m.body, Body::Outcome(Outcome::default()))))
+        });
         for (from, body) in results {
             self.add(from, body, with_leaves)?;
         }

@@ -26,10 +26,9 @@ use septet_geometry::measure::circumradius2;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, dist2};
 use septet_geometry::separator::{DrawKey, Sampler};
-use septet_protocol::codec::Bulk;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Account;
-use septet_protocol::message::Body;
+use septet_protocol::message::{self, Body, SampleStars};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
@@ -97,7 +96,7 @@ pub(crate) async fn choice<P: Point>(
             chosen = counts.receive(cx, population).or(chosen);
         }
         let received = cx.take(|m| match m.body {
-            Body::Choice { kind, parameter } => decode_choice(kind, parameter),
+            Body::Choice(message::Choice(rule)) => Some(rule),
             _ => None,
         });
         chosen = received.last().map(|&rule| Choice { supergraph: Some(rule), why: None }).or(chosen);
@@ -117,28 +116,27 @@ pub(crate) async fn choice<P: Point>(
 #[derive(Debug, Default)]
 struct SampleCounts {
     reports: Reports,
-    /// The number of sampled stars, then the number that each alpha certifies.
-    sums: Vec<u64>,
+    /// The number of sampled stars, and the number that each alpha certifies.
+    sum: SampleStars,
 }
 
 impl SampleCounts {
     /// Adds the reports of a round. When all workers have reported, selects the supergraph and broadcasts it.
     fn receive<P: Point>(&mut self, cx: &mut Context<P>, population: u64) -> Option<Choice> {
         let reports = cx.take(|m| match &mut m.body {
-            Body::SampleStars(counts) => Some(std::mem::take(&mut counts.0)),
+            Body::SampleStars(counts) => Some(*counts),
             _ => None,
         });
         for counts in &reports {
-            self.sums.resize(counts.len().max(self.sums.len()), 0);
-            self.sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            self.sum.sampled += counts.sampled;
+            self.sum.certified.iter_mut().zip(counts.certified).for_each(|(sum, count)| *sum += count);
         }
         if !self.reports.complete(reports.len(), cx.config().workers) {
             return None;
         }
-        let (&sample, certified) = self.sums.split_first()?;
-        let (supergraph, why) = choose(cx.config().graph.wanted, sample, certified, population);
-        let (kind, parameter) = encode_choice(supergraph);
-        cx.to_workers(|| Body::Choice { kind, parameter });
+        let SampleStars { sampled, certified } = self.sum;
+        let (supergraph, why) = choose(cx.config().graph.wanted, sampled, &certified, population);
+        cx.to_workers(|| Body::Choice(message::Choice(supergraph)));
         Some(Choice { supergraph: Some(supergraph), why: Some(why) })
     }
 }
@@ -184,31 +182,12 @@ fn report_samples<P: Point>(
         return Some(balls);
     }
     let needed = needed_alphas(table, &balls, descent.complete());
-    let mut counts = vec![needed.len() as u64];
-    counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
+    let certified = ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64);
+    let counts = SampleStars { sampled: needed.len() as u64, certified };
     if !cx.is_coordinator() {
-        cx.to_coordinator(Body::SampleStars(Bulk(counts)));
+        cx.to_coordinator(Body::SampleStars(counts));
     }
     None
-}
-
-/// Encodes a supergraph as two numbers for a message.
-pub fn encode_choice(supergraph: Supergraph) -> (u8, f64) {
-    match supergraph {
-        Supergraph::Density { alpha } => (0, alpha),
-        Supergraph::Overlap { alpha } => (1, alpha),
-        Supergraph::Knn { k } => (2, f64::from(k)),
-    }
-}
-
-/// Decodes a supergraph from the two numbers of a message.
-pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
-    match kind {
-        0 => Some(Supergraph::Density { alpha: parameter }),
-        1 => Some(Supergraph::Overlap { alpha: parameter }),
-        2 => Some(Supergraph::Knn { k: parameter as u32 }),
-        _ => None,
-    }
 }
 
 /// For each sampled star, the smallest alpha that certifies it. Infinite if the searched ball is too small.
@@ -256,9 +235,5 @@ mod tests {
         assert_eq!(pick([0, 0, 0, 899]), Supergraph::Knn { k: 48 });
         let small = choose(Wanted::AutoOverlap, 10, &[0, 0, 0, 0], 10).0;
         assert_eq!(small, Supergraph::Knn { k: 9 });
-        for s in [small, Supergraph::Density { alpha: 2.5 }, Supergraph::Overlap { alpha: 3.0 }] {
-            let (kind, parameter) = encode_choice(s);
-            assert_eq!(decode_choice(kind, parameter), Some(s));
-        }
     }
 }

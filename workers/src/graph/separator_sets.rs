@@ -25,7 +25,7 @@ use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::SetRule;
-use crate::graph::sharing::{Crossing, Place, Sharing, lead, set_rule};
+use crate::graph::sharing::{Crossing, Place, Sharing, counts_of, lead, set_rule};
 use crate::machine::context::Context;
 use crate::state::subdomain::{Shared, Subdomain, Unsplit, Way};
 use crate::state::table::Table;
@@ -179,7 +179,7 @@ impl<'a, P: Point> Recursion<'a, P> {
     /// Applies the decisions of the leaders.
     fn apply_decisions(&mut self, cx: &mut Context<P>) {
         let mut decisions = cx.take(|m: &mut Message<P>| match m.body {
-            Body::SetDecision(number) => Sharing::from_number(number).map(|sharing| (m.node, sharing)),
+            Body::SetDecision(decision) => Some((m.node, Sharing::from(decision))),
             _ => None,
         });
         decisions.sort_by_key(|(node, _)| *node);
@@ -222,7 +222,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         let mut cost = Cost::ZERO;
         let sum = self.count_members(shared.split(), members, &mut cost);
         cx.charge(Account::member(Phase::Sets, shared.id()), cost, members.len() as u64);
-        cx.send(shared.leader(), shared.id(), 0, Body::SetCounts(Bulk(sum.to_vec())));
+        cx.send(shared.leader(), shared.id(), 0, Body::SetCounts(counts_of(sum)));
     }
 
     /// Counts the members on each side, and the members on each side whose balls cross.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
-use septet_protocol::message::{Body, Message};
+use septet_protocol::message::{Body, Message, SetCounts, SetDecision};
 
 use crate::config::SetRule;
 use crate::machine::context::Context;
@@ -74,27 +74,33 @@ impl Sharing {
             Sharing::Crossing(crossing)
         }
     }
+}
 
-    /// Encodes the decision as a number for a message.
-    pub(crate) fn number(self) -> u8 {
-        match self {
-            Sharing::Stop => 0,
-            Sharing::Crossing(Crossing::Both) => 1,
-            Sharing::Crossing(Crossing::Interior) => 2,
-            Sharing::Crossing(Crossing::Exterior) => 3,
+impl From<Sharing> for SetDecision {
+    fn from(sharing: Sharing) -> Self {
+        match sharing {
+            Sharing::Stop => SetDecision::Stop,
+            Sharing::Crossing(Crossing::Both) => SetDecision::Both,
+            Sharing::Crossing(Crossing::Interior) => SetDecision::Interior,
+            Sharing::Crossing(Crossing::Exterior) => SetDecision::Exterior,
         }
     }
+}
 
-    /// Decodes a decision. `None` for other numbers.
-    pub(crate) fn from_number(number: u8) -> Option<Self> {
-        match number {
-            0 => Some(Sharing::Stop),
-            1 => Some(Sharing::Crossing(Crossing::Both)),
-            2 => Some(Sharing::Crossing(Crossing::Interior)),
-            3 => Some(Sharing::Crossing(Crossing::Exterior)),
-            _ => None,
+impl From<SetDecision> for Sharing {
+    fn from(decision: SetDecision) -> Self {
+        match decision {
+            SetDecision::Stop => Sharing::Stop,
+            SetDecision::Both => Sharing::Crossing(Crossing::Both),
+            SetDecision::Interior => Sharing::Crossing(Crossing::Interior),
+            SetDecision::Exterior => Sharing::Crossing(Crossing::Exterior),
         }
     }
+}
+
+/// The message of a member's counts.
+pub(crate) fn counts_of([inside, outside, crossing_inside, crossing_outside]: [u64; 4]) -> SetCounts {
+    SetCounts { inside, outside, crossing_inside, crossing_outside }
 }
 
 /// The rule for a supergraph. Rule `smaller` is valid for the density graph only, so other graphs use rule `both` instead.
@@ -109,16 +115,18 @@ pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
 pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) {
     let mut sums: BTreeMap<NodeId, [u64; 4]> = BTreeMap::new();
     for (node, counts) in cx.take(|m: &mut Message<P>| match &mut m.body {
-        Body::SetCounts(counts) => Some((m.node, std::mem::take(&mut counts.0))),
+        Body::SetCounts(counts) => Some((m.node, *counts)),
         _ => None,
     }) {
         let sum = sums.entry(node).or_default();
-        sum.iter_mut().zip(&counts).for_each(|(sum, count)| *sum += count);
+        let SetCounts { inside, outside, crossing_inside, crossing_outside } = counts;
+        let counts = [inside, outside, crossing_inside, crossing_outside];
+        sum.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
     }
     for (node, sum) in sums {
         let Some(group) = led.iter().find(|group| group.node == node) else { continue };
         let sharing = Sharing::decide(sum, rule);
-        cx.broadcast(group, 0, || Body::SetDecision(sharing.number()));
+        cx.broadcast(group, 0, || Body::SetDecision(sharing.into()));
     }
 }
 
@@ -134,12 +142,10 @@ mod tests {
     ];
 
     #[test]
-    fn decisions_are_numbers_in_messages() {
-        for (number, sharing) in (0..).zip(ALL) {
-            assert_eq!(sharing.number(), number);
-            assert_eq!(Sharing::from_number(number), Some(sharing));
+    fn decisions_survive_the_wire() {
+        for sharing in ALL {
+            assert_eq!(Sharing::from(SetDecision::from(sharing)), sharing);
         }
-        assert_eq!(Sharing::from_number(4), None);
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! The machine as a rank sees it: one future a rank, one exchange a round.
+//! The machine as a rank sees it: one future per rank, one exchange per round.
 //!
-//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`],
-//! which brings the messages of the round or says that no rank sent any: the phase is over. A host polls its ranks in
-//! turn; each runs until its next exchange. There is no executor beyond that loop and no waker.
+//! A rank is an `async fn`. It computes, queues messages with [`Context::send`], and awaits [`Context::exchange`]. The
+//! exchange delivers the messages of the round. If no rank sent any, it returns `false`, and the phase is over on all
+//! ranks. A host polls its ranks in turn, and each runs until its next exchange. No other executor and no waker exist.
 
 use std::cell::RefCell;
 use std::future::{Future, poll_fn};
@@ -26,10 +26,10 @@ use crate::machine::outbox::Outbox;
 use crate::machine::profile::{Site, received};
 use crate::machine::tasks::Recorder;
 
-/// A round that ended: its number, and the messages to this rank; none if no rank sent any.
+/// A round that ended: its number and the messages to this rank, or `None` if the phase is over.
 type Round<P> = (u32, Option<Vec<Message<P>>>);
 
-/// What a rank and its host pass to each other.
+/// The values that a rank and its host exchange.
 struct Mailbox<P> {
     sent: Vec<Message<P>>,
     busy: bool,
@@ -37,7 +37,7 @@ struct Mailbox<P> {
     round: Option<Round<P>>,
 }
 
-/// What every phase needs of the machine. It holds no data of any phase.
+/// The machine as the phases of a rank use it. It holds no data of any phase.
 pub struct Context<P: Point> {
     rank: Rank,
     config: Arc<WorkerConfig>,
@@ -49,7 +49,7 @@ pub struct Context<P: Point> {
     /// Messages of this round that the phase has not taken.
     inbox: Vec<Message<P>>,
     mailbox: Rc<RefCell<Mailbox<P>>>,
-    /// What this rank does between two exchanges. Never held while the rank waits.
+    /// The span of the work between two exchanges. Never entered while the rank waits.
     span: Option<EnteredSpan>,
 }
 
@@ -132,7 +132,7 @@ impl<P: Point> Context<P> {
     /// Begins a phase.
     ///
     /// # Errors
-    /// By a planted fault.
+    /// If a planted fault strikes.
     #[inline(never)] // `bench/work-instructions` counts from entry to entry.
     pub fn enter(&mut self, phase: Phase) -> Result<(), TransportError> {
         self.phase = phase;
@@ -142,7 +142,7 @@ impl<P: Point> Context<P> {
         self.config.fault.map_or(Ok(()), |fault| fault.strike(self.rank, phase))
     }
 
-    /// Whose round it is.
+    /// The run, the rank and the round.
     pub fn site(&self) -> Site {
         self.out.site()
     }
@@ -152,15 +152,17 @@ impl<P: Point> Context<P> {
         self.out.send(to, node, attempt, body);
     }
 
-    /// Ends the round. False if no rank sent anything or had more to do: the phase is over on all ranks.
+    /// Ends the round. Returns `false` if no rank sent a message or had more to do: the phase is over on all ranks.
     ///
     /// # Errors
-    /// A message that has no place here; or if it was told to stop.
+    /// If the phase left a message of the last round, if a message belongs to another run or rank, or if the run is
+    /// interrupted.
     pub async fn exchange(&mut self) -> Result<bool, TransportError> {
         self.exchange_if(false).await
     }
 
-    /// The same; this rank may have more to do in the next round although it sends nothing.
+    /// Ends the round like [`Context::exchange`]. If `pending`, this rank has more to do in the next round, although it may
+    /// have sent no message.
     ///
     /// # Errors
     /// See [`Context::exchange`].
@@ -184,10 +186,10 @@ impl<P: Point> Context<P> {
         Ok(true)
     }
 
-    /// A round of a dialogue, in which some rank has sent something.
+    /// Ends a round of a dialogue, in which some rank must have sent a message.
     ///
     /// # Errors
-    /// If none has: then some rank has lost its way.
+    /// If no rank has sent one. See [`Context::exchange`] for other errors.
     pub async fn next_round(&mut self) -> Result<(), TransportError> {
         if self.exchange().await? {
             return Ok(());
@@ -209,10 +211,10 @@ impl<P: Point> Context<P> {
         taken
     }
 
-    /// Takes the one message of a kind.
+    /// Takes the only message of a kind.
     ///
     /// # Errors
-    /// If there is none, or more than one.
+    /// If the number of messages of that kind is not one.
     pub fn take_one<T>(
         &mut self,
         kind: impl FnMut(&mut Message<P>) -> Option<T>,
@@ -232,7 +234,7 @@ impl<P: Point> Context<P> {
         Err(bad(message, format!("{why} in phase {}", self.phase.name())))
     }
 
-    /// Hands over what is sent, and waits for the round.
+    /// Passes the messages to the host, and waits for the round.
     async fn pass(&mut self, sent: Vec<Message<P>>, busy: bool) -> Round<P> {
         {
             let mut mailbox = self.mailbox.borrow_mut();
@@ -246,7 +248,7 @@ fn bad<P>(message: &Message<P>, reason: String) -> TransportError {
     TransportError::BadMessage { from: message.from, reason }
 }
 
-/// A rank as its host runs it.
+/// A rank, as its host runs it.
 pub struct Running<'a, P, T = ()> {
     rank: Rank,
     mailbox: Rc<RefCell<Mailbox<P>>>,
@@ -255,10 +257,7 @@ pub struct Running<'a, P, T = ()> {
 }
 
 impl<'a, P: Point, T> Running<'a, P, T> {
-    /// Starts a rank: it runs until its first exchange.
-    ///
-    /// # Errors
-    /// What the rank reports.
+    /// Creates a rank. [`Running::step`] runs it until its first exchange.
     pub fn start<F>(
         rank: Rank,
         config: Arc<WorkerConfig>,
@@ -286,32 +285,32 @@ impl<'a, P: Point, T> Running<'a, P, T> {
         Running { rank, mailbox, program: Box::pin(program(context)), result: None }
     }
 
-    /// Its rank.
+    /// The rank.
     pub fn rank(&self) -> Rank {
         self.rank
     }
 
-    /// The phase it is in.
+    /// The current phase.
     pub fn phase(&self) -> Phase {
         self.mailbox.borrow().phase
     }
 
-    /// Has it more to do although no message is on its way to it?
+    /// Returns `true` if the rank has more to do although no message may be on its way to it.
     pub fn busy(&self) -> bool {
         self.mailbox.borrow().busy
     }
 
-    /// Is its function over?
+    /// Returns `true` if the program has ended.
     pub fn is_done(&self) -> bool {
         self.result.is_some()
     }
 
-    /// What its function returned.
+    /// Returns the result of the program, if it has ended.
     pub fn into_result(self) -> Option<T> {
         self.result
     }
 
-    /// Hands it a round: the number, and its messages, or none if the phase is over.
+    /// Delivers a round: its number and the messages to the rank, or `None` if the phase is over.
     pub fn deliver(&mut self, round: u32, inbox: Option<Vec<Message<P>>>) {
         self.mailbox.borrow_mut().round = Some((round, inbox));
     }

@@ -1,20 +1,20 @@
-//! What a run tells whoever listens: `tracing` spans and events, and nothing where nobody does.
+//! Traces of a run: `tracing` spans and events, which cost nothing without a subscriber.
 //!
-//! No clock is read here and nothing is written: a subscriber of the caller's does both (that of
-//! `septet::trace` writes Chrome's JSON). Every span and event carries what tells it apart, so that none
-//! needs its parents. Four targets, from coarse to fine:
+//! This module reads no clock and writes nothing. The caller's subscriber does both (that of `septet::trace` writes
+//! Chrome's JSON). Every span and event carries the fields that identify it, so none depends on its parents. There are
+//! four targets, from coarse to fine:
 //!
 //! | target | level | span or event | fields |
 //! |---|---|---|---|
-//! | [`PHASE`] | INFO | span `run`, the coordinator's | run, workers, points, planning |
-//! | | | span `phase`, the coordinator's | run, phase |
-//! | | | span `stage`, of a whole that is made of runs | run, phase (its name) |
-//! | [`ROUND`] | DEBUG | span `round`: what one rank does between two exchanges | run, phase, round, worker, messages (received), begins (does a phase begin with it?) |
+//! | [`PHASE`] | INFO | span `run`, on the coordinator | run, workers, points, planning |
+//! | | | span `phase`, on the coordinator | run, phase |
+//! | | | span `stage`, a part of a task that consists of several runs | run, phase (its name) |
+//! | [`ROUND`] | DEBUG | span `round`: the work of one rank between two exchanges | run, phase, round, worker, messages (received), begins (whether a phase begins with it) |
 //! | [`MESSAGE`] | TRACE | events `sent` and `received` | run, phase, from, to, round (of sending), sequence, bytes, kind, subproblem |
 //! | [`SUBPROBLEM`] | TRACE | span `subproblem`: one step at one node of the tree | run, phase, round, worker, subproblem, step, points |
 //!
-//! `run` is [`crate::config::WorkerConfig::run`]; (run, from, sequence) names a message. A worker's messages to
-//! itself are not told.
+//! `run` is [`crate::config::WorkerConfig::run`]. The triple (run, from, sequence) identifies a message. Messages of a
+//! worker to itself are not traced.
 
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
@@ -36,7 +36,7 @@ pub const MESSAGE: &str = "septet::message";
 /// Target of steps at nodes of the tree.
 pub const SUBPROBLEM: &str = "septet::subproblem";
 
-/// Where something happens: a rank in a round.
+/// A rank in a round of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// The run.
@@ -48,8 +48,8 @@ pub struct Site {
 }
 
 impl Site {
-    /// Enters the span of what this rank does in this round. `received` messages start it, or, if none, the
-    /// beginning of the phase. At the end of the run nothing is done.
+    /// Enters the span of this rank's work in this round. The round starts with `received` messages, or with the beginning
+    /// of the phase if `received` is `None`. Returns an empty span at the end of the run.
     pub fn round(self, phase: Phase, received: Option<usize>) -> EnteredSpan {
         if phase == Phase::Done {
             return Span::none().entered();
@@ -84,8 +84,7 @@ impl Site {
     }
 }
 
-/// Enters the span of a whole run on `points` points. The run is only `planning` where it stops early to learn
-/// the tree.
+/// Enters the span of a run on `points` points. The run is `planning` if it stops after a phase to determine the tree.
 pub fn run_span(config: &WorkerConfig, points: u64) -> EnteredSpan {
     let planning = config.until.is_some();
     tracing::info_span!(target: PHASE, "run", run = config.run, workers = config.workers, points, planning)
@@ -100,30 +99,36 @@ pub fn phase_span(run: u64, phase: Phase) -> EnteredSpan {
     tracing::info_span!(target: PHASE, "phase", run, phase = phase.name()).entered()
 }
 
-/// Enters the span of a stage of a larger whole, such as a mesh, whose runs bear this number: it holds those runs.
+/// Enters the span of a stage of a task such as a mesh. It contains the runs of the stage, which have this number.
 pub fn stage_span(run: u64, stage: &str) -> EnteredSpan {
     tracing::info_span!(target: PHASE, "stage", run, phase = stage).entered()
 }
 
-/// Tells of messages that leave.
+/// Traces messages that are sent.
 pub fn sent<P: Point>(phase: Phase, messages: &[Message<P>]) {
     if tracing::enabled!(target: MESSAGE, Level::TRACE) {
         for message in messages {
-            tell(phase, message, true);
+            trace(phase, message, Direction::Sent);
         }
     }
 }
 
-/// Tells of messages that arrived.
+/// Traces messages that arrived.
 pub fn received<P: Point>(phase: Phase, messages: &[Message<P>]) {
     if tracing::enabled!(target: MESSAGE, Level::TRACE) {
         for message in messages {
-            tell(phase, message, false);
+            trace(phase, message, Direction::Received);
         }
     }
 }
 
-fn tell<P: Point>(phase: Phase, message: &Message<P>, leaves: bool) {
+/// The direction of a traced message.
+enum Direction {
+    Sent,
+    Received,
+}
+
+fn trace<P: Point>(phase: Phase, message: &Message<P>, direction: Direction) {
     macro_rules! event {
         ($name:literal) => {
             tracing::event!(
@@ -142,5 +147,8 @@ fn tell<P: Point>(phase: Phase, message: &Message<P>, leaves: bool) {
             )
         };
     }
-    if leaves { event!("sent") } else { event!("received") }
+    match direction {
+        Direction::Sent => event!("sent"),
+        Direction::Received => event!("received"),
+    }
 }

@@ -1,6 +1,6 @@
-//! The record of what leaves have to say to each other, kept while one worker runs the whole tree.
+//! The record of the messages between leaves, which one worker keeps while it runs the whole tree.
 //!
-//! It is an instrument: it decides nothing and is charged nothing. See [`septet_protocol::tasks`].
+//! The record is a measurement: it influences no decision and no charge. See [`septet_protocol::tasks`].
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -10,12 +10,11 @@ use septet_geometry::separator::{DrawKey, is_sample};
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::tasks::{Said, SampleRow, TaskLog};
 
-/// Blocks in which the places of points in the input are told: machines whose number of workers divides it
-/// are told exactly.
+/// Number of blocks of the input. The record is exact for machines whose number of workers divides it.
 pub const BLOCKS: u32 = 4096;
 
-/// Balls or points of a leaf that reach a node off their way home, entries of the lists found there for them, and the
-/// points that these name.
+/// Balls or points of a leaf that reach a node outside the path to their leaf, entries of the lists found there, and the
+/// distinct points in these lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reaching {
     balls: u64,
@@ -31,16 +30,16 @@ impl Reaching {
     }
 }
 
-/// By leaf and node.
+/// The balls and points that reached nodes, by leaf and node.
 pub(crate) type Reached = BTreeMap<(u32, NodeId), Reaching>;
 
-/// Step, objection or proposal, speaker's and listener's leaf.
+/// Step of splaying, whether it is an objection, leaf of the sender, leaf of the receiver.
 type Announcements = (u32, bool, u32, u32);
 
-/// What one walk of balls reached; nothing is kept unless asked for.
+/// The nodes that one walk of balls reached. Empty unless the run records tasks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reach {
-    /// The leaf whose ball is under way.
+    /// The leaf of the current ball.
     origin: u32,
     pub(crate) reached: Option<Reached>,
 }
@@ -54,14 +53,14 @@ impl Reach {
         self.origin = leaf as u32;
     }
 
-    /// A point, or a ball that has found nothing, reaches a node.
+    /// Records a point, or a ball without a result, at a node.
     pub(crate) fn visit(&mut self, node: NodeId) {
         if let Some(reached) = &mut self.reached {
             reached.entry((self.origin, node)).or_default().balls += 1;
         }
     }
 
-    /// A ball reaches a node and finds these points below it.
+    /// Records a ball at a node, with the points that it finds below it.
     pub(crate) fn found(
         &mut self,
         node: NodeId,
@@ -81,19 +80,19 @@ impl Reach {
     }
 }
 
-/// The record under way.
+/// The record while the run goes on.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
     pub(crate) log: TaskLog,
     reverse: BTreeMap<(u32, u32), u64>,
     tellers: BTreeMap<(u32, u32, u32), u64>,
     reach: BTreeMap<(u8, u32, NodeId), Reaching>,
-    /// Cells, conflicts, ids of the points named.
+    /// Cells, conflicts and ids of their points.
     said: BTreeMap<Announcements, (u64, u64, BTreeSet<u64>)>,
     checks: u32,
 }
 
-/// Blocks and their counts, of places in the input.
+/// Counts positions in the input by block.
 fn by_block(places: impl Iterator<Item = u32>, population: u64) -> Vec<(u32, u32)> {
     let mut counts: BTreeMap<u32, u32> = BTreeMap::new();
     for place in places {
@@ -102,14 +101,14 @@ fn by_block(places: impl Iterator<Item = u32>, population: u64) -> Vec<(u32, u32
     counts.into_iter().collect()
 }
 
-/// The block of a place: the last one that begins at or before it.
+/// The block of a position: the last block that begins at or before it.
 fn block_of(place: u32, population: u64) -> u32 {
     // Block b begins at floor(n b / B): the largest b with n b < (place + 1) B.
     let (n, b) = (u128::from(population.max(1)), u128::from(BLOCKS));
     (((u128::from(place) + 1) * b - 1) / n) as u32
 }
 
-/// The samples of one attempt at a node, told by block.
+/// The samples of one attempt at a node, by block.
 pub(crate) fn record_samples<P: Point>(
     key: DrawKey,
     population: u64,
@@ -122,7 +121,7 @@ pub(crate) fn record_samples<P: Point>(
 }
 
 impl Recorder {
-    /// The tree: where the points of every leaf come from, and the samples of every attempt.
+    /// Records the tree: the blocks of the points of every leaf, and the samples of every attempt.
     pub(crate) fn grown(
         &mut self,
         samples: &mut Vec<SampleRow>,
@@ -144,7 +143,7 @@ impl Recorder {
         }
     }
 
-    /// Edges of one point of `from` are told to the leaves `to` of their other ends.
+    /// Records edges of one point of leaf `from` that are sent to the leaves `to` of their other ends.
     pub(crate) fn reverse(&mut self, from: u32, to: &mut Vec<u32>) {
         to.sort_unstable();
         to.retain(|&leaf| leaf != from);
@@ -159,7 +158,7 @@ impl Recorder {
         }
     }
 
-    /// One cell that a star of `from` tells a star of `to`, with points in conflict.
+    /// Records a proposal or objection from a star of leaf `from` to a star of leaf `to`, with the points in conflict.
     pub(crate) fn said(
         &mut self,
         (step, objection): (u32, bool),
@@ -175,7 +174,7 @@ impl Recorder {
         }
     }
 
-    /// What the stars of every two leaves must agree on, as one check finds it: sums of keys, and their numbers.
+    /// Records the sums that the stars of two leaves must agree on in one check: sums of keys, and numbers of pairs.
     pub(crate) fn checked(&mut self, sums: BTreeMap<(u32, u32), (u128, u64)>) {
         let check = self.checks;
         self.checks += 1;
@@ -185,7 +184,7 @@ impl Recorder {
             .extend(rows.map(|((a, b), (sum, pairs))| (check, a, b, sum as u64, (sum >> 64) as u64, pairs)));
     }
 
-    /// The whole record, once.
+    /// Takes the complete record.
     pub(crate) fn finish(&mut self) -> TaskLog {
         let mut log = std::mem::take(&mut self.log);
         log.reverse = std::mem::take(&mut self.reverse).into_iter().map(|((a, b), n)| (a, b, n)).collect();

@@ -1,7 +1,7 @@
-//! The leader of a shared subproblem: collects samples and counts, draws separators, decides.
+//! The leader of a shared subproblem: it collects samples and counts, draws separators and decides.
 //!
-//! The lowest rank of a group leads it, the coordinator the root. State is keyed by subproblem; a leader
-//! acts when a round has brought all that its members sent, which the round model guarantees.
+//! The lowest rank of a group leads it; the coordinator leads the root. A leader acts when a round has delivered the
+//! messages of all its members, which the round model guarantees.
 
 use std::collections::BTreeMap;
 
@@ -21,13 +21,13 @@ use crate::machine::context::Context;
 use crate::state::subdomain::Group;
 use crate::state::tree::join_bounds;
 
-/// Draws before a subproblem is left unsplit.
+/// The largest number of separators drawn for a subproblem. After that many rejections it is not split.
 pub const MAX_ATTEMPTS: u32 = 8;
 
-/// Leaves below nodes, where the placement is planned.
+/// The plan of the placement: numbers of leaves below nodes.
 pub type Plan = BTreeMap<NodeId, u32>;
 
-/// The order-free hash of a separator that the tree's record keeps.
+/// The hash of a separator in the facts of its node.
 pub fn separator_hash<P: Point>(separator: &Separator<P>) -> u64 {
     let mut h = 0u64;
     for word in separator.to_array() {
@@ -68,7 +68,7 @@ pub fn draw_from<P: Point>(
     let key = DrawKey { seed: config.seed, node: node.0, attempt };
     let mut own = Cost::ZERO;
     if !config.tree.balanced || config.fault.is_some() {
-        // A draw, and what is planted in its place, must not see the order of arrival; those of halves sort what they need.
+        // Draws and planted separators must not depend on the order of arrival. Bisecting draws sort the samples themselves.
         samples.sort_unstable_by(lex_cmp);
     }
     let mut drawn = match (config.tree.partition, config.tree.balanced) {
@@ -85,7 +85,7 @@ pub fn draw_from<P: Point>(
     drawn.into()
 }
 
-/// Is a split into these sides good enough?
+/// Returns `true` if both sides have points and the larger side is within the bound.
 pub fn acceptable<P: Point>(config: &WorkerConfig, inside: u64, outside: u64) -> bool {
     if config.fault.is_some_and(|fault| fault.accepts(inside, outside)) {
         return true;
@@ -94,7 +94,7 @@ pub fn acceptable<P: Point>(config: &WorkerConfig, inside: u64, outside: u64) ->
     inside > 0 && outside > 0 && larger <= split_bound::<P>() * (inside + outside) as f64
 }
 
-/// Is the separator that this attempt drew refused by a planted fault?
+/// Returns `true` if a planted fault rejects the separator of this attempt.
 pub fn refused(config: &WorkerConfig, node: NodeId, attempt: u32) -> bool {
     config.fault.is_some_and(|fault| fault.refuses_draw(node, attempt))
 }
@@ -104,7 +104,7 @@ pub fn is_leaf(config: &WorkerConfig, node: NodeId, population: u64) -> bool {
     population <= config.tree.leaf || node.level() >= NodeId::DEEPEST
 }
 
-/// The samples of a node's attempt are here: draws a separator, and sends it to the members.
+/// Draws a separator from the samples that arrived for an attempt at a node. Sends it to the members.
 pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -> Draw<P> {
     let samples = cx.take(|m| match &mut m.body {
         Body::Samples(points) => Some((m.round, std::mem::take(&mut points.0))),
@@ -124,8 +124,8 @@ pub(crate) fn draw<P: Point>(cx: &mut Context<P>, group: &Group, attempt: u32) -
     drawn
 }
 
-/// The counts of a node's attempt are here: accepts the separator, draws again, or leaves the node unsplit; tells the
-/// members, and the children's leaders the plan of what is below.
+/// Decides on an attempt at a node from the counts that arrived: accepts the separator, retries, or leaves the node
+/// unsplit. Sends the decision to the members, and the plans of the children to their leaders.
 pub(crate) fn judge<P: Point>(
     cx: &mut Context<P>,
     group: &Group,
@@ -174,7 +174,7 @@ pub(crate) fn judge<P: Point>(
     decision
 }
 
-/// Divides the group in proportion to the children's cost: planned leaves, else points.
+/// Divides the group in proportion to the planned leaves of the children, or to their points if there is no plan.
 fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig) -> [Child; 2] {
     let ids = [group.node.child(0), group.node.child(1)];
     let planned = |i: usize| plan.get(&ids[i]).map(|&l| u64::from(l));
@@ -193,7 +193,7 @@ fn place(group: &Group, population: [u64; 2], plan: &Plan, config: &WorkerConfig
     [child(0, first, interior), child(1, first + interior, ranks - interior)]
 }
 
-/// Hands the plan of each child to the child's leader.
+/// Sends the plan of each child to the child's leader.
 fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2], plan: &Plan) {
     for (side, child) in children.iter().enumerate() {
         let id = node.child(side);
@@ -209,8 +209,8 @@ fn send_plan<P: Point>(cx: &mut Context<P>, node: NodeId, children: &[Child; 2],
     }
 }
 
-/// Of a group of at least two ranks, how many go to the interior child: in proportion to the children's
-/// weights, at least one to each.
+/// Returns how many of at least two ranks go to the interior child, in proportion to the children's weights. Each child
+/// gets at least one.
 pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     let [a, b] = weight.map(u128::from);
     let total = (a + b).max(1);
@@ -218,7 +218,7 @@ pub fn divide(ranks: u32, weight: [u64; 2]) -> u32 {
     (rounded as u32).clamp(1, ranks - 1)
 }
 
-/// The separator in a `Sphere` message, if it holds one.
+/// The separator in a [`Body::Sphere`], if it contains one.
 pub fn separator_of<P: Point>(words: &[f64]) -> Option<Separator<P>> {
     let words: &[f64; SEPARATOR_WORDS] = words.try_into().ok()?;
     Separator::from_array(words)

@@ -1,4 +1,4 @@
-//! A worker's own piece of the partition tree, grown by itself.
+//! The subtree of the partition tree that one worker grows alone.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
@@ -16,13 +16,13 @@ use crate::partition::leader::{
 use crate::partition::shared::{Sketch, sides_of};
 use crate::state::tree::Split;
 
-/// What growing a subtree gives.
+/// A subtree, with its charges and facts.
 pub(crate) struct Grown<P> {
     pub(crate) leaves: Vec<(NodeId, Vec<u32>)>,
     pub(crate) tree: Vec<Sketch<P>>,
     pub(crate) charges: Vec<(NodeId, Cost, u64)>,
     pub(crate) facts: LedgerPart,
-    /// Samples by block, if recorded.
+    /// Samples by block, if the run records tasks.
     pub(crate) samples: Vec<SampleRow>,
 }
 
@@ -48,7 +48,7 @@ impl<P> Grown<P> {
     }
 }
 
-/// Splits nodes that one worker holds.
+/// Splits the nodes that one worker holds.
 pub(crate) struct Builder<'a, P> {
     pub(crate) config: &'a WorkerConfig,
     pub(crate) site: Site,
@@ -56,7 +56,7 @@ pub(crate) struct Builder<'a, P> {
 }
 
 impl<P: Point> Builder<'_, P> {
-    /// Splits a node and, at the same time where cores allow, its children.
+    /// Splits a node and its children, in parallel if the worker has more than one core.
     pub(crate) fn grow(&self, node: NodeId, members: Vec<u32>, pool: &crate::config::Pool) -> Grown<P> {
         match pool {
             Some(pool) => pool.install(|| self.grow_here(node, members, true)),
@@ -88,7 +88,7 @@ impl<P: Point> Builder<'_, P> {
         grown
     }
 
-    /// The same steps as a shared node's, member's and leader's, by one worker.
+    /// Splits a node with the steps of the members and the leader of a shared node.
     fn split(
         &self,
         node: NodeId,

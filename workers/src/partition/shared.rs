@@ -1,15 +1,17 @@
-//! The partition tree: shared nodes in rounds of messages, a worker's own piece by itself.
+//! The partition tree: shared nodes in rounds of messages, and the subtree of each worker without messages.
 //!
-//! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random
-//! sphere splits the points; both sides are split in the same way, down to the floor. The tree is a
-//! function of (points, seed, parameters): which samples are taken, which spheres are drawn and which are
-//! accepted does not depend on the number of workers. Where only the answer is wanted separators halve
-//! ([`septet_geometry::separator::draw_bisecting`]).
+//! **Statement** (paper, Section 4.3, step 2, with `<= ((d+1)/(d+2) + eps) n` for the sides). A random sphere splits the
+//! points. Both sides are split in the same way, down to the smallest leaves. The tree is a function of points, seed and
+//! parameters. Samples, spheres and their acceptance do not depend on the number of workers. For `triangulate`, separators
+//! bisect ([`septet_geometry::separator::draw_bisecting`]).
 //!
-//! **Rounds.** Four a level: samples to the leader; the sphere to the members; counts to the leader; the
-//! verdict to the members, who move the points and send the children's samples in the same step.
+//! **Rounds.** Four per level:
+//! 1. Members send samples to the leader.
+//! 2. The leader sends the sphere to the members.
+//! 3. Members send counts to the leader.
+//! 4. The leader sends its decision. In the same step, members move the points and send the samples of the children.
 //!
-//! **Work and depth.** O(m) and O(1) for a node of `m` points and each attempt, plus the draw.
+//! **Work and depth.** O(m) and O(1) for each attempt at a node of `m` points, plus the draw.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::incremental::insertion_order;
@@ -298,12 +300,12 @@ fn take_plan<P: Point>(cx: &mut Context<P>) -> Plan {
 /// The subtree that a rank holds, and its owned points.
 type Owned<P> = (Subtree<P>, Table<P>);
 
-/// Takes a node whole: splits it down to the floor, unless its group was `refused` a split.
+/// Takes a node whole and splits it down to the smallest leaves. If its group was `refused` a split, it is one leaf.
 fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &PointBatch<P>) -> Owned<P> {
     let builder = Builder { config: cx.config(), site: cx.site(), positions: &points.positions };
     let everyone: Vec<u32> = (0..points.len() as u32).collect();
     let mut grown = Grown::default();
-    // A node that its group could not split has had all its attempts.
+    // The group has made all attempts at a node that it could not split.
     if refused {
         grown.leaves.push((node, everyone));
         grown.tree.push(Sketch::Leaf);
@@ -329,12 +331,12 @@ fn grow<P: Point>(cx: &mut Context<P>, node: NodeId, refused: bool, points: &Poi
     settle(cx, node, points, &grown.leaves, grown.tree)
 }
 
-/// Numbers the home points of a rank that triangulates them at once, in the order of insertion: neighbours lie
-/// near each other in memory.
+/// Numbers the owned points of a rank that triangulates them at once. Points are in the order of insertion, so neighbours
+/// are close in memory.
 fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>) -> Owned<P> {
     let PointBatch { ids: Bulk(mut ids), positions: Bulk(mut positions), .. } = points;
     let order = insertion_order(&positions);
-    // The copy is given back, so that the piece's own points find room where it was.
+    // The copy is freed, so the points of the triangulation can use its memory.
     permute(&mut ids, &order);
     permute(&mut positions, &order);
     drop(order);
@@ -344,7 +346,7 @@ fn keep_whole<P: Point>(cx: &mut Context<P>, node: NodeId, points: PointBatch<P>
     (Subtree::of_leaf(Leaf::new(node, 0..end, bounds)), Table::of_whole(ids, positions, cx.rank()))
 }
 
-/// Numbers the home points leaf by leaf, each leaf in lexicographic order.
+/// Numbers the owned points leaf by leaf, each leaf in lexicographic order.
 fn settle<P: Point>(
     cx: &mut Context<P>,
     node: NodeId,
@@ -381,20 +383,20 @@ fn settle<P: Point>(
     (Subtree::new(node, tree, inner_ids, leaves), table)
 }
 
-/// Puts `items[order[i]]` to place `i`.
+/// Moves `items[order[i]]` to position `i`.
 fn permute<T: Copy>(items: &mut [T], order: &[u32]) {
     let permuted: Vec<T> = order.iter().map(|&i| items[i as usize]).collect();
     items.copy_from_slice(&permuted);
 }
 
-/// Points on their way home, in one batch.
+/// Unites batches of points in transit.
 fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> PointBatch<P> {
     if own.is_empty() && !batches.is_empty() {
         own = batches.remove(0);
     }
     let more: usize = batches.iter().map(PointBatch::len).sum();
     if own.positions.capacity() - own.positions.len() < more {
-        // It has to grow: with room for others' points near the border.
+        // The batch grows, with spare capacity for ghosts.
         let room = more + (own.len() + more) / 8;
         own.ids.reserve_exact(room);
         own.positions.reserve_exact(room);
@@ -407,15 +409,15 @@ fn united<P: Copy>(mut own: PointBatch<P>, mut batches: Vec<PointBatch<P>>) -> P
     own
 }
 
-/// Sides of points, how many lie inside, and the boxes of either side.
+/// The sides of points, the number of points inside, and the boxes of both sides.
 pub(crate) struct Sides<P> {
     pub(crate) of: Vec<u8>,
     pub(crate) inside: u64,
     pub(crate) boxes: [Bounds<P>; 2],
 }
 
-/// The member's steps of an attempt: the separator to every point (a copy-scan), the side of every point
-/// (a vector step), counts and boxes (a scan).
+/// The steps of a member in an attempt: the separator to every point (a copy-scan), the side of every point (a vector
+/// step), counts and boxes (a scan).
 pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &mut Cost) -> Sides<P> {
     let sides = cost.map_with(separator, points, |s, &x| u8::from(s.side(x) == Side::Exterior));
     let mut inside = 0;
@@ -425,7 +427,7 @@ pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &
         let interior = side_of.next() == Some(&0);
         inside += u64::from(interior);
         for i in 0..P::DIM {
-            // Both boxes at once, one of them with what changes nothing: the sides of points are not foreseeable.
+            // Both boxes are updated, one of them with a neutral value, because branches on the side would mispredict.
             let at = x.coord(i);
             let [(low, high), (far_low, far_high)] = &mut boxes;
             low.set_coord(i, less(low.coord(i), if interior { at } else { f64::INFINITY }));
@@ -438,19 +440,19 @@ pub(crate) fn sides_of<P: Point>(separator: &Separator<P>, points: &[P], cost: &
     Sides { of: sides, inside, boxes }
 }
 
-/// The lesser of two numbers: one instruction.
+/// The smaller of two numbers, in one instruction.
 #[inline]
 fn less(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// The greater of two numbers.
+/// The larger of two numbers, in one instruction.
 #[inline]
 fn more(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// Both sides of a batch; those that stay keep its storage.
+/// Splits a batch by sides. The points of side `stay` keep its memory.
 fn split_batch<P: Point>(
     mut points: PointBatch<P>,
     sides: &[u8],

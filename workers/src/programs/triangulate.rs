@@ -15,7 +15,7 @@ use crate::result::certify::{Instance, certify};
 use crate::result::collect::collect_cells;
 use crate::stars::owned::Stars;
 
-/// The supergraph whose crossings pictures show if the run has none.
+/// The supergraph whose crossings pictures show if the run does not use one.
 const SHOWN: Supergraph = Supergraph::Density { alpha: 2.5 };
 
 /// The ghost layer, the subdomain triangulation, the interfaces, the certificate, the cells.

@@ -146,7 +146,7 @@ pub(crate) async fn merge<P: Point>(
         for (node, own) in root.map(|own| (NodeId::ROOT, own)).into_iter().chain(joined) {
             if node == NodeId::ROOT && cx.is_coordinator() {
                 let decision = judge(own, pass.population, pass.number);
-                cx.to_workers(|| Body::Outcome(decision.number()));
+                cx.to_workers(|| Body::Outcome(decision));
                 (outcome, whole) = (Some(decision), own);
             } else {
                 send_up(cx, subdomain, node, own);
@@ -276,7 +276,7 @@ fn join_results<P: Point>(
 /// The decision of the coordinator, if it arrived.
 fn take_outcome<P: Point>(cx: &mut Context<P>) -> Option<Outcome> {
     let outcomes = cx.take(|m: &mut Message<P>| match m.body {
-        Body::Outcome(number) => Outcome::from_number(number),
+        Body::Outcome(outcome) => Some(outcome),
         _ => None,
     });
     outcomes.last().copied()

@@ -38,7 +38,7 @@ use septet_geometry::point::Point;
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
 use septet_protocol::ledger::Account;
-use septet_protocol::message::{Body, Message};
+use septet_protocol::message::{Body, Fingerprint, Message};
 use septet_protocol::transport::TransportError;
 
 use crate::config::Fault;
@@ -219,19 +219,14 @@ fn record<P: Point>(cx: &mut Context<P>, leaves: &[Leaf<P>], view: StarsView<'_,
 
 fn send_sums<P: Point>(cx: &mut Context<P>, sums: &Sums) {
     for (&rank, sum) in sums.remote() {
-        let words = vec![sum.hashes() as u64, (sum.hashes() >> 64) as u64, sum.pairs()];
-        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(Bulk(words)));
+        let fingerprint = Fingerprint { sum: sum.hashes(), pairs: sum.pairs() };
+        cx.send(rank, NodeId::ROOT, 0, Body::Fingerprint(fingerprint));
     }
 }
 
 fn take_sums<P: Point>(cx: &mut Context<P>) -> BTreeMap<Rank, PairSum> {
     let sums = cx.take(|m: &mut Message<P>| match &m.body {
-        Body::Fingerprint(words) => match words.0.as_slice() {
-            &[low, high, pairs] => {
-                Some((m.from, PairSum::new(u128::from(low) | u128::from(high) << 64, pairs)))
-            }
-            _ => None,
-        },
+        Body::Fingerprint(Fingerprint { sum, pairs }) => Some((m.from, PairSum::new(*sum, *pairs))),
         _ => None,
     });
     sums.into_iter().collect()

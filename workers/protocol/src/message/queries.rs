@@ -1,4 +1,4 @@
-//! Balls that look for points in other workers' leaves, and what they find.
+//! Queries of balls for points in the leaves of other workers, and the replies.
 
 use bincode::{Decode, Encode};
 use bytemuck::Pod;
@@ -6,42 +6,42 @@ use bytemuck::Pod;
 use super::PointBatch;
 use crate::codec::Bulk;
 
-/// Balls that look for points. `slots` are the sender's names of them.
+/// Queries of balls for points.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct QueryBatch<P> {
-    /// The sender's name of each query, returned with its answer.
+    /// The sender's slot of each query, which its reply repeats.
     pub slots: Bulk<u32>,
     /// Centres.
     pub centres: Bulk<P>,
     /// Squared radii.
     pub radii2: Bulk<f64>,
-    /// Numbers of queries that follow each other and are of balls of one leaf.
+    /// Lengths of runs of queries that belong to one leaf.
     pub groups: Bulk<u32>,
-    /// Follow the centre's side only (the punt), instead of all that the ball reaches.
+    /// Whether a query follows only the side of its centre (the punt). If not, it follows both sides that the ball reaches.
     pub probe: bool,
-    /// How many nearest points are wanted, ties included.
+    /// Number of nearest points wanted, including ties.
     pub wanted: u32,
 }
 
 impl<P> QueryBatch<P> {
-    /// Do the arrays fit together?
+    /// Returns `true` if the lengths of the arrays are consistent.
     pub fn is_consistent(&self) -> bool {
         let queries = self.slots.len();
         self.centres.len() == queries && self.radii2.len() == queries && adds_up(&self.groups, queries)
     }
 }
 
-/// Is this the sum of the counts?
+/// Returns `true` if the counts add up to `sum`.
 fn adds_up(counts: &[u32], sum: usize) -> bool {
     counts.iter().map(|&count| u64::from(count)).sum::<u64>() == sum as u64
 }
 
-/// Answers to queries: a list a slot, of points that the lists of a group share.
+/// Replies to queries: one list per slot. The lists of a group refer to the same points.
 #[derive(Clone, Debug, Default, PartialEq, Encode, Decode)]
 #[bincode(encode_bounds = "P: Pod", decode_bounds = "P: Pod", borrow_decode_bounds = "P: Pod")]
 pub struct ReplyBatch<P> {
-    /// The receiver's name of each list.
+    /// The receiver's slot of each list.
     pub slots: Bulk<u32>,
     /// Length of each list.
     pub counts: Bulk<u32>,
@@ -56,7 +56,7 @@ pub struct ReplyBatch<P> {
 }
 
 impl<P: Copy> ReplyBatch<P> {
-    /// Do the arrays fit together, and does every list name points of its group?
+    /// Returns `true` if the lengths of the arrays are consistent and every list refers to points of its group.
     pub fn is_consistent(&self) -> bool {
         let fits = self.counts.len() == self.slots.len()
             && self.sizes.len() == self.groups.len()

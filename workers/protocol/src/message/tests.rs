@@ -20,7 +20,7 @@ fn encoded_len_is_exact_and_messages_round_trip() {
             boxes: Bulk(vec![[0.0, 0.0]; 4]),
         },
         Body::Merged(Merged { cells: 4, ..Merged::default() }),
-        Body::Outcome(1),
+        Body::Outcome(crate::outcome::Outcome::GatherUnresolved),
         Body::Joined(Bulk(vec![7, 1 << 40])),
         Body::Left(Bulk(Vec::new())),
         Body::Selected { members: Bulk(vec![0, 3]), undecided: Bulk(vec![9, 2]) },

@@ -1,0 +1,227 @@
+//! Values that travel as number codes or as short arrays of words, with names in memory.
+
+use bincode::de::{BorrowDecode, BorrowDecoder, Decoder};
+use bincode::enc::Encoder;
+use bincode::error::{DecodeError, EncodeError};
+use bincode::{Decode, Encode};
+use septet_geometry::graph::Supergraph;
+
+use crate::codec::Bulk;
+use crate::outcome::Outcome;
+
+/// The decision of a leader on the set of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetDecision {
+    /// The set is not divided.
+    Stop,
+    /// The crossing points of both sides go to both children.
+    Both,
+    /// The crossing points of the interior go to both children.
+    Interior,
+    /// The crossing points of the exterior go to both children.
+    Exterior,
+}
+
+/// The counts of a member's share of a set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SetCounts {
+    /// Interior points.
+    pub inside: u64,
+    /// Exterior points.
+    pub outside: u64,
+    /// Interior points whose balls cross the separator.
+    pub crossing_inside: u64,
+    /// Exterior points whose balls cross the separator.
+    pub crossing_outside: u64,
+}
+
+/// The supergraph that the coordinator chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice(pub Supergraph);
+
+/// The counts of sampled stars.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleStars {
+    /// Sampled stars.
+    pub sampled: u64,
+    /// Stars that each alpha certifies: 2.5, 3, 4 and 6.
+    pub certified: [u64; 4],
+}
+
+/// The order-free fingerprint of the cells that two workers share.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Fingerprint {
+    /// The sum of the keys of all pairs of a cell and a vertex.
+    pub sum: u128,
+    /// Number of pairs.
+    pub pairs: u64,
+}
+
+impl From<Outcome> for u8 {
+    fn from(outcome: Outcome) -> u8 {
+        outcome.number()
+    }
+}
+
+impl TryFrom<u8> for Outcome {
+    type Error = ();
+
+    fn try_from(number: u8) -> Result<Self, ()> {
+        Outcome::from_number(number).ok_or(())
+    }
+}
+
+impl From<SetDecision> for u8 {
+    fn from(decision: SetDecision) -> u8 {
+        decision as u8
+    }
+}
+
+impl TryFrom<u8> for SetDecision {
+    type Error = ();
+
+    fn try_from(number: u8) -> Result<Self, ()> {
+        let all = [SetDecision::Stop, SetDecision::Both, SetDecision::Interior, SetDecision::Exterior];
+        all.get(usize::from(number)).copied().ok_or(())
+    }
+}
+
+impl From<Choice> for (u8, f64) {
+    fn from(Choice(supergraph): Choice) -> (u8, f64) {
+        match supergraph {
+            Supergraph::Density { alpha } => (0, alpha),
+            Supergraph::Overlap { alpha } => (1, alpha),
+            Supergraph::Knn { k } => (2, f64::from(k)),
+        }
+    }
+}
+
+impl TryFrom<(u8, f64)> for Choice {
+    type Error = ();
+
+    fn try_from((kind, parameter): (u8, f64)) -> Result<Self, ()> {
+        match kind {
+            0 => Ok(Choice(Supergraph::Density { alpha: parameter })),
+            1 => Ok(Choice(Supergraph::Overlap { alpha: parameter })),
+            2 => Ok(Choice(Supergraph::Knn { k: parameter as u32 })),
+            _ => Err(()),
+        }
+    }
+}
+
+impl From<SetCounts> for Bulk<u64> {
+    fn from(counts: SetCounts) -> Self {
+        let SetCounts { inside, outside, crossing_inside, crossing_outside } = counts;
+        Bulk(vec![inside, outside, crossing_inside, crossing_outside])
+    }
+}
+
+impl TryFrom<Bulk<u64>> for SetCounts {
+    type Error = ();
+
+    fn try_from(words: Bulk<u64>) -> Result<Self, ()> {
+        let &[inside, outside, crossing_inside, crossing_outside] = words.0.as_slice() else {
+            return Err(());
+        };
+        Ok(SetCounts { inside, outside, crossing_inside, crossing_outside })
+    }
+}
+
+impl From<SampleStars> for Bulk<u64> {
+    fn from(SampleStars { sampled, certified: [a, b, c, d] }: SampleStars) -> Self {
+        Bulk(vec![sampled, a, b, c, d])
+    }
+}
+
+impl TryFrom<Bulk<u64>> for SampleStars {
+    type Error = ();
+
+    fn try_from(words: Bulk<u64>) -> Result<Self, ()> {
+        let &[sampled, a, b, c, d] = words.0.as_slice() else { return Err(()) };
+        Ok(SampleStars { sampled, certified: [a, b, c, d] })
+    }
+}
+
+impl From<Fingerprint> for Bulk<u64> {
+    fn from(Fingerprint { sum, pairs }: Fingerprint) -> Self {
+        Bulk(vec![sum as u64, (sum >> 64) as u64, pairs])
+    }
+}
+
+impl TryFrom<Bulk<u64>> for Fingerprint {
+    type Error = ();
+
+    fn try_from(words: Bulk<u64>) -> Result<Self, ()> {
+        let &[low, high, pairs] = words.0.as_slice() else { return Err(()) };
+        Ok(Fingerprint { sum: u128::from(low) | u128::from(high) << 64, pairs })
+    }
+}
+
+/// Encodes a type in the form of another, and rejects values of that form without a meaning.
+macro_rules! encoded_as {
+    ($type:ty, $form:ty) => {
+        impl Encode for $type {
+            fn encode<E: Encoder>(&self, encoder: &mut E) -> Result<(), EncodeError> {
+                <$form>::from(*self).encode(encoder)
+            }
+        }
+
+        impl<Context> Decode<Context> for $type {
+            fn decode<D: Decoder<Context = Context>>(decoder: &mut D) -> Result<Self, DecodeError> {
+                let form = <$form as Decode<Context>>::decode(decoder)?;
+                Self::try_from(form).map_err(|()| DecodeError::Other(concat!("invalid ", stringify!($type))))
+            }
+        }
+
+        impl<'de, Context> BorrowDecode<'de, Context> for $type {
+            fn borrow_decode<D: BorrowDecoder<'de, Context = Context>>(
+                decoder: &mut D,
+            ) -> Result<Self, DecodeError> {
+                <$type as Decode<Context>>::decode(decoder)
+            }
+        }
+    };
+}
+
+encoded_as!(Outcome, u8);
+encoded_as!(SetDecision, u8);
+encoded_as!(Choice, (u8, f64));
+encoded_as!(SetCounts, Bulk<u64>);
+encoded_as!(SampleStars, Bulk<u64>);
+encoded_as!(Fingerprint, Bulk<u64>);
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Debug;
+
+    use super::*;
+    use crate::codec::{decode, encode};
+
+    fn travels_as<T: Encode + Decode<()> + Debug + PartialEq>(value: T, form: &impl Encode) {
+        let bytes = encode(&value).unwrap();
+        assert_eq!(bytes, encode(form).unwrap());
+        assert_eq!(decode::<T>(&bytes).unwrap(), value);
+    }
+
+    #[test]
+    fn values_travel_as_codes_and_words() {
+        travels_as(Outcome::GatherAll, &2u8);
+        travels_as(SetDecision::Stop, &0u8);
+        travels_as(SetDecision::Exterior, &3u8);
+        travels_as(Choice(Supergraph::Density { alpha: 2.5 }), &(0u8, 2.5));
+        travels_as(Choice(Supergraph::Overlap { alpha: 3.0 }), &(1u8, 3.0));
+        travels_as(Choice(Supergraph::Knn { k: 9 }), &(2u8, 9.0));
+        let counts = SetCounts { inside: 1, outside: 2, crossing_inside: 3, crossing_outside: 4 };
+        travels_as(counts, &Bulk(vec![1u64, 2, 3, 4]));
+        travels_as(SampleStars { sampled: 5, certified: [1, 2, 3, 4] }, &Bulk(vec![5u64, 1, 2, 3, 4]));
+        travels_as(Fingerprint { sum: 7 | 9 << 64, pairs: 2 }, &Bulk(vec![7u64, 9, 2]));
+    }
+
+    #[test]
+    fn codes_and_words_without_meaning_are_errors() {
+        assert!(decode::<Outcome>(&[4]).is_err());
+        assert!(decode::<SetDecision>(&[4]).is_err());
+        assert!(decode::<Choice>(&encode(&(3u8, 1.0)).unwrap()).is_err());
+        assert!(decode::<SetCounts>(&encode(&Bulk(vec![1u64; 3])).unwrap()).is_err());
+    }
+}
