@@ -188,7 +188,7 @@ pub(crate) async fn ghost_layer<P: Point>(
     send_batches(cx, subdomain, batches);
     let mut arrived = Vec::new();
     while cx.exchange().await? {
-        crate::state::frame::learn(cx, table, frame);
+        crate::state::frame::receive(cx, table, frame);
         let mut batches = Batches::new();
         for (node, points) in cx.take(|m| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),

@@ -1,15 +1,16 @@
-//! Ghosts: every point goes to each leaf that an edge of it can reach.
+//! Separator sets by the rule `ghost`: each point goes to every leaf that one of its edges may reach.
 //!
-//! **Statement.** An edge of the density or overlap graph between `j` and a home point of a subproblem
-//! with largest radius `R` is no longer than `reach(r_j, R)` ([`Supergraph::reach`]). So `j` goes down to
-//! every child whose side of the separator, and whose box, its ball of that radius meets. Then a leaf
-//! holds all graph neighbours of its home points, and nothing has to return. For the density graph that is
-//! `alpha min(r_j, R)`: the minimum of both keeps the points of a singularity from going everywhere.
+//! **Statement.** Let `j` be a point with radius `r_j`, and let `R` be the largest radius in a subproblem. In the density and
+//! the overlap graph, an edge from `j` to an owned point of the subproblem has length at most `reach(r_j, R)`
+//! ([`Supergraph::reach`]). So `j` goes down to each child whose box and whose side of the separator meet the ball around
+//! `j` of that radius. Every leaf then holds all graph neighbours of its owned points, and no reply is necessary. For the
+//! density graph, the radius is `alpha min(r_j, R)`. The minimum prevents the points of a singularity from going to every
+//! leaf.
 //!
 //! **Source.** Separator sets: paper, Section 4.3. **Departure.** The paper takes the points whose balls cross the
-//! separator; here a point goes to the side that an edge of it can reach.
+//! separator. Here, a point goes to a side if one of its edges may reach that side.
 //!
-//! **Rounds.** At most one a shared level. **Work and depth.** One vector step over the balls at a node.
+//! **Rounds.** At most one for each shared level. **Work and depth.** One vector step over the balls at a node.
 
 use std::collections::BTreeMap;
 
@@ -17,57 +18,60 @@ use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::machine::context::Context;
 use crate::machine::tasks::Reach;
 use crate::state::ghosts::Ghosts;
 use crate::state::subdomain::{Entry, Shared, Subdomain, Way};
 use crate::state::table::Table;
-use crate::state::tree::{GROUP, Split, Tree};
+use crate::state::tree::{Split, Tree, owned_groups};
 
-/// Sends every home point to the leaves that an edge of it can reach, and takes in those of other ranks.
+/// Sends each owned point to the leaves that one of its edges may reach. Returns the ghosts of the own leaves.
 pub(crate) async fn push_ghosts<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     rule: Supergraph,
 ) -> Result<Ghosts, TransportError> {
-    let mut pushing = Pushing::new(subdomain, rule);
-    pushing.push_owned(cx, table);
+    let mut push = GhostPush::new(subdomain, rule);
+    push.push_owned(cx, table);
     while cx.exchange().await? {
-        pushing.pass_on(cx, table);
+        push.pass_on(cx, table);
     }
-    for (node, sweep) in pushing.sweeps {
+    for (node, sweep) in push.sweeps {
         let mut cost = Cost::ZERO;
         let items = sweep.items();
         cost.swept(sweep);
-        cx.ledger.charge(Phase::Sets, node, cost, items);
+        cx.charge(Account::member(Phase::Sets, node), cost, items);
     }
-    Ok(pushing.ghosts)
+    Ok(push.ghosts)
 }
 
-/// A point under way: position, squared radius, and its home leaf while on the way there.
+/// A point on its way down the tree.
 #[derive(Clone, Copy)]
-struct Pushed<P> {
+struct MovingPoint<P> {
     position: P,
     radius2: f64,
-    owned: Option<NodeId>,
+    /// The leaf that owns the point, while it lies below the current node.
+    own_leaf: Option<NodeId>,
 }
 
-impl<P: Point> Pushed<P> {
-    fn of(table: &Table<P>, number: u32, owned: Option<NodeId>) -> Self {
-        let at = number as usize;
-        Pushed { position: table.positions()[at], radius2: table.radii2()[at], owned }
+impl<P: Point> MovingPoint<P> {
+    fn of(table: &Table<P>, point: u32, own_leaf: Option<NodeId>) -> Self {
+        let at = point as usize;
+        MovingPoint { position: table.positions()[at], radius2: table.radii2()[at], own_leaf }
     }
 }
 
-/// Where a point goes: to leaves of this rank, and off its path.
+/// The destinations of a point.
 #[derive(Default)]
 struct Routes {
+    /// Leaves of this rank.
     leaves: Vec<usize>,
+    /// Ways out of the path.
     ways: Vec<Way>,
 }
 
@@ -77,67 +81,71 @@ impl Routes {
     }
 }
 
-/// One walk of points through what a rank knows of the tree, with its own counters.
-struct Walk<'a, P> {
+/// A walk of points through the part of the tree that one rank holds, with counts of its own.
+struct GhostWalk<'a, P> {
     subdomain: &'a Subdomain<P>,
     rule: Supergraph,
-    counts: Counts,
+    counts: GhostCounts,
 }
 
-/// How many points each node of the path and of the rank's own tree looked at.
-struct Counts {
+/// The points that visited each node in a walk.
+struct GhostCounts {
+    /// For each shared node of the path.
     shared: Vec<Sweep>,
+    /// For each inner node of the own subtree.
     local: Vec<Sweep>,
+    /// The record of the nodes that points reach.
     reach: Reach,
 }
 
-impl<'a, P: Point> Walk<'a, P> {
+impl<'a, P: Point> GhostWalk<'a, P> {
     fn new(subdomain: &'a Subdomain<P>, rule: Supergraph, recorded: bool) -> Self {
-        let counts = Counts {
+        let counts = GhostCounts {
             shared: vec![Sweep::default(); subdomain.path().len()],
             local: vec![Sweep::default(); subdomain.inner_ids().len()],
             reach: Reach::new(recorded),
         };
-        Walk { subdomain, rule, counts }
+        GhostWalk { subdomain, rule, counts }
     }
 
-    /// From a position on the path, or from the rank's own tree at its end.
-    fn from(&mut self, start: usize, x: &Pushed<P>) -> Routes {
+    /// Returns the destinations of a point from position `start` of the path.
+    fn routes(&mut self, start: usize, x: &MovingPoint<P>) -> Routes {
         let mut routes = Routes::default();
         let (subdomain, rule, shared_sweeps) = (self.subdomain, self.rule, &mut self.counts.shared);
         let reach = |level: usize, shared: &Shared<P>| {
             shared_sweeps[level].visit();
             let max2 = |side: usize| shared.summaries().map_or(f64::INFINITY, |s| s[side].max_radius2);
             [0, 1].map(|side| {
-                (x.owned.is_some() && side == shared.mine())
-                    || goes(rule, shared.split(), side, max2(side), x)
+                let is_own = x.own_leaf.is_some() && side == shared.mine();
+                is_own || reaches(rule, shared.split(), side, max2(side), x)
             })
         };
-        let below = subdomain.follow(start, reach, |way| routes.ways.push(way));
-        if let Some(tree) = subdomain.tree().filter(|_| below) {
+        let arrives = subdomain.follow(start, reach, |way| routes.ways.push(way));
+        if let Some(tree) = subdomain.tree().filter(|_| arrives) {
             self.down(tree, x, &mut routes.leaves);
         }
         routes
     }
 
-    fn down(&mut self, tree: &Tree<P>, x: &Pushed<P>, leaves: &mut Vec<usize>) {
+    /// Appends the leaves of a subtree that a point reaches, except its own leaf.
+    fn down(&mut self, tree: &Tree<P>, x: &MovingPoint<P>, leaves: &mut Vec<usize>) {
         match tree {
             Tree::Leaf(at) => {
-                if x.owned != Some(self.subdomain.leaves()[*at].id()) {
+                if x.own_leaf != Some(self.subdomain.leaves()[*at].id()) {
                     leaves.push(*at);
                 }
             }
             Tree::Node(inner) => {
-                let owned = x.owned.map(|leaf| inner.id().side_of(leaf));
+                let own_side = x.own_leaf.map(|leaf| inner.id().side_of(leaf));
                 self.counts.local[inner.number()].visit();
                 for (side, child) in inner.children().iter().enumerate() {
-                    let on_way = owned == Some(side);
-                    if on_way || goes(self.rule, inner.split(), side, inner.max_radius2()[side], x) {
-                        let owned = x.owned.filter(|_| on_way);
-                        if !on_way {
+                    let is_own = own_side == Some(side);
+                    if is_own || reaches(self.rule, inner.split(), side, inner.max_radius2()[side], x) {
+                        let own_leaf = x.own_leaf.filter(|_| is_own);
+                        if !is_own {
                             self.counts.reach.visit(inner.id().child(side));
                         }
-                        self.down(child, &Pushed { owned, ..*x }, leaves);
+                        self.down(child, &MovingPoint { own_leaf, ..*x }, leaves);
                     }
                 }
             }
@@ -145,47 +153,43 @@ impl<'a, P: Point> Walk<'a, P> {
     }
 }
 
-/// Can a point have an edge to a home point of this child, whose largest squared radius is `max2`?
-fn goes<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64, x: &Pushed<P>) -> bool {
+/// Returns `true` if a point may have an edge to an owned point of the child on `side`, whose largest squared radius is
+/// `max2`.
+fn reaches<P: Point>(rule: Supergraph, split: &Split<P>, side: usize, max2: f64, x: &MovingPoint<P>) -> bool {
     let reach = rule.reach(x.radius2, max2);
     split.reaches(x.position, reach * reach * (1.0 + 1e-12), side)
 }
 
-/// Points that leave, by node and receiver.
+/// Points that leave this rank, by node and receiver.
 type Batches<P> = BTreeMap<(NodeId, Rank), PointBatch<P>>;
 
 /// The descent of all points, as one rank takes part in it.
-struct Pushing<'a, P> {
+struct GhostPush<'a, P> {
     subdomain: &'a Subdomain<P>,
     rule: Supergraph,
     ghosts: Ghosts,
-    /// Points that each node looked at.
+    /// The points that visited each node.
     sweeps: BTreeMap<NodeId, Sweep>,
 }
 
-impl<'a, P: Point> Pushing<'a, P> {
+impl<'a, P: Point> GhostPush<'a, P> {
     fn new(subdomain: &'a Subdomain<P>, rule: Supergraph) -> Self {
         let ghosts = Ghosts::of_leaves(subdomain.leaves().len());
-        Pushing { subdomain, rule, ghosts, sweeps: BTreeMap::new() }
+        GhostPush { subdomain, rule, ghosts, sweeps: BTreeMap::new() }
     }
 
-    /// Pushes home points to other leaves.
+    /// Sends owned points to the other leaves that they reach.
     fn push_owned(&mut self, cx: &mut Context<P>, table: &Table<P>) {
-        let (subdomain, rule, recorded) = (self.subdomain, self.rule, cx.recorder.is_some());
-        let mut groups = Vec::new();
-        for (at, leaf) in subdomain.leaves().iter().enumerate() {
-            let owned_points: Vec<u32> = leaf.owned().collect();
-            groups.extend(owned_points.chunks(GROUP).map(|c| (at, c.to_vec())));
-        }
-        let walked = map_in(&cx.pool, &groups, |(at, owned_points)| {
-            let mut walk = Walk::new(subdomain, rule, recorded);
+        let (subdomain, rule, recorded) = (self.subdomain, self.rule, cx.is_recording());
+        let walked = cx.map(&owned_groups(subdomain.leaves()), |(at, points)| {
+            let mut walk = GhostWalk::new(subdomain, rule, recorded);
             let mut found = Vec::new();
             walk.counts.reach.start(*at);
-            for &owned in owned_points {
-                let x = Pushed::of(table, owned, Some(subdomain.leaves()[*at].id()));
-                let routes = walk.from(0, &x);
+            for point in points.clone() {
+                let x = MovingPoint::of(table, point, Some(subdomain.leaves()[*at].id()));
+                let routes = walk.routes(0, &x);
                 if !routes.is_empty() {
-                    found.push((owned, routes));
+                    found.push((point, routes));
                 }
             }
             (found, walk.counts)
@@ -193,44 +197,44 @@ impl<'a, P: Point> Pushing<'a, P> {
         let mut batches = Batches::new();
         for (found, counts) in walked {
             self.count(&counts);
-            if let (Some(recorder), Some(reached)) = (&mut cx.recorder, counts.reach.reached) {
+            if let (Some(recorder), Some(reached)) = (cx.recorder(), counts.reach.reached) {
                 recorder.reached(Phase::Sets, reached);
             }
-            for (owned, routes) in found {
-                self.take(cx.rank, table, (owned, routes), &mut batches);
+            for (point, routes) in found {
+                self.place(cx.rank(), table, point, routes, &mut batches);
             }
         }
         send(cx, batches);
     }
 
-    /// Takes in the points that other ranks pushed here, and sends on those that go elsewhere.
+    /// Receives the points of other ranks. Forwards those that leave the path.
     fn pass_on(&mut self, cx: &mut Context<P>, table: &mut Table<P>) {
         let mut batches = Batches::new();
         for (node, points) in cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Ghosts(points) => Some((m.node, std::mem::take(points))),
             _ => None,
         }) {
-            let start = match self.subdomain.entry(node, cx.rank) {
+            let start = match self.subdomain.entry(node, cx.rank()) {
                 Entry::Relay(holder) => {
                     cx.send(holder, node, 0, Body::Ghosts(points));
                     continue;
                 }
                 Entry::Here(start) => start,
             };
-            let numbers = table.intern_all(&points);
-            // Only home points are recorded.
-            let mut walk = Walk::new(self.subdomain, self.rule, false);
-            for number in numbers {
-                let routes = walk.from(start, &Pushed::of(table, number, None));
-                self.take(cx.rank, table, (number, routes), &mut batches);
+            let indices = table.intern_all(&points);
+            // The task record contains owned points only.
+            let mut walk = GhostWalk::new(self.subdomain, self.rule, false);
+            for point in indices {
+                let routes = walk.routes(start, &MovingPoint::of(table, point, None));
+                self.place(cx.rank(), table, point, routes, &mut batches);
             }
             self.count(&walk.counts);
         }
         send(cx, batches);
     }
 
-    /// Adds the nodes' counts.
-    fn count(&mut self, counts: &Counts) {
+    /// Adds the counts of a walk.
+    fn count(&mut self, counts: &GhostCounts) {
         let shared = self.subdomain.path().iter().map(Shared::id).zip(&counts.shared);
         let local = self.subdomain.inner_ids().iter().copied().zip(&counts.local);
         for (id, sweep) in shared.chain(local).filter(|(_, sweep)| sweep.items() > 0) {
@@ -238,14 +242,8 @@ impl<'a, P: Point> Pushing<'a, P> {
         }
     }
 
-    /// Makes a point a ghost of the leaves that it reaches, and puts it into the batches that leave.
-    fn take(
-        &mut self,
-        own: Rank,
-        table: &Table<P>,
-        (point, routes): (u32, Routes),
-        batches: &mut Batches<P>,
-    ) {
+    /// Adds a point to the ghosts of the leaves that it reaches, and to the batches that leave.
+    fn place(&mut self, own: Rank, table: &Table<P>, point: u32, routes: Routes, batches: &mut Batches<P>) {
         for leaf in routes.leaves {
             self.ghosts.push(leaf, point);
         }

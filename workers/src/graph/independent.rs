@@ -1,31 +1,36 @@
 //! A maximal independent set of the conflict graph, by rounds of local priorities.
 //!
-//! **Statement** (paper, Section 5: "obtain a maximal independent set of the graph"). The graph is the density graph with
-//! alpha 1 of the radii that the points bring along. Some points are in the set from the start ([`crate::config::Task`]); their
-//! neighbours are out. In a round every undecided point whose priority is smaller than that of all its undecided
-//! neighbours joins, and its neighbours are out. Priorities are a total order ([`priority`]), so the smallest
-//! undecided point joins and the rounds end, with every point that is out beside one that is in. *The set is that of
-//! the greedy algorithm in the order of priorities*: by induction over that order, a point joins iff none of its
-//! neighbours of smaller priority does. So set and rounds are functions of (points, radii, seed).
+//! **Statement** (paper, Section 5: "obtain a maximal independent set of the graph"). The conflict graph is the density
+//! graph with alpha 1 of the radii in the input. Some points are in the set from the start ([`crate::config::Task`]), and
+//! their neighbours are out. In each round:
+//! 1. Every undecided point whose priority is smaller than those of all its undecided neighbours joins the set.
+//! 2. Its neighbours are out.
 //!
-//! **Source.** Luby (1986); Blelloch, Fineman and Shun (2012): in a random order, fixed before the first round, the
-//! rounds are few (`O(log^2 n)` there, `O(log n)` by Fischer and Noever 2018), with high probability.
+//! Priorities are a total order ([`priority`]), so the smallest undecided point joins and the rounds end. Every point that is
+//! out is then adjacent to a point of the set. *The set is that of the greedy algorithm in the order of priorities.* Proof:
+//! by induction over that order, a point joins if and only if no neighbour of smaller priority joins. QED. The set and the
+//! number of rounds are therefore functions of the points, the radii and the seed.
 //!
-//! **Messages.** *Ghosts are symmetric*: the graph's expression is, and a leaf holds all neighbours of its home points
-//! ([`crate::graph::ghosts`]), so where u is a ghost beside v, v is a ghost beside u at u's owner, which the ghost's record
-//! names. A point that joins or leaves is told to the owners of its undecided ghosts.
+//! **Source.** Luby (1986). Blelloch, Fineman and Shun (2012): if the order is random and fixed before the first round, the
+//! number of rounds is `O(log^2 n)` with high probability. Fischer and Noever (2018) show `O(log n)`.
 //!
-//! **Rounds of the machine.** One for the neighbours of points that are in from the start; then two a round of the set,
-//! for every number of workers: who joined, who left.
+//! **Messages.** *Ghosts are symmetric.* The expression for edges is symmetric, and a leaf holds all neighbours of its owned
+//! points ([`crate::graph::ghosts`]). If `u` is a ghost and a neighbour of `v`, then `v` is a ghost at the owner of `u`,
+//! which the table names. When a point joins or leaves, its rank informs the owners of its undecided ghosts.
 //!
-//! **Work and depth.** In each round, of every point undecided at its start: its list to find whether it is first, to
-//! tell, to find whether it is out, to tell again; and a pack of a leaf's undecided points. So the work is the edges of
-//! the undecided points, and the depth a constant for each round. To read a neighbour's state exclusively every edge
-//! has a copy of it at either end: telling is the copy-scan that fills them. All leaves go in lockstep, and one that
-//! has undecided points left has been charged for every round before, so the longest leaf is the longest chain.
+//! **Rounds of the machine.** One for the neighbours of the points that are in from the start. Then two for each round of
+//! the set, independent of the number of workers: the points that join and the points that leave.
 //!
-//! **Departures.** Candidates closer than the *smaller* of their sizes join, not farther apart (ARCHITECTURE, The paper,
-//! as read). The graph's `<=` is made strict by whoever gives the radii: the float below a square.
+//! **Work and depth.** In each round, a point that is undecided at its start reads its list four times: to decide whether it
+//! joins, to inform its neighbours, to decide whether it leaves, and to inform them again. A pack removes decided points
+//! from the list of a leaf. The work is the number of edges of undecided points. The depth is constant for each round.
+//! Exclusive reads need a copy of a neighbour's state at each end of an edge. Informing the neighbours is the copy-scan that
+//! fills these copies. All leaves proceed in lockstep. A leaf with undecided points was charged for every earlier round, so
+//! the longest leaf is the longest chain.
+//!
+//! **Departures.** Candidates are adjacent if they are closer than the *smaller* of their sizes (ARCHITECTURE, The paper, as
+//! read). The graph uses `<=`. The caller makes the comparison strict: its squared radius is the largest float below the
+//! squared size.
 
 use std::collections::BTreeMap;
 
@@ -37,10 +42,10 @@ use septet_geometry::point::Point;
 use septet_geometry::priority::{compare, priority};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message};
 use septet_protocol::transport::TransportError;
 
-use crate::config::map_in;
 use crate::graph::edges::Edges;
 use crate::graph::ghosts::push_ghosts;
 use crate::graph::supergraph::count_crossings;
@@ -50,7 +55,7 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// The priority of a point that has none any more.
+/// The priority of a decided point.
 const DECIDED: u64 = u64::MAX;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,45 +65,47 @@ enum State {
     Out,
 }
 
-/// What a worker knows of the set.
+/// The independent set, as one rank takes part in it.
 #[derive(Debug, Default)]
 pub(crate) struct Selection {
-    /// The neighbours of each leaf's home points.
+    /// For each leaf, the neighbours of its owned points.
     graphs: Vec<Lists<u32>>,
-    /// Of every point of the table.
+    /// The state of each point of the table.
     states: Vec<State>,
-    /// Of every point of the table: its priority, or [`DECIDED`].
+    /// The priority of each point of the table, or [`DECIDED`].
     priorities: Vec<u64>,
-    /// Each leaf's undecided home points, as of the start of the round.
+    /// For each leaf, its owned points that are undecided at the start of the round.
     open: Vec<Vec<u32>>,
-    /// How many home points were undecided at the start of each round, as long as there were any.
+    /// For each round, the number of owned points that were undecided at its start, while there were any.
     undecided: Vec<u64>,
 }
 
-impl Selection {
-    /// Is any home point undecided?
-    pub(crate) fn is_pending(&self) -> bool {
-        self.open.iter().any(|open| !open.is_empty())
-    }
-
-    fn decide(&mut self, point: u32, state: State) {
-        self.states[point as usize] = state;
-        self.priorities[point as usize] = DECIDED;
-    }
+/// The leaves of a rank and its points.
+struct Points<'a, P> {
+    leaves: &'a [Leaf<P>],
+    table: &'a Table<P>,
 }
 
-/// What half a round does in one leaf.
-struct Half {
-    /// Points that are decided now.
+/// The result of half a round in one leaf.
+struct HalfRound {
+    /// The index of the leaf.
+    leaf: usize,
+    /// Points that this half round decides.
     decided: Vec<u32>,
-    /// Undecided ghosts' owners, and which of these points they are told of.
-    told: Vec<(Rank, u32)>,
-    /// The points that stay undecided, where the half looks.
+    /// Which owners of undecided ghosts must be informed of which decided points.
+    informed: Vec<Informed>,
+    /// The points that remain undecided. `None` after the first half.
     open: Option<Vec<u32>>,
     cost: Cost,
 }
 
-/// The conflict graph of the home points: the neighbours of those of each leaf.
+/// A decided point, and a rank that must be informed of it.
+struct Informed {
+    rank: Rank,
+    point: u32,
+}
+
+/// Finds the conflict graph: for each leaf, the neighbours of its owned points.
 pub(crate) async fn conflict_graphs<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -109,7 +116,7 @@ pub(crate) async fn conflict_graphs<P: Point>(
     count_crossings(cx, subdomain, table, rule);
     let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
     cx.enter(Phase::Graph)?;
-    // Their order is of no account: lists are only gone through whole.
+    // The order of ghosts is irrelevant here, because all lists are read completely.
     ghosts.sort_by(Ord::cmp);
     let graphs = conflicts_of_leaves(cx, subdomain.leaves(), table, rule, &ghosts);
     while cx.exchange().await? {}
@@ -124,8 +131,8 @@ fn conflicts_of_leaves<P: Point>(
     ghosts: &Ghosts,
 ) -> Vec<Lists<u32>> {
     let site = cx.site();
-    let places: Vec<usize> = (0..leaves.len()).collect();
-    let results = map_in(&cx.pool, &places, |&at| {
+    let indices: Vec<usize> = (0..leaves.len()).collect();
+    let results = cx.map(&indices, |&at| {
         let leaf = &leaves[at];
         let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf conflicts", leaf.owned_len());
         let members = ghosts.members(at, leaf);
@@ -133,23 +140,23 @@ fn conflicts_of_leaves<P: Point>(
         let rows = leaf.owned_len() as usize;
         let lists = graph_by_grid(rule, table.positions(), table.radii2(), &members, rows, &mut cost);
         let mut edges = Edges::default();
-        for (owned, list) in leaf.owned().zip(lists.iter()) {
-            edges.take(table, owned, list);
+        for (point, list) in leaf.owned().zip(lists.iter()) {
+            edges.add(table, point, list);
         }
         (lists, cost, members.len() as u64, edges)
     });
     let mut graphs = Vec::with_capacity(results.len());
     for (leaf, (lists, cost, members, edges)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id(), cost, members);
-        cx.ledger.facts(leaf.id()).members += members;
-        edges.enter(leaf.id(), &mut cx.ledger);
+        cx.charge(Account::member(Phase::Graph, leaf.id()), cost, members);
+        cx.facts(leaf.id()).members += members;
+        edges.enter(leaf.id(), cx);
         graphs.push(lists);
     }
     graphs
 }
 
-/// Rounds of local priorities, until no point of any rank is undecided: those that come before all their undecided
-/// neighbours join, then the neighbours of those that are in are out.
+/// Runs rounds of local priorities until no rank has an undecided point. In the first half of a round, points that precede
+/// all their undecided neighbours join. In the second half, the neighbours of points in the set leave.
 pub(crate) async fn independent<P: Point>(
     cx: &mut Context<P>,
     leaves: &[Leaf<P>],
@@ -158,31 +165,27 @@ pub(crate) async fn independent<P: Point>(
     fixed: u64,
 ) -> Result<Selection, TransportError> {
     cx.enter(Phase::Independent)?;
-    let mut selection = Selection::begin(cx.config.seed, leaves, table, graphs, fixed);
+    let points = &Points { leaves, table };
+    let mut selection = Selection::new(cx.config().seed, points, graphs, fixed);
     if fixed > 0 {
-        selection.leave(cx, leaves, table);
+        selection.leave(cx, points);
     }
     while cx.exchange_if(selection.is_pending()).await? {
         selection.receive(cx, table);
-        selection.join(cx, leaves, table);
+        selection.join(cx, points);
         if !cx.exchange_if(selection.is_pending()).await? {
             break;
         }
         selection.receive(cx, table);
-        selection.leave(cx, leaves, table);
+        selection.leave(cx, points);
     }
     Ok(selection)
 }
 
 impl Selection {
-    /// Nothing is decided but the points that are in from the start.
-    fn begin<P: Point>(
-        seed: u64,
-        leaves: &[Leaf<P>],
-        table: &Table<P>,
-        graphs: Vec<Lists<u32>>,
-        fixed: u64,
-    ) -> Self {
+    /// Creates a set that contains the points with ids below `fixed`. All other points are undecided.
+    fn new<P: Point>(seed: u64, points: &Points<P>, graphs: Vec<Lists<u32>>, fixed: u64) -> Self {
+        let Points { leaves, table } = points;
         let priorities = table.positions().iter().map(|&x| priority(seed, x)).collect();
         let states = vec![State::Undecided; table.ids().len()];
         let mut selection = Selection { graphs, states, priorities, ..Selection::default() };
@@ -195,7 +198,17 @@ impl Selection {
         selection
     }
 
-    /// Takes what was told of other ranks' points.
+    /// Whether an owned point is undecided.
+    pub(crate) fn is_pending(&self) -> bool {
+        self.open.iter().any(|open| !open.is_empty())
+    }
+
+    fn decide(&mut self, point: u32, state: State) {
+        self.states[point as usize] = state;
+        self.priorities[point as usize] = DECIDED;
+    }
+
+    /// Receives the decisions on ghosts.
     fn receive<P: Point>(&mut self, cx: &mut Context<P>, table: &Table<P>) {
         for (ids, state) in cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Joined(ids) => Some((std::mem::take(&mut ids.0), State::In)),
@@ -210,15 +223,15 @@ impl Selection {
         }
     }
 
-    /// Those that come before all their undecided neighbours join.
-    fn join<P: Point>(&mut self, cx: &mut Context<P>, leaves: &[Leaf<P>], table: &Table<P>) {
+    /// The first half of a round: points that precede all their undecided neighbours join.
+    fn join<P: Point>(&mut self, cx: &mut Context<P>, points: &Points<P>) {
         let count: u64 = self.open.iter().map(|open| open.len() as u64).sum();
         if count > 0 {
             self.undecided.push(count);
         }
-        let halves = self.half(cx, (leaves, table), "join", |leaf, open, lists, cost| {
-            let (priorities, positions) = (&self.priorities, table.positions());
-            let first = cost.map_nested(open, |&v, own| {
+        let halves = self.half(cx, points, State::In, |leaf, open, lists, cost| {
+            let (priorities, positions) = (&self.priorities, points.table.positions());
+            cost.map_nested(open, |&v, own| {
                 let (mine, mut first) = ((priorities[v as usize], positions[v as usize]), true);
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start()) as usize], |&u| {
@@ -227,89 +240,89 @@ impl Selection {
                 });
                 own.swept_inside(sweep);
                 first
-            });
-            (first, false)
+            })
         });
-        self.settle(cx, (leaves, table), halves, State::In);
+        self.settle(cx, points, halves, State::In);
     }
 
-    /// The neighbours of those that are in are out.
-    fn leave<P: Point>(&mut self, cx: &mut Context<P>, leaves: &[Leaf<P>], table: &Table<P>) {
-        let halves = self.half(cx, (leaves, table), "leave", |leaf, open, lists, cost| {
+    /// The second half of a round: neighbours of points in the set leave.
+    fn leave<P: Point>(&mut self, cx: &mut Context<P>, points: &Points<P>) {
+        let halves = self.half(cx, points, State::Out, |leaf, open, lists, cost| {
             let states = &self.states;
-            let out = cost.map_nested(open, |&v, own| {
+            cost.map_nested(open, |&v, own| {
                 let mut out = false;
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start()) as usize], |&u| out |= states[u as usize] == State::In);
                 own.swept_inside(sweep);
                 out
-            });
-            (out, true)
+            })
         });
-        self.settle(cx, (leaves, table), halves, State::Out);
+        self.settle(cx, points, halves, State::Out);
     }
 
-    /// Half a round in every leaf that has undecided points: which of them are decided (and whether the round ends
-    /// with that), and whom that concerns.
+    /// Runs half a round in each leaf with undecided points. `rule` returns which of them get the state `decision`. The
+    /// second half, which decides who is out, also packs the remaining undecided points.
     fn half<P: Point>(
         &self,
         cx: &Context<P>,
-        (leaves, table): (&[Leaf<P>], &Table<P>),
-        step: &'static str,
-        rule: impl Fn(&Leaf<P>, &[u32], &Lists<u32>, &mut Cost) -> (Vec<bool>, bool) + Sync + Send,
-    ) -> Vec<(usize, Half)> {
-        let places: Vec<usize> = (0..leaves.len()).filter(|&at| !self.open[at].is_empty()).collect();
+        points: &Points<P>,
+        decision: State,
+        rule: impl Fn(&Leaf<P>, &[u32], &Lists<u32>, &mut Cost) -> Vec<bool> + Sync + Send,
+    ) -> Vec<HalfRound> {
+        let Points { leaves, table } = points;
+        let step = if decision == State::In { "join" } else { "leave" };
+        let indices: Vec<usize> = (0..leaves.len()).filter(|&at| !self.open[at].is_empty()).collect();
         let site = cx.site();
-        map_in(&cx.pool, &places, |&at| {
+        cx.map(&indices, |&at| {
             let (leaf, lists) = (&leaves[at], &self.graphs[at]);
             let open = &self.open[at];
             let _span = site.subproblem(Phase::Independent, leaf.id(), step, open.len() as u64);
             let mut cost = Cost::ZERO;
-            let (flags, ends) = rule(leaf, open, lists, &mut cost);
+            let flags = rule(leaf, open, lists, &mut cost);
             let flagged: Vec<(u32, bool)> = open.iter().copied().zip(flags).collect();
-            let mut told = Vec::new();
+            let mut informed = Vec::new();
             cost.map_nested(&flagged, |&(v, decided), own| {
                 let mut sweep = own.sweep();
                 sweep.each(&lists[(v - leaf.start()) as usize], |&u| {
-                    if decided && u >= table.owned_len() && self.states[u as usize] == State::Undecided {
-                        told.push((table.owners()[u as usize], v));
+                    if decided && !table.is_owned(u) && self.states[u as usize] == State::Undecided {
+                        informed.push(Informed { rank: table.owners()[u as usize], point: v });
                     }
                 });
                 own.swept_inside(sweep);
             });
-            let open = ends.then(|| {
+            let open = (decision == State::Out).then(|| {
                 let undecided = |&(v, out): &(u32, bool)| !out && self.states[v as usize] == State::Undecided;
                 cost.pack(&flagged, undecided).into_iter().map(|(v, _)| v).collect()
             });
             let decided = flagged.into_iter().filter(|f| f.1).map(|f| f.0).collect();
-            (at, Half { decided, told, open, cost })
+            HalfRound { leaf: at, decided, informed, open, cost }
         })
     }
 
-    /// Takes the outcome of half a round, and tells it.
+    /// Stores the result of half a round, and informs other ranks.
     fn settle<P: Point>(
         &mut self,
         cx: &mut Context<P>,
-        (leaves, table): (&[Leaf<P>], &Table<P>),
-        halves: Vec<(usize, Half)>,
+        points: &Points<P>,
+        halves: Vec<HalfRound>,
         state: State,
     ) {
         let mut batches: BTreeMap<Rank, Vec<u64>> = BTreeMap::new();
-        for (at, half) in halves {
-            let leaf = &leaves[at];
-            cx.ledger.charge(Phase::Independent, leaf.id(), half.cost, leaf.owned_len());
+        for half in halves {
+            let leaf = &points.leaves[half.leaf];
+            cx.charge(Account::member(Phase::Independent, leaf.id()), half.cost, leaf.owned_len());
             for point in half.decided {
                 self.decide(point, state);
             }
-            for (owner, point) in half.told {
-                let (batch, id) = (batches.entry(owner).or_default(), table.ids()[point as usize]);
-                // One point's ghosts stand together: an owner of several is told once.
+            for Informed { rank, point } in half.informed {
+                let (batch, id) = (batches.entry(rank).or_default(), points.table.ids()[point as usize]);
+                // The entries of one point are consecutive, so an owner of several ghosts is informed once.
                 if batch.last() != Some(&id) {
                     batch.push(id);
                 }
             }
             if let Some(open) = half.open {
-                self.open[at] = open;
+                self.open[half.leaf] = open;
             }
         }
         for (owner, ids) in batches {
@@ -320,7 +333,7 @@ impl Selection {
 }
 
 impl Selection {
-    /// The members that joined, and how many points were undecided in each round, for rank 0.
+    /// The message to rank 0: the owned points that joined, and the number of undecided points in each round.
     pub(crate) fn into_message<P: Point>(self, table: &Table<P>, fixed: u64) -> Body<P> {
         let owned = table.owned_ids().iter().zip(&self.states);
         let members = owned.filter(|&(&id, &state)| state == State::In && id >= fixed).map(|(&id, _)| id);

@@ -1,4 +1,4 @@
-//! The supergraph: its choice, its separator sets, its edges, and the maximal independent set over it.
+//! The supergraph: its selection, separator sets and edges, and the maximal independent set.
 
 pub(crate) mod edges;
 pub(crate) mod ghosts;

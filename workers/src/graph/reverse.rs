@@ -1,13 +1,14 @@
 //! The edges of a graph of nearest neighbours, from both ends.
 //!
-//! **Statement.** Two points are joined if one is among the nearest of the other. Each point knows its own nearest. It
-//! announces itself to all of these, and then unites its list with the points that announced themselves to it.
-//! A list holds all points as near as its last one, so the distance alone shows whether a point is in it.
+//! **Statement.** Two points are joined if one is among the nearest neighbours of the other. Each point knows its own
+//! nearest neighbours and announces itself to all of them. It then unites its list with the points that announced
+//! themselves to it. A list contains all points at most as far as its last one, so the distance shows whether a point is in
+//! the list.
 //!
 //! **Source.** Paper, Section 4.5.
 //!
-//! **Rounds.** One. **Work and depth.** One vector step over the lists to announce; a delivery to the leaves, a sort of
-//! the edges that are new, and one vector step over the points to unite.
+//! **Rounds.** One. **Work and depth.** One vector step over the lists to announce. A delivery to the leaves, a sort of the
+//! new edges, and one vector step over the points to unite.
 
 use std::collections::BTreeMap;
 
@@ -16,6 +17,7 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, dist2};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
@@ -24,111 +26,113 @@ use crate::neighbours::results::CompletedLists;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// Both ends of the edges of the home points.
-pub(crate) struct Reverse {
-    /// The lists of the home points.
+/// The edges of the owned points, from both ends.
+pub(crate) struct BothEnds {
+    /// The nearest neighbours of each owned point.
     nearest: CompletedLists,
-    heard: Received,
+    announced: AnnouncedEdges,
 }
 
-/// An edge of a home point.
+/// An edge of an owned point.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    owned: u32,
+    /// The owned point.
+    point: u32,
+    /// The other end.
     other: u32,
 }
 
-/// The edges that were announced to the home points.
-struct Received {
-    /// The position of each home point's leaf.
+/// The edges that were announced to the owned points.
+struct AnnouncedEdges {
+    /// For each owned point, the index of its leaf.
     leaf_of: Vec<u32>,
-    /// Those that are not in the home point's list.
-    unknown: Vec<Edge>,
-    /// How many came to each leaf.
-    came: Vec<Sweep>,
+    /// The edges whose other end is not in the list of the owned point.
+    new: Vec<Edge>,
+    /// For each leaf, the number of edges announced to its points.
+    at_leaf: Vec<Sweep>,
 }
 
-impl Received {
-    fn nothing<P>(subdomain: &Subdomain<P>) -> Self {
-        let came = vec![Sweep::default(); subdomain.leaves().len()];
-        Received { leaf_of: subdomain.leaf_numbers(), unknown: Vec::new(), came }
+impl AnnouncedEdges {
+    fn none<P>(subdomain: &Subdomain<P>) -> Self {
+        let at_leaf = vec![Sweep::default(); subdomain.leaves().len()];
+        AnnouncedEdges { leaf_of: subdomain.leaf_numbers(), new: Vec::new(), at_leaf }
     }
 
-    /// An edge of this squared length comes to a home point whose list reaches so far.
+    /// Adds an edge of squared length `distance2`. The list of its owned point extends to the squared radius `radius2`.
     #[inline]
-    fn receive(&mut self, edge: Edge, distance2: f64, radius2: f64) {
-        self.came[self.leaf_of[edge.owned as usize] as usize].visit();
+    fn add(&mut self, edge: Edge, distance2: f64, radius2: f64) {
+        self.at_leaf[self.leaf_of[edge.point as usize] as usize].visit();
         if distance2 > radius2 {
-            self.unknown.push(edge);
+            self.new.push(edge);
         }
     }
 }
 
-/// Every point announces itself to its nearest. Each rank gets a point once.
+/// Announces each point to its nearest neighbours. Each rank receives a point at most once.
 pub(crate) async fn reverse_edges<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     nearest: CompletedLists,
-) -> Result<Reverse, TransportError> {
-    let mut heard = Received::nothing(subdomain);
-    let announcements = announce(cx, subdomain, table, &nearest, &mut heard);
+) -> Result<BothEnds, TransportError> {
+    let mut announced = AnnouncedEdges::none(subdomain);
+    let announcements = announce(cx, subdomain, table, &nearest, &mut announced);
     for (to, Announcement { points, counts, targets, .. }) in announcements {
         let body = Body::Reverse { points, counts: Bulk(counts), targets: Bulk(targets) };
         cx.send(to, NodeId::ROOT, 0, body);
     }
     while cx.exchange().await? {
         for Announcement { points, counts, targets, .. } in take_announcements(cx) {
-            // The sender's own points.
+            // The sender owns all these points.
             let others = table.receive_all(&points).into_iter().zip(counts);
             let others = others.flat_map(|(other, count)| std::iter::repeat_n(other, count as usize));
             for (other, target) in others.zip(targets) {
-                if let Some(owned) = table.find_owned(target) {
-                    let [x, y] = [owned, other].map(|i| table.positions()[i as usize]);
-                    heard.receive(Edge { owned, other }, dist2(x, y), table.radii2()[owned as usize]);
+                if let Some(point) = table.find_owned(target) {
+                    let [x, y] = [point, other].map(|i| table.positions()[i as usize]);
+                    announced.add(Edge { point, other }, dist2(x, y), table.radii2()[point as usize]);
                 }
             }
         }
     }
-    Ok(Reverse { nearest, heard })
+    Ok(BothEnds { nearest, announced })
 }
 
-/// Announces the home points to each other; returns what goes to other ranks.
+/// Announces the owned points to each other. Returns the announcements to other ranks.
 fn announce<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     nearest: &CompletedLists,
-    heard: &mut Received,
+    announced: &mut AnnouncedEdges,
 ) -> BTreeMap<Rank, Announcement<P>> {
     let mut announcements: BTreeMap<Rank, Announcement<P>> = BTreeMap::new();
     let mut other_leaves = Vec::new();
-    let (nearest, owned_points) = (nearest.by_owned(table.owned_len()), table.owned_len() as usize);
-    // Of home points, both of the same length.
-    let (positions, radii2) = (&table.positions()[..owned_points], &table.radii2()[..owned_points]);
+    let nearest = nearest.by_owned(table.owned_len());
+    // Both slices have the same length, one entry for each owned point.
+    let (positions, radii2) = (table.owned_positions(), &table.radii2()[..table.owned_len() as usize]);
     for (leaf, number) in subdomain.leaves().iter().zip(0u32..) {
         let mut edges = Sweep::default();
-        for owned in leaf.owned() {
-            let own = positions[owned as usize];
-            edges.each(nearest[owned as usize], |&j| {
+        for point in leaf.owned() {
+            let own = positions[point as usize];
+            edges.each(nearest[point as usize], |&j| {
                 if let Some(&x) = positions.get(j as usize) {
-                    let edge = Edge { owned: j, other: owned };
-                    heard.receive(edge, dist2(x, own), radii2[j as usize]);
-                    if cx.recorder.is_some() {
-                        other_leaves.push(heard.leaf_of[j as usize]);
+                    let edge = Edge { point: j, other: point };
+                    announced.add(edge, dist2(x, own), radii2[j as usize]);
+                    if cx.is_recording() {
+                        other_leaves.push(announced.leaf_of[j as usize]);
                     }
                 } else {
                     let announcement = announcements.entry(table.owners()[j as usize]).or_default();
-                    announcement.add(table, owned, table.ids()[j as usize]);
+                    announcement.add(table, point, table.ids()[j as usize]);
                 }
             });
-            if let Some(recorder) = &mut cx.recorder {
+            if let Some(recorder) = cx.recorder() {
                 recorder.reverse(number, &mut other_leaves);
             }
         }
         let mut cost = Cost::ZERO;
         cost.swept(edges);
-        cx.ledger.charge(Phase::Sets, leaf.id(), cost, edges.items());
+        cx.charge(Account::member(Phase::Sets, leaf.id()), cost, edges.items());
     }
     announcements
 }
@@ -145,62 +149,64 @@ fn take_announcements<P: Point>(cx: &mut Context<P>) -> Vec<Announcement<P>> {
     })
 }
 
-impl Reverse {
-    /// The edges of every leaf's points from both ends, each once: those that were not in the lists are sorted by their
-    /// home points.
+impl BothEnds {
+    /// Unites the edges from both ends, each edge once. Sorts the edges that are not in the lists by their owned points.
     pub(crate) fn unite<P: Point>(
         self,
         cx: &mut Context<P>,
         subdomain: &Subdomain<P>,
         table: &Table<P>,
     ) -> Lists<u32> {
-        let Reverse { nearest: done, heard } = self;
-        let nearest = done.by_owned(table.owned_len());
-        let items = nearest.iter().map(|list| list.len()).sum::<usize>() + heard.unknown.len();
-        // Delivery to the leaves; within each the order is charged.
-        let mut unknown = vec![Vec::new(); subdomain.leaves().len()];
-        for edge in heard.unknown {
-            unknown[heard.leaf_of[edge.owned as usize] as usize].push(edge);
+        let BothEnds { nearest, announced } = self;
+        let nearest = nearest.by_owned(table.owned_len());
+        let items = nearest.iter().map(|list| list.len()).sum::<usize>() + announced.new.len();
+        // The delivery to the leaves. The order within each leaf is charged below.
+        let mut new = vec![Vec::new(); subdomain.leaves().len()];
+        for edge in announced.new {
+            new[announced.leaf_of[edge.point as usize] as usize].push(edge);
         }
         let mut united = Lists::with_capacity(table.owned_len() as usize, items);
-        for ((leaf, unknown), came) in subdomain.leaves().iter().zip(unknown).zip(heard.came) {
+        for ((leaf, new), delivered) in subdomain.leaves().iter().zip(new).zip(announced.at_leaf) {
             let mut cost = Cost::ZERO;
-            cost.delivered(came);
-            let place = |edge: &Edge| (edge.owned - leaf.start()) as usize;
-            let own = cost.sorted_by_place(&unknown, place, leaf.owned_len() as usize);
-            let owned_points: Vec<u32> = leaf.owned().collect();
+            cost.delivered(delivered);
+            let row = |edge: &Edge| (edge.point - leaf.start()) as usize;
+            let own = cost.sorted_by_place(&new, row, leaf.owned_len() as usize);
+            let points: Vec<u32> = leaf.owned().collect();
             let mut rest = own.as_slice();
-            cost.map_nested(&owned_points, |&owned, inner| {
+            cost.map_nested(&points, |&point, inner| {
                 let (segment, others) =
-                    rest.split_at(rest.iter().take_while(|edge| edge.owned == owned).count());
+                    rest.split_at(rest.iter().take_while(|edge| edge.point == point).count());
                 rest = others;
                 let mut added = Sweep::default();
                 added.visit_lanes(segment.len());
                 inner.swept_inside(added);
-                united.push_two(nearest[owned as usize], segment.iter().map(|edge| edge.other));
+                united.push_two(nearest[point as usize], segment.iter().map(|edge| edge.other));
             });
-            cx.ledger.charge(Phase::Graph, leaf.id(), cost, 0);
-            cx.ledger.facts(leaf.id()).members += leaf.owned_len();
+            cx.charge(Account::member(Phase::Graph, leaf.id()), cost, 0);
+            cx.facts(leaf.id()).members += leaf.owned_len();
         }
         united
     }
 }
 
-/// What one rank gets of other ends of edges: points, how many targets each has there, and all targets.
+/// The points that one rank announces to another.
 #[derive(Default)]
 struct Announcement<P: Point> {
     points: PointBatch<P>,
+    /// For each point, the number of its targets.
     counts: Vec<u32>,
+    /// The ids of the targets of all points.
     targets: Vec<u64>,
+    /// The point that was added last.
     last: Option<u32>,
 }
 
 impl<P: Point> Announcement<P> {
-    /// Announces a home point to a point there. Those of one home point come together.
-    fn add(&mut self, table: &Table<P>, owned: u32, target: u64) {
-        if self.last != Some(owned) {
-            self.last = Some(owned);
-            table.export(owned, &mut self.points);
+    /// Announces an owned point to the point with id `target`. The targets of one point must be added consecutively.
+    fn add(&mut self, table: &Table<P>, point: u32, target: u64) {
+        if self.last != Some(point) {
+            self.last = Some(point);
+            table.export(point, &mut self.points);
             self.counts.push(0);
         }
         if let Some(count) = self.counts.last_mut() {

@@ -1,21 +1,22 @@
-//! The choice of the supergraph where none is given: a sample of stars.
+//! The selection of the supergraph by a sample of stars, if the user gives none.
 //!
-//! **Statement.** A hash of their coordinates draws about a thousand points. Each asks for its surroundings, out to six
-//! times the distance of the nearest point of its leaf; the nearest point of all is among them. Its star, built from
-//! them, is certified by the ball of radius `alpha` times that distance iff it has no infinite facet and twice its
-//! largest circumradius is no more. The coordinator takes the first of 2.5, 3, 4, 6 with at most 10 % of the sample not
-//! certified, else 48 nearest neighbours. The choice does not depend on the number of workers.
+//! **Statement.** A hash of the coordinates draws about a thousand points. Each sampled point searches the ball of six times
+//! the distance to the nearest point of its leaf. The points found include its nearest neighbour. A star is built from
+//! them. Let `r` be the distance to the nearest neighbour. The ball of radius `alpha r` certifies the star if and only if the
+//! star has no infinite facet and twice its largest circumradius is at most `alpha r`. The coordinator takes the first
+//! `alpha` of 2.5, 3, 4 and 6 for which at most 10 % of the sample are not certified. If there is none, it takes 48 nearest
+//! neighbours. The selection is independent of the number of workers.
 //!
-//! The phase comes before the nearest-neighbour balls: only graphs that are made of them need those of all points.
+//! The phase precedes the nearest-neighbour balls, because only some supergraphs need them for all points.
 //!
-//! **Work and depth.** At a leaf the pairs of its sample and its points; the descent's
-//! (`crate::neighbours::descent`). The stars of the sample are not charged.
+//! **Work and depth.** At a leaf, the pairs of its sample and its points. Then the descent (`crate::neighbours::descent`).
+//! The stars of the sample are not charged.
 //!
-//! **Rounds.** The descent's, one up and one down.
+//! **Rounds.** Those of the descent, one up and one down.
 //!
-//! **Departures.** The paper leaves alpha open. A tenth, not a fifth, and 48, not 64, are measured (`bench/README.md`).
-//! Near a fifth the stars that are not certified, and those that they disturb, cost more than lists of neighbours do;
-//! and since repair is cheap, shorter lists pay.
+//! **Departures.** The paper leaves `alpha` open. The limits of a tenth (not a fifth) and of 48 neighbours (not 64) are
+//! measured (`bench/README.md`). Near a fifth, the stars that are not certified, and the stars that they disturb, cost more
+//! than lists of neighbours. Splaying is cheap, so shorter lists pay.
 
 use septet_geometry::complex::INFINITE;
 use septet_geometry::cost::Cost;
@@ -24,38 +25,40 @@ use septet_geometry::hull::StarBuilder;
 use septet_geometry::measure::circumradius2;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::{Point, dist2};
-use septet_geometry::separator::{DrawKey, is_sample};
+use septet_geometry::separator::{DrawKey, Sampler};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
 use crate::config::Wanted;
 use crate::machine::context::Context;
-use crate::neighbours::ask::{Ask, Ball};
 use crate::neighbours::descent::Descent;
 use crate::neighbours::results::{CompletedLists, Nearest};
+use crate::neighbours::search::{Ball, Search};
 use crate::state::cells::finite_cell;
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 
-/// The alphas that are tried.
+/// The candidates for alpha, in the order of preference.
 pub const ALPHAS: [f64; 4] = [2.5, 3.0, 4.0, 6.0];
 
 /// The share of sampled stars that may stay without a local certificate.
 pub const UNCERTIFIED_SHARE: f64 = 0.1;
 
-/// Neighbours where no alpha suffices.
+/// The number of nearest neighbours if no alpha suffices.
 pub const FALLBACK_K: u32 = 48;
 
-/// Most points that a sampled star asks for.
+/// The largest number of points that a sampled star searches for.
 const MOST_CANDIDATES: u32 = 500;
 
-/// From the sample's size and the numbers certified at each alpha: the supergraph, and why.
+/// Selects the supergraph from the size of the sample and the number of stars that each alpha certifies. Returns it with
+/// the reason.
 pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -> (Supergraph, String) {
     for (alpha, &good) in ALPHAS.into_iter().zip(certified) {
-        let open = sample - good.min(sample);
-        if open as f64 <= UNCERTIFIED_SHARE * sample as f64 {
+        let uncertified = sample - good.min(sample);
+        if uncertified as f64 <= UNCERTIFIED_SHARE * sample as f64 {
             let supergraph = match wanted {
                 Wanted::AutoOverlap => Supergraph::Overlap { alpha },
                 _ => Supergraph::Density { alpha },
@@ -70,7 +73,7 @@ pub fn choose(wanted: Wanted, sample: u64, certified: &[u64], population: u64) -
     (Supergraph::Knn { k }, why)
 }
 
-/// Chooses the supergraph: samples stars, reports how many of them each alpha certifies, and learns what rank 0 chose.
+/// Samples stars, reports to rank 0 how many of them each alpha certifies, and receives the selected supergraph.
 pub(crate) async fn choice<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -79,8 +82,8 @@ pub(crate) async fn choice<P: Point>(
 ) -> Result<Supergraph, TransportError> {
     cx.enter(Phase::Choice)?;
     let balls = balls_of_sample(cx, subdomain, table, population);
-    let ask = Ask { phase: Phase::Choice, wanted: MOST_CANDIDATES, probe: false, own_leaf: true };
-    let mut descent = Descent::new(subdomain, ask, &[]);
+    let search = Search { phase: Phase::Choice, wanted: MOST_CANDIDATES, probe: false, own_leaf: true };
+    let mut descent = Descent::new(subdomain, search, &[]);
     descent.launch(cx, table, &balls, None);
     let mut samples = report_samples(cx, table, balls, &descent);
     let mut chosen = Vec::new();
@@ -92,36 +95,36 @@ pub(crate) async fn choice<P: Point>(
             _ => None,
         }));
     }
-    descent.land(cx);
+    descent.finish(cx);
     chosen.pop().ok_or_else(|| TransportError::WorkerFailed {
-        rank: cx.rank,
+        rank: cx.rank(),
         reason: "phase choice ended without a choice".into(),
     })
 }
 
-/// The balls of sampled points: six times as far as the nearest point of the leaf, which is no nearer than the
-/// nearest of all; without limit if there is none.
+/// Samples owned points. The radius of a sampled ball is six times the distance to the nearest point of the leaf, which is
+/// at least the distance to the nearest point of all. It is infinite if the leaf contains no other point.
 fn balls_of_sample<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     population: u64,
 ) -> Vec<Ball> {
-    let population = population * 2 / 5;
-    let key = DrawKey { seed: cx.config.seed, node: 0, attempt: 0 };
+    // A sampler draws 400 points from its population. From two fifths of the points, that is the rate of 1000 from all.
+    let sampler = Sampler::of(DrawKey { seed: cx.config().seed, node: 0, attempt: 0 }, population * 2 / 5);
     let positions = table.positions();
     let mut balls = Vec::new();
     for (at, leaf) in subdomain.leaves().iter().enumerate() {
         let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
-        let sample = cost.pack(&members, |&owned| is_sample(key, population, positions[owned as usize]));
+        let sample = cost.pack(&members, |&point| sampler.takes(positions[point as usize]));
         let all = |_| f64::INFINITY;
         let nearest = nearest_direct(positions, &sample, &members, 1, all, &mut cost);
         let items = leaf.owned_len() * (sample.len() as u64).max(1);
-        cx.ledger.charge(Phase::Choice, leaf.id(), cost, items);
+        cx.charge(Account::member(Phase::Choice, leaf.id()), cost, items);
         let radii2 = nearest.kth2.into_iter().map(|nearest2| nearest2 * ALPHAS[3] * ALPHAS[3]);
-        balls.extend(sample.into_iter().zip(radii2).map(|(owned, radius2)| Ball {
-            owned,
+        balls.extend(sample.into_iter().zip(radii2).map(|(point, radius2)| Ball {
+            point,
             leaf: at,
             radius2,
         }));
@@ -129,24 +132,24 @@ fn balls_of_sample<P: Point>(
     balls
 }
 
-/// Sends the sample's outcome if all its balls are back; if not, returns the balls.
+/// Sends the counts of the sample if the lists of all its balls are complete. Otherwise returns the balls.
 fn report_samples<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
     balls: Vec<Ball>,
     descent: &Descent<P>,
 ) -> Option<Vec<Ball>> {
-    if descent.done().len() < balls.len() {
+    if descent.complete().len() < balls.len() {
         return Some(balls);
     }
-    let needed = needed_alphas(table, &balls, descent.done());
+    let needed = needed_alphas(table, &balls, descent.complete());
     let mut counts = vec![needed.len() as u64];
     counts.extend(ALPHAS.map(|a| needed.iter().filter(|&&t| t <= a).count() as u64));
     cx.send(COORDINATOR, NodeId::ROOT, 0, Body::SampleStars(Bulk(counts)));
     None
 }
 
-/// A supergraph as two numbers, for the wire.
+/// Encodes a supergraph as two numbers for a message.
 pub fn encode_choice(supergraph: Supergraph) -> (u8, f64) {
     match supergraph {
         Supergraph::Density { alpha } => (0, alpha),
@@ -155,7 +158,7 @@ pub fn encode_choice(supergraph: Supergraph) -> (u8, f64) {
     }
 }
 
-/// The supergraph in two numbers.
+/// Decodes a supergraph from the two numbers of a message.
 pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
     match kind {
         0 => Some(Supergraph::Density { alpha: parameter }),
@@ -165,21 +168,21 @@ pub fn decode_choice(kind: u8, parameter: f64) -> Option<Supergraph> {
     }
 }
 
-/// For each sampled star the least alpha whose ball certifies it, infinite if six does not.
+/// For each sampled star, the smallest alpha that certifies it. Infinite if the searched ball is too small.
 fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &CompletedLists) -> Vec<f64> {
     let mut builder = StarBuilder::default();
     let mut facets: Vec<P::Facet> = Vec::new();
-    // Samples are in the order of their numbers.
+    // Samples are in the order of their indices.
     let radius2 =
-        |owned: u32| samples.binary_search_by_key(&owned, |ball| ball.owned).map(|at| samples[at].radius2);
-    let star = |Nearest { point: owned, kth2: farthest2, list: candidates }: Nearest| {
-        let at = table.positions()[owned as usize];
+        |point: u32| samples.binary_search_by_key(&point, |ball| ball.point).map(|at| samples[at].radius2);
+    let star = |Nearest { point, kth2: farthest2, list: candidates }: Nearest| {
+        let at = table.positions()[point as usize];
         let distances2 = candidates.iter().map(|&j| dist2(table.positions()[j as usize], at));
         let nearest2 = distances2.fold(f64::INFINITY, f64::min);
-        // A list cut short knows its surroundings only that far.
-        let full = candidates.len() < MOST_CANDIDATES as usize;
-        let known2 = if full { radius2(owned).unwrap_or(0.0) } else { farthest2 };
-        if !builder.build(table.positions(), owned, candidates, &mut Cost::default()) {
+        // A truncated list contains all points only up to its last one.
+        let is_whole = candidates.len() < MOST_CANDIDATES as usize;
+        let known2 = if is_whole { radius2(point).unwrap_or(0.0) } else { farthest2 };
+        if !builder.build(table.positions(), point, candidates, &mut Cost::default()) {
             return f64::INFINITY;
         }
         facets.clear();
@@ -189,7 +192,7 @@ fn needed_alphas<P: Point>(table: &Table<P>, samples: &[Ball], sampled: &Complet
             if facet.as_ref().contains(&INFINITE) {
                 return f64::INFINITY;
             }
-            let Some(cell) = finite_cell::<P>(owned, facet) else { return f64::INFINITY };
+            let Some(cell) = finite_cell::<P>(point, facet) else { return f64::INFINITY };
             let corners: Vec<P> = cell.as_ref().iter().map(|&v| table.positions()[v as usize]).collect();
             most2 = most2.max(circumradius2(&corners));
         }

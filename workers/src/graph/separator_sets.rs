@@ -1,18 +1,16 @@
-//! Separator sets by the paper's recursion, and the union of the graphs it returns.
+//! Separator sets by the recursion of the paper, and the union of the graphs that it returns.
 //!
-//! **Statement** (paper, Section 4.3). The set of a node is divided by its separator; the points whose
-//! balls cross it, `P_O`, belong to the sets of both children (rule `both`); the graph of the node is the
-//! union of the children's graphs, multiple edges deleted. For the density graph the crossing points of one
-//! side suffice (rule `smaller`): every edge that crosses has *both* ends in `P_O`. The balls are always the
-//! global ones.
+//! **Statement** (paper, Section 4.3). The separator of a node divides the set of the node. The points whose balls cross the
+//! separator, `P_O`, belong to the sets of both children (rule `both`). The graph of the node is the union of the graphs of
+//! its children, without multiple edges. For the density graph, the crossing points of one side suffice (rule `smaller`),
+//! because *both* ends of every edge that crosses are in `P_O`. The balls are always the global ones.
 //!
-//! **Departure.** The recursion follows the separators of the partition tree, which were drawn for the home
-//! points alone. It stops where the larger child's set would hold more than 93 % of its parent's; there
-//! the graph is found directly.
+//! **Departure.** The recursion follows the separators of the partition tree, which were drawn for the owned points alone. It
+//! stops if the set of the larger child would contain more than 93 % of the set of its parent. There, all pairs are compared.
 //!
-//! **Rounds.** Three a shared level down (counts, the rule, the points) and one up.
+//! **Rounds.** Three for each shared level on the way down (counts, decision, points), and one on the way up.
 //!
-//! **Work and depth.** O(1) steps a level; at the bottom all pairs of a set, O(1) steps.
+//! **Work and depth.** O(1) steps for each level. At the bottom all pairs of a set, in O(1) steps.
 
 use std::collections::BTreeMap;
 
@@ -22,17 +20,18 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{NodeId, Phase, Rank};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, ListBatch, Message, PointBatch};
 use septet_protocol::transport::TransportError;
 
 use crate::config::SetRule;
 use crate::graph::sharing::{Crossing, Place, Sharing, lead, set_rule};
 use crate::machine::context::Context;
-use crate::state::subdomain::{Shared, Subdomain, Unsplit};
+use crate::state::subdomain::{Shared, Subdomain, Unsplit, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Split, Tree};
 
-/// The graph neighbours of the home points, found in the leaves' sets and united on the way up.
+/// Finds the graph neighbours of the owned points in the sets of the leaves, and unites them on the way up.
 pub(crate) async fn set_recursion<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -44,102 +43,126 @@ pub(crate) async fn set_recursion<P: Point>(
         recursion.agenda.step += 1;
         lead(cx, subdomain.led(), recursion.rule);
         recursion.take_items(cx);
-        recursion.obey(cx);
-        recursion.handle_due(cx);
+        recursion.apply_decisions(cx);
+        recursion.handle_ready(cx);
         recursion.take_lists(cx);
     }
     Ok(recursion.finish(cx))
 }
 
-/// Which of a sender's items a list belongs to.
+/// The item of another rank to which a list returns.
 #[derive(Clone, Copy, Debug)]
 struct Origin {
     rank: Rank,
-    /// The sender's name of it.
+    /// The sender's index of the item.
     slot: u32,
 }
 
 /// A member of sets on this rank: a point, and the neighbours found for it.
 #[derive(Clone, Debug)]
-struct Item {
+struct SetItem {
     point: u32,
+    /// The sender. `None` for an owned point.
     origin: Option<Origin>,
-    /// Places where its neighbours are still looked for: here, and where it was sent.
+    /// The number of searches for its neighbours that are not complete: here, and on the ranks to which it was sent.
     outstanding: u32,
-    /// Its neighbours in this rank's piece, once found.
+    /// Its neighbours in the own subtree. `None` before the search is complete.
     own: Option<Vec<u32>>,
-    /// Its neighbours below other nodes: where it was sent from, and the list that came back.
-    returned: Vec<(NodeId, Vec<u32>)>,
+    /// The lists that other ranks returned.
+    returned: Vec<ReturnedList>,
 }
 
-/// An item that was sent, and the node that shared it.
+/// A list of neighbours that another rank returned.
+#[derive(Clone, Debug)]
+struct ReturnedList {
+    /// The node from which the item was sent.
+    node: NodeId,
+    neighbours: Vec<u32>,
+}
+
+/// An item that was sent.
 #[derive(Clone, Copy, Debug)]
-struct Sent {
+struct SentItem {
     item: u32,
+    /// The node from which it was sent.
     node: NodeId,
 }
 
-/// Items that leave, with the sender's names of them, by node and receiver.
-type Leaving<P> = BTreeMap<(NodeId, Rank), (PointBatch<P>, Vec<u32>)>;
-
-/// Items that come, or the end of a rank's own wait for them.
-struct Arrival<P> {
-    from: Rank,
-    node: NodeId,
+/// Items for one receiver.
+#[derive(Default)]
+struct ItemBatch<P> {
     points: PointBatch<P>,
+    /// For each item, the sender's index.
     slots: Vec<u32>,
 }
 
-/// The nodes that a rank handles, and when.
+/// Items that leave this rank, by node and receiver.
+type Leaving<P> = BTreeMap<Receiver, ItemBatch<P>>;
+
+/// A node, and the rank to which its members go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Receiver {
+    node: NodeId,
+    rank: Rank,
+}
+
+/// Items that arrive, or the end of this rank's own wait for them.
+struct Arrival<P> {
+    from: Rank,
+    node: NodeId,
+    batch: ItemBatch<P>,
+}
+
+/// The nodes that a rank handles, by the step in which it handles them.
 #[derive(Default)]
 struct Agenda {
-    /// Rounds since the phase began.
+    /// The number of rounds since the phase began.
     step: u32,
     /// Nodes to count or to solve in this step.
-    due: Vec<NodeId>,
-    /// Nodes whose members other ranks send in this step: they are handled in the next one.
+    ready: Vec<NodeId>,
+    /// Nodes whose members other ranks send in this step. They are handled in the next step.
     waiting: Vec<NodeId>,
-    /// Nodes that wait one more step for their members, and the step when the first came.
+    /// Nodes that wait one more step for their members, with the step in which the first members arrived.
     delayed: BTreeMap<NodeId, u32>,
-    /// Shared nodes that stopped: their set is solved whole here.
+    /// Shared nodes whose sets are not divided. This rank solves them whole.
     stopped: Vec<NodeId>,
 }
 
-/// The recursion as one rank takes part in it. It may lead, count, solve and answer for several nodes in a round.
+/// The recursion, as one rank takes part in it. A rank may lead, count, solve and reply for several nodes in a round.
 struct Recursion<'a, P> {
     subdomain: &'a Subdomain<P>,
     table: &'a mut Table<P>,
     supergraph: Supergraph,
     rule: SetRule,
     agenda: Agenda,
-    items: Vec<Item>,
-    /// A position in it is the name under which the list returns.
-    sent: Vec<Sent>,
-    /// What uniting lists costs, by the node whose children's they are.
+    items: Vec<SetItem>,
+    /// The items that were sent. A returned list names its item by the index here.
+    sent: Vec<SentItem>,
+    /// For each node, the cost of uniting the lists of its children.
     unions: BTreeMap<NodeId, Cost>,
-    /// Members of each node's set on this rank.
+    /// For each node, the members of its set on this rank.
     members: BTreeMap<NodeId, Vec<u32>>,
-    /// Points that went to both sides of a node.
+    /// For each node, the points that went to both children.
     replicated: BTreeMap<NodeId, Sweep>,
 }
 
 impl<'a, P: Point> Recursion<'a, P> {
-    /// Every home point is a member of the root's set.
+    /// Starts with the owned points as members of the root's set.
     fn of_owned(
         cx: &Context<P>,
         subdomain: &'a Subdomain<P>,
         table: &'a mut Table<P>,
         supergraph: Supergraph,
     ) -> Self {
-        let items = table.owned().map(|point| Item::new(point, None)).collect();
+        let items = table.owned().map(|point| SetItem::new(point, None)).collect();
         let root = subdomain.top();
         let members = root.map(|root| (root, table.owned().collect()));
         Recursion {
             subdomain,
             table,
             supergraph,
-            rule: set_rule(cx.config.graph.sets, supergraph),
-            agenda: Agenda { due: root.into_iter().collect(), ..Agenda::default() },
+            rule: set_rule(cx.config().graph.sets, supergraph),
+            agenda: Agenda { ready: root.into_iter().collect(), ..Agenda::default() },
             items,
             sent: Vec::new(),
             unions: BTreeMap::new(),
@@ -148,13 +171,13 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Whether there is a node to handle in the next step.
+    /// Whether this rank handles a node in the next step.
     fn is_pending(&self) -> bool {
-        !self.agenda.due.is_empty() || !self.agenda.waiting.is_empty()
+        !self.agenda.ready.is_empty() || !self.agenda.waiting.is_empty()
     }
 
-    /// Does what the leaders decided.
-    fn obey(&mut self, cx: &mut Context<P>) {
+    /// Applies the decisions of the leaders.
+    fn apply_decisions(&mut self, cx: &mut Context<P>) {
         let mut decisions = cx.take(|m: &mut Message<P>| match m.body {
             Body::SetDecision(number) => Sharing::from_number(number).map(|sharing| (m.node, sharing)),
             _ => None,
@@ -171,13 +194,13 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Counts or solves the nodes whose members are here.
-    fn handle_due(&mut self, cx: &mut Context<P>) {
-        let mut due = std::mem::take(&mut self.agenda.due);
-        due.sort_unstable();
-        due.dedup();
+    /// Counts or solves the nodes whose members are complete.
+    fn handle_ready(&mut self, cx: &mut Context<P>) {
+        let mut ready = std::mem::take(&mut self.agenda.ready);
+        ready.sort_unstable();
+        ready.dedup();
         let subdomain = self.subdomain;
-        for node in due {
+        for node in ready {
             match subdomain.shared(node).filter(|_| !self.agenda.stopped.contains(&node)) {
                 Some(shared) => self.count_set(cx, shared),
                 None => self.solve_set(cx, node),
@@ -185,7 +208,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Side and crossing of a point at a split.
+    /// The side of an item at a split, and whether its ball crosses the separator.
     fn place(&self, split: &Split<P>, item: u32) -> Place {
         let point = self.items[item as usize].point as usize;
         let (x, radius2) = (self.table.positions()[point], self.table.radii2()[point]);
@@ -193,16 +216,16 @@ impl<'a, P: Point> Recursion<'a, P> {
         Place { side: split.side(x), crosses: split.separator().crosses(x, radius) }
     }
 
-    /// Sends the leader of a shared node the counts of this rank's share of the set.
+    /// Sends the counts of this rank's share of the set to the leader of a shared node.
     fn count_set(&mut self, cx: &mut Context<P>, shared: &Shared<P>) {
         let members = self.members.get(&shared.id()).map_or(&[][..], Vec::as_slice);
         let mut cost = Cost::ZERO;
         let sum = self.count_members(shared.split(), members, &mut cost);
-        cx.ledger.charge(Phase::Sets, shared.id(), cost, members.len() as u64);
+        cx.charge(Account::member(Phase::Sets, shared.id()), cost, members.len() as u64);
         cx.send(shared.leader(), shared.id(), 0, Body::SetCounts(Bulk(sum.to_vec())));
     }
 
-    /// How many members are on either side, and how many of these cross.
+    /// Counts the members on each side, and the members on each side whose balls cross.
     fn count_members(&self, split: &Split<P>, members: &[u32], cost: &mut Cost) -> [u64; 4] {
         let places = cost.map(members, |&i| self.place(split, i));
         cost.reduce(&places, [0u64; 4], |mut sum, place| {
@@ -212,10 +235,10 @@ impl<'a, P: Point> Recursion<'a, P> {
         })
     }
 
-    /// Hands this rank's share of a set that is not divided to the lowest rank, which solves the set.
+    /// Sends this rank's share of a set that is not divided to the lowest rank, which solves the set.
     fn stop(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: Vec<u32>) {
         let (node, holder) = (shared.id(), shared.first());
-        if cx.rank == holder {
+        if cx.rank() == holder {
             self.agenda.stopped.push(node);
             self.members.insert(node, members);
             self.agenda.waiting.push(node);
@@ -224,11 +247,11 @@ impl<'a, P: Point> Recursion<'a, P> {
         }
     }
 
-    /// Hands members of a node to the rank that holds it.
+    /// Sends members of a node to the rank that holds the node.
     fn hand_over(&mut self, cx: &mut Context<P>, node: NodeId, holder: Rank, members: Vec<u32>) {
         let mut leaving = Leaving::new();
         for item in members {
-            self.send_item(item, node, (node, holder), &mut leaving);
+            self.send_item(item, node, Receiver { node, rank: holder }, &mut leaving);
             self.items[item as usize].outstanding -= 1;
         }
         send_items(cx, leaving);
@@ -236,7 +259,8 @@ impl<'a, P: Point> Recursion<'a, P> {
 
     /// Divides this rank's share of a set.
     fn divide(&mut self, cx: &mut Context<P>, shared: &Shared<P>, members: &[u32], crossing: Crossing) {
-        let node = shared.id();
+        let (node, subdomain) = (shared.id(), self.subdomain);
+        let level = subdomain.position(node);
         let (mut leaving, mut staying) = (Leaving::new(), Vec::new());
         let mut cost = Cost::ZERO;
         let places = cost.map(members, |&i| self.place(shared.split(), i));
@@ -246,8 +270,8 @@ impl<'a, P: Point> Recursion<'a, P> {
                 if to == shared.mine() && shared.goes_on() {
                     stays = true;
                 } else {
-                    let member = shared.member_below(cx.rank, to);
-                    self.send_item(item, node, (node.child(to), member), &mut leaving);
+                    let (child, rank) = subdomain.beyond(Way { level, side: to }, cx.rank());
+                    self.send_item(item, node, Receiver { node: child, rank }, &mut leaving);
                 }
             }
             if stays {
@@ -259,10 +283,9 @@ impl<'a, P: Point> Recursion<'a, P> {
                 self.replicated.entry(node).or_default().visit();
             }
         }
-        cx.ledger.charge(Phase::Sets, node, cost, 0);
+        cx.charge(Account::member(Phase::Sets, node), cost, 0);
         let id = node.child(shared.mine());
         self.members.entry(id).or_default().extend(staying);
-        let subdomain = self.subdomain;
         if subdomain.unsplit().is_some_and(|end| end.node == id)
             || subdomain.path().last().is_some_and(|last| last.id() != node)
             || subdomain.holds(id)
@@ -272,53 +295,52 @@ impl<'a, P: Point> Recursion<'a, P> {
         send_items(cx, leaving);
     }
 
-    /// Sends an item from a node to the place below it, or to the rank that holds it.
-    fn send_item(&mut self, item: u32, node: NodeId, to: (NodeId, Rank), leaving: &mut Leaving<P>) {
-        let (points, slots) = leaving.entry(to).or_default();
+    /// Sends an item that is a member of `node` to a receiver.
+    fn send_item(&mut self, item: u32, node: NodeId, to: Receiver, leaving: &mut Leaving<P>) {
+        let ItemBatch { points, slots } = leaving.entry(to).or_default();
         self.table.export(self.items[item as usize].point, points);
         slots.push(self.sent.len() as u32);
-        self.sent.push(Sent { item, node });
+        self.sent.push(SentItem { item, node });
         self.items[item as usize].outstanding += 1;
     }
 
-    /// Takes the members of nodes' sets that other ranks sent. A wait that is over counts as an arrival without points
-    /// from this rank.
+    /// Receives members of sets from other ranks. The end of a wait counts as an arrival without points from this rank.
     fn take_items(&mut self, cx: &mut Context<P>) {
         let mut arrivals = cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Items { points, slots } => {
                 let (points, slots) = (std::mem::take(points), std::mem::take(&mut slots.0));
-                Some(Arrival { from: m.from, node: m.node, points, slots })
+                Some(Arrival { from: m.from, node: m.node, batch: ItemBatch { points, slots } })
             }
             _ => None,
         });
-        let nothing =
-            |node| Arrival { from: cx.rank, node, points: PointBatch::default(), slots: Vec::new() };
+        let nothing = |node| Arrival { from: cx.rank(), node, batch: ItemBatch::default() };
         arrivals.extend(std::mem::take(&mut self.agenda.waiting).into_iter().map(nothing));
         arrivals.sort_by_key(|arrival| arrival.from);
-        for Arrival { from, node, points, slots } in arrivals {
-            let numbers = self.table.intern_all(&points);
+        for Arrival { from, node, batch: ItemBatch { points, slots } } in arrivals {
+            let indices = self.table.intern_all(&points);
             let first = self.items.len() as u32;
-            let new = numbers.iter().zip(slots);
-            self.items.extend(new.map(|(&point, slot)| Item::new(point, Some(Origin { rank: from, slot }))));
+            let new = indices.iter().zip(slots);
+            let item = |(&point, slot)| SetItem::new(point, Some(Origin { rank: from, slot }));
+            self.items.extend(new.map(item));
             let last = self.items.len() as u32;
             self.members.entry(node).or_default().extend(first..last);
             match self.subdomain.unsplit().filter(|end| end.node == node) {
-                Some(Unsplit { holder, .. }) if holder != cx.rank => {
+                Some(Unsplit { holder, .. }) if holder != cx.rank() => {
                     let members = self.members.remove(&node).unwrap_or_default();
                     self.hand_over(cx, node, holder, members);
                 }
-                // The group's other ranks hand on in this step what they were sent as well: wait for it.
+                // The other ranks of the group relay the members that they received in this step. Wait for them.
                 Some(_) if !self.agenda.delayed.contains_key(&node) => {
                     self.agenda.delayed.insert(node, self.agenda.step);
                     self.agenda.waiting.push(node);
                 }
                 _ if self.agenda.delayed.get(&node) == Some(&self.agenda.step) => {}
-                _ => self.agenda.due.push(node),
+                _ => self.agenda.ready.push(node),
             }
         }
     }
 
-    /// Solves the set of a piece that this rank holds whole; answers for items of others.
+    /// Solves a set that this rank holds whole. Returns the lists of other ranks' items.
     fn solve_set(&mut self, cx: &mut Context<P>, node: NodeId) {
         let members = self.members.remove(&node).unwrap_or_default();
         for &item in &members {
@@ -332,21 +354,21 @@ impl<'a, P: Point> Recursion<'a, P> {
         for (&item, list) in members.iter().zip(lists) {
             self.items[item as usize].own = Some(list);
         }
-        self.answer_items(cx);
+        self.return_lists(cx);
     }
 
-    /// The graph of a set in this rank's piece: the neighbours of each member.
+    /// Finds the neighbours of each member of a set in the own subtree.
     fn solve(&mut self, cx: &mut Context<P>, tree: &Tree<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let Tree::Node(inner) = tree else { return self.solve_direct(cx, node, members) };
         let mut cost = Cost::ZERO;
         let sum = self.count_members(inner.split(), members, &mut cost);
-        cx.ledger.charge(Phase::Sets, node, cost, members.len() as u64);
+        cx.charge(Account::member(Phase::Sets, node), cost, members.len() as u64);
         let Sharing::Crossing(crossing) = Sharing::decide(sum, self.rule) else {
             return self.solve_direct(cx, node, members);
         };
         let mut cost = Cost::ZERO;
         let places = cost.map(members, |&i| self.place(inner.split(), i));
-        cx.ledger.charge(Phase::Sets, node, cost, 0);
+        cx.charge(Account::member(Phase::Sets, node), cost, 0);
         let mut children = [Vec::new(), Vec::new()];
         for (&item, &place) in members.iter().zip(&places) {
             for (to, child) in children.iter_mut().enumerate() {
@@ -374,7 +396,7 @@ impl<'a, P: Point> Recursion<'a, P> {
         united.collect()
     }
 
-    /// The base case: all pairs.
+    /// Finds the neighbours of each member of a set by all pairs.
     fn solve_direct(&mut self, cx: &mut Context<P>, node: NodeId, members: &[u32]) -> Vec<Vec<u32>> {
         let (positions, radii2) = (self.table.positions(), self.table.radii2());
         let at = |i: u32| positions[self.items[i as usize].point as usize];
@@ -384,8 +406,8 @@ impl<'a, P: Point> Recursion<'a, P> {
         let mut cost = Cost::ZERO;
         let found = graph_direct(self.supergraph, positions, radii2, &points, &points, &mut cost);
         let pairs = (points.len() * points.len()) as u64;
-        cx.ledger.charge(Phase::Graph, node, cost, pairs);
-        cx.ledger.facts(node).members += points.len() as u64;
+        cx.charge(Account::member(Phase::Graph, node), cost, pairs);
+        cx.facts(node).members += points.len() as u64;
         let mut lists = vec![Vec::new(); members.len()];
         for (i, list) in order.into_iter().zip(found.iter()) {
             lists[i] = list.to_vec();
@@ -393,14 +415,14 @@ impl<'a, P: Point> Recursion<'a, P> {
         lists
     }
 
-    /// Lists that are complete go back to where their item came from.
-    fn answer_items(&mut self, cx: &mut Context<P>) {
-        let mut answers: BTreeMap<Rank, ListBatch<P>> = BTreeMap::new();
+    /// Returns complete lists to the senders of their items.
+    fn return_lists(&mut self, cx: &mut Context<P>) {
+        let mut replies: BTreeMap<Rank, ListBatch<P>> = BTreeMap::new();
         for item in &mut self.items {
             let Some(origin) = item.origin.filter(|_| item.outstanding == 0) else { continue };
             item.origin = None;
             let list = item.united(&mut self.unions);
-            let batch = answers.entry(origin.rank).or_default();
+            let batch = replies.entry(origin.rank).or_default();
             batch.slots.push(origin.slot);
             batch.counts.push(list.len() as u32);
             for n in list {
@@ -408,11 +430,12 @@ impl<'a, P: Point> Recursion<'a, P> {
             }
             item.point = u32::MAX;
         }
-        for (to, batch) in answers {
+        for (to, batch) in replies {
             cx.send(to, NodeId::ROOT, 0, Body::Lists(batch));
         }
     }
 
+    /// Receives the lists of items that were sent.
     fn take_lists(&mut self, cx: &mut Context<P>) {
         let received = cx.take(|m: &mut Message<P>| match &mut m.body {
             Body::Lists(batch) => Some(std::mem::take(batch)),
@@ -422,46 +445,46 @@ impl<'a, P: Point> Recursion<'a, P> {
             return;
         }
         for batch in received {
-            let numbers = self.table.intern_all(&batch.points);
+            let neighbours = self.table.intern_all(&batch.points);
             let mut at = 0;
             for (&slot, &count) in batch.slots.iter().zip(&batch.counts.0) {
                 let end = at + count as usize;
-                let Sent { item, node } = self.sent[slot as usize];
+                let SentItem { item, node } = self.sent[slot as usize];
                 let item = &mut self.items[item as usize];
-                item.returned.push((node, numbers[at..end].to_vec()));
+                item.returned.push(ReturnedList { node, neighbours: neighbours[at..end].to_vec() });
                 item.outstanding -= 1;
                 at = end;
             }
         }
-        self.answer_items(cx);
+        self.return_lists(cx);
     }
 
-    /// The union of what the leaves found, as the home points' graph neighbours.
+    /// Unites the lists of all leaves to the graph neighbours of the owned points. Charges the unions.
     fn finish(self, cx: &mut Context<P>) -> Lists<u32> {
         let Recursion { table, items, mut unions, replicated, .. } = self;
         for (node, sweep) in replicated {
             let mut cost = Cost::ZERO;
             let items = sweep.items();
             cost.swept(sweep);
-            cx.ledger.charge(Phase::Sets, node, cost, items);
+            cx.charge(Account::member(Phase::Sets, node), cost, items);
         }
-        let owned_points = items.into_iter().take(table.owned_len() as usize);
-        let neighbours = owned_points.map(|mut item| item.united(&mut unions)).collect();
+        let owned = items.into_iter().take(table.owned_len() as usize);
+        let neighbours = owned.map(|mut item| item.united(&mut unions)).collect();
         for (node, cost) in unions {
-            cx.ledger.charge(Phase::Sets, node, cost, 0);
+            cx.charge(Account::member(Phase::Sets, node), cost, 0);
         }
         neighbours
     }
 }
 
 fn send_items<P: Point>(cx: &mut Context<P>, leaving: Leaving<P>) {
-    for ((node, to), (points, slots)) in leaving {
-        cx.send(to, node, 0, Body::Items { points, slots: Bulk(slots) });
+    for (Receiver { node, rank }, ItemBatch { points, slots }) in leaving {
+        cx.send(rank, node, 0, Body::Items { points, slots: Bulk(slots) });
     }
 }
 
-/// The neighbours of a point in both children's graphs, multiple edges deleted: an item of the vector step over
-/// the points that both children have.
+/// Unites the neighbours of a point in the graphs of both children, without multiple edges. The cost is one item of the
+/// vector step over the points of both children.
 fn unite(mut list: Vec<u32>, other: Vec<u32>, all: &mut Cost) -> Vec<u32> {
     list.extend(other);
     let mut own = Cost::ZERO;
@@ -470,20 +493,21 @@ fn unite(mut list: Vec<u32>, other: Vec<u32>, all: &mut Cost) -> Vec<u32> {
     list
 }
 
-impl Item {
+impl SetItem {
+    /// Creates an item whose neighbours are searched on this rank.
     fn new(point: u32, origin: Option<Origin>) -> Self {
-        Item { point, origin, outstanding: 1, own: None, returned: Vec::new() }
+        SetItem { point, origin, outstanding: 1, own: None, returned: Vec::new() }
     }
 
-    /// Its neighbours in the set's graph: the lists of its way, united node by node from the lowest up.
+    /// Unites its lists to its neighbours in the graph of the set, node by node from the lowest up.
     fn united(&mut self, unions: &mut BTreeMap<NodeId, Cost>) -> Vec<u32> {
         let mut lists = std::mem::take(&mut self.returned);
-        lists.sort_by_key(|(node, _)| std::cmp::Reverse(node.level()));
+        lists.sort_by_key(|list| std::cmp::Reverse(list.node.level()));
         let mut all = self.own.take();
-        for (node, list) in lists {
+        for ReturnedList { node, neighbours } in lists {
             all = Some(match all {
-                Some(below) => unite(below, list, unions.entry(node).or_default()),
-                None => list,
+                Some(below) => unite(below, neighbours, unions.entry(node).or_default()),
+                None => neighbours,
             });
         }
         all.unwrap_or_default()

@@ -1,7 +1,8 @@
-//! How the set of a node is shared by its children, and who decides it.
+//! The decision on how the children of a node share its set.
 //!
-//! **Statement** (paper, Section 4.3). See `crate::graph::separator_sets`. The leader of a shared node sums its members' counts
-//! and tells them which crossing points go to both children, or that the set is not divided.
+//! **Statement** (paper, Section 4.3). See `crate::graph::separator_sets`. The leader of a shared node sums the counts of the
+//! members of its group. It decides which crossing points go to both children, or that the set is not divided, and sends
+//! the decision to the members.
 
 use std::collections::BTreeMap;
 
@@ -15,17 +16,19 @@ use crate::config::SetRule;
 use crate::machine::context::Context;
 use crate::state::subdomain::Group;
 
-/// A set whose larger child holds more than this share of it is not divided further.
+/// A set is not divided if the set of the larger child would contain more than this share of it.
 const STOP_SHARE: f64 = 0.93;
 
-/// Where a member of a set is: its side of the separator, and whether its ball crosses.
+/// The position of a member of a set relative to a separator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
+    /// Its side: 0 is interior, 1 is exterior.
     pub(crate) side: usize,
+    /// Whether its ball crosses the separator.
     pub(crate) crosses: bool,
 }
 
-/// Which crossing points belong to both children's sets.
+/// The crossing points that belong to the sets of both children: those of both sides, or of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Crossing {
     Both,
@@ -34,7 +37,7 @@ pub(crate) enum Crossing {
 }
 
 impl Crossing {
-    /// Whether a point at this place belongs to the set of a child.
+    /// Whether a point at this position belongs to the set of a child.
     pub(crate) fn sends(self, place: Place, child: usize) -> bool {
         let crosses = match self {
             Crossing::Both => true,
@@ -45,17 +48,17 @@ impl Crossing {
     }
 }
 
-/// What a leader decides about a set.
+/// The decision of a leader on a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sharing {
-    /// It is not divided.
+    /// The set is not divided.
     Stop,
-    /// It is divided.
+    /// The set is divided.
     Crossing(Crossing),
 }
 
 impl Sharing {
-    /// Decides from the numbers of interior and exterior points, and of those among them whose balls cross.
+    /// Decides from the numbers of interior points, exterior points, crossing interior points and crossing exterior points.
     pub(crate) fn decide(sum: [u64; 4], rule: SetRule) -> Self {
         let [inside, outside, crossing_inside, crossing_outside] = sum;
         let (crossing, children) = match rule {
@@ -73,7 +76,7 @@ impl Sharing {
         }
     }
 
-    /// As a number, for the wire.
+    /// Encodes the decision as a number for a message.
     pub(crate) fn number(self) -> u8 {
         match self {
             Sharing::Stop => 0,
@@ -83,7 +86,7 @@ impl Sharing {
         }
     }
 
-    /// From the wire.
+    /// Decodes a decision. `None` for other numbers.
     pub(crate) fn from_number(number: u8) -> Option<Self> {
         match number {
             0 => Some(Sharing::Stop),
@@ -95,8 +98,7 @@ impl Sharing {
     }
 }
 
-/// The rule for a supergraph: the points of one side suffice for the density graph only, so for the others both sides
-/// are taken.
+/// The rule for a supergraph. Rule `smaller` is valid for the density graph only, so other graphs use rule `both` instead.
 pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
     match (rule, supergraph) {
         (SetRule::Smaller, Supergraph::Knn { .. } | Supergraph::Overlap { .. }) => SetRule::Both,
@@ -104,7 +106,7 @@ pub(crate) fn set_rule(rule: SetRule, supergraph: Supergraph) -> SetRule {
     }
 }
 
-/// Decides on the sets of the nodes that this rank leads, and whose members' counts are here.
+/// Decides on the sets of the nodes that this rank leads and whose counts have arrived.
 pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) {
     let mut sums: BTreeMap<NodeId, [u64; 4]> = BTreeMap::new();
     for (node, counts) in cx.take(|m: &mut Message<P>| match &mut m.body {
@@ -123,7 +125,7 @@ pub(crate) fn lead<P: Point>(cx: &mut Context<P>, led: &[Group], rule: SetRule) 
     }
 }
 
-/// What rank 0 does in this phase: it decides on the root's set.
+/// Runs the phase on rank 0, which decides on the set of the root.
 ///
 /// # Errors
 /// See [`Context::exchange`].
@@ -133,7 +135,7 @@ pub async fn lead_root<P: Point>(
     supergraph: Supergraph,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Sets)?;
-    let rule = set_rule(cx.config.graph.sets, supergraph);
+    let rule = set_rule(cx.config().graph.sets, supergraph);
     while cx.exchange().await? {
         lead(cx, led, rule);
     }
@@ -152,7 +154,7 @@ mod tests {
     ];
 
     #[test]
-    fn decisions_are_numbers_on_the_wire() {
+    fn decisions_are_numbers_in_messages() {
         for (number, sharing) in (0..).zip(ALL) {
             assert_eq!(sharing.number(), number);
             assert_eq!(Sharing::from_number(number), Some(sharing));
@@ -181,9 +183,9 @@ mod tests {
             [0, 1].map(|child| crossing.sends(Place { side, crosses }, child))
         };
         for side in 0..2 {
-            let owned = [side == 0, side == 1];
+            let own = [side == 0, side == 1];
             for crossing in [Crossing::Both, Crossing::Interior, Crossing::Exterior] {
-                assert_eq!(sides(crossing, side, false), owned);
+                assert_eq!(sides(crossing, side, false), own);
             }
             assert_eq!(sides(Crossing::Both, side, true), [true; 2]);
         }

@@ -1,11 +1,18 @@
-//! What every subproblem holds (largest radius, lexicographically smallest point): up the tree to the
-//! root, and down to the members. The radii prune the separator sets; the smallest points seed stars.
+//! The summary of each subproblem: the largest radius and the lexicographically smallest point of its owned points.
+//!
+//! **Statement.** Summaries go up the tree. The leader of a node joins the summaries of the children and sends both to the
+//! members of its group. The radii prune the separator sets. The smallest points seed the stars.
+//!
+//! **Rounds.** One for each shared level on the way up. The members receive the summaries one round after their leader.
+//! **Work and depth.** A reduction over the points of each leaf, and
+//! one over two children for each inner node.
 
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::Cost;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::{Body, Message, PointBatch, Summary};
 use septet_protocol::transport::TransportError;
 
@@ -15,7 +22,7 @@ use crate::state::subdomain::{Group, Subdomain};
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, Tree};
 
-/// Summarises the home points, and learns what the children of all shared nodes hold.
+/// Summarises the owned points, and stores the summaries of the children of all nodes on the path.
 pub(crate) async fn summaries<P: Point>(
     cx: &mut Context<P>,
     subdomain: &mut Subdomain<P>,
@@ -29,7 +36,7 @@ pub(crate) async fn summaries<P: Point>(
     }
     let mut joining = Joining::default();
     while cx.exchange().await? {
-        frame::learn(cx, table, frame);
+        frame::receive(cx, table, frame);
         for (node, own) in joining.join(cx, subdomain.led()) {
             send_up(cx, subdomain, node, own);
         }
@@ -43,7 +50,7 @@ pub(crate) async fn summaries<P: Point>(
     Ok(())
 }
 
-/// What rank 0 does in this phase: it joins the root's children, and collects the frame.
+/// Runs the phase on rank 0, which joins the children of the root and collects the frame.
 ///
 /// # Errors
 /// See [`Context::exchange`].
@@ -57,7 +64,7 @@ pub async fn lead_root<P: Point>(cx: &mut Context<P>, led: &[Group]) -> Result<(
     Ok(())
 }
 
-/// Summaries of children whose other child has none yet, by parent.
+/// Summaries of children whose siblings have none yet, by parent.
 struct Joining<P>(BTreeMap<NodeId, Summary<P>>);
 
 impl<P> Default for Joining<P> {
@@ -67,7 +74,8 @@ impl<P> Default for Joining<P> {
 }
 
 impl<P: Point> Joining<P> {
-    /// Joins the children of the nodes that this rank leads, and tells the members; returns the nodes' own summaries.
+    /// Joins the children of the nodes that this rank leads, and sends their summaries to the members. Returns the summaries
+    /// of the nodes.
     fn join(&mut self, cx: &mut Context<P>, led: &[Group]) -> Vec<(NodeId, Summary<P>)> {
         let mut below = cx.take(|m: &mut Message<P>| match &m.body {
             Body::Summary(summary) => Some((m.node, summary.clone())),
@@ -94,7 +102,7 @@ fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>
     let _span = cx.site().subproblem(Phase::Summaries, group.node, "join summaries", group.child.population);
     let mut cost = Cost::ZERO;
     let own = cost.reduce(&both, both[0].clone(), |best, s| join_summaries(&best, s));
-    cx.ledger.charge_leader(Phase::Summaries, group.node, cost);
+    cx.charge(Account::leader(Phase::Summaries, group.node), cost, 0);
     let both = Box::new(both);
     for rank in group.members() {
         cx.send(rank, group.node, 0, Body::Children(both.clone()));
@@ -102,7 +110,7 @@ fn join_children<P: Point>(cx: &mut Context<P>, group: &Group, both: [Summary<P>
     own
 }
 
-/// The summary of this rank's own tree; none if it has no point.
+/// Summarises the own subtree. Returns its root and its summary, or `None` if this rank owns no point.
 fn own_summary<P: Point>(
     cx: &mut Context<P>,
     subdomain: &mut Subdomain<P>,
@@ -110,16 +118,16 @@ fn own_summary<P: Point>(
 ) -> Option<(NodeId, Summary<P>)> {
     let root = subdomain.root();
     let (tree, leaves) = subdomain.tree_mut()?;
-    let mut charges = Vec::new();
+    let mut charges: Vec<Charged> = Vec::new();
     for leaf in &mut *leaves {
         let radii = &table.radii2()[leaf.indices()];
         let mut cost = Cost::ZERO;
         leaf.set_max_radius2(cost.reduce(radii, 0.0, |m: f64, &r| m.max(r)));
-        charges.push((leaf.id(), cost, radii.len() as u64));
+        charges.push(Charged { node: leaf.id(), cost, items: radii.len() as u64 });
     }
-    let (max_radius2, smallest) = summarise(tree, leaves, table, &mut charges);
-    for (node, cost, items) in charges {
-        cx.ledger.charge(Phase::Summaries, node, cost, items);
+    let Extremes { max_radius2, smallest } = summarise(tree, leaves, table, &mut charges);
+    for Charged { node, cost, items } in charges {
+        cx.charge(Account::member(Phase::Summaries, node), cost, items);
     }
     (smallest != u32::MAX).then(|| {
         let mut point = PointBatch::default();
@@ -136,42 +144,58 @@ fn send_up<P: Point>(cx: &mut Context<P>, subdomain: &Subdomain<P>, node: NodeId
     }
 }
 
-/// Largest squared radius and smallest point of a subtree, kept at its inner nodes.
+/// The cost of a node's summary.
+struct Charged {
+    node: NodeId,
+    cost: Cost,
+    items: u64,
+}
+
+/// The largest squared radius and the smallest point of a set of owned points.
+#[derive(Clone, Copy)]
+struct Extremes {
+    max_radius2: f64,
+    /// `u32::MAX` if the set is empty.
+    smallest: u32,
+}
+
+/// Summarises a subtree. Stores the summaries of children at inner nodes.
 fn summarise<P: Point>(
     tree: &mut Tree<P>,
     leaves: &[Leaf<P>],
     table: &Table<P>,
-    charges: &mut Vec<(NodeId, Cost, u64)>,
-) -> (f64, u32) {
+    charges: &mut Vec<Charged>,
+) -> Extremes {
+    let positions = table.positions();
+    let compare = |&a: &u32, &b: &u32| lex_cmp(&positions[a as usize], &positions[b as usize]);
     match tree {
         Tree::Leaf(at) => {
             let leaf = &leaves[*at];
-            let rank =
-                |&a: &u32, &b: &u32| lex_cmp(&table.positions()[a as usize], &table.positions()[b as usize]);
-            (leaf.max_radius2(), leaf.owned().min_by(rank).unwrap_or(u32::MAX))
+            let smallest = leaf.owned().min_by(compare).unwrap_or(u32::MAX);
+            Extremes { max_radius2: leaf.max_radius2(), smallest }
         }
         Tree::Node(inner) => {
-            for side in 0..2 {
-                let (max2, smallest) = summarise(&mut inner.children_mut()[side], leaves, table, charges);
-                inner.set_summary(side, max2, smallest);
+            let both = [0, 1].map(|side| summarise(&mut inner.children_mut()[side], leaves, table, charges));
+            for (side, child) in both.iter().enumerate() {
+                inner.set_summary(side, child.max_radius2, child.smallest);
             }
-            let both = [0usize, 1];
             let mut cost = Cost::ZERO;
-            let start = (inner.max_radius2()[0], inner.smallest()[0]);
-            let joined = cost.reduce(&both, start, |(max2, best), &i| {
-                let other = inner.smallest()[i];
-                let position = |n: u32| table.positions()[n as usize];
-                let smaller = lex_cmp(&position(other), &position(best)).is_lt();
-                (max2.max(inner.max_radius2()[i]), if smaller { other } else { best })
+            let joined = cost.reduce(&both, both[0], |best, child| Extremes {
+                max_radius2: best.max_radius2.max(child.max_radius2),
+                smallest: if compare(&child.smallest, &best.smallest).is_lt() {
+                    child.smallest
+                } else {
+                    best.smallest
+                },
             });
             // A leader's reduction over two children charges the same two items.
-            charges.push((inner.id(), cost, 0));
+            charges.push(Charged { node: inner.id(), cost, items: 0 });
             joined
         }
     }
 }
 
-/// The summary of two disjoint sets.
+/// Joins the summaries of two disjoint sets.
 fn join_summaries<P: Point>(a: &Summary<P>, b: &Summary<P>) -> Summary<P> {
     let smaller = match (a.smallest.positions.first(), b.smallest.positions.first()) {
         (Some(x), Some(y)) if lex_cmp(y, x).is_lt() => b,

@@ -1,13 +1,14 @@
-//! The supergraph of a rank's home points: separator sets, then the graph in them.
+//! The supergraph of a rank's owned points: separator sets, then the graph within them.
 //!
-//! **Statement** (paper, Sections 4.3 to 4.5). The supergraph joins a point to all that can be its neighbours in the
-//! Delaunay triangulation. Each rank finds the edges of its home points by one of three rules. *Ghosts*
-//! ([`crate::graph::ghosts`]): points go to the leaves that their edges can reach. *Reverse edges*
-//! ([`crate::graph::reverse`]), for graphs of nearest neighbours: points tell their nearest. *Sets*
-//! ([`crate::graph::separator_sets`]): the paper's recursion.
+//! **Statement** (paper, Sections 4.3 to 4.5). The supergraph joins each point to every point that may be its neighbour in
+//! the Delaunay triangulation. Each rank finds the edges of its owned points by one of three rules.
+//! 1. *Ghosts* ([`crate::graph::ghosts`]): points go to the leaves that their edges may reach.
+//! 2. *Reverse edges* ([`crate::graph::reverse`]), for graphs of nearest neighbours: points announce themselves to their
+//!    nearest neighbours.
+//! 3. *Sets* ([`crate::graph::separator_sets`]): the recursion of the paper.
 //!
-//! **Rounds.** Those of the rule, and one to collect the edges. **Work and depth.** By the first rule, all pairs of a
-//! leaf's home points with its members.
+//! **Rounds.** Those of the rule, and one to collect the edges. **Work and depth.** By rule 1, all pairs of a leaf's owned
+//! points with its members.
 
 use std::ops::Range;
 
@@ -17,10 +18,11 @@ use septet_geometry::lists::Lists;
 use septet_geometry::point::{Point, lex_cmp};
 use septet_protocol::codec::Bulk;
 use septet_protocol::ids::{COORDINATOR, NodeId, Phase};
+use septet_protocol::ledger::Account;
 use septet_protocol::message::Body;
 use septet_protocol::transport::TransportError;
 
-use crate::config::{SetRule, map_in};
+use crate::config::SetRule;
 use crate::graph::edges::{Edges, edges_of};
 use crate::graph::ghosts::push_ghosts;
 use crate::graph::reverse::reverse_edges;
@@ -32,12 +34,12 @@ use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::{GROUP, Leaf, Split, Tree};
 
-/// The supergraph of the home points.
+/// The supergraph of the owned points.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
-    /// The neighbours of each.
+    /// The neighbours of each owned point.
     neighbours: Lists<u32>,
-    /// The points that came to the leaves to be joined to them.
+    /// The ghosts of each leaf, by rule 1. Empty by the other rules.
     ghosts: Ghosts,
 }
 
@@ -48,7 +50,7 @@ impl Graph {
     }
 }
 
-/// Finds the supergraph of the home points; `nearest` has their nearest neighbours, if it is made of them.
+/// Finds the supergraph of the owned points. `nearest` contains their nearest neighbours, for graphs of nearest neighbours.
 pub(crate) async fn supergraph<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -58,7 +60,7 @@ pub(crate) async fn supergraph<P: Point>(
 ) -> Result<Graph, TransportError> {
     cx.enter(Phase::Sets)?;
     count_crossings(cx, subdomain, table, rule);
-    let (neighbours, ghosts) = match (cx.config.graph.sets, nearest) {
+    let (neighbours, ghosts) = match (cx.config().graph.sets, nearest) {
         (SetRule::Ghost, None) => {
             let mut ghosts = push_ghosts(cx, subdomain, table, rule).await?;
             cx.enter(Phase::Graph)?;
@@ -82,62 +84,75 @@ pub(crate) async fn supergraph<P: Point>(
     Ok(Graph { neighbours, ghosts })
 }
 
-/// Measures every separator against the home points below it, which follow each other.
+/// Counts the balls of owned points that cross each separator above them. The owned points below a node are consecutive.
 pub(crate) fn count_crossings<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &Table<P>,
     rule: Supergraph,
 ) {
-    let owned_points = 0..table.owned_len() as usize;
+    let points = 0..table.owned_len() as usize;
     let radii: Vec<f64> =
-        table.radii2()[owned_points.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
-    let mut splits: Vec<(NodeId, &Split<P>, Range<usize>)> =
-        subdomain.path().iter().map(|shared| (shared.id(), shared.split(), owned_points.clone())).collect();
+        table.radii2()[points.clone()].iter().map(|&r2| rule.separator_radius(r2)).collect();
+    let shared = subdomain.path().iter();
+    let mut splits: Vec<Divided<P>> = shared
+        .map(|shared| Divided { id: shared.id(), split: shared.split(), points: points.clone() })
+        .collect();
     if let Some(tree) = subdomain.tree() {
         splits_below(tree, subdomain.leaves(), &mut splits);
     }
-    let groups: Vec<(NodeId, &Split<P>, Range<usize>)> = splits
+    let groups: Vec<Divided<P>> = splits
         .into_iter()
-        .flat_map(|(id, split, owned_points)| {
-            let end = owned_points.end;
-            owned_points.step_by(GROUP).map(move |start| (id, split, start..end.min(start + GROUP)))
+        .flat_map(|Divided { id, split, points }| {
+            let end = points.end;
+            points.step_by(GROUP).map(move |start| Divided {
+                id,
+                split,
+                points: start..end.min(start + GROUP),
+            })
         })
         .collect();
-    let counted = map_in(&cx.pool, &groups, |(id, split, owned_points)| {
-        let centres = table.positions()[owned_points.clone()].iter().copied();
-        let balls = centres.zip(radii[owned_points.clone()].iter().copied());
+    let counted = cx.map(&groups, |Divided { id, split, points }| {
+        let centres = table.positions()[points.clone()].iter().copied();
+        let balls = centres.zip(radii[points.clone()].iter().copied());
         (*id, split.separator().count_crossing(balls))
     });
     for (id, [inside, outside]) in counted {
-        let facts = cx.ledger.facts(id);
+        let facts = cx.facts(id);
         facts.crossing_inside += inside;
         facts.crossing_outside += outside;
     }
 }
 
-/// The splits of a rank's own tree, in preorder, each with the home points below it. Returns those below the tree.
+/// A split, and owned points below its node.
+struct Divided<'a, P> {
+    id: NodeId,
+    split: &'a Split<P>,
+    points: Range<usize>,
+}
+
+/// Appends the splits of a subtree, in preorder, each with the owned points below it. Returns the owned points of the
+/// subtree.
 fn splits_below<'a, P>(
     tree: &'a Tree<P>,
     leaves: &[Leaf<P>],
-    splits: &mut Vec<(NodeId, &'a Split<P>, Range<usize>)>,
+    splits: &mut Vec<Divided<'a, P>>,
 ) -> Range<usize> {
     match tree {
         Tree::Leaf(at) => leaves[*at].indices(),
         Tree::Node(inner) => {
-            let place = splits.len();
-            splits.push((inner.id(), inner.split(), 0..0));
+            let slot = splits.len();
+            splits.push(Divided { id: inner.id(), split: inner.split(), points: 0..0 });
             let [interior, exterior] =
                 [0, 1].map(|side| splits_below(&inner.children()[side], leaves, splits));
-            debug_assert_eq!(interior.end, exterior.start, "leaves are numbered in the order of the tree");
-            let below = interior.start..exterior.end;
-            splits[place].2 = below.clone();
-            below
+            debug_assert_eq!(interior.end, exterior.start, "leaves are not in the order of the tree");
+            splits[slot].points = interior.start..exterior.end;
+            interior.start..exterior.end
         }
     }
 }
 
-/// All pairs of every leaf's home points with its members.
+/// Finds the graph neighbours of each leaf's owned points, by all pairs with the members of the leaf.
 fn graph_of_leaves<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -146,8 +161,8 @@ fn graph_of_leaves<P: Point>(
     ghosts: &Ghosts,
 ) -> Lists<u32> {
     let (site, leaves) = (cx.site(), subdomain.leaves());
-    let places: Vec<usize> = (0..leaves.len()).collect();
-    let results = map_in(&cx.pool, &places, |&at| {
+    let indices: Vec<usize> = (0..leaves.len()).collect();
+    let results = cx.map(&indices, |&at| {
         let leaf = &leaves[at];
         let _span = site.subproblem(Phase::Graph, leaf.id(), "leaf graph", leaf.owned_len());
         let owned: Vec<u32> = leaf.owned().collect();
@@ -158,14 +173,14 @@ fn graph_of_leaves<P: Point>(
     });
     let mut neighbours = Lists::default();
     for (leaf, (lists, cost, members)) in leaves.iter().zip(results) {
-        cx.ledger.charge(Phase::Graph, leaf.id(), cost, members * leaf.owned_len());
-        cx.ledger.facts(leaf.id()).members += members;
+        cx.charge(Account::member(Phase::Graph, leaf.id()), cost, members * leaf.owned_len());
+        cx.facts(leaf.id()).members += members;
         neighbours.append(lists);
     }
     neighbours
 }
 
-/// Counts edges once, at their smaller end; sends them to rank 0 if asked for.
+/// Counts each edge once, at its smaller end. Sends the edges to rank 0 if the run collects them.
 fn report_edges<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -175,15 +190,15 @@ fn report_edges<P: Point>(
     let mut sent = Vec::new();
     for leaf in subdomain.leaves() {
         let mut edges = Edges::default();
-        for owned in leaf.owned() {
-            let list = &neighbours[owned as usize];
-            edges.take(table, owned, list);
-            if cx.config.shown.collect_graph {
-                let counted = edges_of(table, owned, list).filter(|edge| edge.1);
+        for point in leaf.owned() {
+            let list = &neighbours[point as usize];
+            edges.add(table, point, list);
+            if cx.config().shown.collect_graph {
+                let counted = edges_of(table, point, list).filter(|edge| edge.1);
                 sent.extend(counted.flat_map(|edge| edge.0));
             }
         }
-        edges.enter(leaf.id(), &mut cx.ledger);
+        edges.enter(leaf.id(), cx);
     }
     if !sent.is_empty() {
         cx.send(COORDINATOR, NodeId::ROOT, 0, Body::Edges(Bulk(sent)));

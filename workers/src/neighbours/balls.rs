@@ -1,42 +1,44 @@
-//! Nearest-neighbour balls of all points (Section 4.3): radii inside every leaf, then the descent.
+//! Nearest-neighbour balls of all points (paper, Section 4.3): radii within each leaf, then the descent.
 //!
-//! **Statement.** A ball starts with the distance to the nearest point of its leaf. Balls much larger than their leaf's
-//! median probe first; then all descend ([`crate::neighbours::descent`]), and each takes the nearest point found. The
-//! baseline corrects them bottom-up instead ([`crate::neighbours::bottom_up`]).
+//! **Statement.** The initial radius of a ball is the distance to the nearest other point of its leaf. A ball much larger
+//! than the median of its leaf probes first. Then all balls descend ([`crate::neighbours::descent`]). The final radius is
+//! the distance to the nearest point found. The baseline corrects the balls bottom-up instead
+//! ([`crate::neighbours::bottom_up`]).
 //!
-//! **Work and depth.** All pairs of a leaf, and the descent's.
+//! **Work and depth.** All pairs of points within a leaf, and the descent.
 //!
-//! **Rounds.** None for the radii inside leaves; those of two descents, or of the passes of the baseline.
+//! **Rounds.** None for the radii within leaves. Then those of two descents, or those of the baseline's passes.
 
 use septet_geometry::cost::Cost;
 use septet_geometry::neighbourhood::nearest_direct;
 use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
+use septet_protocol::ledger::Account;
 use septet_protocol::transport::TransportError;
 
-use crate::config::{Correction, map_in};
+use crate::config::Correction;
 use crate::machine::context::Context;
-use crate::neighbours::ask::{Ask, Ball};
 use crate::neighbours::bottom_up::correct_bottom_up;
 use crate::neighbours::descent::descend;
+use crate::neighbours::search::{Ball, Search};
 use crate::state::subdomain::Subdomain;
 use crate::state::table::Table;
 use crate::state::tree::Leaf;
 
-/// A ball with a radius above this multiple of its leaf's median probes first.
+/// A ball probes first if its radius exceeds this multiple of the median of its leaf.
 const PUNT_RADIUS: f64 = 4.0;
 
-/// Finds the nearest neighbour of every home point: its squared distance becomes the point's squared radius.
+/// Finds the nearest neighbour of each owned point. Stores the squared distance as the squared radius of the point.
 pub(crate) async fn nearest_balls<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     leaf_radii(cx, subdomain, table).await?;
-    if cx.config.graph.correction == Correction::Naive {
+    if cx.config().graph.correction == Correction::Naive {
         return correct_bottom_up(cx, subdomain, table).await;
     }
-    let nearest = |phase, probe| Ask { phase, wanted: 1, probe, own_leaf: false };
+    let nearest = |phase, probe| Search { phase, wanted: 1, probe, own_leaf: false };
     cx.enter(Phase::Probe)?;
     let large = large_balls(subdomain.leaves(), table.radii2());
     let probed = descend(cx, subdomain, table, nearest(Phase::Probe, true), large).await?;
@@ -49,15 +51,15 @@ pub(crate) async fn nearest_balls<P: Point>(
     Ok(())
 }
 
-/// Finds the nearest neighbour of every home point inside its leaf.
+/// Finds the nearest neighbour of each owned point within its leaf.
 async fn leaf_radii<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
     cx.enter(Phase::Radii)?;
-    let (positions, site, fault) = (table.positions(), cx.site(), cx.config.fault);
-    let results = map_in(&cx.pool, subdomain.leaves(), |leaf| {
+    let (positions, site, fault) = (table.positions(), cx.site(), cx.config().fault);
+    let results = cx.map(subdomain.leaves(), |leaf| {
         let _span = site.subproblem(Phase::Radii, leaf.id(), "leaf radii", leaf.owned_len());
         let members: Vec<u32> = leaf.owned().collect();
         let mut cost = Cost::ZERO;
@@ -68,7 +70,7 @@ async fn leaf_radii<P: Point>(
     });
     let mut radii2 = Vec::with_capacity(table.owned_len() as usize);
     for (leaf, (nearest2, cost)) in subdomain.leaves().iter().zip(results) {
-        cx.ledger.charge(Phase::Radii, leaf.id(), cost, leaf.owned_len() * leaf.owned_len());
+        cx.charge(Account::member(Phase::Radii, leaf.id()), cost, leaf.owned_len() * leaf.owned_len());
         radii2.extend(nearest2);
     }
     table.owned_radii2_mut().copy_from_slice(&radii2);
@@ -77,32 +79,32 @@ async fn leaf_radii<P: Point>(
     Ok(())
 }
 
-/// The balls of all home points, by their squared radii.
+/// Returns the balls of all owned points.
 pub(crate) fn all_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
     balls_above(leaves, radii2, |_| f64::NEG_INFINITY)
 }
 
-/// The balls that probe: those far larger than their leaf's median.
+/// Returns the balls that probe: those much larger than the median of their leaf.
 pub(crate) fn large_balls<P>(leaves: &[Leaf<P>], radii2: &[f64]) -> Vec<Ball> {
     balls_above(leaves, radii2, punt_limit)
 }
 
-/// The balls whose squared radius is above the limit of their leaf, or infinite.
+/// Returns the balls whose squared radius is infinite or exceeds the limit of their leaf.
 fn balls_above<P>(leaves: &[Leaf<P>], radii2: &[f64], limit2: impl Fn(&[f64]) -> f64) -> Vec<Ball> {
     let mut balls = Vec::new();
     for (at, leaf) in leaves.iter().enumerate() {
         let radii2 = &radii2[leaf.indices()];
         let limit2 = limit2(radii2);
-        for (owned, &radius2) in leaf.owned().zip(radii2) {
+        for (point, &radius2) in leaf.owned().zip(radii2) {
             if radius2 > limit2 || radius2 == f64::INFINITY {
-                balls.push(Ball { owned, leaf: at, radius2 });
+                balls.push(Ball { point, leaf: at, radius2 });
             }
         }
     }
     balls
 }
 
-/// The squared radius above which a ball of a leaf probes.
+/// The squared radius above which a ball probes, from the squared radii of its leaf.
 fn punt_limit(radii2: &[f64]) -> f64 {
     if radii2.is_empty() {
         return f64::INFINITY;

@@ -1,15 +1,17 @@
 //! The baseline of the descent: balls corrected node by node, from the leaves up.
 //!
-//! **Statement** (the divide and conquer that Frieze, Miller and Teng 1993 make faster). When both children of a
-//! node have the nearest neighbours of their own points, the balls that cross the node's separator look for
-//! nearer points on the other side, by a descent below that child. A node waits for its children.
+//! **Statement.** Assume that both children of a node know the nearest neighbours of their points within the child. The
+//! balls that cross the separator of the node then search the other side for nearer points, by a descent below that child.
+//! A node waits for its children.
 //!
-//! **Work and depth.** A node of height `h` takes a descent of up to `h` levels, node after node on the way up:
-//! O(log^2 n) depth in all, where one descent of all balls from the root takes O(log n). The radii are the same.
-//! No ball needs the punt: on its way up it has shrunk before it meets many leaves.
+//! **Source.** The divide and conquer that Frieze, Miller and Teng (1993) accelerate.
 //!
-//! **Rounds.** One pass of messages for each shared level, the deepest first; up to `2 h'` rounds a pass for `h'`
-//! shared levels.
+//! **Work and depth.** A node of height `h` needs a descent of up to `h` levels, one node after another on the way up.
+//! The depth is O(log^2 n) in total. One descent of all balls from the root takes O(log n) and yields the same radii.
+//! No ball needs the punt: it has shrunk at lower nodes before it meets many leaves.
+//!
+//! **Rounds.** One pass of messages for each shared level, the deepest level first. With `h'` shared levels, a pass takes
+//! up to `2 h'` rounds.
 
 use std::ops::Range;
 
@@ -20,49 +22,49 @@ use septet_protocol::transport::TransportError;
 
 use crate::config::WorkerConfig;
 use crate::machine::context::Context;
-use crate::neighbours::ask::Ask;
 use crate::neighbours::descent::{Descent, Pending};
 use crate::neighbours::router::QueryRouter;
+use crate::neighbours::search::Search;
 use crate::neighbours::tallies::Tallies;
-use crate::neighbours::walk::{Ground, Probe};
+use crate::neighbours::walk::{MovingBall, SearchSpace};
 use crate::state::subdomain::{Subdomain, Way};
 use crate::state::table::Table;
 use crate::state::tree::{Inner, Tree, leaf_number};
 
-const ASK: Ask = Ask { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
+const SEARCH: Search = Search { phase: Phase::Neighbours, wanted: 1, probe: false, own_leaf: true };
 
-/// The level whose nodes correct their balls first. No node below it is shared, since groups lose a rank with every
-/// level.
+/// The level at which the correction starts. A group loses at least one rank with each level, so no node below this level
+/// is shared.
 pub(crate) fn first_level(config: &WorkerConfig) -> u32 {
     config.workers.saturating_sub(1).min(NodeId::DEEPEST)
 }
 
-/// Corrects the radii of all home points: first at the nodes of this rank's own subtree, then at the shared nodes,
-/// one pass a level.
+/// Corrects the radii of all owned points, first at the nodes of the rank's own subtree, then at the shared nodes with one
+/// pass for each level.
 pub(crate) async fn correct_bottom_up<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
 ) -> Result<(), TransportError> {
-    let first = first_level(&cx.config);
+    let first = first_level(cx.config());
     for level in (0..=first).rev() {
         cx.enter(Phase::Neighbours)?;
         if let Some(tree) = subdomain.tree().filter(|_| level == first) {
             correct(cx, subdomain, table, tree);
         }
-        let mut descent = Descent::new(subdomain, ASK, &[]);
+        let mut descent = Descent::new(subdomain, SEARCH, &[]);
         if subdomain.tree().is_some() {
             cross(cx, subdomain, table, level, &mut descent);
         }
         while cx.exchange().await? {
             descent.receive(cx, table)?;
         }
-        descent.land_pass(cx, level).shrink(table.owned_radii2_mut());
+        descent.finish_pass(cx, level).shrink(table.owned_radii2_mut());
     }
     Ok(())
 }
 
-/// Sends the balls that cross the shared node of a level to its other side.
+/// Sends the balls that cross the shared node of a level to the other side of the node.
 fn cross<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -73,20 +75,20 @@ fn cross<P: Point>(
     let Some(at) = subdomain.path().iter().position(|shared| shared.id().level() == level) else { return };
     let shared = &subdomain.path()[at];
     let out = Way { level: at, side: 1 - shared.mine() };
-    let mut forwards = QueryRouter::new(cx.rank, ASK);
-    for owned in table.owned() {
-        let (centre, radius2) = (table.positions()[owned as usize], table.radii2()[owned as usize]);
-        let goes = shared.split().reaches(centre, radius2, out.side);
-        descent.visit(shared.id(), goes);
-        if goes {
-            let leaf = u64::from(leaf_number(subdomain.leaves(), owned));
-            descent.forward(&mut forwards, &[out], leaf, Pending::of_owned(owned, centre, radius2));
+    let mut router = QueryRouter::new(cx.rank(), SEARCH);
+    for point in table.owned() {
+        let (centre, radius2) = (table.positions()[point as usize], table.radii2()[point as usize]);
+        let crosses = shared.split().reaches(centre, radius2, out.side);
+        descent.visit(shared.id(), crosses);
+        if crosses {
+            let leaf = u64::from(leaf_number(subdomain.leaves(), point));
+            descent.forward(&mut router, &[out], leaf, Pending::of_owned(point, centre, radius2));
         }
     }
-    forwards.send(cx);
+    router.send(cx);
 }
 
-/// Corrects the balls of a subtree's nodes, children first; returns its home points.
+/// Corrects the balls at the nodes of a subtree, children first. Returns the owned points of the subtree.
 fn correct<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
@@ -97,39 +99,40 @@ fn correct<P: Point>(
         Tree::Leaf(at) => return subdomain.leaves()[*at].owned(),
         Tree::Node(inner) => inner,
     };
-    let owned_points = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children()[side]));
-    correct_node(cx, subdomain, table, inner, &owned_points);
-    owned_points[0].start..owned_points[1].end
+    let owned = [0, 1].map(|side| correct(cx, subdomain, table, &inner.children()[side]));
+    correct_node(cx, subdomain, table, inner, &owned);
+    owned[0].start..owned[1].end
 }
 
-/// Corrects the balls of both children of a node.
+/// Corrects the balls at a node whose children have the owned points `owned`.
 fn correct_node<P: Point>(
     cx: &mut Context<P>,
     subdomain: &Subdomain<P>,
     table: &mut Table<P>,
     inner: &Inner<P>,
-    owned_points: &[Range<u32>; 2],
+    owned: &[Range<u32>; 2],
 ) {
-    let mut walk = Ground { subdomain, table, blocks: &[], recorded: false }.walk(ASK);
+    let mut walk = SearchSpace { subdomain, table, blocks: &[], recorded: false }.walk(SEARCH);
     let mut nearer = Vec::new();
     let mut found = NeighbourList::default();
-    for (side, range) in owned_points.iter().enumerate() {
-        for owned in range.clone() {
-            let (centre, radius2) = (table.positions()[owned as usize], table.radii2()[owned as usize]);
-            let goes = inner.split().reaches(centre, radius2, 1 - side);
-            walk.visit_local(inner.number(), goes);
-            if goes {
+    for (side, range) in owned.iter().enumerate() {
+        for point in range.clone() {
+            let (centre, radius2) = (table.positions()[point as usize], table.radii2()[point as usize]);
+            let crosses = inner.split().reaches(centre, radius2, 1 - side);
+            walk.visit_local(inner.number(), crosses);
+            if crosses {
                 found.clear();
-                walk.down(&inner.children()[1 - side], &Probe { centre, radius2, owned: None }, &mut found);
-                nearer.extend(found.distances2().iter().map(|&d2| (owned, d2)));
+                let ball = MovingBall { centre, radius2, own_leaf: None };
+                walk.down(&inner.children()[1 - side], &ball, &mut found);
+                nearer.extend(found.distances2().iter().map(|&d2| (point, d2)));
             }
         }
     }
     let mut tallies = Tallies::default();
-    tallies.add(subdomain, &walk.into_counts(), &mut cx.ledger);
-    tallies.charge_pass(&mut cx.ledger, inner.id().level());
-    for (owned, d2) in nearer {
-        let radius2 = &mut table.owned_radii2_mut()[owned as usize];
+    tallies.add(cx, subdomain, &walk.into_counts());
+    tallies.charge_pass(cx, inner.id().level());
+    for (point, d2) in nearer {
+        let radius2 = &mut table.owned_radii2_mut()[point as usize];
         *radius2 = radius2.min(d2);
     }
 }

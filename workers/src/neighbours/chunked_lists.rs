@@ -1,10 +1,10 @@
-//! Many lists that grow by parts as answers come: no list costs an allocation, and answers stay where they came.
+//! Many lists that grow part by part. Received blocks are stored unchanged, and no list has an allocation of its own.
 
 use std::ops::Range;
 
 use septet_geometry::complex::NONE;
 
-/// Where a list begins and where its last part is.
+/// A list: its first and its last run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ListChain {
     first: u32,
@@ -16,39 +16,40 @@ impl ListChain {
     pub(crate) const EMPTY: ListChain = ListChain { first: NONE, last: NONE };
 }
 
-/// The parts of all lists: runs of numbers in blocks, which stay as they came.
+/// The parts of all lists, as runs of indices within blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChunkedLists {
     blocks: Vec<Vec<u32>>,
     runs: Vec<Run>,
 }
 
-/// Numbers that follow each other in a block, and the run that follows in their list.
+/// Consecutive indices of a block that belong to one list.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     begin: usize,
     block: u32,
     len: u32,
+    /// The next run of the list, or [`NONE`].
     next: u32,
 }
 
 impl ChunkedLists {
-    /// Makes room for more runs.
+    /// Reserves capacity for `runs` more runs.
     pub(crate) fn reserve(&mut self, runs: usize) {
         self.runs.reserve(runs);
     }
 
-    /// The number of the block that comes next.
+    /// The index that the next block gets.
     pub(crate) fn next_block(&self) -> u32 {
         self.blocks.len() as u32
     }
 
-    /// Takes a block, of which lists have parts.
-    pub(crate) fn take_block(&mut self, block: Vec<u32>) {
+    /// Adds a block.
+    pub(crate) fn add_block(&mut self, block: Vec<u32>) {
         self.blocks.push(block);
     }
 
-    /// Adds a run of a block, which may be the one that comes next, to a list.
+    /// Appends a run of a block to a list. The block may be the next one to be added.
     pub(crate) fn add(&mut self, chain: &mut ListChain, block: u32, run: Range<usize>) {
         if run.is_empty() {
             return;
@@ -62,7 +63,7 @@ impl ChunkedLists {
         chain.last = at;
     }
 
-    /// The parts of a list in the order in which they came.
+    /// The parts of a list, in the order in which they were appended.
     pub(crate) fn parts(&self, chain: ListChain) -> impl Iterator<Item = &[u32]> {
         let mut at = chain.first;
         std::iter::from_fn(move || {
@@ -84,9 +85,9 @@ mod tests {
         assert_eq!(chains.next_block(), 0);
         chains.add(&mut a, 0, 0..2);
         chains.add(&mut b, 0, 2..3);
-        chains.take_block(vec![1, 2, 7]);
+        chains.add_block(vec![1, 2, 7]);
         assert_eq!(chains.next_block(), 1);
-        chains.take_block(vec![0, 3, 8, 9]);
+        chains.add_block(vec![0, 3, 8, 9]);
         chains.add(&mut a, 1, 2..2);
         chains.add(&mut a, 1, 1..2);
         chains.add(&mut b, 1, 2..4);

@@ -1,6 +1,5 @@
-//! Nearest neighbours across subdomains: balls at leaves, their descent of the tree, and the answers.
+//! Nearest neighbours across subdomains: balls at leaves, their descent of the tree, and the replies.
 
-pub(crate) mod ask;
 pub(crate) mod balls;
 pub(crate) mod bottom_up;
 pub(crate) mod chunked_lists;
@@ -10,5 +9,6 @@ pub(crate) mod lists;
 pub(crate) mod replies;
 pub(crate) mod results;
 pub(crate) mod router;
+pub(crate) mod search;
 pub(crate) mod tallies;
 pub(crate) mod walk;

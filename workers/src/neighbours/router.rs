@@ -1,4 +1,4 @@
-//! Balls that leave for other ranks' parts of the tree.
+//! Queries on the way to other ranks.
 
 use std::collections::BTreeMap;
 
@@ -7,57 +7,63 @@ use septet_protocol::ids::{NodeId, Rank};
 use septet_protocol::message::{Body, QueryBatch};
 
 use crate::machine::context::Context;
-use crate::neighbours::ask::Ask;
-use crate::state::subdomain::{Shared, Way};
+use crate::neighbours::search::Search;
+use crate::state::subdomain::{Subdomain, Way};
 
-/// Replicas that leave, batched by child and member.
+/// Replicas of balls that leave this rank, in batches by node and receiver.
 pub(crate) struct QueryRouter<P> {
     rank: Rank,
-    ask: Ask,
-    /// With the group that the last query was of.
-    batches: BTreeMap<(NodeId, Rank), (QueryBatch<P>, u64)>,
+    search: Search,
+    batches: BTreeMap<(NodeId, Rank), OutgoingBatch<P>>,
 }
 
-/// A ball that leaves.
+/// Queries for one node and receiver.
+struct OutgoingBatch<P> {
+    batch: QueryBatch<P>,
+    /// The group of the last query.
+    last_group: u64,
+}
+
+/// A ball that leaves this rank.
 pub(crate) struct Replica<P> {
-    /// The name under which its answers return.
+    /// The sender's index of the ball, which the replies name.
     pub(crate) slot: u32,
     pub(crate) centre: P,
     pub(crate) radius2: f64,
-    /// The same for all balls of one leaf, which follow each other.
+    /// Equal for the consecutive balls of one leaf.
     pub(crate) group: u64,
 }
 
 impl<P: Point> QueryRouter<P> {
-    /// None yet, from this rank.
-    pub(crate) fn new(rank: Rank, ask: Ask) -> Self {
-        QueryRouter { rank, ask, batches: BTreeMap::new() }
+    /// Creates a router of `rank` without queries.
+    pub(crate) fn new(rank: Rank, search: Search) -> Self {
+        QueryRouter { rank, search, batches: BTreeMap::new() }
     }
 
-    /// Adds a ball, which leaves by these ways out of the path.
-    pub(crate) fn add(&mut self, path: &[Shared<P>], ways: &[Way], ball: &Replica<P>) {
-        for way in ways {
-            let shared = &path[way.level];
-            let to = shared.member_below(self.rank, way.side);
-            let key = (shared.id().child(way.side), to);
-            let (batch, last) = self.batches.entry(key).or_insert_with(|| {
-                let Ask { probe, wanted, .. } = self.ask;
-                (QueryBatch { probe, wanted, ..QueryBatch::default() }, ball.group)
-            });
+    /// Adds a replica of a ball for each of its ways out of the path.
+    pub(crate) fn add(&mut self, subdomain: &Subdomain<P>, ways: &[Way], ball: &Replica<P>) {
+        for &way in ways {
+            let receiver = subdomain.beyond(way, self.rank);
+            let Search { probe, wanted, .. } = self.search;
+            let OutgoingBatch { batch, last_group } =
+                self.batches.entry(receiver).or_insert_with(|| OutgoingBatch {
+                    batch: QueryBatch { probe, wanted, ..QueryBatch::default() },
+                    last_group: ball.group,
+                });
             match batch.groups.last_mut() {
-                Some(size) if *last == ball.group => *size += 1,
+                Some(size) if *last_group == ball.group => *size += 1,
                 _ => batch.groups.push(1),
             }
-            *last = ball.group;
+            *last_group = ball.group;
             batch.slots.push(ball.slot);
             batch.centres.push(ball.centre);
             batch.radii2.push(ball.radius2);
         }
     }
 
-    /// Sends them all.
+    /// Sends all batches.
     pub(crate) fn send(self, cx: &mut Context<P>) {
-        for ((node, to), (batch, _)) in self.batches {
+        for ((node, to), OutgoingBatch { batch, .. }) in self.batches {
             cx.send(to, node, 0, Body::Query(batch));
         }
     }

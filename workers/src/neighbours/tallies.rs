@@ -1,42 +1,43 @@
-//! What a descent of balls costs at each node.
+//! The cost of a descent of balls at each node.
 
 use std::collections::BTreeMap;
 
 use septet_geometry::cost::{Cost, Sweep};
 use septet_geometry::point::Point;
 use septet_protocol::ids::NodeId;
-use septet_protocol::ledger::LedgerPart;
+use septet_protocol::ledger::Account;
 
-use crate::neighbours::walk::{Counts, Visits};
+use crate::machine::context::Context;
+use crate::neighbours::walk::{BallCounts, Visits};
 use crate::state::subdomain::{Shared, Subdomain};
 
-/// Balls by the nodes that they visited.
+/// The balls that visited each node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tallies {
     inner: BTreeMap<NodeId, Visits>,
-    /// Of each leaf, the pairs of balls and points.
+    /// For each leaf, the pairs of balls and points.
     pairs: BTreeMap<NodeId, Sweep>,
 }
 
-/// What one node is charged: cost and items.
-pub(crate) struct Charge {
+/// The charge of one node.
+pub(crate) struct NodeCharge {
     pub(crate) node: NodeId,
     pub(crate) cost: Cost,
     pub(crate) items: u64,
 }
 
 impl Tallies {
-    /// Counts a ball at an inner node, from which it goes to both sides or not.
+    /// Counts a ball at an inner node. `both` tells whether it continues to both children.
     pub(crate) fn visit(&mut self, node: NodeId, both: bool) {
         self.inner.entry(node).or_default().visit(both);
     }
 
-    /// Adds what a walk counted; enters the visits of leaves in the ledger.
+    /// Adds the counts of a walk. Adds the visits of leaves to the ledger.
     pub(crate) fn add<P: Point>(
         &mut self,
+        cx: &mut Context<P>,
         subdomain: &Subdomain<P>,
-        counts: &Counts,
-        ledger: &mut LedgerPart,
+        counts: &BallCounts,
     ) {
         let shared = subdomain.path().iter().map(Shared::id).zip(&counts.shared);
         let local = subdomain.inner_ids().iter().copied().zip(&counts.local);
@@ -48,30 +49,30 @@ impl Tallies {
         for (leaf, counted) in subdomain.leaves().iter().zip(&counts.at_leaf) {
             if counted.visits > 0 {
                 self.pairs.entry(leaf.id()).or_default().join(&counted.pairs);
-                ledger.facts(leaf.id()).visits += counted.visits;
+                cx.facts(leaf.id()).visits += counted.visits;
             }
         }
     }
 
-    /// Charges each node in a pass of the bottom-up correction, by the pass of that level.
-    pub(crate) fn charge_pass(self, ledger: &mut LedgerPart, level: u32) {
-        for Charge { node, cost, items } in self.into_charges() {
-            ledger.charge_correction(level, node, cost, items);
+    /// Charges each node for the pass of the bottom-up correction at `level`.
+    pub(crate) fn charge_pass<P: Point>(self, cx: &mut Context<P>, level: u32) {
+        for NodeCharge { node, cost, items } in self.into_charges() {
+            cx.charge(Account::pass(level, node), cost, items);
         }
     }
 
-    /// What each node is charged.
-    pub(crate) fn into_charges(self) -> impl Iterator<Item = Charge> {
+    /// The charge of each node.
+    pub(crate) fn into_charges(self) -> impl Iterator<Item = NodeCharge> {
         let inner = self.inner.into_iter().map(|(node, Visits { down, both })| {
             let (mut cost, items) = (Cost::ZERO, down.items());
             cost.swept(down);
             cost.swept(both);
-            Charge { node, cost, items }
+            NodeCharge { node, cost, items }
         });
         let leaves = self.pairs.into_iter().map(|(node, pairs)| {
             let (mut cost, items) = (Cost::ZERO, pairs.items());
             cost.swept(pairs);
-            Charge { node, cost, items }
+            NodeCharge { node, cost, items }
         });
         inner.chain(leaves)
     }

@@ -1,5 +1,7 @@
-//! Points that span the space, and where they are at home. Rank 0 knows the points from the start; the ranks tell it which
-//! of them they own, and it tells all. This runs beside the messages of another phase: `crate::direct::ghost_layer` or
+//! The frame: points that span the space, and their owners.
+//!
+//! Rank 0 selects the frame when it reads the input. Each rank reports which points of the frame it owns, and rank 0 then
+//! sends all owners to all ranks. These messages travel with those of another phase: `crate::direct::ghost_layer` or
 //! [`crate::graph::summaries`].
 
 use septet_geometry::point::Point;
@@ -10,7 +12,7 @@ use crate::machine::context::Context;
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, leaf_number};
 
-/// Tells rank 0 which points of the frame are at home here.
+/// Reports to rank 0 which points of the frame this rank owns.
 pub(crate) fn report<P: Point>(
     cx: &mut Context<P>,
     table: &Table<P>,
@@ -20,7 +22,7 @@ pub(crate) fn report<P: Point>(
     let mut owned_points = PointBatch::default();
     for at in table.owned_among(&frame.ids.0) {
         table.export(at, &mut owned_points);
-        if let Some(recorder) = &mut cx.recorder {
+        if let Some(recorder) = cx.recorder() {
             recorder.log.frame.push(leaf_number(leaves, at));
         }
     }
@@ -29,24 +31,24 @@ pub(crate) fn report<P: Point>(
     }
 }
 
-/// Learns where the points of the frame are at home.
-pub(crate) fn learn<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, frame: &mut PointBatch<P>) {
-    for told in take(cx) {
-        for (&id, &owner) in told.ids.iter().zip(&told.owners.0) {
+/// Receives the owners of the frame's points.
+pub(crate) fn receive<P: Point>(cx: &mut Context<P>, table: &mut Table<P>, frame: &mut PointBatch<P>) {
+    for received in take(cx) {
+        for (&id, &owner) in received.ids.iter().zip(&received.owners.0) {
             table.set_owner(id, owner);
         }
-        *frame = told;
+        *frame = received;
     }
 }
 
-/// What rank 0 does: collects the points, and tells all when it knows every one.
+/// Collects the reports on rank 0. Sends the frame to all ranks when the owners of all points are known.
 pub fn collect<P: Point>(cx: &mut Context<P>, known: &mut PointBatch<P>) {
     let before = known.len();
     for mut owned_points in take(cx) {
         known.append(&mut owned_points);
     }
     if before <= P::DIM && known.len() == P::DIM + 1 {
-        for rank in 1..=cx.config.workers {
+        for rank in 1..=cx.config().workers {
             cx.send(rank, NodeId::ROOT, 0, Body::Frame(known.clone()));
         }
     }

@@ -23,19 +23,19 @@ fn config(fixed: u64, leaf: u64, workers: u32) -> Arc<WorkerConfig> {
     Arc::new(config)
 }
 
-/// What the workers send of the set, the phases they went through, and their steps in that of the set.
+/// The set that the workers send, the phases of the run, and the number of steps in phase independent.
 #[derive(Default)]
 struct Outcome {
     members: Vec<u64>,
     undecided: Vec<u64>,
     phases: Vec<Phase>,
     steps: u32,
-    /// Messages of the set between workers.
-    told: usize,
+    /// The number of messages in phase independent.
+    messages: usize,
     ledger: LedgerPart,
 }
 
-/// Sites with their squared radii, in blocks.
+/// Points and their squared radii, as the source of a run.
 struct Sites<'a, P>(&'a [P], &'a [f64]);
 
 impl<P: Point> Source<P> for Sites<'_, P> {
@@ -56,7 +56,7 @@ impl<P: Point> Source<P> for Sites<'_, P> {
     }
 }
 
-/// A machine without a transport: messages are handed over as they are, the last ones first.
+/// Runs a machine without a transport. It delivers messages unchanged, in reverse order.
 fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Outcome {
     let sites = Sites(points, radii2);
     let mut first =
@@ -64,12 +64,12 @@ fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Ou
     let mut host = Host::<P>::new(1..=config.workers, config, &None);
     let mut wire = first.step().unwrap();
     wire.extend(host.begin().unwrap());
-    let (mut steps, mut told, mut phases) = (0, 0, Vec::new());
+    let (mut steps, mut messages, mut phases) = (0, 0, Vec::new());
     for round in 1.. {
         let active = first.busy() || host.busy() || !wire.is_empty();
         if active && host.phase() == Phase::Independent {
             steps += 1;
-            told += wire.len();
+            messages += wire.len();
         }
         wire.reverse();
         let (up, inbox) = std::mem::take(&mut wire).into_iter().partition(|m| m.to == 0);
@@ -88,10 +88,10 @@ fn run<P: Point>(points: &[P], radii2: &[f64], config: &Arc<WorkerConfig>) -> Ou
     let share = first.into_result().unwrap();
     assert_eq!(share.counted.parts, config.workers);
     let Selected { members, undecided } = share.selected;
-    Outcome { members, undecided, phases, steps, told, ledger: share.counted.ledger }
+    Outcome { members, undecided, phases, steps, messages, ledger: share.counted.ledger }
 }
 
-/// The greedy algorithm by all pairs.
+/// The set of the greedy algorithm, by all pairs of points.
 fn greedy<P: Point>(points: &[P], radii2: &[f64], fixed: usize) -> Vec<u64> {
     let mut order: Vec<usize> = (fixed..points.len()).collect();
     let key = |i: usize| (priority(5, points[i]), points[i]);
@@ -119,7 +119,8 @@ fn checked<P: Point>(points: &[P], radii2: &[f64], what: &str) {
             assert_eq!(outcome.members, expected, "{what}");
             assert_eq!(outcome.undecided, one.undecided, "{what}");
             assert!(outcome.undecided.windows(2).all(|w| w[1] < w[0]), "{what}: {:?}", outcome.undecided);
-            // Two steps a round; one before, if there was something to tell; one after, for those that left last.
+            // Two steps for each round. One more before, if decisions on fixed points were sent. One more after, if points
+            // left last.
             let (steps, rounds) = (outcome.steps as usize, 2 * outcome.undecided.len());
             assert!((rounds..=rounds + 2).contains(&steps), "{what}: {steps} steps, {:?}", outcome.undecided);
             assert_eq!(outcome.ledger.edge_hash, one.ledger.edge_hash, "{what}");
@@ -129,7 +130,7 @@ fn checked<P: Point>(points: &[P], radii2: &[f64], what: &str) {
                 assert_eq!(charge(key), Some(cost), "{what}: {key:?}");
             }
             let divided = workers > 1 && points.len() > 100 && leaf < 100;
-            assert_eq!(outcome.told > 0, divided, "{what}: {} messages", outcome.told);
+            assert_eq!(outcome.messages > 0, divided, "{what}: {} messages", outcome.messages);
         }
     }
 }
@@ -149,7 +150,7 @@ fn random(n: usize) -> Vec<DVec3> {
 }
 
 #[test]
-fn workers_take_the_greedy_set() {
+fn workers_select_the_greedy_set() {
     for n in [0, 1, 2, 3, 10, 600] {
         let cloud = random(n);
         let radius = |degree: f64| (degree / n.max(1) as f64 / 4.19).cbrt();

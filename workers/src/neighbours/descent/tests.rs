@@ -1,4 +1,4 @@
-//! Answers of two ranks to one ball, and those that do not fit together.
+//! Replies of two ranks to one ball, and inconsistent replies.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,20 +13,20 @@ use super::*;
 use crate::config::WorkerConfig;
 use crate::machine::context::Running;
 
-/// Points of another rank on the first axis, at these places.
-fn points(places: &[u64]) -> PointBatch<DVec2> {
+/// Points of another rank at these positions on the first axis.
+fn points(xs: &[u64]) -> PointBatch<DVec2> {
     let mut points = PointBatch::default();
-    for &place in places {
-        points.push(place, DVec2::new(place as f64, 0.0), 2, f64::INFINITY);
+    for &x in xs {
+        points.push(x, DVec2::new(x as f64, 0.0), 2, f64::INFINITY);
     }
     points
 }
 
-/// A list with its radius, by the ids of its points.
+/// A point, the squared radius of its list, and the ids of its list.
 type Found = (u32, f64, Vec<u64>);
 
-/// A rank with a point at the origin whose ball waits for two answers hears these messages in one round, and none
-/// after it. Returns its lists.
+/// Runs a rank that owns a point at the origin, whose ball waits for two replies. The rank receives these messages in one
+/// round. Returns its lists.
 fn receive(bodies: Vec<Body<DVec2>>) -> Result<Vec<Found>, TransportError> {
     let config = Arc::new(WorkerConfig::plain());
     let run = config.run;
@@ -56,17 +56,19 @@ async fn waiting(mut cx: Context<DVec2>, lists: Rc<RefCell<Vec<Found>>>) -> Resu
     cx.enter(Phase::Knn)?;
     let subdomain = Subdomain::default();
     let mut table = Table::of_owned(vec![0], vec![DVec2::ZERO], 1);
-    let ask = Ask { phase: Phase::Knn, wanted: 3, probe: false, own_leaf: false };
-    let mut descent = Descent::new(&subdomain, ask, &[]);
+    let search = Search { phase: Phase::Knn, wanted: 3, probe: false, own_leaf: false };
+    let mut descent = Descent::new(&subdomain, search, &[]);
     descent.pending.push(Pending { outstanding: 2, ..Pending::of_owned(0, DVec2::ZERO, 25.0) });
-    let done = descent.finish(&mut cx, &mut table).await?;
+    let complete = descent.run(&mut cx, &mut table).await?;
     let ids = |list: &[u32]| list.iter().map(|&j| table.ids()[j as usize]).collect();
-    lists.borrow_mut().extend(done.iter().map(|nearest| (nearest.point, nearest.kth2, ids(nearest.list))));
+    lists
+        .borrow_mut()
+        .extend(complete.iter().map(|nearest| (nearest.point, nearest.kth2, ids(nearest.list))));
     Ok(())
 }
 
-/// The list of the first is in its second group, the second one's alone; the ball keeps its three nearest of both.
-fn answers() -> [ReplyBatch<DVec2>; 2] {
+/// Two replies to the ball. In the first, the list belongs to the second group. The ball keeps the three nearest of both.
+fn replies() -> [ReplyBatch<DVec2>; 2] {
     let first = ReplyBatch {
         slots: Bulk(vec![0]),
         counts: Bulk(vec![3]),
@@ -87,17 +89,17 @@ fn answers() -> [ReplyBatch<DVec2>; 2] {
 }
 
 #[test]
-fn the_parts_of_a_list_come_together() {
-    let lists = receive(answers().map(Body::Reply).into()).unwrap();
+fn the_parts_of_a_list_are_joined() {
+    let lists = receive(replies().map(Body::Reply).into()).unwrap();
     assert_eq!(lists, [(0, 9.0, vec![3, 1, 2])]);
 }
 
 #[test]
-fn an_answer_that_does_not_fit_together_is_refused() {
+fn an_inconsistent_reply_is_refused() {
     let spoil: [fn(&mut ReplyBatch<DVec2>); 3] =
         [|a| a.places[0] = 3, |a| a.counts[0] = 4, |a| a.points.owners.0.truncate(3)];
     for spoil in spoil {
-        let [mut first, _] = answers();
+        let [mut first, _] = replies();
         spoil(&mut first);
         refused(receive(vec![Body::Reply(first)]), "fit together");
     }
@@ -105,9 +107,9 @@ fn an_answer_that_does_not_fit_together_is_refused() {
     refused(receive(vec![Body::Query(query)]), "fit together");
 }
 
-/// All ranks look for the same in one phase.
+/// In one phase, all ranks have the same search.
 #[test]
-fn a_query_for_something_else_is_refused() {
+fn a_query_of_another_search_is_refused() {
     let same = QueryBatch { wanted: 3, ..QueryBatch::default() };
     assert!(receive(vec![Body::Query(same.clone())]).is_ok());
     for other in [QueryBatch { wanted: 2, ..same.clone() }, QueryBatch { probe: true, ..same }] {
@@ -115,11 +117,11 @@ fn a_query_for_something_else_is_refused() {
     }
 }
 
-/// One query is not there, one has had all its answers.
+/// One slot is unused, the other has received all its replies.
 #[test]
-fn an_answer_to_no_query_is_refused() {
+fn a_reply_to_no_query_is_refused() {
     for slot in [0, 7] {
-        let [first, second] = answers();
+        let [first, second] = replies();
         let mut third = second.clone();
         third.slots[0] = slot;
         refused(receive([first, second, third].map(Body::Reply).into()), "not asked");
@@ -127,7 +129,7 @@ fn an_answer_to_no_query_is_refused() {
 }
 
 fn refused<T>(result: Result<T, TransportError>, why: &str) {
-    let Err(error) = result else { panic!("it was taken") };
+    let Err(error) = result else { panic!("the reply was accepted") };
     assert!(matches!(error, TransportError::BadMessage { from: 2, .. }), "{error}");
     assert!(error.to_string().contains(why), "{error}");
 }

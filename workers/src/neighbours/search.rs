@@ -1,0 +1,26 @@
+//! Balls of owned points, and the parameters of a search with them.
+
+use septet_protocol::ids::Phase;
+
+/// The parameters of one search, equal on all ranks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Search {
+    /// The phase that pays for the search.
+    pub(crate) phase: Phase,
+    /// The number of nearest points, ties included.
+    pub(crate) wanted: u32,
+    /// Whether the balls probe (the punt): beyond each separator on the way to its own leaf, a ball visits one leaf only.
+    pub(crate) probe: bool,
+    /// Whether a ball also searches its own leaf.
+    pub(crate) own_leaf: bool,
+}
+
+/// The ball of an owned point.
+#[derive(Clone, Debug)]
+pub(crate) struct Ball {
+    /// The owned point.
+    pub(crate) point: u32,
+    /// The index of its leaf.
+    pub(crate) leaf: usize,
+    pub(crate) radius2: f64,
+}
