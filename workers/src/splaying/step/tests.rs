@@ -16,7 +16,7 @@ use crate::splaying::messages::GatheredPoint;
 use crate::splaying::pending::Pending;
 use crate::splaying::splay::splay;
 use crate::stars::check::{Agreement, certificate, check};
-use crate::stars::vertex::Stars;
+use crate::stars::owned::Stars;
 use crate::state::subdomain::{Subdomain, Subtree};
 use crate::state::table::Table;
 use crate::state::tree::{Leaf, bounds};
