@@ -81,3 +81,27 @@ impl<P: Point> LinkArena<P> {
         self.facets.len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn links_are_filled_appended_and_replaced() {
+        let mut links = LinkArena::<DVec2>::with_capacities(&[1, 2]);
+        for (vertex, facet) in [(1, [0, 3]), (0, [1, 2]), (1, [3, 4])] {
+            links.push(vertex, facet);
+        }
+        links.append(&[[5, 6], [6, 7], [8, 9]], &[2, 0, 1]);
+        links.replace(0, &[[2, 3], [3, 1]]);
+        let expected: [&[[u32; 2]]; 5] =
+            [&[[2, 3], [3, 1]], &[[0, 3], [3, 4]], &[[5, 6], [6, 7]], &[], &[[8, 9]]];
+        for (vertex, link) in (0u32..).zip(expected) {
+            assert_eq!(links.link(vertex), link);
+        }
+        assert_eq!([0, 1, 2, 4].map(|vertex| links.start(vertex)), [6, 1, 3, 5]);
+        assert_eq!(links.len(), 8);
+    }
+}
