@@ -1,10 +1,12 @@
-//! septet-common: what the tests of the whole system share, one program or another.
+//! septet-common: code that the test programs share.
 
 pub mod data;
 
 pub mod samples;
 
 pub mod sets;
+
+pub mod transports;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -14,6 +16,7 @@ use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
 use septet_verify::{Triangulation, VerifyOptions, verify};
+use transports::Start;
 
 /// `workers` in the simulator.
 pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
@@ -105,6 +108,20 @@ pub fn check_counted<P: Point>(points: &[P], config: &Config) -> Run {
 /// `workers` in `threads` threads.
 pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
     Config { workers, threads, leaf: Some(leaf), transport: Transport::Channel { threads }, ..base() }
+}
+
+/// Runs `simulate` (`counted`) or `triangulate` over a transport and verifies the result, like [`check`] and
+/// [`check_counted`].
+pub fn check_over<P: Point>(start: Start, points: &[P], config: &Config, counted: bool) -> Run {
+    let run = start.run(points, config, counted).unwrap_or_else(|e| panic!("{start:?}, {config:?}: {e}"));
+    assert_verified(points, &run);
+    assert!(counted || run.exchange_rounds == 0, "{start:?}, {config:?}: stars were incomplete");
+    run
+}
+
+/// The configuration with this number of workers and points per leaf.
+pub fn with_workers(workers: Workers, leaf: u64) -> Config {
+    Config { workers, leaf: Some(leaf), ..base() }
 }
 
 /// Levels below the root.

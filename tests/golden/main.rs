@@ -47,8 +47,8 @@ impl Options {
 }
 
 fn main() -> ExitCode {
-    if let Ok(rank) = env::var(calls::RANK) {
-        return calls::worker(&rank);
+    if let Some(code) = calls::worker() {
+        return code;
     }
     let options = Options::read();
     let cases = cases::all();

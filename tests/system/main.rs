@@ -41,3 +41,5 @@ mod rivals;
 mod real;
 
 mod scaling;
+
+mod transports;

@@ -5,30 +5,16 @@
 //! triangulation. `valgrind --tool=callgrind` on it counts instructions.
 
 use glam::{DVec2, DVec3};
+use septet_geometry::hash::Draw;
 use septet_geometry::incremental::{Incremental, insertion_order};
 use septet_geometry::point::Point;
 
-/// A linear congruential generator: the sets are for timing, not for statistics.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let x = (self.0 ^ self.0 >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        (x >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn point<P: Point>(&mut self) -> P {
-        let coords = [self.unit(), self.unit(), self.unit()];
-        P::from_coords(&coords[..P::DIM])
-    }
-
-    fn direction<P: Point>(&mut self) -> P {
-        loop {
-            let p = self.point::<P>() * 2.0 - P::splat(1.0);
-            if p.norm2() > 0.01 && p.norm2() < 1.0 {
-                return p / p.norm2().sqrt();
-            }
+/// A random direction.
+fn direction<P: Point>(random: &mut Draw) -> P {
+    loop {
+        let p = random.point::<P>() * 2.0 - P::splat(1.0);
+        if p.norm2() > 0.01 && p.norm2() < 1.0 {
+            return p / p.norm2().sqrt();
         }
     }
 }
@@ -43,16 +29,16 @@ fn lattice<P: Point>(n: usize) -> Vec<P> {
 }
 
 fn points<P: Point>(kind: &str, n: usize) -> Vec<P> {
-    let mut random = Random(42);
+    let mut random = Draw::new(42);
     match kind {
         "jittered" => lattice::<P>(n).into_iter().map(|p| p + random.point::<P>() * 0.8).collect(),
         "grid" => lattice(n),
-        "graded" => (0..n).map(|_| random.direction::<P>() * random.unit().powi(4)).collect(),
-        "sphere" => (0..n).map(|_| random.direction::<P>()).collect(),
+        "graded" => (0..n).map(|_| direction::<P>(&mut random) * random.unit().powi(4)).collect(),
+        "sphere" => (0..n).map(|_| direction::<P>(&mut random)).collect(),
         "clusters" => {
             let centres: Vec<P> = (0..10).map(|_| random.point()).collect();
             let spread = |i: usize| 0.1 * 0.5f64.powi((i % 10) as i32);
-            let near = |r: &mut Random| r.direction::<P>() * r.unit();
+            let near = |r: &mut Draw| direction::<P>(r) * r.unit();
             (0..n).map(|i| centres[i % 10] + near(&mut random) * spread(i)).collect()
         }
         _ => (0..n).map(|_| random.point()).collect(),

@@ -151,11 +151,7 @@ mod tests {
     use super::*;
     use crate::graph::graph_direct;
     use glam::{DVec2, DVec3};
-
-    fn unit(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1u64 << 53) as f64
-    }
+    use crate::hash::Draw;
 
     /// The lists of all pairs, and how many pairs were looked at for each row.
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
@@ -175,9 +171,9 @@ mod tests {
 
     #[test]
     fn lists_are_those_of_all_pairs() {
-        let mut seed = 5;
+        let mut draw = Draw::new(5);
         for n in [0usize, 1, 2, 5, 40, 700] {
-            let mut place = || DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed));
+            let mut place = || DVec3::new(draw.unit(), draw.unit(), draw.unit());
             let cloud: Vec<DVec3> = (0..n).map(|_| place()).collect();
             let flat: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(0.25, p.y, p.z)).collect();
             let line: Vec<DVec3> = cloud.iter().map(|p| DVec3::new(p.x, 2.0 * p.x, -p.x)).collect();
@@ -185,7 +181,7 @@ mod tests {
             for size in [1e-3, 0.05, 0.3, 2.0, 1e200] {
                 let radii2: Vec<f64> = (0..n)
                     .map(|i| {
-                        (size * size * (0.2 + unit(&mut seed))).min(f64::MAX) * f64::from(i as u32 % 3 + 1)
+                        (size * size * (0.2 + draw.unit())).min(f64::MAX) * f64::from(i as u32 % 3 + 1)
                     })
                     .collect();
                 checked(&cloud, &radii2, n);
@@ -199,10 +195,10 @@ mod tests {
 
     #[test]
     fn work_is_linear_where_balls_hold_a_constant_number() {
-        let mut seed = 6;
+        let mut draw = Draw::new(6);
         let works = [500usize, 4000].map(|n| {
             let points: Vec<DVec3> =
-                (0..n).map(|_| DVec3::new(unit(&mut seed), unit(&mut seed), unit(&mut seed))).collect();
+                (0..n).map(|_| DVec3::new(draw.unit(), draw.unit(), draw.unit())).collect();
             let r = 1.4 / (n as f64).cbrt();
             checked(&points, &vec![r * r; n], n)
         });

@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use septet_geometry::cost::Sweep;
+use septet_geometry::hash::finalise;
 use septet_geometry::measure::Diameters;
 use septet_geometry::point::Point;
 use septet_protocol::ids::{COORDINATOR, NodeId, Rank};
@@ -18,14 +19,8 @@ use crate::state::subdomain::{Ghosts, Split, Tree, join_bounds};
 
 /// The hash of a point's coordinates by which samples are chosen.
 pub fn shown_hash<P: Point>(x: P) -> u64 {
-    let mut h = 0x5E97_E75E_97E7_5E97u64;
-    for i in 0..P::DIM {
-        h ^= x.coord(i).to_bits();
-        h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        h ^= h >> 31;
-    }
-    h
+    let bits = (0..P::DIM).map(|i| x.coord(i).to_bits());
+    bits.fold(0x5E97_E75E_97E7_5E97, |hash, bits| finalise(hash ^ bits))
 }
 
 /// Whether a point of a set of this size is in the sample of about `wanted`. The expected number lies five standard

@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::*;
+use septet_geometry::hash::Draw;
 use septet_geometry::point::{Point, Simplex};
 
 use super::{Shuffled, add_box, cube, facet, fans, is_sound, torus, turned};
@@ -72,25 +73,11 @@ fn labelled<P: Space>(domain: &Domain<P>, posed: &Posed<P>) -> (Vec<u32>, Faces<
     (labels.of, faces)
 }
 
-/// Numbers in an order that depends on nothing but the seed.
-struct Orders(u64);
-
-impl Orders {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % n
-    }
-
-    fn shuffle<T>(&mut self, list: &mut [T]) {
-        (1..list.len()).rev().for_each(|i| list.swap(i, self.below(i + 1)));
-    }
-
-    /// The new number of each.
-    fn permutation(&mut self, n: usize) -> Vec<u32> {
-        let mut numbers: Vec<u32> = (0..n as u32).collect();
-        self.shuffle(&mut numbers);
-        numbers
-    }
+/// A random permutation of `0..n`.
+fn permutation(draw: &mut Draw, n: usize) -> Vec<u32> {
+    let mut numbers: Vec<u32> = (0..n as u32).collect();
+    draw.shuffle(&mut numbers);
+    numbers
 }
 
 /// Lists in an order in which entry `i` has become entry `to[i]`.
@@ -103,9 +90,9 @@ fn moved<T: Clone>(list: &[T], to: &[u32]) -> Vec<T> {
 }
 
 /// The same with other numbers of points and of cells, and other orders of triangles and within rows.
-fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<u32>, Vec<u32>) {
-    let points = orders.permutation(posed.vertices.len());
-    let cells = orders.permutation(posed.delaunay.cells.len());
+fn reordered<P: Space>(posed: &Posed<P>, draw: &mut Draw) -> (Posed<P>, Vec<u32>, Vec<u32>) {
+    let points = permutation(draw, posed.vertices.len());
+    let cells = permutation(draw, posed.delaunay.cells.len());
     let renamed = |v: &mut u32| *v = points[*v as usize];
     let mut other = posed.clone();
     other.vertices = Vertices {
@@ -116,9 +103,9 @@ fn reordered<P: Space>(posed: &Posed<P>, orders: &mut Orders) -> (Posed<P>, Vec<
     other.chains.iter_mut().flatten().for_each(renamed);
     for (_, triangle) in &mut other.triangles {
         triangle.iter_mut().for_each(renamed);
-        orders.shuffle(triangle);
+        draw.shuffle(triangle);
     }
-    orders.shuffle(&mut other.triangles);
+    draw.shuffle(&mut other.triangles);
     let Triangulation { cells: rows, neighbours } = &mut other.delaunay;
     for (row, across) in rows.iter_mut().zip(neighbours.iter_mut()) {
         row.as_mut().iter_mut().for_each(renamed);
@@ -155,7 +142,7 @@ impl<P: Triangulate> Case<P> {
     }
 
     fn is_the_same_in_any_order(&self, seed: u64) -> Result<(), TestCaseError> {
-        let (other, points, cells) = reordered(&self.posed, &mut Orders(seed));
+        let (other, points, cells) = reordered(&self.posed, &mut Draw::new(seed));
         let (labels, faces) = labelled(&self.domain, &other);
         prop_assert!(labels == moved(&self.labels, &cells), "{}: other labels", self.name);
         let renamed = |&(f, mut face, [i, j]): &(u32, P::Facet, [u32; 2])| {

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
+use septet_geometry::hash::Draw;
 use septet_geometry::incremental::insertion_order;
 use septet_geometry::separator::Separator;
 use septet_protocol::ids::NodeId;
@@ -40,17 +41,11 @@ pub(crate) fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P
     }
 }
 
-fn unit(state: &mut u64) -> f64 {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// Random points, a grid, points on spheres, two far clusters.
 pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
-    let mut state = 7;
+    let mut draw = Draw::new(7);
     let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> {
-        let mut draw = || P::from_coords(&[0; 3].map(|_: i32| unit(&mut state))[..P::DIM]);
-        (0..600).map(|_| map(draw())).collect()
+        (0..600).map(|_| map(draw.point())).collect()
     };
     let half = P::splat(0.5);
     let on_sphere = |x: P| half + (x - half) * (0.4 / (x - half).norm2().sqrt());
@@ -131,13 +126,13 @@ fn all_are_found<P: Point>() {
             else {
                 continue;
             };
-            let mut state = 5;
+            let mut draw = Draw::new(5);
             for most in [0.0, 0.3, 1.5] {
                 let margin = |x: &P| {
                     let clear = path.iter().map(|s| s.split.separator.clearance(*x));
                     let free = clear.fold(f64::INFINITY, f64::min);
                     // Not all know how free they are.
-                    let sent = most * unit(&mut state);
+                    let sent = most * draw.unit();
                     Margin { free: if sent > most / 2.0 { free } else { 0.0 }, sent }
                 };
                 let halo: Vec<Margin> = owned.iter().map(margin).collect();
