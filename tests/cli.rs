@@ -279,7 +279,7 @@ fn points_come_from_standard_input_and_gzip() {
 }
 
 #[test]
-fn generate_feeds_triangulate() {
+fn generated_points_are_triangulated_from_standard_input() {
     let place = Place::new();
     let points = place.good("generate uniform -n 500 --seed 3");
     let output = place.feed("triangulate - -o a.npy", &points.stdout);

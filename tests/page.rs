@@ -227,7 +227,7 @@ fn scripts_are_modules_that_parse() {
 }
 
 #[test]
-fn what_is_no_run_is_refused_by_name() {
+fn files_that_are_not_reports_are_refused_by_name() {
     let place = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(place.path().join(name), text).unwrap();
     write("torn.json", "{\"schema\": \"septet-run/1\", ");

@@ -149,7 +149,7 @@ fn options_that_cannot_be_are_refused() {
 /// Surfaces of CGAL's demos and TetGen's example.
 #[test]
 #[ignore = "needs the test data"]
-fn real_domains() {
+fn surface_meshes_of_the_test_data_become_meshes() {
     for (name, expected, words) in [
         ("example.poly", 0, "28 corners, 44 segments, 22 facets, 2 components, 2 regions, volume 17.9375"),
         ("fandisk.off", 0, "6475 points"),
@@ -333,7 +333,7 @@ fn surfaces_are_remeshed_by_default() {
 
 /// A mesh of the plane.
 #[test]
-fn maps_become_meshes() {
+fn planar_domains_become_meshes() {
     let place = Place::new();
     place.file("map.poly", fs::read(root("domains/good/map.poly")).unwrap());
     place.good("mesh map.poly --size 0.5 -o m.1.ele -o m.off --json -");

@@ -47,12 +47,12 @@ fn relayed<P: Point>(points: &[P]) {
 }
 
 #[test]
-fn a_refused_split_is_relayed_in_space() {
+fn groups_relay_the_messages_of_an_unsplit_node_in_space() {
     relayed(&space(Kind::Uniform, 1500, 5));
 }
 
 #[test]
-fn a_refused_split_is_relayed_in_the_plane() {
+fn groups_relay_the_messages_of_an_unsplit_node_in_the_plane() {
     relayed(&plane(Kind::Clusters, 1500, 5));
 }
 
@@ -122,7 +122,7 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
 }
 
 #[test]
-fn a_gathering_ends_in_the_same_cells_in_space() {
+fn gathered_stars_give_the_same_cells_in_space() {
     capped(&space(Kind::Uniform, 900, 8), 3, 0..4);
     capped(&space(Kind::Clusters, 700, 8), 3, 0..4);
     let few = capped(&space(Kind::Uniform, 900, 8), 36, 1..3);
@@ -130,7 +130,7 @@ fn a_gathering_ends_in_the_same_cells_in_space() {
 }
 
 #[test]
-fn a_gathering_ends_in_the_same_cells_in_the_plane() {
+fn gathered_stars_give_the_same_cells_in_the_plane() {
     capped(&plane(Kind::Uniform, 900, 8), 3, 0..4);
     let few = capped(&plane(Kind::Uniform, 900, 8), 14, 2..3);
     assert!(few.iter().all(|&n| n < 900), "{few:?}");

@@ -294,7 +294,7 @@ fn the_scale_does_not_matter() {
 }
 
 #[test]
-fn what_has_no_graph_is_refused() {
+fn inputs_without_a_graph_are_refused() {
     let points = [DVec2::ZERO, DVec2::ONE, DVec2::new(-0.0, 0.0)];
     let refused = |points: &[DVec2], sizes: &[f64], fixed, config: &Config| {
         independent(points, sizes, fixed, config).map(|run| run.members).unwrap_err()

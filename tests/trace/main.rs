@@ -197,7 +197,7 @@ fn details_add_up_and_change_nothing() {
 }
 
 #[test]
-fn runs_are_told_apart() {
+fn traces_distinguish_runs() {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
