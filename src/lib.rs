@@ -89,7 +89,7 @@ pub mod result {
     #[doc(inline)]
     pub use septet_core::run::independent::SiteError;
     #[doc(inline)]
-    pub use septet_core::{Settled, Traffic};
+    pub use septet_core::{Settled, TrafficTotal};
     #[doc(inline)]
     pub use septet_geometry::graph::Supergraph;
     #[doc(inline)]

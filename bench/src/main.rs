@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Instant;
 
-use septet_core::config::{GraphKind, Transport, Workers};
+use septet_core::config::{Alpha, Graph, Neighbours, Workers};
 use septet_core::generate::{Request, generate, parse_sample};
 use septet_core::model::Points;
 use septet_core::{Config, Run, simulate, triangulate};
@@ -58,10 +58,18 @@ fn setting(words: &[String]) -> Result<Setting, Failure> {
         "leaves" => Workers::Leaves,
         count => Workers::Count(number("workers or `leaves`", count)?),
     };
-    let graphs = [("density", GraphKind::Density), ("knn", GraphKind::Knn), ("overlap", GraphKind::Overlap)];
-    let transport = Transport::Channel { threads };
+    let alpha = Alpha::Auto;
+    let graphs = [
+        ("density", Graph::Density { alpha }),
+        ("knn", Graph::Knn { k: Neighbours::Auto }),
+        ("overlap", Graph::Overlap { alpha }),
+    ];
     let graph = one_of(word(5, "density"), &graphs)?;
-    let config = Config { workers, threads, transport, graph, ..Config::default() };
+    let config = Config::default().with(|c| {
+        c.machine.workers = workers;
+        c.machine.threads = threads;
+        c.graph = graph;
+    });
     config.check()?;
     Ok(Setting {
         sample: parse_sample(&spec)?,
@@ -88,8 +96,8 @@ fn timed(setting: &Setting) -> Result<(), Failure> {
     let start = Instant::now();
     let set = generate(&setting.sample, &mut |_, _, _| {})?;
     println!("generate {:.2} s, {:?}", start.elapsed().as_secs_f64(), set.notes);
-    let config = Config { spacing: set.spacing.map(|s| s.lipschitz), ..setting.config.clone() };
-    let (n, counted, workers) = (set.points.len(), setting.counted, &config.workers);
+    let config = setting.config.clone().with(|c| c.spacing = set.spacing.map(|s| s.lipschitz));
+    let (n, counted, workers) = (set.points.len(), setting.counted, &config.machine.workers);
     println!("{} n {n} counted {counted} workers {workers:?}", setting.spec);
     match &set.points {
         Points::Plane(points) => report(points, &config, setting),

@@ -145,8 +145,9 @@ impl From<septet_core::Error> for Failure {
             Error::Machine(TransportError::Stopped) | Error::Interrupted => Failure::interrupted(),
             Error::Machine(_) | Error::Start(_) => Failure::new(Code::Machine, error.to_string())
                 .help("run again with -v; if it repeats, report it with the input"),
-            Error::Piece { .. } | Error::Rival(_) => Failure::new(Code::Limit, error.to_string()),
+            Error::Piece { .. } | Error::Baseline(_) => Failure::new(Code::Limit, error.to_string()),
             Error::NotCertified { .. } => Failure::new(Code::Rejected, error.to_string()),
+            _ => Failure::new(Code::Failed, error.to_string()),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use septet_core::Config;
 use septet_core::config::{
-    Alpha, Correction, Fault, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Workers,
+    Alpha, Correction, Fault, Graph, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Workers,
 };
 use septet_core::generate::{GenerateError, Kind};
 use septet_core::result::view::MOST_POINTS;
@@ -257,7 +257,7 @@ impl MachineArgs {
     /// The configuration these options ask for, with what they leave open by default.
     pub fn config(&self) -> Result<Config, Failure> {
         let base = Config::default();
-        let threads = self.threads.unwrap_or(base.threads);
+        let threads = self.threads.unwrap_or(base.machine.threads);
         if self.delivery_seed.is_some() && self.transport == TransportArg::Channel {
             let message = "--delivery-seed goes with --transport sim: channels deliver when they deliver";
             return Err(Failure::new(Code::Usage, message).help("add --transport sim, or leave the seed out"));
@@ -265,42 +265,40 @@ impl MachineArgs {
         if self.registers == RegistersArg::Baseline {
             septet_geometry::simd::use_baseline_registers();
         }
-        Ok(Config {
-            threads,
-            partition: match self.partition {
+        Ok(base.with(|c| {
+            c.machine.threads = threads;
+            c.partition = match self.partition {
                 PartitionArg::Sphere => Partition::Sphere,
                 PartitionArg::Kd => Partition::Kd,
-            },
-            leaf: self.leaf.0,
-            transport: match self.transport {
-                TransportArg::Channel => Transport::Channel { threads },
+            };
+            c.machine.leaf = self.leaf.0;
+            c.machine.transport = match self.transport {
+                TransportArg::Channel => Transport::Channel,
                 TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            },
-            max_memory: self.max_memory,
-            ..base
-        })
+            };
+            c.machine.max_memory = self.max_memory;
+        }))
     }
 }
 
 impl GraphArgs {
-    /// This configuration with what these options ask for.
-    pub fn extend(&self, config: Config) -> Config {
-        Config {
-            graph: match self.supergraph {
-                GraphArg::Density => GraphKind::Density,
-                GraphArg::Overlap => GraphKind::Overlap,
-                GraphArg::Knn => GraphKind::Knn,
-            },
-            alpha: self.alpha,
-            k: self.k,
-            sets: match self.separator_sets {
+    /// Returns the configuration with these options.
+    pub fn extend(&self, config: Config) -> Result<Config, Failure> {
+        let kind = match self.supergraph {
+            GraphArg::Density => GraphKind::Density,
+            GraphArg::Overlap => GraphKind::Overlap,
+            GraphArg::Knn => GraphKind::Knn,
+        };
+        let graph = Graph::new(kind, self.alpha, self.k)?;
+        Ok(config.with(|c| {
+            c.graph = graph;
+            c.separator_sets = match self.separator_sets {
                 SetsArg::Both => SeparatorSets::Both,
                 SetsArg::Smaller => SeparatorSets::Smaller,
                 SetsArg::Ghost => SeparatorSets::Ghost,
-            },
-            correction: self.neighbours.correction(),
-            ..config
-        }
+            };
+            c.correction = self.neighbours.correction();
+        }))
     }
 }
 
@@ -316,7 +314,7 @@ impl TriangulateArgs {
 impl SimulateArgs {
     /// The configuration these options ask for.
     pub fn config(&self) -> Result<Config, Failure> {
-        let config = Config { record_tasks: self.tasks, ..self.graph.extend(self.run.config()?) };
+        let config = self.graph.extend(self.run.config()?)?.with(|c| c.keep.tasks = self.tasks);
         config.check()?;
         Ok(config)
     }
@@ -324,15 +322,14 @@ impl SimulateArgs {
 
 impl RunArgs {
     fn config(&self) -> Result<Config, Failure> {
-        let machine = self.machine.config()?;
-        Ok(Config {
-            workers: self.workers.unwrap_or(machine.workers),
-            seed: self.seed,
-            skip_invalid: self.skip_invalid,
-            with_owner: self.with_owner,
-            fault: self.fault,
-            ..machine
-        })
+        let config = self.machine.config()?;
+        Ok(config.with(|c| {
+            c.machine.workers = self.workers.unwrap_or(c.machine.workers);
+            c.machine.seed = self.seed;
+            c.skip_invalid = self.skip_invalid;
+            c.keep.owner = self.with_owner;
+            c.planted.fault = self.fault;
+        }))
     }
 }
 

@@ -94,14 +94,13 @@ pub fn run(args: &RivalArgs, talk: &Talk) -> Result<(), Failure> {
     let Which::Incremental(args) = &args.rival;
     let name = args.name();
     let loaded = args.load(&name, talk)?;
-    let config = Config {
-        seed: args.seed,
-        skip_invalid: args.skip_invalid,
-        spacing: loaded.spacing,
-        cancel: Some(talk.cancel.clone()),
-        progress: Some(talk.phases()),
-        ..Config::default()
-    };
+    let config = Config::default().with(|c| {
+        c.machine.seed = args.seed;
+        c.skip_invalid = args.skip_invalid;
+        c.spacing = loaded.spacing;
+        c.control.cancel = Some(talk.cancel.clone());
+        c.control.progress = Some(talk.phases());
+    });
     let report = match &loaded.points {
         Points::Plane(points) => compare(points, &name, args, &config, talk),
         Points::Space(points) => compare(points, &name, args, &config, talk),

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use septet_core::Config;
 use septet_core::config::{Until, Workers};
 use septet_core::generate::Kind;
 use septet_lab::experiment::{
@@ -77,14 +76,13 @@ enum UntilArg {
 impl ScaleArgs {
     fn sweep(&self, talk: &Talk) -> Result<Sweep, Failure> {
         let sizes = parse_sizes(&self.sizes).map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
-        let config = Config {
-            until: self.until.map(|until| match until {
+        let config = self.graph.extend(self.machine.config()?)?.with(|c| {
+            c.until = self.until.map(|until| match until {
                 UntilArg::Partition => Until::Partition,
                 UntilArg::Neighbours => Until::Neighbours,
-            }),
-            cancel: Some(talk.cancel.clone()),
-            ..self.graph.extend(self.machine.config()?)
-        };
+            });
+            c.control.cancel = Some(talk.cancel.clone());
+        });
         let sweep = Sweep {
             sizes,
             sizes_text: self.sizes.split_whitespace().collect(),
@@ -106,7 +104,7 @@ impl ScaleArgs {
 /// Runs the subcommand.
 pub fn run(args: &ScaleArgs, talk: &Talk) -> Result<(), Failure> {
     let sweep = args.sweep(talk)?;
-    super::threads::limit_threads(sweep.config.threads);
+    super::threads::limit_threads(sweep.config.machine.threads);
     let mut journal = Journal::open(&args.output, &sweep.words())?;
     if journal.dropped > 0 {
         talk.note(format!("note: {} bytes of a torn line dropped", journal.dropped));

@@ -25,7 +25,7 @@ const TABLES: [&str; 3] = ["phases", "rounds", "levels"];
 /// Runs either subcommand.
 pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
-    super::threads::limit_threads(config.threads);
+    super::threads::limit_threads(config.machine.threads);
     let sample = input::sample(&args.input, args.dimension)?;
     let is_file = sample.is_none() && args.input != "-";
     check_trace(&args.tracing)?;
@@ -44,10 +44,10 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     };
     config.spacing = loaded.spacing;
     if args.json.is_some() {
-        config.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
+        config.keep.view = args.view.unwrap_or(if counted { MOST_POINTS } else { 0 });
     }
-    config.cancel = Some(talk.cancel.clone());
-    config.progress = Some(talk.phases());
+    config.control.cancel = Some(talk.cancel.clone());
+    config.control.progress = Some(talk.phases());
     let rss_before_bytes = rss();
     let go = || match go(&loaded.points, &config, counted) {
         Ok(run) => Ok((run, None)),

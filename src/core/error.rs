@@ -1,4 +1,4 @@
-//! Why a run has no result.
+//! The errors of a run.
 
 use thiserror::Error;
 
@@ -12,61 +12,60 @@ use crate::result::run::Run;
 
 /// The error of [`crate::triangulate`], [`crate::simulate`] and [`crate::independent()`].
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum Error {
-    /// Parameters that cannot be run.
+    /// The configuration cannot run.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// Points that cannot be triangulated exactly.
+    /// The points cannot be triangulated exactly.
     #[error(transparent)]
     Points(#[from] RangeError),
-    /// Sites that have no conflict graph.
+    /// The sites have no conflict graph.
     #[error(transparent)]
     Sites(#[from] SiteError),
-    /// More memory expected than allowed.
+    /// The memory forecast exceeds the limit.
     #[error(
         "about {forecast} bytes would be needed for {points} points, more than the limit of {limit}: use more \
          machines, fewer points, or raise --max-memory"
     )]
     Memory {
-        /// Expected peak.
+        /// Expected peak in bytes.
         forecast: u64,
-        /// The limit.
+        /// The limit in bytes.
         limit: u64,
         /// Number of points.
         points: u64,
     },
-    /// More points on one worker than its numbers can tell apart.
+    /// One worker would have more points than its local indices can address.
     #[error(
-        "about {points} points would fall to one worker, more than the {most} that it can triangulate: use at \
-         least {workers} workers"
+        "one worker would have to triangulate about {points} points, more than the limit of {most}: use at least \
+         {workers} workers"
     )]
     Piece {
-        /// Points of the largest piece expected.
+        /// Expected number of points of the largest subdomain.
         points: u64,
-        /// Allowed.
+        /// The largest number of points of one worker.
         most: u64,
-        /// Workers that suffice.
+        /// Number of workers that suffices.
         workers: u64,
     },
     /// A worker or the transport failed.
     #[error(transparent)]
     Machine(#[from] TransportError),
-    /// Threads could not be started.
-    #[error("workers could not be started: {0}")]
+    /// The threads of the workers could not be started.
+    #[error("cannot start the workers: {0}")]
     Start(#[from] std::io::Error),
-    /// The stars do not agree after every remedy: a fault of this program.
-    #[error(
-        "the certificate failed: {refutation}; this is a fault of septet: please report it with the input"
-    )]
+    /// The stars disagree after every repair. This is a bug in septet.
+    #[error("the certificate failed: {refutation}; this is a bug in septet: please report it with the input")]
     NotCertified {
-        /// What is wrong with the stars.
+        /// Why the stars do not form a triangulation.
         refutation: Refutation,
         /// The run with its counts, without cells.
         run: Box<Run>,
     },
-    /// More points than the rival's numbers can tell apart.
-    #[error("the rival cannot take these points: {0}")]
-    Rival(#[source] IncrementalError),
+    /// There are more points than the indices of the baseline can address.
+    #[error("incremental insertion cannot take these points: {0}")]
+    Baseline(#[source] IncrementalError),
     /// The run was cancelled.
     #[error("interrupted")]
     Interrupted,
@@ -74,37 +73,38 @@ pub enum Error {
 
 /// Sites that have no conflict graph.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SiteError {
-    /// Not one size a site.
+    /// The numbers of places and sizes differ.
     #[error("{places} places and {sizes} sizes: every site needs one of each")]
     Lengths {
-        /// Places given.
+        /// Number of places.
         places: usize,
-        /// Sizes given.
+        /// Number of sizes.
         sizes: usize,
     },
-    /// More sites fixed than there are.
+    /// More sites are fixed than given.
     #[error("{fixed} sites are fixed, but there are only {sites}")]
     Fixed {
-        /// Asked for.
+        /// Number of fixed sites.
         fixed: usize,
-        /// Sites given.
+        /// Number of sites.
         sites: usize,
     },
-    /// A size that is no length.
+    /// A size is not a positive finite number.
     #[error("site {index}: the size {size} is not a positive number")]
     Size {
         /// Position of the site.
         index: usize,
-        /// As given.
+        /// The size.
         size: f64,
     },
-    /// Two sites at one place.
+    /// Two sites have the same coordinates.
     #[error("sites {first} and {second} have the same coordinates: leave one of them out")]
     Coincident {
         /// Position of the first.
         first: usize,
-        /// Position of the other.
+        /// Position of the second.
         second: usize,
     },
 }

@@ -1,7 +1,7 @@
-//! septet-core: what septet does with points and domains, without files, reports or a command line.
+//! septet-core: runs over points and meshes of domains, without files, reports or a command line.
 //!
-//! The modules follow the flow: configuration, input, the run and the machine as its coordinator sees it, the
-//! result; then meshes of domains and generated point sets, which start runs of their own.
+//! The modules follow the flow of a run: configuration, input, the coordinator, the run, and the result. Meshes of
+//! domains and generated point sets start runs of their own.
 
 pub mod config;
 
@@ -25,6 +25,6 @@ pub mod generate;
 
 pub use config::Config;
 pub use error::{Error, Refutation};
-pub use run::count::{Counts, Ending, count};
+pub use run::count::{Ending, RunCounts, count};
 pub use run::independent::{IndependentRun, independent};
-pub use run::{Accounting, Run, Settled, Start, Traffic, run_on, simulate, triangulate};
+pub use run::{Accounting, Run, Settled, Start, TrafficTotal, run_on, simulate, triangulate};

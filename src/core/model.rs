@@ -1,4 +1,4 @@
-//! What enters and leaves the library: point sets and triangulations, free of files and machines.
+//! The input and output of the library: point sets and triangulations, independent of files and machines.
 
 use glam::{DVec2, DVec3};
 
@@ -12,7 +12,7 @@ pub enum Points {
 }
 
 impl Points {
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         match self {
             Points::Plane(p) => p.len(),
@@ -20,12 +20,12 @@ impl Points {
         }
     }
 
-    /// Are there no points?
+    /// Returns `true` if there are no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// 2 or 3.
+    /// Returns the number of coordinates: 2 or 3.
     pub fn dimension(&self) -> usize {
         match self {
             Points::Plane(_) => 2,
@@ -33,7 +33,7 @@ impl Points {
         }
     }
 
-    /// The coordinates as one flat array, `dimension` per point.
+    /// Returns the coordinates as one flat array, `dimension` per point.
     pub fn coordinates(&self) -> &[f64] {
         match self {
             Points::Plane(p) => bytemuck::cast_slice(p),
@@ -42,9 +42,11 @@ impl Points {
     }
 }
 
-/// A triangulation as files see it. Cells are rows of `dimension + 1` zero-based indices of the
-/// input points, in canonical order: smallest index first, then the second smallest, the last two by
-/// positive orientation (in the plane: smallest first, counter-clockwise); rows sorted.
+/// A triangulation as writers take it.
+///
+/// Cells are rows of `dimension + 1` zero-based indices of the input points, in canonical order. In space, the smallest
+/// index is first and the second smallest is second; the orientation decides the order of the other two. In the plane,
+/// the smallest index is first, and the order is counter-clockwise. Rows are sorted.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshView<'a> {
     /// 2 or 3.
@@ -53,65 +55,65 @@ pub struct MeshView<'a> {
     pub coordinates: &'a [f64],
     /// `dimension + 1` point indices per cell.
     pub cells: &'a [u64],
-    /// The worker that owned each cell, one entry per cell, where asked for.
+    /// The worker that owns each cell, if requested.
     pub owner: Option<&'a [u32]>,
-    /// The leaf of the partition tree that was home to each cell's smallest vertex, where asked for.
+    /// The leaf of the partition tree that owns the smallest vertex of each cell, if requested.
     pub home_leaf: Option<&'a [u64]>,
-    /// What a mesh of a domain says about its cells, faces, edges and points, where it is one.
+    /// Labels of cells, faces, edges and points, if the triangulation is a mesh of a domain.
     pub labels: Option<&'a Labels>,
 }
 
-/// Rows of point indices that belong to pieces of a domain.
+/// Edges or triangles of a mesh that lie on features of its domain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Patches {
-    /// Points, two a row for edges, three for triangles.
+    /// Point indices: two per row for edges, three for triangles.
     pub vertices: Vec<u64>,
-    /// The piece of the domain that each row is part of.
+    /// The feature of the domain that each row lies on.
     pub of: Vec<u32>,
     /// The marker of each row.
     pub markers: Vec<i64>,
 }
 
 impl Patches {
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.of.len()
     }
 
-    /// Are there no rows?
+    /// Returns `true` if there are no rows.
     pub fn is_empty(&self) -> bool {
         self.of.is_empty()
     }
 }
 
-/// What a mesh of a domain knows beyond its cells. Formats write what they can hold.
+/// The labels of a mesh of a domain. A file format holds some or all of them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Labels {
     /// The component of the domain of each cell, from 1.
     pub regions: Vec<u32>,
-    /// The number that names the region of each cell: its attribute in the input, if it has one.
+    /// The attribute of the region of each cell: the one of the input, if there is one.
     pub attributes: Vec<f64>,
-    /// Triangles on facets (in the plane: edges on segments), outward from the first cell they have.
+    /// Triangles on facets (in the plane: edges on segments), oriented outward from their first cell.
     pub faces: Patches,
-    /// The components on the two sides of each face, that of its first cell first; 0 is the outside.
+    /// The components on the two sides of each face, with that of its first cell first; 0 is the outside.
     pub sides: Vec<[u32; 2]>,
-    /// Edges on segments; none in the plane.
+    /// Edges on segments; empty in the plane.
     pub edges: Patches,
-    /// The marker of what each point lies on.
+    /// The marker of the feature that each point lies on.
     pub point_markers: Vec<i64>,
     /// The size function at each point.
     pub sizes: Vec<f64>,
-    /// What each point lies on: the dimension of it, and its number (-1 for the inside of a region).
+    /// The dimension and the index of the feature that each point lies on; index -1 for the interior of a region.
     pub carriers: Vec<[i32; 2]>,
 }
 
 impl MeshView<'_> {
-    /// Number of points.
+    /// Returns the number of points.
     pub fn point_count(&self) -> usize {
         self.coordinates.len() / self.dimension
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len() / (self.dimension + 1)
     }

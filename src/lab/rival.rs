@@ -61,7 +61,7 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Err
         seconds: 0.0,
     };
     if ready.dimension == P::DIM as isize {
-        let made = Dependence::new(&ready.positions, config.seed).map_err(Error::Rival)?;
+        let made = Dependence::new(&ready.positions, config.machine.seed).map_err(Error::Baseline)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
         let rows = vertices.map(|&v| ready.id(v as usize)).collect();
         rival.cells = canonicalise::<P>(Cells { rows, owner: None, leaf: None }).rows;

@@ -11,7 +11,7 @@ pub mod transports;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use septet_core::config::{Alpha, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
+use septet_core::config::{Alpha, Graph, GraphKind, Neighbours, SeparatorSets, Transport, Workers};
 use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_protocol::ledger::Ledger;
@@ -20,17 +20,20 @@ use transports::Start;
 
 /// `workers` in the simulator.
 pub fn simulated(workers: Workers, delivery_seed: u64, leaf: u64) -> Config {
-    Config { workers, leaf: Some(leaf), transport: Transport::Sim { delivery_seed }, ..base() }
+    base().with(|c| {
+        c.machine.workers = workers;
+        c.machine.leaf = Some(leaf);
+        c.machine.transport = Transport::Sim { delivery_seed };
+    })
 }
 
 /// The defaults, free of the number of cores.
 pub fn base() -> Config {
-    Config {
-        workers: Workers::Count(2),
-        threads: 2,
-        transport: Transport::Channel { threads: 2 },
-        ..Config::default()
-    }
+    Config::default().with(|c| {
+        c.machine.workers = Workers::Count(2);
+        c.machine.threads = 2;
+        c.machine.transport = Transport::Channel;
+    })
 }
 
 /// The supergraphs with the rules for separator sets that are valid for them; `auto` or fixed parameters.
@@ -52,7 +55,10 @@ pub fn combinations(auto: bool) -> Vec<(GraphKind, SeparatorSets, Alpha, Neighbo
 /// The configuration with another supergraph.
 pub fn with_graph(config: &Config, choice: (GraphKind, SeparatorSets, Alpha, Neighbours)) -> Config {
     let (graph, sets, alpha, k) = choice;
-    Config { graph, sets, alpha, k, ..config.clone() }
+    config.clone().with(|c| {
+        c.graph = Graph::new(graph, alpha, k).expect("a valid combination");
+        c.separator_sets = sets;
+    })
 }
 
 /// Panics unless everything that may not depend on workers or transport is equal.
@@ -107,7 +113,12 @@ pub fn check_counted<P: Point>(points: &[P], config: &Config) -> Run {
 
 /// `workers` in `threads` threads.
 pub fn threaded(workers: Workers, threads: usize, leaf: u64) -> Config {
-    Config { workers, threads, leaf: Some(leaf), transport: Transport::Channel { threads }, ..base() }
+    base().with(|c| {
+        c.machine.workers = workers;
+        c.machine.threads = threads;
+        c.machine.leaf = Some(leaf);
+        c.machine.transport = Transport::Channel;
+    })
 }
 
 /// Runs `simulate` (`counted`) or `triangulate` over a transport and verifies the result, like [`check`] and
@@ -121,7 +132,10 @@ pub fn check_over<P: Point>(start: Start, points: &[P], config: &Config, counted
 
 /// The configuration with this number of workers and points per leaf.
 pub fn with_workers(workers: Workers, leaf: u64) -> Config {
-    Config { workers, leaf: Some(leaf), ..base() }
+    base().with(|c| {
+        c.machine.workers = workers;
+        c.machine.leaf = Some(leaf);
+    })
 }
 
 /// Levels below the root.

@@ -41,13 +41,14 @@ pub enum Start {
 impl Start {
     /// Returns the configuration for this transport.
     pub fn configure(self, config: &Config) -> Config {
-        match self {
+        config.clone().with(|c| match self {
             Start::Channel(threads) => {
-                Config { threads, transport: Transport::Channel { threads }, ..config.clone() }
+                c.machine.threads = threads;
+                c.machine.transport = Transport::Channel;
             }
-            Start::Sim(delivery_seed) => Config { transport: Transport::Sim { delivery_seed }, ..config.clone() },
-            Start::Processes(_) => config.clone(),
-        }
+            Start::Sim(delivery_seed) => c.machine.transport = Transport::Sim { delivery_seed },
+            Start::Processes(_) => {}
+        })
     }
 
     /// Runs `simulate` (`counted`) or `triangulate` over this transport.

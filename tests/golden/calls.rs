@@ -12,7 +12,7 @@ pub use meshes::{MeshOrder, MeshOutcome, Shape, mesh};
 pub use septet_common::sets::Draw;
 use septet_common::transports::{Start, serve};
 use septet_core::config::{
-    Alpha, Config, Correction, GraphKind, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
+    Alpha, Config, Correction, Graph, Neighbours, Partition, SeparatorSets, Transport, Until, Workers,
 };
 use septet_core::run::independent::independent;
 use septet_core::{Error, Run, count, simulate, triangulate};
@@ -129,37 +129,35 @@ pub fn worker() -> Option<ExitCode> {
 }
 
 fn config(order: &Order) -> Config {
-    let (graph, alpha, k) = match order.supergraph {
-        Supergraph::Density(alpha) => (GraphKind::Density, alpha, Neighbours::Auto),
-        Supergraph::Overlap(alpha) => (GraphKind::Overlap, alpha, Neighbours::Auto),
-        Supergraph::Knn(k) => (GraphKind::Knn, None, k.map_or(Neighbours::Auto, Neighbours::Count)),
-        Supergraph::KnnLog(factor) => (GraphKind::Knn, None, Neighbours::Log(factor)),
+    let of = |alpha: Option<f64>| alpha.map_or(Alpha::Auto, Alpha::Value);
+    let graph = match order.supergraph {
+        Supergraph::Density(alpha) => Graph::Density { alpha: of(alpha) },
+        Supergraph::Overlap(alpha) => Graph::Overlap { alpha: of(alpha) },
+        Supergraph::Knn(k) => Graph::Knn { k: k.map_or(Neighbours::Auto, Neighbours::Count) },
+        Supergraph::KnnLog(factor) => Graph::Knn { k: Neighbours::Log(factor) },
     };
     let (transport, threads) = wire(order.wire);
-    Config {
-        workers: crew(order.crew),
-        threads,
-        seed: 1,
-        graph,
-        alpha: alpha.map_or(Alpha::Auto, Alpha::Value),
-        k,
-        sets: match order.sharing {
+    Config::default().with(|c| {
+        c.machine.workers = crew(order.crew);
+        c.machine.threads = threads;
+        c.machine.seed = 1;
+        c.graph = graph;
+        c.separator_sets = match order.sharing {
             Sharing::Ghost => SeparatorSets::Ghost,
             Sharing::Both => SeparatorSets::Both,
             Sharing::Smaller => SeparatorSets::Smaller,
-        },
-        leaf: Some(order.leaf),
-        transport,
-        keep_graph: true,
-        with_owner: true,
-        view: order.picture,
-        exchange_cap: order.cap,
-        partition: if order.planes { Partition::Kd } else { Partition::Sphere },
-        correction: if order.naive { Correction::Naive } else { Correction::Descent },
-        record_tasks: order.tasks,
-        fault: order.fault.map(|text| text.parse().expect("a fault")),
-        ..Config::default()
-    }
+        };
+        c.machine.leaf = Some(order.leaf);
+        c.machine.transport = transport;
+        c.keep.graph = true;
+        c.keep.owner = true;
+        c.keep.view = order.picture;
+        c.planted.exchange_cap = order.cap;
+        c.partition = if order.planes { Partition::Kd } else { Partition::Sphere };
+        c.correction = if order.naive { Correction::Naive } else { Correction::Descent };
+        c.keep.tasks = order.tasks;
+        c.planted.fault = order.fault.map(|text| text.parse().expect("a fault"));
+    })
 }
 
 fn crew(crew: Crew) -> Workers {
@@ -172,7 +170,7 @@ fn crew(crew: Crew) -> Workers {
 fn wire(wire: Wire) -> (Transport, usize) {
     match wire {
         Wire::Sim(delivery_seed) => (Transport::Sim { delivery_seed }, 1),
-        Wire::Threads(threads) => (Transport::Channel { threads }, threads),
+        Wire::Threads(threads) => (Transport::Channel, threads),
         Wire::Pipes => (Transport::Sim { delivery_seed: 0 }, 1),
     }
 }
@@ -349,7 +347,11 @@ pub fn count_until(cloud: &Cloud, order: &Order, last: Last) -> Vec<Row> {
         Last::Partition => Until::Partition,
         Last::Neighbours => Until::Neighbours,
     };
-    let config = Config { until: Some(until), keep_graph: false, with_owner: false, ..config(order) };
+    let config = config(order).with(|c| {
+        c.until = Some(until);
+        c.keep.graph = false;
+        c.keep.owner = false;
+    });
     let counts = match cloud.dimension {
         2 => count(&points::<DVec2>(cloud), &config),
         _ => count(&points::<DVec3>(cloud), &config),

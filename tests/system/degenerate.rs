@@ -6,7 +6,7 @@ use crate::common::{base, check, check_counted, check_over, simulated, with_work
 use glam::{DMat3, DVec2, DVec3};
 use septet_core::config::Workers;
 use septet_core::generate::Kind;
-use septet_core::{Config, Error, Run, triangulate};
+use septet_core::{Error, Run, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::RangeError;
 
@@ -211,7 +211,7 @@ fn points_out_of_range_are_refused_by_index() {
         points[7] = DVec3::splat(0.1);
         let error = triangulate(&points, &base()).unwrap_err();
         assert!(matches!(error, Error::Points(RangeError::NotFinite { index: 9, .. })), "{error}");
-        let run = triangulate(&points, &Config { skip_invalid: true, ..base() }).unwrap();
+        let run = triangulate(&points, &base().with(|c| c.skip_invalid = true)).unwrap();
         assert_eq!((run.points.refused, run.points.used), (vec![9], 49));
     }
 }

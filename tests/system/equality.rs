@@ -77,7 +77,11 @@ fn over_trees<P: Point>(points: &[P]) {
     let reference = reference(points);
     for seed in [0, 2, u64::MAX] {
         for leaf in [Some(25), None] {
-            let config = Config { seed, leaf, workers: Workers::Count(5), ..base() };
+            let config = base().with(|c| {
+                c.machine.seed = seed;
+                c.machine.leaf = leaf;
+                c.machine.workers = Workers::Count(5);
+            });
             assert_equal(Start::Channel(2), points, &config, &reference);
         }
     }

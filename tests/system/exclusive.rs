@@ -217,11 +217,10 @@ fn accesses_between_workers_are_exclusive() {
 #[test]
 fn accesses_of_rivals_are_exclusive() {
     for workers in [2, 5, 16] {
-        let config = Config {
-            partition: Partition::Kd,
-            correction: Correction::Naive,
-            ..simulated(Workers::Count(workers), 0, 60)
-        };
+        let config = simulated(Workers::Count(workers), 0, 60).with(|c| {
+            c.partition = Partition::Kd;
+            c.correction = Correction::Naive;
+        });
         let log = logged_of(&config, true);
         let asked = log.iter().filter(|(phase, _)| *phase == Phase::Neighbours).count();
         assert!(asked >= 2 * workers as usize, "{asked} messages of the correction");

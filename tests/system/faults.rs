@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use crate::common::sets::{plane, space};
 use crate::common::transports::{Start, each_transport};
 use crate::common::{combinations, simulated, with_graph, with_workers};
-use septet_core::config::{Alpha, Fault, GraphKind, Neighbours, SeparatorSets, Workers};
+use septet_core::config::{Alpha, Fault, Graph, GraphKind, Neighbours, SeparatorSets, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Error, simulate};
+use septet_core::{Error, simulate};
 use septet_geometry::point::Point;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::transport::TransportError;
@@ -23,11 +23,14 @@ fn relayed<P: Point>(points: &[P]) {
     // The root; both its children; one of them; one or all of the nodes below, where there is a group.
     let refused = [(2, 1, 1), (5, 1, 1), (5, 2, 3), (5, 3, 3), (8, 2, 2), (8, 2, 3), (8, 5, 5), (8, 4, 7)];
     for choice in combinations(false) {
-        let whole = Config { keep_graph: true, ..with_graph(&simulated(Workers::Count(1), 0, LEAF), choice) };
+        let whole = with_graph(&simulated(Workers::Count(1), 0, LEAF), choice).with(|c| c.keep.graph = true);
         let reference = simulate(points, &whole).unwrap();
         for (workers, first, last) in refused {
             let config = with_graph(&with_workers(Workers::Count(workers), LEAF), choice);
-            let config = Config { keep_graph: true, fault: Some(refuse(first, last)), ..config };
+            let config = config.with(|c| {
+                c.keep.graph = true;
+                c.planted.fault = Some(refuse(first, last));
+            });
             let same = |start: Start| {
                 let what = format!("{start:?}, {choice:?}, {workers} workers, {first} to {last} refused");
                 let counted = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));
@@ -62,7 +65,7 @@ fn a_spoilt_star_has_no_certificate() {
     for (workers, rank) in [(1, 1), (3, 2)] {
         for counted in [false, true] {
             let config = with_workers(Workers::Count(workers), LEAF);
-            let config = Config { fault: Some(Fault::SpoilStar { rank }), ..config };
+            let config = config.with(|c| c.planted.fault = Some(Fault::SpoilStar { rank }));
             each_transport(|start| {
                 let result = start.run(&points, &config, counted);
                 let Err(Error::NotCertified { refutation, run }) = result else { panic!("{start:?}: {result:?}") };
@@ -83,8 +86,10 @@ fn a_worker_that_ends_is_named() {
         for phase in [Phase::Partition, Phase::Neighbours, Phase::Graph, Phase::Repair, Phase::Collect] {
             // Density graphs need the neighbour balls of the phase `neighbours`.
             let alpha = Alpha::Value(2.5);
-            let fault = Some(Fault::DieAt { rank, phase });
-            let config = Config { fault, alpha, ..with_workers(Workers::Count(3), LEAF) };
+            let config = with_workers(Workers::Count(3), LEAF).with(|c| {
+                c.planted.fault = Some(Fault::DieAt { rank, phase });
+                c.graph = Graph::Density { alpha };
+            });
             each_transport(|start| match start.run(&points, &config, true) {
                 Err(Error::Machine(TransportError::WorkerFailed { rank: named, .. })) => {
                     assert_eq!(named, rank, "{start:?}, {phase:?}");
@@ -106,7 +111,7 @@ fn capped<P: Point>(points: &[P], nearest: u32, caps: std::ops::Range<u32>) -> B
         let mut first = None;
         for workers in [1, 2, 5, 64] {
             let config = with_graph(&with_workers(Workers::Count(workers), LEAF), knn);
-            let config = Config { exchange_cap: Some(cap), ..config };
+            let config = config.with(|c| c.planted.exchange_cap = Some(cap));
             let mut same = |start: Start| {
                 let what = format!("cap {cap}, {workers} workers, {start:?}");
                 let run = start.run(points, &config, true).unwrap_or_else(|e| panic!("{what}: {e}"));

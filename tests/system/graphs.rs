@@ -5,7 +5,7 @@ use crate::common::sets::{plane, space};
 use crate::common::{base, check_counted, combinations, threaded, with_graph};
 use septet_core::config::{Alpha, GraphKind, Neighbours, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, simulate};
+use septet_core::simulate;
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
@@ -54,7 +54,7 @@ fn compare<P: Point>(points: &[P], choices: &[(GraphKind, Alpha, Neighbours)], l
         for (graph, sets, ..) in combinations(false).into_iter().filter(|c| c.0 == kind) {
             for workers in [1, 7] {
                 let config = threaded(Workers::Count(workers), 2, leaf);
-                let config = Config { keep_graph: true, ..with_graph(&config, (graph, sets, alpha, k)) };
+                let config = with_graph(&config, (graph, sets, alpha, k)).with(|c| c.keep.graph = true);
                 let run = simulate(points, &config).unwrap_or_else(|e| panic!("{what} {config:?}: {e}"));
                 assert!(crate::common::levels(&run.ledger) >= 3, "{what}: no tree");
                 let rule = run.settled.supergraph.unwrap();
@@ -102,7 +102,11 @@ fn density_graphs_of_twenty_thousand_points_have_the_edges_of_their_definition()
 
 /// Every edge of the triangulation is an edge of the graph, no star needs an exchange, degrees are bounded.
 fn hypothesis<P: Point>(points: &[P], lipschitz: f64, what: &str) -> (f64, u64) {
-    let config = Config { spacing: Some(lipschitz), leaf: Some(200), keep_graph: true, ..base() };
+    let config = base().with(|c| {
+        c.spacing = Some(lipschitz);
+        c.machine.leaf = Some(200);
+        c.keep.graph = true;
+    });
     let run = check_counted(points, &config);
     assert_counts!(run, no_repair());
     let graph = run.graph.clone().unwrap();

@@ -52,7 +52,7 @@ fn sides_are_halves<P: Point>(points: &[P]) {
         (larger - 0.5) * 2.0 * (bisection_samples(population) as f64).sqrt()
     };
     for partition in [Partition::Sphere, Partition::Kd] {
-        let config = Config { partition, ..threaded(Workers::Count(8), 2, 40) };
+        let config = threaded(Workers::Count(8), 2, 40).with(|c| c.partition = partition);
         let split = splits(points, &config);
         assert_eq!(split.len(), 7);
         for (node, [population, inside, ..]) in split {

@@ -168,15 +168,15 @@ fn one_leaf_planes_and_refused_splits() {
     let points = plane(Kind::Uniform, 900, 8);
     let sizes = vec![even(900, 2, 10.0); 900];
     let set = oracle(&points, &sizes, 20, 1);
-    let kd = Config { partition: Partition::Kd, ..simulated(Workers::Count(5), 1, LEAF) };
+    let kd = simulated(Workers::Count(5), 1, LEAF).with(|c| c.partition = Partition::Kd);
     let refused = |workers, first, last| {
         let fault = Fault::RefuseSplit { first: NodeId(first), last: NodeId(last) };
-        Config { fault: Some(fault), ..simulated(Workers::Count(workers), 3, LEAF) }
+        simulated(Workers::Count(workers), 3, LEAF).with(|c| c.planted.fault = Some(fault))
     };
     let whole = simulated(Workers::Count(3), 1, 10_000);
     for config in [kd, whole, refused(2, 1, 1), refused(5, 3, 3), refused(8, 2, 3), refused(8, 4, 7)] {
         let run = independent(&points, &sizes, 20, &config).unwrap();
-        assert_is(&run, &set, 20, &format!("{config:?} {:?}", config.fault));
+        assert_is(&run, &set, 20, &format!("{config:?} {:?}", config.planted.fault));
     }
 }
 
@@ -197,7 +197,7 @@ fn orders_do_not_matter() {
     let mut members: Vec<u32> = run.members.iter().map(|&m| order[m] as u32).collect();
     members.sort_unstable();
     assert_eq!(members, set.members);
-    let other = Config { seed: 2, ..simulated(Workers::Count(7), 1, LEAF) };
+    let other = simulated(Workers::Count(7), 1, LEAF).with(|c| c.machine.seed = 2);
     let run = independent(&points, &sizes, 0, &other).unwrap();
     assert_is(&run, &oracle(&points, &sizes, 0, 2), 0, "another seed");
     assert_ne!(run.members, set.members.iter().map(|&v| v as usize).collect::<Vec<_>>());
@@ -312,11 +312,11 @@ fn inputs_without_a_graph_are_refused() {
     }
     let error = refused(&[DVec2::ZERO, DVec2::new(f64::NAN, 0.0)], &[1.0; 2], 0, &config);
     assert!(matches!(error, Error::Points(_)), "{error}");
-    let tight = Config { max_memory: Some(1000), ..base() };
+    let tight = base().with(|c| c.machine.max_memory = Some(1000));
     assert!(matches!(refused(&points, &[1.0; 3], 0, &tight), Error::Memory { points: 3, .. }));
-    let cancelled = Config { cancel: Some(std::sync::Arc::new(true.into())), ..base() };
+    let cancelled = base().with(|c| c.control.cancel = Some(std::sync::Arc::new(true.into())));
     assert!(matches!(refused(&points[..2], &[1.0; 2], 0, &cancelled), Error::Interrupted));
     let dead = Fault::DieAt { rank: 1, phase: Phase::Independent };
-    let dead = Config { fault: Some(dead), ..base() };
+    let dead = base().with(|c| c.planted.fault = Some(dead));
     assert!(matches!(refused(&points[..2], &[1.0; 2], 0, &dead), Error::Machine(_)));
 }

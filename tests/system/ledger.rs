@@ -64,10 +64,10 @@ fn other_inputs_have_other_counts() {
     };
     let reference = count(1, &config);
     assert_ne!(reference.0, count(2, &config).0, "another set");
-    let seeded = count(1, &Config { seed: 2, ..config.clone() });
+    let seeded = count(1, &config.clone().with(|c| c.machine.seed = 2));
     assert_ne!(reference.0, seeded.0, "another seed");
     assert_ne!(reference.2, seeded.2, "another seed's tree");
-    let leafy = count(1, &Config { leaf: Some(120), ..config });
+    let leafy = count(1, &config.with(|c| c.machine.leaf = Some(120)));
     assert_ne!(reference.0, leafy.0, "another leaf");
     assert_eq!(reference.1, leafy.1, "the graph depends on the set alone");
     assert_eq!(reference.1, seeded.1, "the graph depends on the set alone");

@@ -7,7 +7,7 @@ mod sameness;
 mod sets;
 
 use domains::{AnyDomain, Known, Problem};
-use septet_core::config::{Transport, Workers};
+use septet_core::config::{Machine, Workers};
 use septet_core::mesh::{self, DEFAULT_FEATURE_ANGLE, MeshError, MeshRequest, generate, measure};
 use septet_geometry::point::Point;
 use septet_meshing::conformity;
@@ -34,12 +34,7 @@ fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
         feature_angle: DEFAULT_FEATURE_ANGLE,
         max_distance: None,
         improve: false,
-        leaf: None,
-        workers: Workers::Count(2),
-        threads: 2,
-        transport: Transport::Channel { threads: 2 },
-        seed: 1,
-        max_memory: None,
+        machine: Machine::default().with(|m| (m.workers, m.threads) = (Workers::Count(2), 2)),
         cancel: None,
     }
 }

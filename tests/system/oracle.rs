@@ -78,7 +78,10 @@ fn run_checker<P: Point>(mut command: Command, points: &[P], run: &Run, general:
 }
 
 fn five_workers() -> Config {
-    Config { workers: Workers::Count(5), leaf: Some(300), ..base() }
+    base().with(|c| {
+        c.machine.workers = Workers::Count(5);
+        c.machine.leaf = Some(300);
+    })
 }
 
 fn by_script<P: Point>(script: &str, points: &[P], what: &str) {

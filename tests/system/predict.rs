@@ -18,14 +18,17 @@ fn real<P: Point>(points: &[P], config: &Config) -> Vec<Row> {
 }
 
 fn compare<P: Point>(points: &[P], config: &Config, workers: &[u32]) {
-    let alone = Config { workers: Workers::Count(1), record_tasks: true, ..config.clone() };
+    let alone = config.clone().with(|c| {
+        c.machine.workers = Workers::Count(1);
+        c.keep.tasks = true;
+    });
     let log = simulate(points, &alone).unwrap().tasks.expect("a record");
     for &p in workers {
         let prediction = predict(&log, p, &Hardware::default()).unwrap();
         assert!(prediction.exact);
         let sends = prediction.phases.iter().filter(|ph| ph.messages > 0);
         let predicted: Vec<Row> = sends.map(|ph| (ph.name, ph.rounds, ph.messages, ph.bytes)).collect();
-        let ran = real(points, &Config { workers: Workers::Count(p), ..config.clone() });
+        let ran = real(points, &config.clone().with(|c| c.machine.workers = Workers::Count(p)));
         assert_eq!(predicted, ran, "{p} workers, {config:?}");
     }
 }
@@ -36,7 +39,7 @@ const P: [u32; 6] = [1, 2, 8, 16, 64, 512];
 fn predictions_equal_runs_in_space() {
     for choice in combinations(false) {
         let config = with_graph(&simulated(Workers::Count(1), 7, 60), choice);
-        if config.sets == SeparatorSets::Ghost {
+        if config.separator_sets == SeparatorSets::Ghost {
             compare(&space(Kind::Uniform, 3000, 3), &config, &P);
         }
     }
@@ -46,7 +49,7 @@ fn predictions_equal_runs_in_space() {
 fn predictions_equal_runs_in_the_plane() {
     for choice in combinations(false) {
         let config = with_graph(&simulated(Workers::Count(1), 7, 50), choice);
-        if config.sets == SeparatorSets::Ghost {
+        if config.separator_sets == SeparatorSets::Ghost {
             compare(&plane(Kind::GradedPoint, 3000, 4), &config, &P);
         }
     }
@@ -62,7 +65,7 @@ fn predictions_equal_runs_with_ties_and_with_one_busy_rank() {
 
 #[test]
 fn predictions_equal_runs_with_separating_planes() {
-    let config = Config { partition: Partition::Kd, ..simulated(Workers::Count(1), 7, 60) };
+    let config = simulated(Workers::Count(1), 7, 60).with(|c| c.partition = Partition::Kd);
     compare(&space(Kind::Uniform, 2000, 3), &config, &P);
     compare(&plane(Kind::Grid, 2500, 3), &config, &P);
 }
@@ -70,9 +73,9 @@ fn predictions_equal_runs_with_separating_planes() {
 #[test]
 fn the_task_record_does_not_depend_on_the_workers() {
     let points = space(Kind::Uniform, 2000, 5);
-    let config = Config { record_tasks: true, ..simulated(Workers::Count(8), 7, 60) };
+    let config = simulated(Workers::Count(8), 7, 60).with(|c| c.keep.tasks = true);
     let beside = simulate(&points, &config).unwrap();
-    let alone = simulate(&points, &Config { workers: Workers::Count(1), ..config }).unwrap();
+    let alone = simulate(&points, &config.with(|c| c.machine.workers = Workers::Count(1))).unwrap();
     assert!(beside.tasks.is_some() && beside.tasks == alone.tasks);
     assert_eq!(beside.cells(), alone.cells());
 }
@@ -82,7 +85,7 @@ fn the_task_record_does_not_depend_on_the_workers() {
 fn corrupt_task_records_are_refused() {
     let nearest = (GraphKind::Knn, SeparatorSets::Ghost, Alpha::Auto, Neighbours::Count(12));
     let config = with_graph(&simulated(Workers::Count(1), 7, 60), nearest);
-    let config = Config { record_tasks: true, ..config };
+    let config = config.with(|c| c.keep.tasks = true);
     let log = simulate(&space(Kind::Uniform, 1000, 5), &config).unwrap().tasks.expect("a record");
     assert!(!log.tellers.is_empty() && predict(&log, 8, &Hardware::default()).is_ok());
     let refused = |change: &dyn Fn(&mut TaskLog)| {

@@ -3,12 +3,15 @@
 use crate::common::{base, check, data};
 use septet_core::config::Workers;
 use septet_core::model::Points;
-use septet_core::{Config, triangulate};
+use septet_core::triangulate;
 use septet_geometry::point::Point;
 
 fn one_and_five<P: Point>(name: &str, points: &[P]) {
-    let alone = check(points, &Config { workers: Workers::Count(1), ..base() });
-    let five = Config { workers: Workers::Count(5), leaf: Some(300), ..base() };
+    let alone = check(points, &base().with(|c| c.machine.workers = Workers::Count(1)));
+    let five = base().with(|c| {
+        c.machine.workers = Workers::Count(5);
+        c.machine.leaf = Some(300);
+    });
     let five = triangulate(points, &five).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert!(alone.cells() == five.cells(), "{name}: other cells with five workers");
     assert_eq!((&alone.fallback, &five.fallback), (&None, &None), "{name}");

@@ -6,7 +6,7 @@ use crate::common::sets::{plane, space};
 use crate::common::{
     assert_same_counts, assert_verified, combinations, levels, simulated, threaded, with_graph,
 };
-use septet_core::config::{Alpha, Correction, Partition, Until, Workers};
+use septet_core::config::{Alpha, Correction, Graph, Partition, Until, Workers};
 use septet_core::generate::Kind;
 use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
@@ -26,16 +26,21 @@ fn counted<P: Point>(points: &[P], config: &Config) -> Run {
 
 /// The same cells as the paper's, and on every machine the same counts.
 fn over_machines<P: Point>(points: &[P], rival: &Config, reference: &Run) -> Run {
-    let alone = counted(points, &Config { workers: Workers::Count(1), ..rival.clone() });
+    let alone = counted(points, &rival.clone().with(|c| c.machine.workers = Workers::Count(1)));
     assert!(alone.cells() == reference.cells(), "{rival:?}: other cells");
     for workers in [2, 5, 64].map(Workers::Count).into_iter().chain([Workers::Leaves]) {
-        let run = counted(points, &Config { workers, ..rival.clone() });
+        let run = counted(points, &rival.clone().with(|c| c.machine.workers = workers));
         assert!(run.cells() == reference.cells(), "{workers:?}: other cells");
         assert_same_counts(&alone.ledger, &run.ledger, &format!("{workers:?}"));
     }
-    let channel = Config { workers: Workers::Count(5), ..threaded(Workers::Count(5), 2, LEAF) };
-    let channel = Config { partition: rival.partition, correction: rival.correction, ..channel };
-    let run = counted(points, &with_graph(&channel, (rival.graph, rival.sets, rival.alpha, rival.k)));
+    let channel = threaded(Workers::Count(5), 2, LEAF).with(|c| c.machine.workers = Workers::Count(5));
+    let channel = channel.with(|c| {
+        c.partition = rival.partition;
+        c.correction = rival.correction;
+        c.graph = rival.graph;
+        c.separator_sets = rival.separator_sets;
+    });
+    let run = counted(points, &channel);
     assert!(run.cells() == reference.cells(), "over a channel: other cells");
     assert_same_counts(&alone.ledger, &run.ledger, "over a channel");
     alone
@@ -46,13 +51,13 @@ fn planes<P: Point>(points: &[P]) {
     let reference = counted(points, &paper);
     assert_verified(points, &reference);
     for choice in [0, 1, 4] {
-        let rival = Config { partition: Partition::Kd, ..with_graph(&paper, combinations(false)[choice]) };
+        let rival = with_graph(&paper, combinations(false)[choice]).with(|c| c.partition = Partition::Kd);
         let run = over_machines(points, &rival, &reference);
         let nodes = &run.ledger.part.nodes;
         assert!(nodes.len() > 16 && nodes.values().all(|facts| facts.kind != 1), "a sphere among planes");
     }
     for workers in [1, 5, 64] {
-        let fast = Config { partition: Partition::Kd, ..threaded(Workers::Count(workers), 2, LEAF) };
+        let fast = threaded(Workers::Count(workers), 2, LEAF).with(|c| c.partition = Partition::Kd);
         assert!(triangulate(points, &fast).unwrap().cells() == reference.cells(), "{workers} workers");
     }
 }
@@ -84,7 +89,7 @@ fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
         return 0;
     }
     assert_eq!(facts.attempts, 1, "{node:?}");
-    let key = DrawKey { seed: Config::default().seed, node: node.0, attempt: 0 };
+    let key = DrawKey { seed: Config::default().machine.seed, node: node.0, attempt: 0 };
     let sampled = |p: &P| is_sample(key, facts.population, *p);
     let extent = |axis: usize| {
         let coords = || points.iter().filter(|p| sampled(p)).map(|p| p.coord(axis));
@@ -101,7 +106,7 @@ fn halved<P: Point>(points: &mut [P], node: NodeId, ledger: &Ledger) -> usize {
 #[test]
 fn planes_halve_their_samples() {
     fn check<P: Point>(points: &[P]) {
-        let config = Config { partition: Partition::Kd, ..simulated(Workers::Count(5), 5, 100) };
+        let config = simulated(Workers::Count(5), 5, 100).with(|c| c.partition = Partition::Kd);
         let ledger = counted(points, &config).ledger;
         let exponent = scale_exponent(points).unwrap();
         let mut points: Vec<P> = points.iter().map(|&p| scale(p, exponent)).collect();
@@ -118,16 +123,17 @@ fn graph(run: &Run) -> BTreeMap<NodeId, NodeFacts> {
 }
 
 fn corrected<P: Point>(points: &[P]) {
-    let paper = Config { alpha: Alpha::Value(3.0), ..simulated(Workers::Count(3), 5, LEAF) };
+    let paper =
+        simulated(Workers::Count(3), 5, LEAF).with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
     let reference = counted(points, &paper);
-    let rival = Config { correction: Correction::Naive, ..paper.clone() };
+    let rival = paper.clone().with(|c| c.correction = Correction::Naive);
     let naive = over_machines(points, &rival, &reference);
     // Tree, separator sets and graph are functions of the radii, so those are the same.
     assert_eq!(graph(&naive), graph(&reference));
     assert_eq!(naive.ledger.part.edge_hash, reference.ledger.part.edge_hash);
     let radii = |ledger: &Ledger| depth(ledger, Phase::Probe) + depth(ledger, Phase::Neighbours);
     assert!(radii(&naive.ledger) > radii(&reference.ledger));
-    let both = Config { partition: Partition::Kd, ..rival };
+    let both = rival.with(|c| c.partition = Partition::Kd);
     over_machines(points, &both, &reference);
 }
 
@@ -162,8 +168,9 @@ fn naive_depth_is_quadratic_in_the_levels() {
     let mut rows = Vec::new();
     for n in [500, 2000, 8000] {
         let points = space(Kind::Uniform, n, 2);
-        let paper = Config { alpha: Alpha::Value(3.0), ..simulated(Workers::Count(1), 5, 20) };
-        let naive = counted(&points, &Config { correction: Correction::Naive, ..paper.clone() }).ledger;
+        let paper = simulated(Workers::Count(1), 5, 20)
+            .with(|c| c.graph = Graph::Density { alpha: Alpha::Value(3.0) });
+        let naive = counted(&points, &paper.clone().with(|c| c.correction = Correction::Naive)).ledger;
         let descent = counted(&points, &paper).ledger;
         let heights = heights(&naive);
         for (node, charge) in naive.part.charges.iter().filter(|(key, _)| key.0 == Phase::Neighbours as u8) {
@@ -186,7 +193,10 @@ fn naive_depth_is_quadratic_in_the_levels() {
 
 fn sweep(correction: Correction) -> Vec<Line> {
     let sizes = "2^9..2^14,per-octave=2";
-    let config = Config { until: Some(Until::Neighbours), correction, ..simulated(Workers::Count(1), 5, 12) };
+    let config = simulated(Workers::Count(1), 5, 12).with(|c| {
+        c.until = Some(Until::Neighbours);
+        c.correction = correction;
+    });
     let sweep = Sweep {
         sizes: parse_sizes(sizes).unwrap(),
         sizes_text: sizes.to_string(),
@@ -231,7 +241,7 @@ fn the_fit_distinguishes_the_bottom_up_correction_from_the_descent() {
 fn inserted<P: Point>(points: &[P]) {
     let run = triangulate(points, &threaded(Workers::Count(3), 2, LEAF)).unwrap();
     for seed in [1, 2] {
-        let rival = incremental(points, &Config { seed, ..Config::default() }).unwrap();
+        let rival = incremental(points, &Config::default().with(|c| c.machine.seed = seed)).unwrap();
         assert!(rival.cells == run.cells(), "other cells");
         assert_eq!((rival.hull_facets, &rival.points), (run.hull_facets, &run.points));
         assert!(rival.brent <= rival.rounds.iter().map(|r| r.work).sum());

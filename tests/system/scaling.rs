@@ -2,9 +2,9 @@
 
 use crate::common::sets::{plane, space};
 use crate::common::simulated;
-use septet_core::config::{Alpha, Workers};
+use septet_core::config::{Alpha, Graph, Workers};
 use septet_core::generate::Kind;
-use septet_core::{Config, Run, simulate};
+use septet_core::{Run, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
@@ -61,7 +61,8 @@ fn grow<P: Point>(kind: Kind, make: fn(Kind, u64, u64) -> Vec<P>, leaf: u64) {
     let mut lines = Vec::new();
     for exponent in 12..=15 {
         let points = make(kind, 1 << exponent, 31);
-        let config = Config { alpha: Alpha::Value(2.5), ..simulated(Workers::Leaves, 2, leaf) };
+        let config = simulated(Workers::Leaves, 2, leaf)
+            .with(|c| c.graph = Graph::Density { alpha: Alpha::Value(2.5) });
         let run = simulate(&points, &config).unwrap();
         let what = format!("{kind}, {}D, 2^{exponent}", P::DIM);
         assert_eq!(run.fallback, None, "{what}");

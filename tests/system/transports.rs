@@ -57,7 +57,11 @@ fn results_and_ledgers_of_uniform_sets_are_equal() {
     let points = space(Kind::Uniform, 3000, 5);
     for (workers, graph) in [(1, 0), (3, 1), (8, 2), (5, 4), (3, 6)] {
         let config = with_graph(&with_workers(Workers::Count(workers), 60), combinations(true)[graph]);
-        over_transports(&points, &Config { keep_graph: true, with_owner: true, ..config });
+        let config = config.with(|c| {
+            c.keep.graph = true;
+            c.keep.owner = true;
+        });
+        over_transports(&points, &config);
     }
 }
 

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
-use septet_core::config::{Correction, Transport as Kind, Workers};
+use septet_core::config::{Correction, Workers};
 use septet_core::{Config, Run, run_on, simulate};
 use septet_lab::trace::{Detail, layer};
 use septet_protocol::message::Message;
@@ -59,7 +59,7 @@ fn counted_run(path: &Path, points: &[DVec3], config: &Config) -> (Run, u64) {
     let exchanges = Arc::new(AtomicU64::new(0));
     let run = traced(path, Detail::default(), || {
         run_on(points, config, true, &mut |machine| {
-            let inner = launch(config.transport, machine)?;
+            let inner = launch(config.machine.transport_kind(), machine)?;
             Ok(Box::new(Counted { inner, exchanges: exchanges.clone() }))
         })
     });
@@ -124,12 +124,10 @@ fn large_run(judge: Judge) {
     let _alone = alone();
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("trace.json");
-    let config = Config {
-        workers: Workers::Count(16),
-        threads: 2,
-        transport: Kind::Channel { threads: 2 },
-        ..septet_common::base()
-    };
+    let config = septet_common::base().with(|c| {
+        c.machine.workers = Workers::Count(16);
+        c.machine.threads = 2;
+    });
     let (run, exchanges) = counted_run(&path, &space(Points::Uniform, 100_000, 3), &config);
     assert!(fs::metadata(&path).unwrap().len() < 100_000_000);
     judge(&path, &run, exchanges);
@@ -157,7 +155,7 @@ fn several_runs(judge: Judge) {
         threaded(Workers::Count(1), 3, 200),
         threaded(Workers::Count(2), 4, 200),
         // A phase in several passes.
-        Config { correction: Correction::Naive, ..simulated(Workers::Count(5), 5, 200) },
+        simulated(Workers::Count(5), 5, 200).with(|c| c.correction = Correction::Naive),
     ];
     for (i, config) in configs.iter().enumerate() {
         let path = directory.path().join(format!("{i}.json"));
@@ -205,7 +203,7 @@ fn traces_distinguish_runs() {
     let (workers, one, two) = traced(&path, Detail::default(), || {
         let leaves = simulated(Workers::Leaves, 1, 300);
         let workers = simulate(&points, &leaves).unwrap().settled.workers;
-        let other = |run: u64| Config { run: Some(run), ..simulated(Workers::Count(1), 1, 300) };
+        let other = |run: u64| simulated(Workers::Count(1), 1, 300).with(|c| c.machine.run = Some(run));
         // At the same time, from threads of the caller's.
         let listener = tracing::dispatcher::get_default(Clone::clone);
         let run = |number: u64| {

@@ -41,7 +41,7 @@ const WORST: usize = 10;
 pub fn run(args: &MeshArgs, talk: &Talk) -> Result<(), Failure> {
     let start = Instant::now();
     let mut request = args.request()?;
-    super::threads::limit_threads(request.threads);
+    super::threads::limit_threads(request.machine.threads);
     request.cancel = Some(talk.cancel.clone());
     check_trace(&args.tracing)?;
     let tables = Tables::of(args.profile.as_deref(), &TABLES)?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use septet_core::config::{Config, Transport, Workers};
+use septet_core::config::{Config, Machine, Transport, Workers};
 use septet_core::mesh::view::MOST_CELLS;
 use septet_core::mesh::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, MeshRequest, Shape, SingularityRequest,
@@ -153,10 +153,18 @@ impl MeshArgs {
         if self.max_distance.is_some() && self.boundary == Some(BoundaryArg::Exact) {
             return Err(exact_has_no_distance());
         }
-        let base = Config::default();
-        let threads = self.threads.unwrap_or(base.threads);
-        let workers = self.workers.unwrap_or(base.workers);
-        Config { workers, threads, leaf: self.leaf, ..base }.check()?;
+        let machine = Machine::default().with(|m| {
+            m.workers = self.workers.unwrap_or(m.workers);
+            m.threads = self.threads.unwrap_or(m.threads);
+            m.leaf = self.leaf;
+            m.transport = match self.transport {
+                TransportArg::Channel => Transport::Channel,
+                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
+            };
+            m.seed = self.seed;
+            m.max_memory = self.max_memory;
+        });
+        Config::default().with(|c| c.machine = machine.clone()).check()?;
         let by_ratio = self.radius_edge.map(|b| 1.0 - 1.0 / b);
         Ok(MeshRequest {
             boundary: self.boundary.map(Boundary::from),
@@ -168,15 +176,7 @@ impl MeshArgs {
             feature_angle: self.feature_angle.unwrap_or(DEFAULT_FEATURE_ANGLE),
             max_distance: self.max_distance,
             improve: self.improve,
-            leaf: self.leaf,
-            workers,
-            threads,
-            transport: match self.transport {
-                TransportArg::Channel => Transport::Channel { threads },
-                TransportArg::Sim => Transport::Sim { delivery_seed: self.delivery_seed.unwrap_or(0) },
-            },
-            seed: self.seed,
-            max_memory: self.max_memory,
+            machine,
             cancel: None,
         })
     }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use septet_common::samples::kuhn;
-use septet_core::config::{Transport, Workers};
+use septet_core::config::{Machine, Transport, Workers};
 use septet_core::mesh::field::SizeField;
 use septet_core::mesh::labelled::Labelled;
 use septet_core::mesh::record::Record;
@@ -132,12 +132,10 @@ fn request() -> MeshRequest {
         feature_angle: DEFAULT_FEATURE_ANGLE,
         max_distance: None,
         improve: false,
-        leaf: None,
-        workers: Workers::Count(2),
-        threads: 1,
-        transport: Transport::Sim { delivery_seed: 0 },
-        seed: 1,
-        max_memory: None,
+        machine: Machine::default().with(|m| {
+            (m.workers, m.threads) = (Workers::Count(2), 1);
+            m.transport = Transport::Sim { delivery_seed: 0 };
+        }),
         cancel: None,
     }
 }
@@ -422,7 +420,8 @@ fn a_mesh_ends_when_it_is_cancelled() {
 #[test]
 fn a_mesh_that_is_too_fine_is_refused() {
     let domain = cube();
-    let limited = MeshRequest { size: Some(1e-5), max_memory: Some(1 << 28), ..request() };
+    let machine = request().machine.with(|m| m.max_memory = Some(1 << 28));
+    let limited = MeshRequest { size: Some(1e-5), machine, ..request() };
     let made = generate(&domain, &sizes(&domain, &limited).unwrap(), &limited);
     let Err(MeshError::Memory { forecast, limit, .. }) = made else { panic!("{:?}", made.map(|m| m.1)) };
     assert!(forecast > limit && limit == 1 << 28);

@@ -37,7 +37,7 @@ use tracing::subscriber::{NoSubscriber, with_default};
 use super::request::GenerateError;
 use super::sizing::Sizing;
 use super::unit::Unit;
-use crate::config::{Config, Transport, Workers};
+use crate::config::{Config, Workers};
 use crate::mesh::machine::Counted;
 
 /// Points that cells of 32 bits can have.
@@ -100,7 +100,7 @@ pub(super) fn build<P: Unit>(
     let refused = |reason: String| GenerateError::Incomplete { reason };
     let domain = P::domain().map_err(|defects| refused(format!("{} defects", defects.len())))?;
     let give_up = GiveUp(Arc::default());
-    let config = machine(seed, Config::default().threads, give_up.0.clone());
+    let config = machine(seed, Config::default().machine.threads, give_up.0.clone());
     let work = |points: Sender<u64>| {
         // What the machine does to make points is no part of a run over them.
         with_default(NoSubscriber::new(), || {
@@ -139,14 +139,12 @@ fn heard<T: Send>(
 }
 
 fn machine(seed: u64, workers: usize, cancel: Arc<AtomicBool>) -> Config {
-    Config {
-        workers: Workers::Count(workers as u32),
-        threads: workers,
-        transport: Transport::Channel { threads: workers },
-        seed,
-        cancel: Some(cancel),
-        ..Config::default()
-    }
+    Config::default().with(|config| {
+        config.machine.workers = Workers::Count(workers as u32);
+        config.machine.threads = workers;
+        config.machine.seed = seed;
+        config.control.cancel = Some(cancel);
+    })
 }
 
 /// The set as a machine makes it.

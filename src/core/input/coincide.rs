@@ -1,42 +1,41 @@
 //! Coincident points.
 //!
-//! **Statement.** Points are coincident iff their coordinates are equal; equal coordinates have equal hashes. Points are
-//! put into bins by leading bits of their hashes, and of a bin only those are sorted and compared whose other bits meet in a
-//! table of bits.
+//! **Statement.** Points are coincident iff their coordinates are equal. Equal coordinates have equal hashes. The leading
+//! bits of its hash assign a point to a bin. A table of bits finds the points of a bin whose remaining hash bits may be
+//! equal, and only these are sorted and compared.
 //!
-//! **Work and depth.** Two vector steps over all points, one over blocks of them and one over bins, on all cores. A bin's
-//! tables fit into a core's caches, and no core touches another's; without coincidences a few in a hundred points are
-//! sorted.
+//! **Work and depth.** Two vector steps over all points, one by blocks and one by bins, on all cores. The tables of a bin
+//! fit into the caches of a core, and cores share no table. Without coincidences, a few percent of the points are sorted.
 
 use rayon::prelude::*;
 
 use septet_geometry::point::{Point, lex_cmp};
 use septet_workers::view::shown_hash;
 
-/// Points that are put into bins together.
+/// Number of points that are assigned to bins together.
 const BLOCK: usize = 1 << 15;
 
-/// Points in a bin, about; and the most bins, so that a block's counts are fewer than its points.
+/// Approximate number of points in a bin, and the largest number of bins. A block then has fewer counts than points.
 const BIN: usize = 1 << 14;
 const MOST_BINS: usize = 1 << 12;
 
-/// Bits of a bin's table for each of its points.
+/// Number of bits per point in the table of a bin.
 const BITS: usize = 16;
 
-/// The last bits of a point's hash, and the point.
+/// The last 32 bits of a point's hash, and the index of the point.
 type Key = (u32, u32);
 
-/// Points by bins: where each bin ends, and the keys bin by bin.
+/// Points by bins: the end of each bin, and the keys bin by bin.
 struct Binned {
     ends: Vec<u32>,
     keys: Vec<Key>,
 }
 
 impl Binned {
-    /// Of points, of which the first has this number, in `1 << bits` bins.
+    /// Assigns points to `1 << bits` bins. The first point has the index `first`.
     fn of<P: Point>(points: &[P], first: u32, bits: u32) -> Self {
         let hashes: Vec<u64> = points.iter().map(|p| shown_hash(*p)).collect();
-        // Twice: a shift by all 64 bits is none.
+        // Two shifts, because a shift by 64 bits overflows.
         let bin = |hash: u64| (hash >> 32 >> (32 - bits)) as usize;
         let mut ends = vec![0u32; (1 << bits) + 1];
         for &hash in &hashes {
@@ -61,11 +60,11 @@ impl Binned {
     }
 }
 
-/// A set of few numbers, by bits.
+/// A set of hashes as a table of bits. Different hashes may share a bit.
 struct Bits(Vec<u64>);
 
 impl Bits {
-    /// Adds a number; was there one in its place?
+    /// Adds a hash. Returns `true` if its bit was already set.
     #[inline]
     fn add(&mut self, number: u32) -> bool {
         let place = number as usize & (64 * self.0.len() - 1);
@@ -82,12 +81,12 @@ impl Bits {
     }
 }
 
-/// Coincident points in order, each with the first that has its coordinates.
+/// Returns all coincident points in order, each with the first point that has the same coordinates.
 pub(crate) fn coincidences<P: Point>(points: &[P]) -> Vec<(u32, u32)> {
     by_bins(points, (points.len() / BIN).next_power_of_two().min(MOST_BINS).ilog2())
 }
 
-/// The same, by `1 << bits` bins.
+/// Does the same with `1 << bits` bins.
 fn by_bins<P: Point>(points: &[P], bits: u32) -> Vec<(u32, u32)> {
     let blocks: Vec<Binned> = points
         .par_chunks(BLOCK)
@@ -100,7 +99,7 @@ fn by_bins<P: Point>(points: &[P], bits: u32) -> Vec<(u32, u32)> {
     found
 }
 
-/// Those of one bin, which is in parts.
+/// Returns the coincident points of one bin, which is given in parts.
 fn in_bin<P: Point>(points: &[P], parts: &[&[Key]]) -> Vec<(u32, u32)> {
     let keys = || parts.iter().copied().flatten();
     let words = (parts.iter().map(|part| part.len()).sum::<usize>() * BITS / 64).next_power_of_two();
@@ -129,7 +128,7 @@ mod tests {
 
     use super::*;
 
-    /// By sorting all.
+    /// Returns the result by sorting all points.
     fn expected(points: &[DVec3]) -> Vec<(u32, u32)> {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         let compare = |a: &u32, b: &u32| lex_cmp(&points[*a as usize], &points[*b as usize]);
@@ -141,8 +140,8 @@ mod tests {
         all
     }
 
-    /// Points `i` with the coordinates of `i % distinct`: none, a few, many, and all coincide; one bin, and several, in one
-    /// block and several.
+    /// Point `i` has the coordinates of `i % distinct`. No points, a few, many and all coincide, in one bin and several, in
+    /// one block and several.
     #[test]
     fn each_is_found_with_the_first() {
         for count in [0, 1, 2, 100, BLOCK - 1, BLOCK + 1, 3 * BIN + 7, 5 * BLOCK] {
@@ -157,7 +156,7 @@ mod tests {
         }
     }
 
-    /// However many bins there are, the same.
+    /// The result does not depend on the number of bins.
     #[test]
     fn any_number_of_bins_finds_them() {
         let points: Vec<DVec3> = (0..1000u32).map(|i| DVec3::splat(f64::from(i % 900))).collect();
@@ -166,7 +165,7 @@ mod tests {
         }
     }
 
-    /// Bits that meet are not enough.
+    /// Equal keys do not make points coincident.
     #[test]
     fn points_with_equal_keys_are_compared() {
         let points: Vec<DVec3> = [1.0, 2.0, 1.0, 3.0].map(DVec3::splat).to_vec();

@@ -1,4 +1,4 @@
-//! Points before the machine sees them.
+//! The input of a run: points before the machine receives them.
 
 pub mod coincide;
 pub mod prepare;

@@ -1,8 +1,10 @@
-//! From input points to the machine's: coincident points found, -0.0 read as 0.0, coordinates brought into
-//! the exact range by a power of two, a frame that spans the space.
+//! The preparation of input points for the machine.
 //!
-//! **Work and depth.** Vector steps over blocks of points, on all cores; coincidences as in [`crate::input::coincide`]. Points that
-//! need no change are not copied.
+//! Coincident points are found, -0.0 becomes 0.0, and a power of two scales the coordinates into the exact range. A frame
+//! of affinely independent points spans the set.
+//!
+//! **Work and depth.** Vector steps over blocks of points, on all cores; coincidences as in [`crate::input::coincide`].
+//! Points that need no change are not copied.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -17,32 +19,32 @@ use crate::error::Error;
 use crate::input::coincide::coincidences;
 use crate::result::run::Accounting;
 
-/// Points that one core looks at in turn.
+/// Number of points in a block, which one core reads in turn.
 const BLOCK: usize = 1 << 14;
 
 /// A point set ready for the machine.
 #[derive(Debug)]
 pub struct Prepared<'a, P: Point> {
-    /// Distinct points, scaled, in input order: the input itself if that is what they are.
+    /// Distinct points, scaled, in input order. They are borrowed if no point changed.
     pub positions: Cow<'a, [P]>,
-    /// Their input indices: of coincident points the smallest. None where they count up from 0.
+    /// Input index of each, the smallest among coincident points; none if these are 0, 1, 2, ...
     ids: Option<Vec<u64>>,
-    /// Coincident points: index, and the smallest index with the same coordinates.
+    /// Coincident points: the index of each, and the smallest index with the same coordinates.
     pub duplicates: Vec<(u64, u64)>,
-    /// Points dropped because they were not finite.
+    /// Indices of points that were dropped because they were not finite.
     pub refused: Vec<u64>,
-    /// The coordinates were multiplied by two to this power.
+    /// The exponent of the power of two by which coordinates were multiplied.
     pub(crate) exponent: i32,
-    /// Dimension of the affine hull, -1 for no points.
+    /// Dimension of the affine hull; -1 for no points.
     pub dimension: isize,
     /// Positions (in `positions`) of affinely independent points that span it.
     pub(crate) frame: Vec<usize>,
-    /// Squared radii of balls that are given; none where neighbours give them.
+    /// Squared radii of the balls of sites; empty if nearest neighbours define the balls.
     pub(crate) radii2: Vec<f64>,
 }
 
 impl<P: Point> Prepared<'_, P> {
-    /// Distinct sites, which were multiplied by two to the power `exponent`, with the squared radii of their balls.
+    /// Returns distinct sites, scaled by two to the power `exponent`, with the squared radii of their balls.
     pub(crate) fn of_sites(positions: Vec<P>, radii2: Vec<f64>, exponent: i32) -> Self {
         Prepared {
             positions: Cow::Owned(positions),
@@ -56,7 +58,7 @@ impl<P: Point> Prepared<'_, P> {
         }
     }
 
-    /// What became of `input` points that were prepared so.
+    /// Returns the `input` points by their use.
     pub fn accounting(&self, input: usize) -> Accounting {
         Accounting {
             input: input as u64,
@@ -66,12 +68,17 @@ impl<P: Point> Prepared<'_, P> {
         }
     }
 
-    /// The input index of a point.
+    /// Returns `true` if the points span less than the space.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.dimension < P::DIM as isize
+    }
+
+    /// Returns the input index of a point.
     pub fn id(&self, at: usize) -> u64 {
         self.ids.as_ref().map_or(at as u64, |ids| ids[at])
     }
 
-    /// Those of a range of points.
+    /// Returns the input indices of a range of points.
     pub(crate) fn ids(&self, range: Range<usize>) -> impl Iterator<Item = u64> {
         range.map(|at| self.id(at))
     }
@@ -80,10 +87,10 @@ impl<P: Point> Prepared<'_, P> {
 /// Prepares points.
 ///
 /// # Errors
-/// A point that is not finite (unless skipped), or coordinates that spread too far for exact signs; the
-/// indices are the input's.
+/// A point that is not finite (unless skipped), or coordinates whose spread is too large for exact signs. The error has
+/// input indices.
 pub fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_, P>, Error> {
-    let (mut digits, negative_zero) = survey(points);
+    let (mut digits, negative_zero) = digits_of(points);
     let (mut clean, mut ids) = (Cow::Borrowed(points), None);
     let mut refused = Vec::new();
     if digits.is_none() {
@@ -128,8 +135,9 @@ pub fn prepare<P: Point>(points: &[P], skip_invalid: bool) -> Result<Prepared<'_
     })
 }
 
-/// The digits of all coordinates, or more where even these fit, if all are finite; and is one of them -0.0?
-fn survey<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
+/// Returns the digits of all coordinates, if all are finite, and whether one of them is -0.0. The digits are an upper
+/// bound if this bound fits the exact range.
+fn digits_of<P: Point>(points: &[P]) -> (Option<Digits>, bool) {
     let block = |points: &[P]| {
         let is_negative_zero = |x: f64| x.to_bits() == (-0.0f64).to_bits();
         let any = |found, p: &P| (0..P::DIM).fold(found, |found, i| found | is_negative_zero(p.coord(i)));
@@ -162,7 +170,8 @@ fn renumber(error: RangeError, kept: Option<&[u64]>) -> RangeError {
     }
 }
 
-/// `septet_geometry::predicates::affine_frame` by blocks: a smallest point is the smallest of its block.
+/// Computes `septet_geometry::predicates::affine_frame` by blocks. The smallest point of the set is the smallest of its
+/// block.
 fn affine_frame<P: Point>(points: &[P]) -> Vec<usize> {
     let mut frame: Vec<usize> = Vec::with_capacity(P::DIM + 1);
     while frame.len() <= P::DIM {
@@ -212,7 +221,7 @@ mod tests {
         assert!(matches!(ready.positions, Cow::Borrowed(_)));
         assert_eq!(ready.ids(7..9).collect::<Vec<_>>(), [7, 8]);
         assert_eq!((ready.dimension, ready.frame.clone()), affine_frame(&points));
-        // With a copy of every tenth at the end.
+        // Append a copy of every tenth point.
         let copies = points.iter().copied().step_by(10);
         let more: Vec<DVec2> = points.iter().copied().chain(copies).collect();
         let ready = prepare(&more, false).unwrap();

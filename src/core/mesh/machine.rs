@@ -23,7 +23,7 @@ use super::record::{INDEPENDENT_SET, Record, TRIANGULATION};
 use crate::config::Config;
 use crate::error::Error;
 use crate::run::independent::independent;
-use crate::run::{Traffic, triangulate};
+use crate::run::{TrafficTotal, triangulate};
 
 /// Points up to which a facet is one leaf.
 const LEAF: usize = 4096;
@@ -80,7 +80,7 @@ impl Counted {
     fn add(&mut self, taken: &Taken<'_>) {
         let Some(line) = self.lines.last_mut() else { return };
         let ledger = taken.ledger;
-        let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
+        let TrafficTotal { rounds, messages, bytes } = TrafficTotal::of(ledger);
         line.rounds += rounds;
         line.messages += messages;
         line.bytes += bytes;
@@ -117,7 +117,7 @@ impl<P: Point> Machine<P> for Counted {
 
     fn stage(&mut self, name: &'static str) {
         self.close();
-        self.span = Some(stage_span(self.config.run.unwrap_or(self.config.seed), name));
+        self.span = Some(stage_span(self.config.machine.name(), name));
         self.lines.push(StageLine { name: name.to_string(), ..StageLine::default() });
     }
 

@@ -28,7 +28,7 @@ use septet_meshing::quality::{Measure, Quality, quality};
 use septet_meshing::size::SizeFunction;
 use septet_workers::profile::stage_span;
 
-use crate::config::Config;
+use crate::config::{Config, Machine};
 use crate::run::memory;
 use machine::{AllCores, Counted};
 pub use pipeline::{Dimension, Keep, Made, MakeError, check, make, make_of};
@@ -39,7 +39,7 @@ pub use request::{
 
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
-    let _span = stage_span(request.seed, "conformity");
+    let _span = stage_span(request.machine.seed, "conformity");
     match request.boundary_of(domain.kind) {
         Boundary::Exact => conformity::check(domain, mesh),
         Boundary::Remesh => {
@@ -57,7 +57,7 @@ pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
 ) -> Result<SizeFunction<P>, MeshError> {
-    let _span = stage_span(request.seed, "sizes");
+    let _span = stage_span(request.machine.seed, "sizes");
     let mut options = request.size_options(domain)?;
     if !request.remeshes(domain) {
         return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
@@ -82,7 +82,7 @@ pub fn assess<P: Triangulate>(
     request: &MeshRequest,
     worst: usize,
 ) -> Quality<P> {
-    let _span = stage_span(request.seed, "quality");
+    let _span = stage_span(request.machine.seed, "quality");
     if !request.remeshes(domain) {
         return measure(domain, mesh, size, worst);
     }
@@ -151,12 +151,13 @@ fn build<P: Triangulate>(
     owned: usize,
 ) -> Result<Built<P>, MeshError> {
     let at = |x| size.at(x);
-    let mut rules = Rules { size: &at, lipschitz: size.lipschitz(), seed: request.seed, most: MOST_POINTS };
+    let mut rules =
+        Rules { size: &at, lipschitz: size.lipschitz(), seed: request.machine.seed, most: MOST_POINTS };
     let mut machine = machine(request);
-    if let Some(limit) = request.max_memory.or_else(memory::available) {
+    if let Some(limit) = request.machine.max_memory.or_else(memory::available) {
         rules.most = MOST_POINTS.min(limit / BYTES_PER_POINT);
     }
-    if let Some(limit) = request.max_memory {
+    if let Some(limit) = request.machine.max_memory {
         let points = generate::expected_points(domain, rules, &machine);
         let forecast = points.saturating_mul(BYTES_PER_POINT).saturating_add(64 << 20);
         if forecast > limit {
@@ -182,7 +183,7 @@ fn build<P: Triangulate>(
     let mut mesh = made.into_mesh(domain);
     let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
-        let _span = stage_span(request.seed, "improve");
+        let _span = stage_span(request.machine.seed, "improve");
         let start = Instant::now();
         let fixed = request.remeshes(domain);
         let target = Target { ratio: request.radius_edge(), fixed, ..Target::default() };
@@ -199,16 +200,12 @@ fn build<P: Triangulate>(
     Ok(Built { mesh, stages, record, owners })
 }
 
+/// The machine of the runs. The memory limit is that of the mesh as a whole and not of each run.
 fn machine(request: &MeshRequest) -> Counted {
-    Counted::new(Config {
-        workers: request.workers,
-        threads: request.threads,
-        seed: request.seed,
-        transport: request.transport,
-        leaf: request.leaf,
-        cancel: request.cancel.clone(),
-        ..Config::default()
-    })
+    Counted::new(Config::default().with(|config| {
+        config.machine = Machine { max_memory: None, ..request.machine.clone() };
+        config.control.cancel.clone_from(&request.cancel);
+    }))
 }
 
 /// Points that cells of 32 bits can have.

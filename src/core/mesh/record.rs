@@ -5,7 +5,7 @@ use serde::Serialize;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal};
 
-use crate::run::Traffic;
+use crate::run::TrafficTotal;
 
 /// A run that takes an independent set of candidates.
 pub const INDEPENDENT_SET: &str = "independent set";
@@ -108,7 +108,7 @@ impl Record {
         ledger: &Ledger,
         seconds: f64,
     ) {
-        let Traffic { rounds, messages, bytes } = Traffic::of(ledger);
+        let TrafficTotal { rounds, messages, bytes } = TrafficTotal::of(ledger);
         let nodes = &ledger.part.nodes;
         let (leaves, inner): (Vec<_>, Vec<_>) = nodes.values().partition(|facts| facts.kind == 0);
         let of_graph =

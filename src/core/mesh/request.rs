@@ -11,7 +11,7 @@ use septet_meshing::size::{SizeError, SizeOptions};
 use thiserror::Error;
 
 use super::field::SizeField;
-use crate::config::{Transport, Workers};
+use crate::config::Machine;
 
 /// The Lipschitz constant where nothing is asked for. Radius-edge ratios are then at most `1/(1-L) = 2` away from the
 /// boundary, the bound that mesh generators take by default; a smaller L costs points everywhere, a larger one saves
@@ -79,18 +79,9 @@ pub struct MeshRequest {
     pub max_distance: Option<f64>,
     /// Are slivers to be removed?
     pub improve: bool,
-    /// Largest leaf of the partition trees of independent sets; by dimension if none.
-    pub leaf: Option<u64>,
-    /// Workers of the machine.
-    pub workers: Workers,
-    /// Threads that run them.
-    pub threads: usize,
-    /// How their messages travel.
-    pub transport: Transport,
-    /// Seed of every random draw.
-    pub seed: u64,
-    /// Refuse to start if more memory is expected, in bytes. If not said, a mesh ends where it is sure to need more than there is.
-    pub max_memory: Option<u64>,
+    /// The machine. Its leaf is that of the partition trees of independent sets. Without a memory limit, meshing stops when
+    /// it is certain to need more memory than is available.
+    pub machine: Machine,
     /// Ends the machine's next run with [`Error::Interrupted`](crate::Error::Interrupted) once it is true.
     pub cancel: Option<Arc<AtomicBool>>,
 }

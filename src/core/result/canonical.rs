@@ -1,18 +1,20 @@
-//! The canonical order of cells: an export, counted in no phase.
+//! The canonical order of cells. It is an export, and no phase counts it.
 //!
-//! A row starts with its smallest index, then the second smallest; the last two (in the plane: the second
-//! and third) stand in the order that keeps the orientation positive. Rows are sorted. So the bytes written
-//! depend on the triangulation alone.
+//! A row starts with its smallest index, followed by the second smallest. The order of the last two (in the plane: of
+//! the second and third) keeps the orientation positive. Rows are sorted. The output therefore depends on the
+//! triangulation only.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use septet_geometry::point::Point;
+use septet_workers::coordinator::CellRows;
 
-/// Puts a positively oriented row into canonical order: sorts it and, if that was an odd permutation, swaps
-/// the last two.
+use crate::result::pieces::Pieces;
+
+/// Puts a positively oriented row into canonical order: sorts it and, if the permutation was odd, swaps the last two.
 fn canonical_row(row: &mut [u64]) {
     let mut odd = false;
     for i in 1..row.len() {
@@ -29,58 +31,74 @@ fn canonical_row(row: &mut [u64]) {
     }
 }
 
-/// Cells with what travels beside them.
+/// Cells with the owner and the leaf of each.
 #[derive(Clone, Debug, Default)]
 pub struct Cells {
-    /// `DIM + 1` indices a row.
+    /// `DIM + 1` indices per row.
     pub rows: Vec<u64>,
     /// Owner of each row, if kept.
     pub owner: Option<Vec<u32>>,
-    /// Home leaf of each row, if kept.
+    /// Leaf of each row, if kept.
     pub leaf: Option<Vec<u64>>,
 }
 
-/// Cells in the order in which they came, until someone asks for the canonical one: they are sorted once, in place.
-#[derive(Debug)]
-pub(crate) struct Given {
-    space: usize,
-    numbers: usize,
-    /// Of the cells the rows in the parts in which they came, which are put together when they are sorted.
-    cells: Mutex<(Vec<Vec<u64>>, Cells)>,
-    sorted: OnceLock<Cells>,
+/// Cells before they are exported.
+#[derive(Clone, Debug)]
+pub(crate) enum Store {
+    /// Rows of input indices, in the order in which they arrived.
+    Rows(CellRows),
+    /// Subdomain triangulations.
+    Pieces(Pieces),
 }
 
-impl Given {
-    /// Cells of `space + 1` vertices: their rows in parts, and what travels beside them.
-    pub(crate) fn new(space: usize, parts: Vec<Vec<u64>>, beside: Cells) -> Self {
-        let numbers = parts.iter().map(Vec::len).sum();
-        Given { space, numbers, cells: Mutex::new((parts, beside)), sorted: OnceLock::new() }
+/// The cells of a run. They are brought into canonical order when they are first requested.
+#[derive(Clone, Debug)]
+pub(crate) struct Export {
+    space: usize,
+    store: Store,
+    with_owner: bool,
+    canonical: OnceLock<Cells>,
+}
+
+impl Export {
+    /// Stores cells of `space + 1` vertices. `with_owner` is whether the owner of each cell is exported.
+    pub(crate) fn new(space: usize, store: Store, with_owner: bool) -> Self {
+        Export { space, store, with_owner, canonical: OnceLock::new() }
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub(crate) fn len(&self) -> usize {
-        self.numbers / (self.space + 1)
+        match &self.store {
+            Store::Rows(rows) => rows.parts.iter().map(Vec::len).sum::<usize>() / (self.space + 1),
+            Store::Pieces(pieces) => pieces.len(),
+        }
     }
 
-    /// The cells in canonical order.
-    pub(crate) fn sorted(&self) -> &Cells {
-        self.sorted.get_or_init(|| {
-            let (parts, mut cells) =
-                std::mem::take(&mut *self.cells.lock().unwrap_or_else(PoisonError::into_inner));
-            cells.rows.reserve_exact(self.numbers);
-            for mut part in parts {
-                cells.rows.append(&mut part);
-            }
+    /// Returns the subdomain triangulations, if the run made any.
+    pub(crate) fn pieces(&self) -> Option<&Pieces> {
+        match &self.store {
+            Store::Rows(_) => None,
+            Store::Pieces(pieces) => Some(pieces),
+        }
+    }
+
+    /// Returns the cells in canonical order.
+    pub(crate) fn canonical(&self) -> &Cells {
+        self.canonical.get_or_init(|| {
+            let cells = self.unsorted();
             if self.space == 2 { canonicalise::<DVec2>(cells) } else { canonicalise::<DVec3>(cells) }
         })
     }
-}
 
-impl Clone for Given {
-    /// Of the sorted cells: others may be on their way from one order to the other.
-    fn clone(&self) -> Self {
-        let sorted = OnceLock::from(self.sorted().clone());
-        Given { space: self.space, numbers: self.numbers, cells: Mutex::default(), sorted }
+    fn unsorted(&self) -> Cells {
+        match &self.store {
+            Store::Pieces(pieces) => pieces.rows(self.with_owner),
+            Store::Rows(CellRows { parts, owners, leaves }) => Cells {
+                rows: parts.concat(),
+                owner: self.with_owner.then(|| owners.clone()),
+                leaf: self.with_owner.then(|| leaves.clone()),
+            },
+        }
     }
 }
 
@@ -125,9 +143,8 @@ mod tests {
         assert_eq!(sorted.rows, [1, 2, 3, 4, 5, 6]);
         assert_eq!(sorted.owner, Some(vec![8, 7]));
         let parts = vec![vec![9, 8, 7, 6], vec![], vec![0, 1, 2, 3]];
-        let given = Given::new(3, parts, Cells::default());
-        assert_eq!((given.len(), given.clone().len()), (2, 2));
-        assert_eq!(given.clone().sorted().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
-        assert_eq!(given.sorted().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
+        let export = Export::new(3, Store::Rows(CellRows { parts, ..CellRows::default() }), false);
+        assert_eq!(export.len(), 2);
+        assert_eq!(export.canonical().rows, [0, 1, 2, 3, 6, 7, 8, 9]);
     }
 }

@@ -1,4 +1,4 @@
-//! What a run leaves: pieces of the triangulation, cells in canonical order, a picture.
+//! The result of a run: pieces of the triangulation, cells in canonical order, a picture.
 
 pub mod canonical;
 pub mod pieces;

@@ -1,16 +1,17 @@
-//! What a certificate lacks.
+//! Reasons against a certificate.
 
 use thiserror::Error;
 
 /// Why the stars do not form a triangulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[error("{disagreements} disagreements, {minima} minima, {stars} of {points} stars")]
 pub struct Refutation {
-    /// Cells missing from stars.
+    /// Number of cells that a star lacks.
     pub disagreements: u64,
-    /// Vertices without a smaller neighbour (1 is right).
+    /// Vertices without a smaller neighbour; 1 in a triangulation.
     pub minima: u64,
-    /// Stars that hold a cell.
+    /// Number of stars that hold a cell.
     pub stars: u64,
     /// Number of points.
     pub points: u64,

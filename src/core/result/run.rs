@@ -1,64 +1,66 @@
 //! The result of a run.
 
-use std::sync::OnceLock;
-
-use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 use septet_protocol::tasks::TaskLog;
+use septet_workers::coordinator::CellRows;
 
+use crate::input::prepare::Prepared;
 use crate::model::MeshView;
-use crate::result::canonical::{Cells, Given};
+use crate::result::canonical::{Export, Store};
 use crate::result::pieces::Pieces;
 use crate::result::refutation::Refutation;
 use crate::result::view::View;
 
-/// What became of every input point.
+/// The input points by their use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Accounting {
-    /// Points given.
+    /// Number of input points.
     pub input: u64,
-    /// Vertices of the triangulation.
+    /// Number of vertices of the triangulation.
     pub used: u64,
-    /// Coincident points: index, and the index that stands for it.
+    /// Coincident points: the index of each, and the smallest index with the same coordinates.
     pub duplicates: Vec<(u64, u64)>,
-    /// Indices of points dropped because they were not finite.
+    /// Indices of points that were dropped because they were not finite.
     pub refused: Vec<u64>,
 }
 
-/// The parameters that a run settled on.
+/// The parameters that a run used.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Settled {
     /// Number of workers.
     pub workers: u32,
-    /// Largest leaf.
+    /// Largest leaf of the partition tree, in points.
     pub leaf: u64,
-    /// The supergraph, if there was one to build.
+    /// The supergraph, if the run built one.
     pub supergraph: Option<Supergraph>,
-    /// Why this one.
+    /// Why this supergraph.
     pub why: String,
-    /// Did the run split to the floor and count work and depth?
+    /// Whether the run split down to the leaf size and counted work and depth.
     pub counted: bool,
 }
 
-/// What a machine sent.
+/// The traffic of a whole machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Traffic {
-    /// Rounds in which something was sent.
+pub struct TrafficTotal {
+    /// Number of rounds in which messages were sent.
     pub rounds: u64,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
 }
 
-impl Traffic {
-    /// The totals of a ledger.
+impl TrafficTotal {
+    /// Sums the traffic of all phases of a ledger.
     pub fn of(ledger: &Ledger) -> Self {
-        ledger.phases.iter().fold(Traffic::default(), |sum, phase| Traffic {
+        ledger.phases.iter().fold(TrafficTotal::default(), |sum, phase| TrafficTotal {
             rounds: sum.rounds + phase.rounds,
             messages: sum.messages + phase.messages,
             bytes: sum.bytes + phase.bytes,
@@ -68,104 +70,107 @@ impl Traffic {
 
 /// The result of a run.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Run {
-    /// 2 or 3: that of the points' type.
+    /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the points' affine hull, -1 for no points. Below `space` there are no cells.
+    /// Dimension of the affine hull of the points; -1 for no points. Below `space` there are no cells.
     pub dimension: isize,
-    /// What became of every point.
+    /// The input points by their use.
     pub points: Accounting,
-    /// The cells, as the workers made them.
-    pub(crate) store: Store,
-    /// The cells of pieces as they are exported: made when first asked for.
-    pub(crate) canonical: OnceLock<Cells>,
-    /// Edges of the supergraph as pairs of input indices, smaller first, sorted, if kept.
+    /// The cells.
+    pub(crate) export: Export,
+    /// Edges of the supergraph, if kept: pairs of input indices, smaller first, sorted.
     pub graph: Option<Vec<(u64, u64)>>,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// Unchanged stars whose circumspheres all lie in the ball of radius `alpha r` (`r_k` for nearest
-    /// neighbours) around their vertex: a search of that ball alone would prove them.
+    /// Number of unchanged stars that a search of the ball of radius `alpha r` (`r_k` for nearest neighbours) around
+    /// their vertex would prove: the ball contains all their circumspheres.
     pub stars_local: u64,
-    /// Stars that the exchange changed.
+    /// Number of stars that splaying changed.
     pub stars_repaired: u64,
-    /// Rounds of exchange.
+    /// Number of rounds of splaying.
     pub exchange_rounds: u64,
-    /// Why and how many points were gathered, if the exchange was cut short.
+    /// Why and how many points were gathered, if splaying was cut short.
     pub fallback: Option<(String, u64)>,
     /// The counts.
     pub ledger: Ledger,
-    /// What it took to count the leaves before, for [`crate::config::Workers::Leaves`]; not part of the ledger.
-    pub plan: Option<Traffic>,
-    /// What is wrong with the stars: nothing, in a run that is no part of an error.
+    /// Traffic of the run that counts the leaves for [`crate::config::Workers::Leaves`]; not part of the ledger.
+    pub plan: Option<TrafficTotal>,
+    /// Why the stars do not form a triangulation. Only the run of [`crate::Error::NotCertified`] has one.
     pub refutation: Option<Refutation>,
-    /// Sampled points and the tree, for pictures, if asked for.
+    /// Sampled points and the tree, for pictures, if requested.
     pub picture: Option<View>,
-    /// What was run.
+    /// The parameters that the run used.
     pub settled: Settled,
-    /// What leaves had to say to each other, if recorded.
+    /// The record of tasks, if requested.
     pub tasks: Option<TaskLog>,
     /// Measured wall-clock seconds of each phase that occurred, in order.
     pub phase_seconds: Vec<(Phase, f64)>,
-    /// Measured seconds from points in memory to the certified triangulation in memory, canonical order not
-    /// included: after [`crate::triangulate`] its pieces with all adjacency, after [`crate::simulate`] the stars on the workers.
+    /// Measured seconds from points in memory to the certified triangulation in memory, without the canonical order.
+    /// The triangulation is pieces with adjacency after [`crate::triangulate`], and stars on the workers after
+    /// [`crate::simulate`].
     pub triangulate_seconds: f64,
     /// Measured seconds of the whole call.
     pub total_seconds: f64,
 }
 
-/// Cells before they are exported.
-#[derive(Clone, Debug)]
-pub(crate) enum Store {
-    /// Rows of input indices.
-    Rows(Given),
-    /// Pieces, with the owner of each cell to be exported or not.
-    Pieces(Pieces, bool),
-}
-
 impl Run {
-    /// Number of cells.
+    /// Returns a run without cells and counts.
+    pub(crate) fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> Self {
+        Run {
+            space: P::DIM,
+            dimension: ready.dimension,
+            points: ready.accounting(input),
+            export: Export::new(P::DIM, Store::Rows(CellRows::default()), false),
+            graph: None,
+            hull_facets: 0,
+            stars_local: 0,
+            stars_repaired: 0,
+            exchange_rounds: 0,
+            fallback: None,
+            ledger: Ledger::default(),
+            plan: None,
+            refutation: None,
+            picture: None,
+            settled,
+            tasks: None,
+            phase_seconds: Vec::new(),
+            triangulate_seconds: 0.0,
+            total_seconds: 0.0,
+        }
+    }
+
+    /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
-        match &self.store {
-            Store::Rows(given) => given.len(),
-            Store::Pieces(pieces, _) => pieces.len(),
-        }
+        self.export.len()
     }
 
-    /// The cells with their adjacency, as [`crate::triangulate`] leaves them in memory. None after [`crate::simulate`].
+    /// Returns the cells with their adjacency, as [`crate::triangulate`] leaves them in memory; none after
+    /// [`crate::simulate`].
     pub fn pieces(&self) -> Option<&Pieces> {
-        match &self.store {
-            Store::Rows(_) => None,
-            Store::Pieces(pieces, _) => Some(pieces),
-        }
+        self.export.pieces()
     }
 
-    /// Cells in canonical order: `space + 1` input indices a row. The first call sorts them and keeps them: after
-    /// [`crate::triangulate`] 32 bytes a tetrahedron beside the pieces.
+    /// Returns the cells in canonical order: `space + 1` input indices per row.
+    ///
+    /// The first call sorts the cells and keeps the rows: 32 bytes per tetrahedron in addition to the cells as the run
+    /// made them.
     pub fn cells(&self) -> &[u64] {
-        &self.exported().rows
+        &self.export.canonical().rows
     }
 
-    /// Worker of each cell in canonical order, if kept.
+    /// Returns the worker of each cell in canonical order, if kept.
     pub fn owner(&self) -> Option<&[u32]> {
-        self.exported().owner.as_deref()
+        self.export.canonical().owner.as_deref()
     }
 
-    /// Home leaf of each cell in canonical order, if kept.
+    /// Returns the leaf of each cell in canonical order, if kept.
     pub fn home_leaf(&self) -> Option<&[u64]> {
-        self.exported().leaf.as_deref()
+        self.export.canonical().leaf.as_deref()
     }
 
-    fn exported(&self) -> &Cells {
-        match &self.store {
-            Store::Rows(given) => given.sorted(),
-            Store::Pieces(pieces, with_owner) => self.canonical.get_or_init(|| match self.space {
-                2 => pieces.canonical::<DVec2>(*with_owner),
-                _ => pieces.canonical::<DVec3>(*with_owner),
-            }),
-        }
-    }
-
-    /// The triangulation over the coordinates it was made from, as files see it.
+    /// Returns the triangulation as writers take it, over the coordinates of the input.
     pub fn view<'a>(&'a self, coordinates: &'a [f64]) -> MeshView<'a> {
         MeshView {
             dimension: self.space,

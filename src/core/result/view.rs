@@ -1,8 +1,8 @@
-//! The picture of a run: sampled points with where they are at home and what proved their stars, and the
-//! separators of the tree. Workers send their parts to the coordinator; nothing is shared.
+//! The picture of a run: sampled points with their owners and the proofs of their stars, and the separators of the tree.
+//! Workers send their parts to the coordinator.
 //!
-//! Points are sampled by a hash of their coordinates, so the sample does not depend on the number of workers.
-//! Coordinates are rounded to a millionth of the set's extent: a picture shows no more.
+//! A hash of the coordinates selects the points, so the sample does not depend on the number of workers. Coordinates are
+//! rounded to a millionth of the set's extent, which suffices for a picture.
 
 use std::collections::BTreeMap;
 
@@ -15,21 +15,21 @@ use septet_protocol::ids::NodeId;
 use septet_protocol::message::ViewPart;
 use septet_workers::view::shown_hash;
 
-/// At most this many points are shown.
+/// Largest number of points shown.
 pub const MOST_POINTS: u32 = 20_000;
 
-/// At most this many separators are shown: those of the upper levels.
+/// Largest number of separators shown. Upper levels come first.
 pub const MOST_SEPARATORS: usize = 4095;
 
-/// At most this many (point, leaf) pairs of ghosts are shown.
+/// Largest number of (point, leaf) pairs of ghosts shown.
 pub const MOST_GHOSTS: usize = 80_000;
 
 /// A sampled set of points, one entry each, and the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct View {
-    /// Points of the whole set.
+    /// Number of points of the whole set.
     pub of: u64,
-    /// Points shown.
+    /// Number of points shown.
     pub points: u64,
     /// Smallest coordinates of the set.
     pub low: Vec<f64>,
@@ -37,25 +37,25 @@ pub struct View {
     pub high: Vec<f64>,
     /// Node ids of the leaves that occur below.
     pub leaves: Vec<u64>,
-    /// Coordinates of one point after the other.
+    /// Coordinates, point by point.
     pub positions: Vec<f64>,
-    /// The worker where each point is at home.
+    /// The owner of each point.
     pub owner: Vec<u32>,
-    /// Home leaf of each: a position in `leaves`.
+    /// The leaf that owns each point: a position in `leaves`.
     pub leaf: Vec<u32>,
-    /// Bit `l`: the point's ball meets the separator of its ancestor of level `l`.
+    /// Bit `l` is set if the ball of the point meets the separator of its ancestor at level `l`.
     pub crossing: Vec<u64>,
-    /// 1: the exchange changed the star; 2: a ball of the known radius proves it; 0: neither.
+    /// 1 if splaying changed the star, 2 if a ball of the known radius proves it, else 0.
     pub flags: Vec<u64>,
-    /// Points that another leaf holds as ghosts: positions in this sample.
+    /// Points of which another leaf holds a ghost: positions in this sample.
     pub ghost: Vec<u32>,
-    /// The leaf that holds each: a position in `leaves`.
+    /// The leaf that holds each ghost: a position in `leaves`.
     pub ghost_leaf: Vec<u32>,
-    /// Pairs left out.
+    /// Number of ghosts omitted.
     pub ghosts_omitted: u64,
     /// Separators, by node.
     pub separators: Vec<SeparatorView>,
-    /// Separators of deeper levels, left out.
+    /// Number of separators omitted, of deeper levels.
     pub separators_omitted: u64,
 }
 
@@ -72,7 +72,7 @@ pub struct SeparatorView {
     pub vector: Vec<f64>,
     /// Radius of a sphere, or offset of a plane along its normal.
     pub number: f64,
-    /// Where the interior child lies: `ball`, `around` it, or `below` the plane.
+    /// The side of the interior child: inside the sphere (`ball`), outside (`around`), or `below` the plane.
     pub interior: &'static str,
     /// Smallest coordinates of the node's points.
     pub low: Vec<f64>,
@@ -80,7 +80,7 @@ pub struct SeparatorView {
     pub high: Vec<f64>,
 }
 
-/// What the workers have shown so far, in the machine's coordinates.
+/// The parts of the picture that have arrived, in the machine's coordinates.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Album {
     points: Vec<Entry>,
@@ -113,8 +113,17 @@ fn point<P: Point>(coordinates: &[f64]) -> P {
 }
 
 impl Album {
-    /// Takes a worker's part; its columns fit each other.
-    pub(crate) fn add<P: Point>(&mut self, part: &ViewPart<P>) {
+    /// Collects the parts of all workers.
+    pub(crate) fn of<P: Point>(parts: &[ViewPart<P>]) -> Self {
+        let mut album = Album::default();
+        for part in parts {
+            album.add(part);
+        }
+        album
+    }
+
+    /// Adds a worker's part, whose columns have matching lengths.
+    fn add<P: Point>(&mut self, part: &ViewPart<P>) {
         for (i, &position) in part.points.positions.iter().enumerate() {
             self.points.push(Entry {
                 hash: shown_hash(position),
@@ -135,8 +144,7 @@ impl Album {
         }
     }
 
-    /// The picture, of at most `most` points, in the coordinates before they were multiplied by
-    /// `2^exponent`.
+    /// Returns the picture, of at most `most` points. Coordinates are divided by `2^exponent`, which gives those of the input.
     pub(crate) fn view<P: Point>(mut self, population: u64, most: u32, exponent: i32) -> View {
         self.points.sort_unstable_by_key(|e| (e.hash, e.id));
         self.points.truncate(most as usize);
@@ -179,17 +187,17 @@ impl Album {
     }
 }
 
-/// How a picture rounds: to multiples of ten to the minus this.
+/// The rounding of a picture: to multiples of ten to the minus this.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Digits(i32);
 
 impl Digits {
-    /// So many digits below the leading one of the picture's extent.
+    /// Rounds to a number of digits below the leading digit of the extent.
     pub(crate) fn of(extent: f64, digits: i32) -> Self {
         Digits(if extent > 0.0 { digits - extent.log10().floor() as i32 } else { 17 })
     }
 
-    /// The value as it is shown, where decimal numbers can say it.
+    /// Returns the rounded value, or the value itself if its decimal form cannot be parsed.
     pub(crate) fn round(self, value: f64) -> f64 {
         match usize::try_from(self.0) {
             Ok(digits) if digits <= 17 => format!("{value:.digits$}").parse().unwrap_or(value),
@@ -199,7 +207,7 @@ impl Digits {
     }
 }
 
-/// From the machine's coordinates to the input's, rounded.
+/// The map from the machine's coordinates to the rounded coordinates of the input.
 struct Frame<P> {
     exponent: i32,
     low: Vec<f64>,
@@ -227,7 +235,7 @@ impl<P: Point> Frame<P> {
         Frame { exponent, low, high, digits, space: std::marker::PhantomData }
     }
 
-    /// Rounds to a millionth of the extent, where decimal numbers can say it.
+    /// Rounds to a millionth of the extent.
     fn round(&self, values: &[f64]) -> Vec<f64> {
         values.iter().map(|&v| self.digits.round(v)).collect()
     }

@@ -1,4 +1,4 @@
-//! A run for its counts alone, whole or stopped before the triangulation.
+//! A run for its counts only, complete or stopped before the triangulation.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -6,28 +6,28 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use septet_geometry::point::{Coordinates, Point, PointSlice};
-use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
-use septet_protocol::transport::TransportError;
-use septet_workers::config::WorkerConfig;
 
 use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
+use crate::input::prepare::prepare;
 use crate::result::run::{Run, Settled};
-use crate::run::finish::settled;
-use crate::run::start::{Beginning, Started, started_on};
+use crate::run::finish::flat_result;
+use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::started;
 use crate::run::triangulation::simulate;
 
-/// The counts of a run, whole or stopped after [`Config::until`].
+/// The counts of a run, complete or stopped after [`Config::until`].
 #[derive(Clone, Debug)]
-pub struct Counts {
+#[non_exhaustive]
+pub struct RunCounts {
     /// 2 or 3.
     pub space: usize,
-    /// Distinct points.
+    /// Number of distinct points.
     pub points: u64,
-    /// What was run. A run that stops builds no supergraph.
+    /// The parameters of the run. A run that stops builds no supergraph.
     pub settled: Settled,
     /// The counts of all phases up to the last.
     pub ledger: Ledger,
@@ -35,25 +35,25 @@ pub struct Counts {
     pub phase_seconds: Vec<(Phase, f64)>,
     /// Measured seconds of the whole call.
     pub seconds: f64,
-    /// What the rest of the run left; none if it stopped before.
+    /// The result of the remaining phases; none if the run stopped before them.
     pub end: Option<Ending>,
 }
 
-/// What a whole run leaves besides the counts of its phases.
+/// The result of a complete run besides the counts of its phases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ending {
     /// Number of triangles or tetrahedra.
     pub cells: u64,
-    /// Stars that the exchange changed.
+    /// Number of stars that splaying changed.
     pub stars_repaired: u64,
-    /// Rounds of exchange.
+    /// Rounds of splaying.
     pub exchange_rounds: u64,
-    /// Points gathered because the exchange was cut short.
+    /// Number of points gathered because splaying was cut short.
     pub gathered: u64,
 }
 
 impl Ending {
-    /// Of a run.
+    /// Returns the ending of a run.
     pub fn of(run: &Run) -> Ending {
         Ending {
             cells: run.cell_count() as u64,
@@ -64,10 +64,10 @@ impl Ending {
     }
 }
 
-impl From<Run> for Counts {
+impl From<Run> for RunCounts {
     fn from(run: Run) -> Self {
         let end = Ending::of(&run);
-        Counts {
+        RunCounts {
             space: run.space,
             points: run.points.used,
             settled: run.settled,
@@ -79,46 +79,45 @@ impl From<Run> for Counts {
     }
 }
 
-/// Counts the paper's recursion: the whole of it as [`simulate`] does, or up to [`Config::until`]. The tree and
-/// the neighbours alone take a fraction of the time and memory of a triangulation.
+/// Counts the paper's recursion, completely as [`simulate`] does, or up to [`Config::until`]. The tree and the
+/// neighbours take a fraction of the time and memory of a triangulation.
 ///
 /// # Errors
 /// See [`Error`].
-pub fn count<C: Coordinates>(points: &[C], config: &Config) -> Result<Counts, Error> {
+pub fn count<C: Coordinates>(points: &[C], config: &Config) -> Result<RunCounts, Error> {
     counted(C::points(points), config)
 }
 
-/// In either dimension: compiled here, so that callers do not compile the machine.
+/// Counts in either dimension. It is compiled here, so that callers do not compile the machine.
 #[inline(never)]
-fn counted(points: PointSlice<'_>, config: &Config) -> Result<Counts, Error> {
+fn counted(points: PointSlice<'_>, config: &Config) -> Result<RunCounts, Error> {
     match points {
         PointSlice::Plane(points) => counts(points, config),
         PointSlice::Space(points) => counts(points, config),
     }
 }
 
-fn counts<P: Point>(points: &[P], config: &Config) -> Result<Counts, Error> {
-    let Some(until) = config.until else { return simulate(points, config).map(Counts::from) };
-    let start = Instant::now();
-    let config = &Config { record_tasks: false, view: 0, ..config.clone() };
-    let Started { ready, machine, why, plan, .. } =
-        match started_on(points, config, true, start, &mut started(config))? {
-            Beginning::Machine(started) => *started,
-            Beginning::Flat(run) => return Ok(Counts::from(*run)),
-        };
-    let machine = Arc::new(WorkerConfig { until: Some(until.phase()), ..machine });
-    let mut transport = started(config)(&machine)?;
-    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
-    if collected.parts != machine.workers {
-        let reason = format!("{} of {} ledgers arrived", collected.parts, machine.workers);
-        return Err(TransportError::WorkerFailed { rank: COORDINATOR, reason }.into());
+fn counts<P: Point>(points: &[P], config: &Config) -> Result<RunCounts, Error> {
+    let Some(until) = config.until else { return simulate(points, config).map(RunCounts::from) };
+    let (start, goal) = (Instant::now(), Goal::Prefix(until));
+    admit(config, goal, points.len() as u64, P::DIM)?;
+    let ready = prepare(points, config.skip_invalid)?;
+    let mut start_machine = started(config);
+    let settings = Settings::decide(config, goal, &ready, &mut start_machine)?;
+    if ready.is_flat() {
+        return Ok(flat_result(points.len(), &ready, &settings, start).into());
     }
+    let machine = Arc::new(settings.machine.clone());
+    let mut transport = start_machine(&machine)?;
+    let coordinator = Coordinator::new(&config.control, machine);
+    let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
+    collected.check_ledgers(settings.machine.workers)?;
     let points = ready.positions.len() as u64;
-    Ok(Counts {
+    Ok(RunCounts {
         space: P::DIM,
         points,
-        settled: settled(&machine, None, why),
-        ledger: Ledger::finish(collected.ledger, points),
+        settled: settings.settled(None, settings.why.clone()),
+        ledger: Ledger::finish(collected.share.counted.ledger, points),
         phase_seconds: collected.seconds,
         seconds: start.elapsed().as_secs_f64(),
         end: None,

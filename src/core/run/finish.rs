@@ -1,82 +1,66 @@
-//! The end of a run: the certificate judged, the result put together.
+//! The end of a run: the decision on the certificate, and the result.
 
-use std::sync::OnceLock;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
-use septet_protocol::ids::{COORDINATOR, Phase};
+use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
-use septet_protocol::transport::TransportError;
-use septet_workers::config::WorkerConfig;
+use septet_workers::coordinator::Share;
 
-use crate::coordinator::Collected;
+use crate::coordinator::{Collected, incomplete};
 use crate::error::{Error, Refutation};
 use crate::input::prepare::Prepared;
-use crate::result::canonical::{Cells, Given};
+use crate::result::canonical::{Export, Store};
 use crate::result::pieces::Pieces;
-use crate::result::run::{Run, Settled, Store};
+use crate::result::run::Run;
+use crate::result::view::Album;
+use crate::run::settings::Settings;
 
-/// The parameters of a machine, and its supergraph.
-pub(crate) fn settled(machine: &WorkerConfig, supergraph: Option<Supergraph>, why: String) -> Settled {
-    Settled { workers: machine.workers, leaf: machine.tree.leaf, supergraph, why, counted: machine.counted }
+/// The times of a run.
+pub(crate) struct Times {
+    /// The start of the call.
+    pub(crate) call: Instant,
+    /// The time from the start of the call to the settings.
+    pub(crate) preparing: Duration,
+    /// The start of the machine.
+    pub(crate) machine: Instant,
 }
 
-/// The result for points that span less than the space: no cells, nothing run.
+/// Returns the result for points that span less than the space: no cells, and no run.
 pub(crate) fn flat_result<P: Point>(
     input: usize,
     ready: &Prepared<'_, P>,
-    machine: &WorkerConfig,
-    why: String,
-    start: Instant,
+    settings: &Settings,
+    call: Instant,
 ) -> Run {
-    let seconds = start.elapsed().as_secs_f64();
-    let why = if why.is_empty() { "nothing to triangulate".to_string() } else { why };
-    Run {
-        space: P::DIM,
-        dimension: ready.dimension,
-        points: ready.accounting(input),
-        store: Store::Rows(Given::new(P::DIM, Vec::new(), Cells::default())),
-        canonical: OnceLock::new(),
-        graph: None,
-        hull_facets: 0,
-        stars_local: 0,
-        stars_repaired: 0,
-        exchange_rounds: 0,
-        fallback: None,
-        ledger: Ledger::default(),
-        plan: None,
-        refutation: None,
-        picture: None,
-        settled: settled(machine, None, why),
-        tasks: None,
-        phase_seconds: Vec::new(),
-        triangulate_seconds: seconds,
-        total_seconds: seconds,
-    }
+    let why = if settings.why.is_empty() { "nothing to triangulate" } else { &settings.why };
+    let seconds = call.elapsed().as_secs_f64();
+    let settled = settings.settled(None, why.to_string());
+    Run { triangulate_seconds: seconds, total_seconds: seconds, ..Run::empty(input, ready, settled) }
 }
 
-/// What the stars lack of a certificate, if anything.
+/// Returns the reasons against the certificate, if there are any.
 ///
 /// # Errors
-/// If not everything that was announced has arrived.
-pub(crate) fn certify(
-    collected: &Collected,
+/// If cells or ledgers are missing.
+pub(crate) fn certify<P: Point>(
+    collected: &Collected<P>,
     population: u64,
-    dimension: usize,
     workers: u32,
 ) -> Result<Option<Refutation>, Error> {
-    let merged = &collected.merged;
+    let Share { pieces, cells, certified, counted, .. } = &collected.share;
+    let merged = &certified.merged;
     let passed = merged.stars == population && merged.disagreements == 0 && merged.minima == 1;
-    let pieces: usize = collected.pieces.iter().map(|p| p.piece.rows.len() / 2).sum();
-    let cells: usize = collected.cells.iter().map(Vec::len).sum();
-    let rows = ((cells + pieces) / (dimension + 1)) as u64;
-    // Stars that do not agree send no cells.
+    let of_pieces: usize = pieces.iter().map(|p| p.rows.len() / 2).sum();
+    let of_stars: usize = cells.parts.iter().map(Vec::len).sum();
+    let rows = ((of_stars + of_pieces) / (P::DIM + 1)) as u64;
+    // Stars that disagree send no cells.
     let expected = if passed { merged.cells } else { 0 };
-    if rows != expected || collected.parts != workers {
-        let parts = collected.parts;
-        let reason = format!("{rows} of {expected} cells and {parts} of {workers} ledgers arrived");
-        return Err(TransportError::WorkerFailed { rank: COORDINATOR, reason }.into());
+    if rows != expected || counted.parts != workers {
+        let parts = counted.parts;
+        return Err(incomplete(format!(
+            "{rows} of {expected} cells and {parts} of {workers} ledgers arrived"
+        )));
     }
     let refutation = Refutation {
         disagreements: merged.disagreements,
@@ -87,60 +71,54 @@ pub(crate) fn certify(
     Ok((!passed).then_some(refutation))
 }
 
+/// Puts the result together.
+///
+/// # Errors
+/// If the subdomain triangulations do not fit together.
 pub(crate) fn finish<P: Point>(
     input: usize,
     ready: &Prepared<'_, P>,
-    collected: Collected,
-    machine: &WorkerConfig,
-    why: String,
-    start: Instant,
+    collected: Collected<P>,
+    settings: Settings,
+    times: &Times,
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
-    let merged = collected.merged;
-    let (with_owner, exponent) = (machine.shown.with_leaves, ready.exponent);
-    let (store, triangulate_seconds) = if machine.counted {
-        // Cells of a counted run come as rows; what is measured ends before they do.
-        let collecting: f64 = collected.seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
-        let seconds = start.elapsed().as_secs_f64() - collecting;
-        let beside = Cells {
-            rows: Vec::new(),
-            owner: with_owner.then_some(collected.owner),
-            leaf: with_owner.then_some(collected.leaves),
-        };
-        (Store::Rows(Given::new(P::DIM, collected.cells, beside)), seconds)
+    let Collected { share, seconds: phase_seconds } = collected;
+    let machine = &settings.machine;
+    let merged = share.certified.merged;
+    let with_owner = machine.shown.with_leaves;
+    let (store, untimed) = if machine.counted {
+        // The measured time ends before the cells are collected as rows.
+        let collect: f64 = phase_seconds.iter().filter(|s| s.0 == Phase::Collect).map(|s| s.1).sum();
+        (Store::Rows(share.cells), collect)
     } else {
-        // Stars that do not agree send no cells.
-        let hull_facets = if collected.pieces.is_empty() { 0 } else { merged.hull_facets };
-        let joined = Pieces::join(P::DIM + 1, collected.pieces, hull_facets);
-        let pieces = joined.ok_or_else(|| TransportError::WorkerFailed {
-            rank: COORDINATOR,
-            reason: "the pieces do not fit together".to_string(),
-        })?;
-        (Store::Pieces(pieces, with_owner), start.elapsed().as_secs_f64())
+        // Stars that disagree send no cells.
+        let hull_facets = if share.pieces.is_empty() { 0 } else { merged.hull_facets };
+        let joined = Pieces::join(P::DIM + 1, share.pieces, hull_facets);
+        (Store::Pieces(joined.ok_or_else(|| incomplete("the pieces do not fit together".to_string()))?), 0.0)
     };
-    let why = if machine.counted { collected.why.unwrap_or(why) } else { NO_SUPERGRAPH.to_string() };
+    let triangulate_seconds = (times.preparing + times.machine.elapsed()).as_secs_f64() - untimed;
+    let (supergraph, why) = if machine.counted {
+        (share.choice.supergraph, share.choice.why.unwrap_or_else(|| settings.why.clone()))
+    } else {
+        (None, NO_SUPERGRAPH.to_string())
+    };
+    let picture = (machine.shown.view > 0)
+        .then(|| Album::of(&share.views).view::<P>(population, machine.shown.view, ready.exponent));
     Ok(Run {
-        space: P::DIM,
-        dimension: P::DIM as isize,
-        points: ready.accounting(input),
-        store,
-        canonical: OnceLock::new(),
-        graph: machine.shown.collect_graph.then(|| sorted_edges(&collected.edges)),
+        export: Export::new(P::DIM, store, with_owner),
+        graph: machine.shown.collect_graph.then(|| sorted_edges(&share.edges)),
         hull_facets: merged.hull_facets,
         stars_local: merged.local,
         stars_repaired: merged.repaired,
         exchange_rounds: merged.exchange_rounds,
-        fallback: collected.fallback,
-        ledger: Ledger::finish(collected.ledger, population),
-        plan: None,
-        refutation: None,
-        picture: (machine.shown.view > 0)
-            .then(|| collected.album.view::<P>(population, machine.shown.view, exponent)),
-        settled: settled(machine, collected.supergraph.filter(|_| machine.counted), why),
-        tasks: None,
-        phase_seconds: collected.seconds,
+        fallback: share.certified.fallback,
+        ledger: Ledger::finish(share.counted.ledger, population),
+        picture,
+        phase_seconds,
         triangulate_seconds,
-        total_seconds: start.elapsed().as_secs_f64(),
+        total_seconds: times.call.elapsed().as_secs_f64(),
+        ..Run::empty(input, ready, settings.settled(supergraph, why))
     })
 }
 

@@ -1,53 +1,59 @@
-//! How much memory a run takes: a forecast before it starts, and the peak that was measured.
+//! The memory of a run: a forecast before it starts, and the measured peak.
 
 use crate::config::Config;
 use crate::error::Error;
 
-/// Bytes a point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
+/// Bytes per point of `triangulate`, in space and in the plane: measured peaks at a million uniform points,
 /// rounded up.
 const BYTES_PER_POINT: [u64; 2] = [1100, 600];
 
-/// The same of `simulate`.
+/// The same for `simulate`.
 const COUNTED_BYTES_PER_POINT: [u64; 2] = [10_000, 3_000];
 
-/// Expected peak memory of a run over `points` points, in bytes. A counted run that stops before the graph takes
-/// less than a triangulation: it is not `counted` here.
-pub fn forecast(points: u64, dimension: usize, counted: bool) -> u64 {
-    let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
-    points.saturating_mul(row[usize::from(dimension == 2)]).saturating_add(64 << 20)
+/// Bytes per site of `independent`, measured in the same way.
+const BYTES_PER_SITE: [u64; 2] = [700, 500];
+
+/// Returns the expected peak in bytes: the bytes of the points, and a constant.
+fn forecast(points: u64, dimension: usize, bytes_per_point: [u64; 2]) -> u64 {
+    points.saturating_mul(bytes_per_point[usize::from(dimension == 2)]).saturating_add(64 << 20)
 }
 
-/// Refuses what does not fit into the limit of the configuration, if it has one.
+/// Checks the expected peak of a run against the memory limit of the configuration. `counted` is whether the whole
+/// recursion runs.
 ///
 /// # Errors
 /// [`Error::Memory`] with the forecast.
 pub fn admit(config: &Config, points: u64, dimension: usize, counted: bool) -> Result<(), Error> {
-    let forecast = forecast(points, dimension, counted);
-    match config.max_memory {
+    let row = if counted { COUNTED_BYTES_PER_POINT } else { BYTES_PER_POINT };
+    compare(config, points, forecast(points, dimension, row))
+}
+
+/// Checks the expected peak of an independent set against the memory limit of the configuration.
+///
+/// # Errors
+/// [`Error::Memory`] with the forecast.
+pub(crate) fn admit_sites(config: &Config, sites: u64, dimension: usize) -> Result<(), Error> {
+    compare(config, sites, forecast(sites, dimension, BYTES_PER_SITE))
+}
+
+fn compare(config: &Config, points: u64, forecast: u64) -> Result<(), Error> {
+    match config.machine.max_memory {
         Some(limit) if forecast > limit => Err(Error::Memory { forecast, limit, points }),
         _ => Ok(()),
     }
 }
 
-/// Bytes a site of `independent`, likewise.
-const SITE_BYTES: [u64; 2] = [700, 500];
-
-/// Expected peak memory of an independent set of so many sites, in bytes.
-pub fn forecast_sites(sites: u64, dimension: usize) -> u64 {
-    sites.saturating_mul(SITE_BYTES[usize::from(dimension == 2)]).saturating_add(64 << 20)
-}
-
-/// Peak resident memory of this process in bytes, where the system tells.
+/// Returns the peak resident memory of this process in bytes, if the system reports it.
 pub fn peak_rss() -> Option<u64> {
     status("VmHWM:")
 }
 
-/// Present resident memory of this process in bytes, where the system tells.
+/// Returns the current resident memory of this process in bytes, if the system reports it.
 pub fn rss() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// Memory that could be had now without pushing anything out, in bytes, where the system tells.
+/// Returns the memory that is available without swapping in bytes, if the system reports it.
 pub fn available() -> Option<u64> {
     entry("/proc/meminfo", "MemAvailable:")
 }

@@ -1,15 +1,14 @@
-//! A run: points and parameters in, a certified triangulation and its counts out.
+//! A run: from points and a configuration to a certified triangulation and its counts.
 
 pub mod count;
 mod finish;
 pub mod independent;
 pub mod memory;
 mod record;
-mod sizing;
-mod start;
+mod settings;
 mod transport;
 mod triangulation;
 
-pub use crate::result::run::{Accounting, Run, Settled, Traffic};
+pub use crate::result::run::{Accounting, Run, Settled, TrafficTotal};
 pub use transport::Start;
 pub use triangulation::{run_on, simulate, triangulate};

@@ -1,27 +1,28 @@
-//! What the leaves of a run have to say to each other, recorded in a run of its own: recording takes time, and the
-//! seconds of the run itself calibrate predictions.
+//! The record of tasks, made in a run of its own. Recording takes time, and the seconds of the run itself calibrate
+//! predictions.
 
 use std::sync::Arc;
 
 use septet_geometry::point::Point;
 use septet_protocol::tasks::TaskLog;
 use septet_workers::config::{Wanted, WorkerConfig};
+use septet_workers::coordinator::Share;
 
-use crate::config::Config;
-use crate::coordinator::{Collected, Coordinator, Plan};
+use crate::config::Control;
+use crate::coordinator::{Coordinator, Plan};
 use crate::error::Error;
 use crate::input::prepare::Prepared;
 use crate::run::transport::Start;
 
-/// Sets a recording run's name apart from that of the run it is made for.
+/// The bit that distinguishes the name of a recording run from the name of the run that it records.
 const RECORDING: u64 = 1 << 62;
 
-/// The record of a run with one worker, if the machine is to record; the machine itself then no longer does.
+/// Records the tasks in a run with one worker, if the machine is to record. The machine itself then no longer records.
 ///
 /// # Errors
 /// See [`Error`].
 pub(crate) fn take_record<P: Point>(
-    config: &Config,
+    control: &Control,
     machine: &mut WorkerConfig,
     ready: &Prepared<'_, P>,
     start_machine: &mut Start<'_, P>,
@@ -33,20 +34,20 @@ pub(crate) fn take_record<P: Point>(
     machine.shown.record_tasks = false;
     let mut transport = start_machine(&recording)?;
     let collected =
-        Coordinator::new(config, recording.clone()).run(transport.as_mut(), ready, &Plan::new())?;
-    Ok(tasks_of(collected, &recording, P::DIM))
+        Coordinator::new(control, recording.clone()).run(transport.as_mut(), ready, &Plan::new())?;
+    Ok(tasks_of(collected.share, &recording, P::DIM))
 }
 
-/// The record with what the ledger knows: the tree and the charges. None of a run that had to gather.
-fn tasks_of(collected: Collected, machine: &WorkerConfig, dimension: usize) -> Option<TaskLog> {
-    if collected.fallback.is_some() {
+/// Returns the record with the tree and the charges of the ledger; none if the run had to gather stars.
+fn tasks_of<P: Point>(share: Share<P>, machine: &WorkerConfig, dimension: usize) -> Option<TaskLog> {
+    if share.certified.fallback.is_some() {
         return None;
     }
-    let mut log = *collected.tasks?;
+    let mut log = *share.counted.tasks?;
     log.leaf_size = machine.tree.leaf;
     log.dimension = dimension as u32;
     log.chosen = !matches!(machine.graph.wanted, Wanted::Fixed(_));
-    let ledger = &collected.ledger;
+    let ledger = &share.counted.ledger;
     log.nodes = ledger.nodes.iter().map(|(n, f)| (n.0, f.population, f.attempts, f.kind)).collect();
     let charged = ledger.charges.iter().map(|((p, n), c)| (p & 0x7F, n.0, c.cost.work(), c.cost.depth()));
     log.charges = charged.collect();

@@ -5,20 +5,21 @@ use std::time::Instant;
 
 use septet_geometry::point::{Coordinates, Point, PointSlice};
 
-use crate::config::{Config, ConfigError};
+use crate::config::Config;
 use crate::coordinator::Coordinator;
 use crate::error::Error;
+use crate::input::prepare::prepare;
 use crate::result::run::Run;
-use crate::run::finish::{certify, finish};
+use crate::run::finish::{Times, certify, finish, flat_result};
 use crate::run::record::take_record;
-use crate::run::start::{Beginning, Started, started_on};
+use crate::run::settings::{Goal, Settings, admit};
 use crate::run::transport::{Start, started};
 
-/// The Delaunay triangulation of `points`, exact, certified, and the same for every number of workers,
-/// threads and every transport.
+/// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
+/// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]); points that span less than the space give no cells.
-/// Work and depth are not counted: see [`simulate`].
+/// Coincident points count once (see [`Run::points`]). Points that span less than the space give no cells. Work and
+/// depth are not counted: see [`simulate`].
 ///
 /// # Errors
 /// See [`Error`].
@@ -26,7 +27,7 @@ pub fn triangulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run,
     run(C::points(points), config, false)
 }
 
-/// The same triangulation by the paper's recursion to its floor, with every count on.
+/// Computes the same triangulation by the paper's recursion down to the leaf size, and counts work and depth.
 ///
 /// # Errors
 /// See [`Error`].
@@ -34,7 +35,7 @@ pub fn simulate<C: Coordinates>(points: &[C], config: &Config) -> Result<Run, Er
     run(C::points(points), config, true)
 }
 
-/// Both, in either dimension: compiled here, so that callers do not compile the machine.
+/// Runs both, in either dimension. It is compiled here, so that callers do not compile the machine.
 #[inline(never)]
 fn run(points: PointSlice<'_>, config: &Config, counted: bool) -> Result<Run, Error> {
     match points {
@@ -43,8 +44,8 @@ fn run(points: PointSlice<'_>, config: &Config, counted: bool) -> Result<Run, Er
     }
 }
 
-/// [`simulate`] (`counted`) or [`triangulate`], on a machine whose workers `start` reaches; the
-/// configuration's own transport is not used.
+/// Runs [`simulate`] (`counted`) or [`triangulate`] on a machine that `start_machine` starts. The transport of the
+/// configuration is not used.
 ///
 /// # Errors
 /// See [`Error`].
@@ -54,26 +55,26 @@ pub fn run_on<P: Point>(
     counted: bool,
     start_machine: &mut Start<'_, P>,
 ) -> Result<Run, Error> {
-    let start = Instant::now();
-    if let Some(until) = config.until {
-        return Err(ConfigError::Stops { until: until.name() }.into());
+    let call = Instant::now();
+    let goal = if counted { Goal::Simulation } else { Goal::Triangulation };
+    admit(config, goal, points.len() as u64, P::DIM)?;
+    let ready = prepare(points, config.skip_invalid)?;
+    let mut settings = Settings::decide(config, goal, &ready, start_machine)?;
+    if ready.is_flat() {
+        return Ok(flat_result(points.len(), &ready, &settings, call));
     }
-    let Started { ready, mut machine, why, plan, planning } =
-        match started_on(points, config, counted, start, start_machine)? {
-            Beginning::Machine(started) => *started,
-            Beginning::Flat(run) => return Ok(*run),
-        };
-    let before = Instant::now();
-    let tasks = take_record(config, &mut machine, &ready, start_machine)?;
-    let recording = before.elapsed();
-    let machine = Arc::new(machine);
+    let preparing = call.elapsed();
+    let tasks = take_record(&config.control, &mut settings.machine, &ready, start_machine)?;
+    let times = Times { call, preparing, machine: Instant::now() };
+    let machine = Arc::new(settings.machine.clone());
     let mut transport = start_machine(&machine)?;
-    let collected = Coordinator::new(config, machine.clone()).run(transport.as_mut(), &ready, &plan)?;
+    let coordinator = Coordinator::new(&config.control, machine);
+    let collected = coordinator.run(transport.as_mut(), &ready, &settings.plan)?;
     drop(transport);
-    let refutation = certify(&collected, ready.positions.len() as u64, P::DIM, machine.workers)?;
-    let mut run = finish::<P>(points.len(), &ready, collected, &machine, why, start)?;
-    (run.plan, run.refutation, run.tasks) = (planning, refutation, tasks);
-    run.triangulate_seconds -= recording.as_secs_f64();
+    let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.workers)?;
+    let plan = settings.planning;
+    let run = finish(points.len(), &ready, collected, settings, &times)?;
+    let run = Run { plan, refutation, tasks, ..run };
     match refutation {
         None => Ok(run),
         Some(refutation) => Err(Error::NotCertified { refutation, run: Box::new(run) }),

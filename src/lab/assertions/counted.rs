@@ -1,7 +1,7 @@
 //! What has counts to be held against bounds.
 
 use septet_core::Run;
-use septet_core::run::count::Counts;
+use septet_core::run::count::RunCounts;
 
 use crate::experiment::{Line, of_counts, of_run};
 
@@ -23,7 +23,7 @@ impl Counted for Run {
     }
 }
 
-impl Counted for Counts {
+impl Counted for RunCounts {
     fn lines(&self) -> Vec<Line> {
         vec![of_counts(self)]
     }

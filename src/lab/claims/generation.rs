@@ -11,7 +11,7 @@ use septet_meshing::size::cones::Cone;
 use septet_meshing::size::{SizeFunction, SizeOptions};
 
 use septet_core::Config;
-use septet_core::config::{Alpha, Transport, Workers};
+use septet_core::config::{Graph, Workers};
 use septet_core::generate::unit::Unit;
 use septet_core::mesh::Promise;
 use septet_core::mesh::machine::Counted;
@@ -146,14 +146,12 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimEr
 }
 
 fn config(lab: &Lab) -> Config {
-    Config {
-        workers: Workers::Count(lab.setting.threads as u32),
-        threads: lab.setting.threads,
-        transport: Transport::Channel { threads: lab.setting.threads },
-        seed: lab.seed(),
-        cancel: lab.setting.cancel.clone(),
-        ..Config::default()
-    }
+    Config::default().with(|c| {
+        c.machine.workers = Workers::Count(lab.setting.threads as u32);
+        c.machine.threads = lab.setting.threads;
+        c.machine.seed = lab.seed();
+        c.control.cancel = lab.setting.cancel.clone();
+    })
 }
 
 /// The sets at the largest size asked for, and at that times `shrink`.
@@ -241,12 +239,11 @@ fn rounds(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 fn stars(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for sample in samples(lab, &[0.12, 0.25], 1.0)? {
-        let config = Config {
-            spacing: Some(sample.lipschitz),
-            alpha: Alpha::Auto,
-            fault: lab.setting.fault,
-            ..config(lab)
-        };
+        let config = config(lab).with(|c| {
+            c.spacing = Some(sample.lipschitz);
+            c.graph = Graph::default();
+            c.planted.fault = lab.setting.fault;
+        });
         let run = match sample.d {
             2 => {
                 simulate(&sample.points.iter().map(|x| DVec2::new(x[0], x[1])).collect::<Vec<_>>(), &config)?

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::experiment::{Line, of_counts};
-use septet_core::config::{Alpha, Config, Correction, Fault, Transport, Workers, alpha_of_spacing};
+use septet_core::config::{Alpha, Config, Correction, Fault, Graph, Workers, alpha_of_spacing};
 use septet_core::generate::{Generated, Kind, Request, Spacing, generate};
 use septet_core::model::Points;
 use septet_core::result::view::MOST_POINTS;
-use septet_core::run::count::{Counts, count};
+use septet_core::run::count::{RunCounts, count};
 use septet_core::run::{Run, simulate};
 
 use super::measure::{X, kth_nearest2};
@@ -155,19 +155,18 @@ impl<'a> Lab<'a> {
 
     fn base(&self, set: &Generated, seed: u64) -> Config {
         let spacing = set.spacing.map(|s| s.lipschitz);
-        Config {
-            workers: Workers::Count(1),
-            threads: self.setting.threads,
-            transport: Transport::Channel { threads: self.setting.threads },
-            seed,
-            correction: self.setting.correction,
-            spacing,
+        Config::default().with(|c| {
+            c.machine.workers = Workers::Count(1);
+            c.machine.threads = self.setting.threads;
+            c.machine.seed = seed;
+            c.correction = self.setting.correction;
+            c.spacing = spacing;
             // Sets of no known spacing have the default of those that have one.
-            alpha: if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) },
-            fault: self.setting.fault,
-            cancel: self.setting.cancel.clone(),
-            ..Config::default()
-        }
+            let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) };
+            c.graph = Graph::Density { alpha };
+            c.planted.fault = self.setting.fault;
+            c.control.cancel = self.setting.cancel.clone();
+        })
     }
 
     /// A run over a set, changed as asked for.
@@ -191,7 +190,7 @@ impl<'a> Lab<'a> {
         sample: Sample,
         seed: u64,
         change: impl FnOnce(Config) -> Config,
-    ) -> Result<Counts, ClaimError> {
+    ) -> Result<RunCounts, ClaimError> {
         let set = self.set(sample, seed)?;
         (self.hear)(&format!("counts over {} seed {seed}", sample.name()));
         let config = change(self.base(&set, seed));
@@ -233,8 +232,12 @@ impl<'a> Lab<'a> {
         if let Some(specimen) = self.specimens.get(&key) {
             return Ok(specimen.clone());
         }
-        let run =
-            self.run(sample, seed, |config| Config { keep_graph: true, view: MOST_POINTS, ..config })?;
+        let run = self.run(sample, seed, |config| {
+            config.with(|c| {
+                c.keep.graph = true;
+                c.keep.view = MOST_POINTS;
+            })
+        })?;
         let set = self.set(sample, seed)?;
         let points = coordinates(&set.points);
         let specimen = Rc::new(Specimen {

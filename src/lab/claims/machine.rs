@@ -61,7 +61,12 @@ fn sizes(lab: &Lab) -> &'static [u64] {
 /// Runs with one worker per leaf.
 fn lines(lab: &mut Lab, d: usize) -> Result<Vec<Line>, ClaimError> {
     let samples: Vec<Sample> = sizes(lab).iter().map(|&n| Sample::new(Kind::WellSpaced, n, d)).collect();
-    let leaves = |config: Config| Config { workers: Workers::Leaves, leaf: Some(LEAF), ..config };
+    let leaves = |config: Config| {
+        config.with(|c| {
+            c.machine.workers = Workers::Leaves;
+            c.machine.leaf = Some(LEAF);
+        })
+    };
     let seeds = lab.by_extent(2, 5);
     Ok(lab.lines(&format!("leaves {d}"), &samples, seeds, leaves)?.to_vec())
 }
@@ -110,7 +115,12 @@ fn free_of_workers(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let sample = Sample::new(Kind::WellSpaced, n, d);
         let mut all: Vec<Line> = Vec::new();
         for workers in [Workers::Count(1), Workers::Count(3), Workers::Count(16), Workers::Leaves] {
-            let change = |config: Config| Config { workers, leaf: Some(LEAF), ..config };
+            let change = |config: Config| {
+                config.with(|c| {
+                    c.machine.workers = workers;
+                    c.machine.leaf = Some(LEAF);
+                })
+            };
             all.extend(lab.run(sample, lab.seed(), change)?.lines());
         }
         let differ = all[1..].iter().filter(|line| same_counts(&[&all[0], *line]).is_err()).count();
@@ -129,7 +139,7 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         // Far enough apart for levels to be told from their square.
         let sizes = lab.by_extent([4096, 32_768], [4096, 262_144]);
         let samples = sizes.map(|n| Sample::new(Kind::WellSpaced, n, d));
-        let leaf = |config: Config| Config { leaf: Some(LEAF), ..config };
+        let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
         let lines = lab.lines(&format!("depth {d}"), &samples, seeds, leaf)?;
         let phases: Vec<&str> = lines[0].phases.iter().filter(|p| p.paper).map(|p| &*p.name).collect();
         for phase in phases {

@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 
 use crate::experiment::{Line, of_run};
-use septet_core::Config;
-use septet_core::config::{Alpha, GraphKind, Neighbours};
+use septet_core::config::{Graph, Neighbours};
 use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample, Specimen};
@@ -89,11 +88,10 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         for &n in sizes {
             let mut sum = 0.0;
             for seed in lab.seeds(seeds) {
-                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| Config {
-                    graph: GraphKind::Knn,
-                    alpha: Alpha::Auto,
-                    k: Neighbours::Log(c),
-                    ..config
+                let run = lab.run(Sample::new(Kind::Poisson, n, d), seed, |config| {
+                    config.with(|config| {
+                        config.graph = Graph::Knn { k: Neighbours::Log(c) };
+                    })
                 })?;
                 let line: Line = of_run(&run);
                 let depth = line.phase("hulls").map_or(f64::NAN, |p| p.depth as f64);

@@ -2,7 +2,7 @@
 
 use crate::experiment::of_run;
 use septet_core::Config;
-use septet_core::config::{GraphKind, SeparatorSets};
+use septet_core::config::SeparatorSets;
 use septet_core::generate::Kind;
 
 use super::lab::{Lab, Sample};
@@ -60,11 +60,12 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             (SeparatorSets::Smaller, "smaller"),
             (SeparatorSets::Ghost, "ghost"),
         ] {
-            let run = lab.run(sample, specimen.seed, |config| Config {
-                sets,
-                keep_graph: true,
-                leaf: Some(400),
-                ..config
+            let run = lab.run(sample, specimen.seed, |config| {
+                config.with(|c| {
+                    c.separator_sets = sets;
+                    c.keep.graph = true;
+                    c.machine.leaf = Some(400);
+                })
             })?;
             let found = run.graph.as_deref().unwrap_or_default();
             let missing = expected.iter().filter(|edge| found.binary_search(edge).is_err()).count();
@@ -80,7 +81,7 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 }
 
 fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
-    let both = |config: Config| Config { sets: SeparatorSets::Both, ..config };
+    let both = |config: Config| config.with(|c| c.separator_sets = SeparatorSets::Both);
     let mut figures = Vec::new();
     for d in [2, 3] {
         let sizes = lab.by_extent(&[8000, 32_000][..], &[8000, 32_000, 128_000, 512_000]);
@@ -95,7 +96,8 @@ fn replication(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let small = [2000, 8000];
         for (found, n) in found.iter_mut().zip(small) {
             let sample = Sample::new(Kind::WellSpaced, n, d);
-            let run = lab.run(sample, lab.seed(), |config| Config { leaf: Some(100), ..both(config) })?;
+            let run =
+                lab.run(sample, lab.seed(), |config| both(config).with(|c| c.machine.leaf = Some(100)))?;
             *found = of_run(&run).graph.map_or(f64::NAN, |graph| graph.replication);
         }
         let what = format!(
@@ -131,10 +133,12 @@ fn subproblems(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
                     figures.push(Figure::at_most(what, &specimen.name, specimen.seed, sum / before, 1.5));
                 }
                 if n == sizes[0] {
-                    let run = lab.run(sample, specimen.seed, |config| Config {
-                        graph: GraphKind::Overlap,
-                        alpha: septet_core::config::Alpha::Value(alpha),
-                        ..config
+                    let run = lab.run(sample, specimen.seed, |config| {
+                        config.with(|c| {
+                            c.graph = septet_core::config::Graph::Overlap {
+                                alpha: septet_core::config::Alpha::Value(alpha),
+                            };
+                        })
                     })?;
                     let counted = of_run(&run).graph.map_or(0, |graph| graph.edges);
                     let off = counted.abs_diff(edges.len() as u64) as f64;

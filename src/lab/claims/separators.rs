@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use septet_workers::view::shown_hash;
 
 use septet_core::Config;
-use septet_core::config::{Alpha, GraphKind, Neighbours};
+use septet_core::config::{Alpha, Graph, Neighbours};
 use septet_core::generate::Kind;
 use septet_core::result::view::{MOST_POINTS, SeparatorView};
 use septet_core::run::Run;
@@ -39,7 +39,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
-        judge: |lab| no_edges(lab, Graph::Density),
+        judge: |lab| no_edges(lab, Claimed::Density),
     },
     Claim {
         name: "no-edges-overlap",
@@ -51,7 +51,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
-        judge: |lab| no_edges(lab, Graph::Overlap),
+        judge: |lab| no_edges(lab, Claimed::Overlap),
     },
     Claim {
         name: "no-edges-knn",
@@ -60,7 +60,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "The same for 12 nearest neighbours",
         bound: "0 edges, a theorem",
-        judge: |lab| no_edges(lab, Graph::Nearest),
+        judge: |lab| no_edges(lab, Claimed::Nearest),
     },
     Claim {
         name: "separator-split",
@@ -190,8 +190,9 @@ impl<'a> Tree<'a> {
     }
 }
 
+/// The graph of a claim.
 #[derive(Clone, Copy)]
-enum Graph {
+enum Claimed {
     Density,
     Overlap,
     Nearest,
@@ -204,22 +205,14 @@ const NEAREST: usize = 12;
 const OVERLAP: f64 = 2.0;
 
 /// A run with this graph over the specimen's points, which shows all of them.
-fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Graph) -> Result<Run, ClaimError> {
-    let seen = |config: Config| Config { view: MOST_POINTS, ..config };
+fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Run, ClaimError> {
+    let seen = |config: Config| config.with(|c| c.keep.view = MOST_POINTS);
     let (sample, seed) = (of.0, of.1.seed);
+    let with = |graph: Graph| move |config: Config| seen(config).with(|c| c.graph = graph);
     match graph {
-        Graph::Density => lab.run(sample, seed, seen),
-        Graph::Overlap => lab.run(sample, seed, |config| Config {
-            graph: GraphKind::Overlap,
-            alpha: Alpha::Value(OVERLAP),
-            ..seen(config)
-        }),
-        Graph::Nearest => lab.run(sample, seed, |config| Config {
-            graph: GraphKind::Knn,
-            alpha: Alpha::Auto,
-            k: Neighbours::Count(NEAREST as u32),
-            ..seen(config)
-        }),
+        Claimed::Density => lab.run(sample, seed, seen),
+        Claimed::Overlap => lab.run(sample, seed, with(Graph::Overlap { alpha: Alpha::Value(OVERLAP) })),
+        Claimed::Nearest => lab.run(sample, seed, with(Graph::Knn { k: Neighbours::Count(NEAREST as u32) })),
     }
 }
 
@@ -245,7 +238,7 @@ fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
     Some(sets)
 }
 
-fn no_edges(lab: &mut Lab, graph: Graph) -> Result<Vec<Figure>, ClaimError> {
+fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     let (mut all_parted, first_seed) = (0, lab.seed());
     for of in sampled(lab)? {
@@ -253,9 +246,9 @@ fn no_edges(lab: &mut Lab, graph: Graph) -> Result<Vec<Figure>, ClaimError> {
         let specimen = &of.1;
         let (points, nearest2) = (&specimen.points, &specimen.nearest2);
         let (edges, own) = match graph {
-            Graph::Density => (pairs(points, nearest2, density(specimen.alpha)), Some(nearest2)),
-            Graph::Overlap => (pairs(points, nearest2, overlap(OVERLAP)), Some(nearest2)),
-            Graph::Nearest => (pairs(points, &kth_nearest2(points, NEAREST), nearest()), None),
+            Claimed::Density => (pairs(points, nearest2, density(specimen.alpha)), Some(nearest2)),
+            Claimed::Overlap => (pairs(points, nearest2, overlap(OVERLAP)), Some(nearest2)),
+            Claimed::Nearest => (pairs(points, &kth_nearest2(points, NEAREST), nearest()), None),
         };
         let tree = Tree::of_run(&run, points);
         let parted: Vec<(usize, usize, &SeparatorView)> =

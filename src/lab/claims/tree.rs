@@ -79,7 +79,12 @@ fn sweep(lab: &mut Lab, kind: Kind, d: usize) -> Result<Rc<Vec<Line>>, ClaimErro
     let size = |i: u32| (4096.0 * (f64::from(i) / f64::from(parts)).exp2()).round() as u64;
     let samples: Vec<Sample> = (0..=octaves * parts).map(|i| Sample::new(kind, size(i), d)).collect();
     let name = format!("tree {} {d}", kind.name());
-    let stop = |config: Config| Config { until: Some(Until::Neighbours), leaf: Some(LEAF), ..config };
+    let stop = |config: Config| {
+        config.with(|c| {
+            c.until = Some(Until::Neighbours);
+            c.machine.leaf = Some(LEAF);
+        })
+    };
     lab.lines(&name, &samples, seeds, stop)
 }
 

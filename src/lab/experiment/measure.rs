@@ -6,7 +6,7 @@ use septet_geometry::graph::Supergraph;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal, RoundTally, Total};
 
-use septet_core::run::count::{Counts, Ending};
+use septet_core::run::count::{Ending, RunCounts};
 use septet_core::run::{Run, Settled};
 
 use super::line::{
@@ -38,7 +38,7 @@ pub fn of_run(run: &Run) -> Line {
 }
 
 /// The line of counts of the library's. Kind, seed and options are left empty.
-pub fn of_counts(counts: &Counts) -> Line {
+pub fn of_counts(counts: &RunCounts) -> Line {
     line(&Source {
         space: counts.space,
         points: counts.points,

@@ -53,12 +53,11 @@ impl Runner {
             Some(kept) => self.set.insert(kept),
             None => self.set.insert((request, generate(&request, progress)?)),
         };
-        let config = Config {
-            workers: job.workers,
-            seed: request.seed,
-            spacing: set.spacing.map(|s| s.lipschitz),
-            ..sweep.config.clone()
-        };
+        let config = sweep.config.clone().with(|c| {
+            c.machine.workers = job.workers;
+            c.machine.seed = request.seed;
+            c.spacing = set.spacing.map(|s| s.lipschitz);
+        });
         let line = match &set.points {
             Points::Plane(points) => made(points, job.program, &config)?,
             Points::Space(points) => made(points, job.program, &config)?,

@@ -4,9 +4,7 @@ use std::fmt::Write;
 
 use thiserror::Error;
 
-use septet_core::config::{
-    Alpha, Config, ConfigError, Correction, Neighbours, SeparatorSets, Transport, Workers,
-};
+use septet_core::config::{Config, ConfigError, Correction, Machine, Workers, sets_name};
 use septet_core::generate::{Kind, Request};
 
 use super::line::{Program, Settings};
@@ -104,7 +102,7 @@ impl Sweep {
             return Err(SweepError::TimedNaive);
         }
         for &workers in &self.workers {
-            Config { workers, ..self.config.clone() }.check()?;
+            self.config.clone().with(|c| c.machine.workers = workers).check()?;
             for &n in &self.sizes {
                 match workers {
                     Workers::Leaves if self.weak => return Err(SweepError::WeakLeaves),
@@ -160,7 +158,7 @@ impl Sweep {
     /// one. Threads and limits are left out, for no count depends on them.
     pub fn words(&self) -> String {
         let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name()).collect();
-        let workers: Vec<String> = self.workers.iter().map(|&w| workers_word(w)).collect();
+        let workers: Vec<String> = self.workers.iter().map(ToString::to_string).collect();
         let mut text = format!(
             "-n {} --kind {} -d {} --workers {} --seed {} --seeds {}",
             self.sizes_text,
@@ -183,7 +181,7 @@ impl Sweep {
     /// The command that makes this run again, alone.
     pub fn command(&self, job: &Job) -> String {
         let Request { kind, n, dimension, seed, .. } = job.request;
-        let workers = workers_word(job.workers);
+        let workers = job.workers;
         let mut text = format!(
             "septet scale -n {n} --kind {} -d {dimension} --workers {workers} --seed {seed} --seeds 1",
             kind.name()
@@ -226,53 +224,30 @@ impl Sweep {
     /// The options of a run as they stand in its line.
     pub fn settings(&self, workers: Workers) -> Settings {
         let config = &self.config;
-        let (transport, delivery_seed) = match config.transport {
-            Transport::Channel { .. } => ("channel", None),
-            Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
-        };
+        let Machine { threads, transport, leaf, .. } = &config.machine;
         Settings {
-            workers: workers_word(workers),
+            workers: workers.to_string(),
             weak: self.weak,
-            threads: config.threads,
-            supergraph: config.graph.name().to_string(),
-            alpha: match config.alpha {
-                Alpha::Auto => "auto".to_string(),
-                Alpha::Value(alpha) => alpha.to_string(),
-            },
-            k: match config.k {
-                Neighbours::Auto => "auto".to_string(),
-                Neighbours::Count(k) => k.to_string(),
-                Neighbours::Log(c) => format!("{c}ln"),
-            },
-            separator_sets: match config.sets {
-                SeparatorSets::Both => "both",
-                SeparatorSets::Smaller => "smaller",
-                SeparatorSets::Ghost => "ghost",
-            }
-            .to_string(),
+            threads: *threads,
+            supergraph: config.graph.kind().name().to_string(),
+            alpha: config.graph.alpha().to_string(),
+            k: config.graph.k().to_string(),
+            separator_sets: sets_name(config.separator_sets).to_string(),
             partition: config.partition.name().to_string(),
             neighbours: config.correction.name().to_string(),
-            leaf: config.leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
-            transport: transport.to_string(),
-            delivery_seed,
+            leaf: leaf.map_or_else(|| "auto".to_string(), |leaf| leaf.to_string()),
+            transport: transport.name().to_string(),
+            delivery_seed: transport.delivery_seed(),
             lipschitz: self.lipschitz,
             until: config.until,
         }
     }
 }
 
-/// A number of workers as on the command line.
-pub(super) fn workers_word(workers: Workers) -> String {
-    match workers {
-        Workers::Count(p) => p.to_string(),
-        Workers::Leaves => "leaves".to_string(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use septet_core::config::{Partition, Until};
+    use septet_core::config::{Alpha, Graph, Partition, Transport, Until};
 
     fn sweep() -> Sweep {
         Sweep {
@@ -332,18 +307,18 @@ mod tests {
             &|s| s.seeds = 4,
             &|s| s.weak = true,
             &|s| s.config.until = Some(Until::Neighbours),
-            &|s| s.config.leaf = Some(7),
+            &|s| s.config.machine.leaf = Some(7),
             &|s| s.config.partition = Partition::Kd,
             &|s| s.config.correction = Correction::Naive,
-            &|s| s.config.alpha = Alpha::Value(3.0),
-            &|s| s.config.transport = Transport::Sim { delivery_seed: 4 },
+            &|s| s.config.graph = Graph::Density { alpha: Alpha::Value(3.0) },
+            &|s| s.config.machine.transport = Transport::Sim { delivery_seed: 4 },
         ];
         for change in changes {
             let mut other = sweep();
             change(&mut other);
             assert_ne!(other.words(), base);
         }
-        let threads = Sweep { config: Config { threads: 9, ..Config::default() }, ..sweep() };
+        let threads = Sweep { config: Config::default().with(|c| c.machine.threads = 9), ..sweep() };
         assert_eq!(threads.words().replace("channel", ""), base.replace("channel", ""));
     }
 }

@@ -24,7 +24,7 @@ impl Report {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             parameters: Parameters::of(config, setting, run.settled.leaf),
-            seed: config.seed,
+            seed: config.machine.seed,
             supergraph: supergraph(run),
             points: PointsReport {
                 input: points.input + setting.skipped,

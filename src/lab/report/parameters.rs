@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use septet_core::config::{Alpha, Config, Neighbours, SeparatorSets, Transport, Workers};
+use septet_core::config::{Config, sets_name};
 
 use super::setting::Setting;
 
@@ -58,46 +58,29 @@ pub struct Parameters {
 impl Parameters {
     /// The parameters of a configuration.
     pub(super) fn of(config: &Config, setting: &Setting<'_>, leaf: u64) -> Self {
-        let (transport, delivery_seed) = match config.transport {
-            Transport::Channel { .. } => ("channel", None),
-            Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
-        };
+        let Config { machine, graph, keep, .. } = config;
         Parameters {
             command: setting.command,
             input: setting.input.to_owned(),
             outputs: setting.outputs.to_vec(),
-            workers: match config.workers {
-                Workers::Count(p) => p.to_string(),
-                Workers::Leaves => "leaves".to_owned(),
-            },
-            threads: config.threads,
-            supergraph: config.graph.name(),
-            alpha: match config.alpha {
-                Alpha::Auto => "auto".to_owned(),
-                Alpha::Value(alpha) => alpha.to_string(),
-            },
-            k: match config.k {
-                Neighbours::Auto => "auto".to_owned(),
-                Neighbours::Count(k) => k.to_string(),
-                Neighbours::Log(c) => format!("{c}ln"),
-            },
-            separator_sets: match config.sets {
-                SeparatorSets::Both => "both",
-                SeparatorSets::Smaller => "smaller",
-                SeparatorSets::Ghost => "ghost",
-            },
+            workers: machine.workers.to_string(),
+            threads: machine.threads,
+            supergraph: graph.kind().name(),
+            alpha: graph.alpha().to_string(),
+            k: graph.k().to_string(),
+            separator_sets: sets_name(config.separator_sets),
             partition: config.partition.name(),
             neighbours: config.correction.name(),
             leaf,
-            leaf_auto: config.leaf.is_none(),
-            transport,
-            delivery_seed,
+            leaf_auto: machine.leaf.is_none(),
+            transport: machine.transport.name(),
+            delivery_seed: machine.transport.delivery_seed(),
             lipschitz: config.spacing,
             skip_invalid: config.skip_invalid,
-            max_memory: config.max_memory,
-            with_owner: config.with_owner,
-            view: config.view,
-            exchange_cap: config.exchange_cap,
+            max_memory: machine.max_memory,
+            with_owner: keep.owner,
+            view: keep.view,
+            exchange_cap: config.planted.exchange_cap,
         }
     }
 }

@@ -4,7 +4,7 @@ use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
 
 use septet_core::result::view::View;
-use septet_core::run::Traffic;
+use septet_core::run::TrafficTotal;
 
 use super::Parameters;
 use super::traffic::{TimelineReport, TrafficReport};
@@ -47,7 +47,7 @@ pub struct Report {
     /// Totals of the machine.
     pub machine: MachineReport,
     /// What the machine sent before, to count the leaves for `--workers leaves`; not in the totals.
-    pub plan: Option<Traffic>,
+    pub plan: Option<TrafficTotal>,
     /// Phase by phase.
     pub phases: Vec<PhaseReport>,
     /// The longest chain of subproblems; depths add up to `machine.paper.depth`. Empty if not counted.

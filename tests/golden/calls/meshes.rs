@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use septet_core::config::Workers;
+use septet_core::config::{Machine, Workers};
 use septet_core::mesh::record::Record;
 use septet_core::mesh::{
     Boundary, DEFAULT_FEATURE_ANGLE, DEFAULT_LIPSCHITZ, Dimension, Keep, Made, MakeError, MeshRequest, check,
@@ -86,12 +86,11 @@ fn mesh_in<P: Dimension>(input: &Input<P>, order: &MeshOrder) -> Option<MeshOutc
         feature_angle: DEFAULT_FEATURE_ANGLE,
         max_distance: None,
         improve: order.improve,
-        leaf: Some(60),
-        workers: Workers::Count(order.workers),
-        threads,
-        transport,
-        seed: 1,
-        max_memory: None,
+        machine: Machine::default().with(|m| {
+            m.leaf = Some(60);
+            (m.workers, m.threads) = (Workers::Count(order.workers), threads);
+            m.transport = transport;
+        }),
         cancel: None,
     };
     let keep = Keep { owned: usize::MAX, ..Keep::default() };

@@ -26,11 +26,14 @@ fn machines(base: &MeshRequest) -> Vec<MeshRequest> {
     let mut all = Vec::new();
     for workers in [1, 2, 5, 8, 64].map(Workers::Count) {
         for (threads, transport) in [
-            (2, Transport::Channel { threads: 2 }),
+            (2, Transport::Channel),
             (1, Transport::Sim { delivery_seed: 0 }),
             (1, Transport::Sim { delivery_seed: 7 }),
         ] {
-            all.push(MeshRequest { workers, threads, transport, ..base.clone() });
+            let machine = base.machine.clone();
+            let machine =
+                machine.with(|m| (m.workers, m.threads, m.transport) = (workers, threads, transport));
+            all.push(MeshRequest { machine, ..base.clone() });
         }
     }
     all
@@ -41,7 +44,7 @@ fn same<P: Triangulate>(domain: &Domain<P>, name: &str, base: &MeshRequest, mach
     let bytes = |stages: &[StageLine]| stages.iter().map(|s| s.bytes).sum::<u64>();
     let mut sent = 0;
     for machine in machines {
-        let what = format!("{name}, {:?}, {:?}", machine.workers, machine.transport);
+        let what = format!("{name}, {:?}, {:?}", machine.machine.workers, machine.machine.transport);
         let (mesh, lines) = made(domain, machine).unwrap_or_else(|e| panic!("{what}: {e}"));
         assert!(bits(&mesh) == bits(&first), "{what}: other points or sizes");
         assert!(mesh.cells == first.cells && mesh.regions == first.regions, "{what}: other cells");
@@ -56,8 +59,14 @@ fn same<P: Triangulate>(domain: &Domain<P>, name: &str, base: &MeshRequest, mach
     println!("{name}: {} points, {} cells, {sent} bytes", first.points.len(), first.cells.len());
 }
 
+/// The request on one worker.
+fn alone(base: MeshRequest) -> MeshRequest {
+    let machine = base.machine.clone().with(|m| m.workers = Workers::Count(1));
+    MeshRequest { machine, ..base }
+}
+
 fn judge(problem: &Problem, lipschitz: f64, size: f64) {
-    let base = MeshRequest { workers: Workers::Count(1), ..request(lipschitz, Some(size)) };
+    let base = alone(request(lipschitz, Some(size)));
     on(problem, &base);
 }
 
@@ -72,7 +81,7 @@ fn on(problem: &Problem, base: &MeshRequest) {
 /// way; moving points afterwards goes in the mesh's own order.
 #[test]
 fn surfaces_are_made_anew_alike() {
-    let base = MeshRequest { workers: Workers::Count(1), ..request(0.5, Some(0.5)) };
+    let base = alone(request(0.5, Some(0.5)));
     let remesh = MeshRequest { boundary: Some(Boundary::Remesh), improve: true, ..base };
     on(&domains::torus(), &remesh);
 }
@@ -91,8 +100,8 @@ fn workers_and_transports_make_one_mesh() {
 fn a_mesh_of_many_leaves() {
     let problem = domains::cube();
     let AnyDomain::Space(domain) = &problem.domain else { unreachable!() };
-    let base = MeshRequest { workers: Workers::Count(1), ..request(0.5, Some(0.17)) };
+    let base = alone(request(0.5, Some(0.17)));
     let some: Vec<MeshRequest> =
-        machines(&base).into_iter().filter(|m| m.workers != Workers::Count(1)).step_by(2).collect();
+        machines(&base).into_iter().filter(|m| m.machine.workers != Workers::Count(1)).step_by(2).collect();
     same(domain, problem.name, &base, &some);
 }

@@ -29,12 +29,11 @@ pub fn table(plan: &Plan) -> Result<Table, Box<dyn Error>> {
             for correction in [Correction::Descent, Correction::Naive] {
                 let mut sum = Sum::default();
                 for (set, config) in &sets {
-                    let config = Config {
-                        correction,
-                        leaf: Some(LEAF),
-                        until: Some(Until::Neighbours),
-                        ..config.clone()
-                    };
+                    let config = config.clone().with(|c| {
+                        c.correction = correction;
+                        c.machine.leaf = Some(LEAF);
+                        c.until = Some(Until::Neighbours);
+                    });
                     match &set.points {
                         Points::Plane(points) => sum.add(points, &config)?,
                         Points::Space(points) => sum.add(points, &config)?,

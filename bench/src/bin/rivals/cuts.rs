@@ -64,7 +64,7 @@ fn both(
         let mut counts = Counts::default();
         let mut cells = Vec::new();
         for (set, config) in sets {
-            let config = Config { partition, ..config.clone() };
+            let config = config.clone().with(|c| c.partition = partition);
             cells.push(match &set.points {
                 Points::Plane(points) => count(points, &config, &mut counts)?,
                 Points::Space(points) => count(points, &config, &mut counts)?,

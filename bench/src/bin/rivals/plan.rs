@@ -48,14 +48,13 @@ impl Plan {
         for seed in 1..=self.seeds {
             let request = Request { kind, n, dimension, seed, lipschitz: None };
             let set = generate(&request, &mut |_, _, _| {})?;
-            let config = Config {
-                workers: Workers::Count(self.workers),
-                threads: 2,
-                transport: Transport::Channel { threads: 2 },
-                spacing: set.spacing.map(|s| s.lipschitz),
-                seed,
-                ..Config::default()
-            };
+            let config = Config::default().with(|c| {
+                c.machine.workers = Workers::Count(self.workers);
+                c.machine.threads = 2;
+                c.machine.transport = Transport::Channel;
+                c.spacing = set.spacing.map(|s| s.lipschitz);
+                c.machine.seed = seed;
+            });
             sets.push((set, config));
         }
         Ok(sets)

@@ -19,7 +19,7 @@ pub mod histogram;
 pub mod tables;
 
 use histogram::HistogramReport;
-use septet_core::config::{Transport, Workers};
+use septet_core::config::Workers;
 use septet_core::mesh::record::{PhaseLine, Record, RunLine};
 use septet_core::mesh::view::MeshPicture;
 use septet_core::mesh::{Boundary, MeshRequest};
@@ -318,10 +318,7 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
 }
 
 fn parameters(kind: Kind, request: &MeshRequest, around: &Surroundings<'_>) -> ParameterReport {
-    let (transport, delivery_seed) = match request.transport {
-        Transport::Sim { delivery_seed } => ("sim", Some(delivery_seed)),
-        Transport::Channel { .. } => ("channel", None),
-    };
+    let machine = &request.machine;
     ParameterReport {
         input: around.input.to_owned(),
         outputs: around.outputs.iter().map(|o| o.display().to_string()).collect(),
@@ -340,15 +337,15 @@ fn parameters(kind: Kind, request: &MeshRequest, around: &Surroundings<'_>) -> P
         }),
         feature_angle: request.feature_angle,
         improve: request.improve,
-        leaf: request.leaf,
-        workers: match request.workers {
+        leaf: machine.leaf,
+        workers: match machine.workers {
             Workers::Count(n) => Some(n),
             Workers::Leaves => None,
         },
-        threads: request.threads,
-        transport,
-        delivery_seed,
-        seed: request.seed,
+        threads: machine.threads,
+        transport: machine.transport.name(),
+        delivery_seed: machine.transport.delivery_seed(),
+        seed: machine.seed,
     }
 }
 

@@ -1,0 +1,98 @@
+//! What a caller keeps of a run, how it follows the run, and what tests plant in it.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use septet_protocol::ids::Phase;
+use septet_workers::config::Fault;
+use serde::{Deserialize, Serialize};
+
+/// What a run keeps in its result besides cells and counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Keep {
+    /// Whether the edges of the supergraph are kept. [`crate::simulate`] only.
+    pub graph: bool,
+    /// Whether the worker and the leaf of each cell are kept.
+    pub owner: bool,
+    /// Whether the record of tasks is kept, for predictions (`septet_lab::predict`). [`crate::simulate`] only. The record
+    /// takes a run of its own, with one worker.
+    pub tasks: bool,
+    /// Expected number of points in the picture of the result ([`crate::Run::picture`]); 0 for no picture, at most
+    /// [`crate::result::view::MOST_POINTS`].
+    pub view: u32,
+}
+
+/// The progress of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// The phase.
+    pub phase: &'static str,
+    /// Position of the phase among all phases, and the number of phases.
+    pub position: (usize, usize),
+    /// Rounds so far.
+    pub round: u32,
+}
+
+/// A callback for progress. It is called on the caller's thread.
+pub type ProgressFn = Arc<dyn Fn(Progress) + Send + Sync>;
+
+/// How a caller follows a call and cancels it.
+#[derive(Clone, Default)]
+#[non_exhaustive]
+pub struct Control {
+    /// A flag that ends the call with [`crate::Error::Interrupted`] when it becomes `true`.
+    pub cancel: Option<Arc<AtomicBool>>,
+    /// The callback for phases and rounds.
+    pub progress: Option<ProgressFn>,
+}
+
+impl Control {
+    /// Returns `true` if the caller cancelled the call.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+}
+
+impl fmt::Debug for Control {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Control").field("cancel", &self.cancel).finish_non_exhaustive()
+    }
+}
+
+/// Faults and limits that tests plant in a machine.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct Planted {
+    /// A fault. It shows how the machine reacts to errors that do not occur otherwise.
+    pub fault: Option<Fault>,
+    /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if none.
+    pub exchange_cap: Option<u32>,
+}
+
+/// A phase after which a run may stop, for its counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Until {
+    /// The partition tree.
+    Partition,
+    /// The nearest-neighbour balls.
+    Neighbours,
+}
+
+impl Until {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        self.phase().name()
+    }
+
+    /// The last phase.
+    pub(crate) fn phase(self) -> Phase {
+        match self {
+            Until::Partition => Phase::Partition,
+            Until::Neighbours => Phase::Neighbours,
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Configurations that cannot run.
+
+use thiserror::Error;
+
+/// A combination of parameters that cannot run.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// There are no workers.
+    #[error("at least one worker is needed (--workers 1)")]
+    NoWorkers,
+    /// There are more workers than ranks.
+    #[error("{workers} workers are too many: at most {most}")]
+    TooManyWorkers {
+        /// The number of workers in the configuration.
+        workers: u32,
+        /// The largest number of workers.
+        most: u32,
+    },
+    /// There are no threads.
+    #[error("at least one thread is needed (--threads 1)")]
+    NoThreads,
+    /// alpha is less than 1 or not a number.
+    #[error("alpha is {alpha}: it must be a number of at least 1 (Definition 2.2), or `auto`")]
+    Alpha {
+        /// The value in the configuration.
+        alpha: f64,
+    },
+    /// k is out of range.
+    #[error("k is {k}, but the set has {points} points: k must be at least 1 and below that, or `auto`")]
+    K {
+        /// The value in the configuration.
+        k: u64,
+        /// Number of distinct points.
+        points: u64,
+    },
+    /// A factor of log n is out of range.
+    #[error("the factor of log n is {factor}: it must be a positive number")]
+    LogFactor {
+        /// The value in the configuration.
+        factor: f64,
+    },
+    /// alpha or k is given for a supergraph that does not use it.
+    #[error("a {graph} graph has no {parameter}: leave it out or choose another supergraph")]
+    Unused {
+        /// The supergraph.
+        graph: &'static str,
+        /// alpha or k.
+        parameter: &'static str,
+    },
+    /// The rule of separator sets loses edges of the supergraph.
+    #[error(
+        "separator sets `smaller` hold for the density graph only: an edge of the {graph} graph can cross a \
+         separator with one end's ball on its own side; use `both` or `ghost`"
+    )]
+    SmallerSide {
+        /// The supergraph.
+        graph: &'static str,
+    },
+    /// The record of tasks does not cover the rule of separator sets.
+    #[error("tasks are recorded with separator sets `ghost` only: leave out --tasks or --separator-sets")]
+    TasksOfSets,
+    /// A triangulation is requested from a run that stops before it.
+    #[error("a run that stops after the phase `{until}` has counts and no triangulation: use `count`")]
+    Stops {
+        /// The last phase.
+        until: &'static str,
+    },
+    /// The record of tasks does not cover the bottom-up correction.
+    #[error("tasks are recorded with --neighbours descent only: leave out --tasks or --neighbours")]
+    TasksOfNaive,
+    /// The bottom-up correction is requested from a run that does not count.
+    #[error("--neighbours naive needs `simulate`: use `simulate`, or leave out --neighbours")]
+    NaiveUncounted,
+    /// The leaf size is zero.
+    #[error("a leaf holds at least one point (--leaf 1)")]
+    EmptyLeaf,
+}

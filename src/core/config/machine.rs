@@ -1,0 +1,114 @@
+//! The machine that a run uses.
+
+use std::fmt;
+
+use septet_workers::transport::TransportKind;
+
+/// The number of workers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Workers {
+    /// A fixed number, at least one. It is independent of the number of cores.
+    Count(u32),
+    /// One worker for each leaf of the partition tree. Every split and every merge then sends messages.
+    Leaves,
+}
+
+/// How messages travel between workers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Transport {
+    /// Over channels between threads.
+    #[default]
+    Channel,
+    /// On one thread, with every message encoded and decoded.
+    Sim {
+        /// Seed of the order of delivery.
+        delivery_seed: u64,
+    },
+}
+
+impl fmt::Display for Workers {
+    /// Writes the value as it is given on the command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Workers::Count(workers) => workers.fmt(f),
+            Workers::Leaves => f.write_str("leaves"),
+        }
+    }
+}
+
+impl Transport {
+    /// Returns the name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Transport::Channel => "channel",
+            Transport::Sim { .. } => "sim",
+        }
+    }
+
+    /// Returns the seed of the order of delivery; none for channels.
+    pub fn delivery_seed(self) -> Option<u64> {
+        match self {
+            Transport::Channel => None,
+            Transport::Sim { delivery_seed } => Some(delivery_seed),
+        }
+    }
+}
+
+/// The machine that a call runs on. Results do not depend on workers, threads and transport.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Machine {
+    /// Number of workers; the number of cores by default.
+    pub workers: Workers,
+    /// Number of threads that run the workers; the number of cores by default.
+    pub threads: usize,
+    /// How messages travel.
+    pub transport: Transport,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Name of the run in messages and traces; the seed if none. Runs that are traced into one file at the same time
+    /// need different names.
+    pub run: Option<u64>,
+    /// Largest leaf of the partition tree, in points; chosen by dimension and supergraph if none.
+    pub leaf: Option<u64>,
+    /// Largest memory forecast that is accepted, in bytes.
+    pub max_memory: Option<u64>,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        Machine {
+            workers: Workers::Count(cores as u32),
+            threads: cores,
+            transport: Transport::Channel,
+            seed: 1,
+            run: None,
+            leaf: None,
+            max_memory: None,
+        }
+    }
+}
+
+impl Machine {
+    /// Returns the machine after a change.
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut Machine)) -> Self {
+        change(&mut self);
+        self
+    }
+
+    /// Returns the name of the run in messages and traces.
+    pub fn name(&self) -> u64 {
+        self.run.unwrap_or(self.seed)
+    }
+
+    /// Returns the kind of transport that starts the workers.
+    pub fn transport_kind(&self) -> TransportKind {
+        match self.transport {
+            Transport::Channel => TransportKind::Channel { threads: self.threads },
+            Transport::Sim { delivery_seed } => TransportKind::Sim { delivery_seed },
+        }
+    }
+}

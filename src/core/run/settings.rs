@@ -1,0 +1,302 @@
+//! The settings of a run: the one place that decides them, from the configuration and the points.
+//!
+//! [`admit`] checks what the number of points decides. It runs before the points are prepared, so that a refused run
+//! allocates nothing. [`Settings::decide`] decides everything else.
+
+use std::sync::Arc;
+
+use septet_geometry::graph::Supergraph;
+use septet_geometry::point::Point;
+use septet_protocol::ids::{NodeId, Phase};
+use septet_protocol::ledger::Ledger;
+use septet_workers::config::{
+    Correction, GraphRules, SetRule, Shown, Stop, Task, TreeRules, Wanted, WorkerConfig,
+};
+use septet_workers::selection::FALLBACK_K;
+
+use crate::config::{
+    Alpha, Config, ConfigError, Fault, Graph, MOST_WORKERS, Neighbours, Until, Workers, alpha_of_spacing,
+};
+use crate::coordinator::{Coordinator, Plan};
+use crate::error::Error;
+use crate::input::prepare::Prepared;
+use crate::result::run::{Settled, TrafficTotal};
+use crate::result::view::MOST_POINTS;
+use crate::run::memory;
+use crate::run::transport::Start;
+
+/// The product of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Goal {
+    /// A triangulation by the direct path.
+    Triangulation,
+    /// A triangulation by the paper's recursion, with work and depth.
+    Simulation,
+    /// The counts of the recursion up to a phase.
+    Prefix(Until),
+    /// A maximal independent set. The first `fixed` sites are in it from the start.
+    Independent {
+        /// Number of these sites.
+        fixed: u64,
+    },
+}
+
+impl Goal {
+    /// Whether the run splits down to the leaf size and counts work and depth.
+    fn is_counted(self) -> bool {
+        self != Goal::Triangulation
+    }
+
+    fn until(self) -> Option<Until> {
+        match self {
+            Goal::Prefix(until) => Some(until),
+            _ => None,
+        }
+    }
+
+    fn is_independent(self) -> bool {
+        matches!(self, Goal::Independent { .. })
+    }
+}
+
+/// Checks the configuration and the forecast of memory.
+///
+/// # Errors
+/// A configuration that cannot run, or too many points for its memory limit.
+pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) -> Result<(), Error> {
+    config.check()?;
+    if config.until != goal.until() {
+        let until = config.until.map_or("", Until::name);
+        return Err(ConfigError::Stops { until }.into());
+    }
+    if config.correction == Correction::Naive && goal == Goal::Triangulation {
+        return Err(ConfigError::NaiveUncounted.into());
+    }
+    match goal {
+        Goal::Independent { .. } => memory::admit_sites(config, points, dimension),
+        // A run that stops before the graph takes less memory than a triangulation.
+        Goal::Triangulation | Goal::Prefix(_) => memory::admit(config, points, dimension, false),
+        Goal::Simulation => memory::admit(config, points, dimension, true),
+    }
+}
+
+/// The machine of a run, and the reasons for it.
+#[derive(Debug)]
+pub(crate) struct Settings {
+    /// The parameters that all ranks share.
+    pub(crate) machine: WorkerConfig,
+    /// Why this supergraph; empty if the coordinator chooses it.
+    pub(crate) why: String,
+    /// Number of leaves below each node, with one worker for each leaf; else empty.
+    pub(crate) plan: Plan,
+    /// Traffic of the run that made the plan.
+    pub(crate) planning: Option<TrafficTotal>,
+}
+
+impl Settings {
+    /// Decides all settings of a run over these points. With [`Workers::Leaves`], this takes a run that grows the tree.
+    ///
+    /// Points that span less than the space need no machine: the settings then have no plan.
+    ///
+    /// # Errors
+    /// A k that the points do not allow, or a number of workers that is too large or too small for them.
+    pub(crate) fn decide<P: Point>(
+        config: &Config,
+        goal: Goal,
+        ready: &Prepared<'_, P>,
+        start_machine: &mut Start<'_, P>,
+    ) -> Result<Self, Error> {
+        let points = ready.positions.len() as u64;
+        let (wanted, why) = match goal {
+            Goal::Independent { .. } => {
+                (Wanted::Fixed(Supergraph::Density { alpha: 1.0 }), "sizes as given".to_string())
+            }
+            _ => supergraph(config, points)?,
+        };
+        let machine = machine::<P>(config, goal, wanted);
+        let mut settings = Settings { machine, why, plan: Plan::new(), planning: None };
+        let spans = ready.dimension == P::DIM as isize;
+        match config.machine.workers {
+            Workers::Count(workers) => settings.machine.workers = workers,
+            Workers::Leaves if spans => settings.plan_leaves(config, ready, start_machine)?,
+            Workers::Leaves => settings.machine.workers = 1,
+        }
+        if spans {
+            settings.check_workers(points)?;
+        }
+        Ok(settings)
+    }
+
+    /// Grows the tree once, on one worker, to count the leaves below each node.
+    fn plan_leaves<P: Point>(
+        &mut self,
+        config: &Config,
+        ready: &Prepared<'_, P>,
+        start_machine: &mut Start<'_, P>,
+    ) -> Result<(), Error> {
+        let run = self.machine.run ^ PLANNING;
+        let until = Some(Phase::Partition);
+        let machine = Arc::new(WorkerConfig { run, counted: true, until, ..self.machine.clone() });
+        let mut transport = start_machine(&machine)?;
+        let grown =
+            Coordinator::new(&config.control, machine).run(transport.as_mut(), ready, &Plan::new())?;
+        let part = grown.share.counted.ledger;
+        for (node, _) in part.nodes.iter().filter(|(_, facts)| facts.is_leaf()) {
+            let mut at = Some(*node);
+            while let Some(n) = at {
+                *self.plan.entry(n).or_default() += 1;
+                at = n.parent();
+            }
+        }
+        self.planning = Some(TrafficTotal::of(&Ledger::finish(part, ready.positions.len() as u64)));
+        self.machine.workers = self.plan.get(&NodeId::ROOT).copied().unwrap_or(1);
+        Ok(())
+    }
+
+    /// Checks the number of workers against the ranks and the points.
+    fn check_workers(&self, points: u64) -> Result<(), Error> {
+        let workers = self.machine.workers;
+        if workers > MOST_WORKERS {
+            return Err(ConfigError::TooManyWorkers { workers, most: MOST_WORKERS }.into());
+        }
+        let share = points / u64::from(workers);
+        if !self.machine.counted && share > MOST_IN_A_PIECE {
+            let (most, enough) = (MOST_IN_A_PIECE, points.div_ceil(MOST_IN_A_PIECE));
+            return Err(Error::Piece { points: share, most, workers: enough });
+        }
+        Ok(())
+    }
+
+    /// Returns the settings as the result states them.
+    pub(crate) fn settled(&self, supergraph: Option<Supergraph>, why: String) -> Settled {
+        let machine = &self.machine;
+        Settled {
+            workers: machine.workers,
+            leaf: machine.tree.leaf,
+            supergraph,
+            why,
+            counted: machine.counted,
+        }
+    }
+}
+
+/// Most points that one worker can triangulate at once, with room for uneven subdomains.
+const MOST_IN_A_PIECE: u64 = 1 << 25;
+
+/// The bit that distinguishes the name of a planning run from the name of the run that it plans.
+const PLANNING: u64 = 1 << 63;
+
+/// The parameters that all ranks share, for one worker.
+fn machine<P: Point>(config: &Config, goal: Goal, wanted: Wanted) -> WorkerConfig {
+    let (counted, whole) = (goal.is_counted(), goal.until().is_none());
+    let independent = goal.is_independent();
+    let alpha = match wanted {
+        Wanted::Fixed(Supergraph::Density { alpha } | Supergraph::Overlap { alpha }) => Some(alpha),
+        _ => None,
+    };
+    let leaf = if independent { LEAF_OF_SITES[P::DIM - 2] } else { leaf_size(P::DIM, alpha) };
+    let shown = Shown {
+        collect_graph: config.keep.graph && counted,
+        with_leaves: config.keep.owner,
+        view: if whole { config.keep.view.min(MOST_POINTS) } else { 0 },
+        record_tasks: config.keep.tasks && counted && whole,
+    };
+    WorkerConfig {
+        run: config.machine.name(),
+        seed: config.machine.seed,
+        task: match goal {
+            Goal::Independent { fixed } => Task::Independent { fixed },
+            _ => Task::Delaunay,
+        },
+        workers: 1,
+        counted,
+        tree: TreeRules {
+            leaf: config.machine.leaf.unwrap_or(leaf),
+            balanced: !counted,
+            partition: config.partition,
+        },
+        graph: if independent {
+            GraphRules { wanted, sets: SetRule::Ghost, correction: Correction::Descent }
+        } else {
+            GraphRules { wanted, sets: config.separator_sets, correction: config.correction }
+        },
+        shown: if independent { Shown::default() } else { shown },
+        until: goal.until().map(Until::phase),
+        exchange_cap: config.planted.exchange_cap.filter(|_| !independent),
+        fault: config.planted.fault,
+        stop: Stop::new(config.control.cancel.clone()),
+    }
+}
+
+/// Largest leaf of an independent set, in the plane and in space. The search in a leaf takes linear time
+/// ([`septet_geometry::grid`]). A leaf may therefore be larger, and the tree lower, than in a search over all pairs.
+/// The points of larger leaves exceed the fast memory.
+const LEAF_OF_SITES: [u64; 2] = [2000, 4000];
+
+/// Returns the smallest leaf that separator sets do not fill. It has about 1,000 points in space at alpha 2.5 and 500
+/// in the plane, and grows with the volume of the alpha-balls.
+fn leaf_size(dimension: usize, alpha: Option<f64>) -> u64 {
+    let floor = if dimension == 3 { 1000.0 } else { 500.0 };
+    let ratio = (alpha.unwrap_or(2.5) / 2.5).max(1.0);
+    let growth = (0..dimension).fold(1.0, |g: f64, _| g * ratio);
+    (floor * growth).min(1e9) as u64
+}
+
+/// Returns the supergraph to build, and why.
+fn supergraph(config: &Config, points: u64) -> Result<(Wanted, String), Error> {
+    let share = if config.planted.fault == Some(Fault::HalveAlpha) { 0.5 } else { 1.0 };
+    let (alpha, overlap) = match config.graph {
+        Graph::Knn { k } => {
+            let (k, why) = neighbours(k, points)?;
+            return Ok((Wanted::Fixed(Supergraph::Knn { k }), why));
+        }
+        Graph::Density { alpha } => (alpha, false),
+        Graph::Overlap { alpha } => (alpha, true),
+    };
+    let fixed = |alpha: f64| {
+        let alpha = share * alpha;
+        Wanted::Fixed(if overlap { Supergraph::Overlap { alpha } } else { Supergraph::Density { alpha } })
+    };
+    Ok(match (alpha, config.spacing) {
+        (Alpha::Value(alpha), _) => (fixed(alpha), "alpha as given".to_string()),
+        (Alpha::Auto, Some(lipschitz)) => {
+            let why = format!("1.25 * 2 (1 + L) / (1 - L) of an f-spaced set with L = {lipschitz}");
+            (fixed(alpha_of_spacing(lipschitz)), why)
+        }
+        (Alpha::Auto, None) if overlap => (Wanted::AutoOverlap, String::new()),
+        (Alpha::Auto, None) => (Wanted::AutoDensity, String::new()),
+    })
+}
+
+/// Returns k for a number of points, and why.
+fn neighbours(k: Neighbours, points: u64) -> Result<(u32, String), Error> {
+    let most = points.saturating_sub(1).max(1);
+    let (k, why) = match k {
+        Neighbours::Auto => {
+            let why = format!("{FALLBACK_K} nearest neighbours, or all there are");
+            (u64::from(FALLBACK_K).min(most), why)
+        }
+        Neighbours::Count(k) if k == 0 || u64::from(k) >= points => {
+            return Err(ConfigError::K { k: u64::from(k), points }.into());
+        }
+        Neighbours::Count(k) => (u64::from(k), "k as given".to_string()),
+        Neighbours::Log(c) => {
+            let k = (c * (points.max(2) as f64).ln()).ceil() as u64;
+            (k.clamp(1, most), format!("ceil({c} ln n)"))
+        }
+    };
+    Ok((k as u32, why))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_grow_with_alpha() {
+        assert_eq!(leaf_size(3, None), 1000);
+        assert_eq!(leaf_size(3, Some(5.0)), 8000);
+        assert_eq!(leaf_size(2, Some(5.0)), 2000);
+        assert!((alpha_of_spacing(0.0) - 2.5).abs() < 1e-15);
+    }
+}
