@@ -1,5 +1,6 @@
-//! Files in and out: the formats of mesh generators, viewers and array libraries.
+//! Readers and writers of files: the formats of mesh generators, viewers and array libraries.
 
 pub mod read;
 
+mod spelling;
 pub mod write;

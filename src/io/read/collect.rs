@@ -63,6 +63,11 @@ impl<'a> Collector<'a> {
         self.points.dimension()
     }
 
+    /// Points that were added and not dropped.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
     /// Adds a point of at least `dimension` coordinates.
     pub fn push(&mut self, place: Place, at: &[f64]) -> Result<(), InputError> {
         let found = at.len();
@@ -164,6 +169,7 @@ impl<'a> Collector<'a> {
             skipped: self.skipped,
             source_index: (self.skipped > 0).then_some(self.kept),
             first_id: self.first_id,
+            columns: Vec::new(),
         }
     }
 }

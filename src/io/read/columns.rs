@@ -1,175 +1,331 @@
-//! Columns of numbers: `.xyz`, `.txt`, `.csv`, standard input.
+//! Text tables of points: `.xyz`, `.txt`, `.csv`, standard input, and files that are recognised by their content.
+//!
+//! **Rows.** A line is a point. Fields are separated by semicolons, else by commas, else by blanks. A field may be quoted.
+//! `#`, `%` and `//` begin a comment at the start of a field. Blank lines are skipped.
+//!
+//! **Columns.** A header row selects the columns of the coordinates ([`super::header`]). Without one, the first three
+//! columns are the coordinates, or the first two if there are only two.
+//!
+//! **Counts.** A first line with a single integer is the number of points (`.pts`). A count, a comment and rows of an
+//! element and three numbers are a chemical `.xyz` file.
 
 use super::collect::Collector;
 use super::error::{InputError, Place};
+use super::header::{Header, Kept, Selection, is_header};
 use super::points::{PointFile, ReadOptions};
-use super::text::{Line, Lines, Source, Words, integer, number};
+use super::text::{Line, Lines, NUMBER, Source, Words, integer, number, unquoted};
 
-/// The first fields of a row.
+/// The fields of one line.
 struct Row<'a> {
-    fields: [&'a [u8]; 3],
-    /// Fields, as far as counted (4 stands for more than 3).
-    count: usize,
-    /// The same without empty ones at the end.
+    line: Line<'a>,
+    /// The line without its comment.
+    text: &'a [u8],
+    separator: u8,
+    /// Fields without blanks and quotes, at most as many as were asked for.
+    fields: Vec<&'a [u8]>,
+    /// The number of fields up to the last one that is not empty.
     filled: usize,
 }
 
-/// Reads rows of two or three numbers.
+/// A line as [`scan`] finds it.
+struct Scan<'a> {
+    text: &'a [u8],
+    separator: u8,
+    quoted: bool,
+}
+
+/// The state of a reader of one table.
+struct Table<'a, 'o> {
+    source: Source<'a>,
+    options: &'o ReadOptions,
+    header: Option<Header>,
+    /// The line of a leading count of points, and the count.
+    announced: Option<(Row<'a>, u64)>,
+    /// The first line with more fields than the coordinates need.
+    extra: Option<u64>,
+}
+
+/// Reads the points of a table.
 pub(super) fn read(source: Source<'_>, options: &ReadOptions) -> Result<PointFile, InputError> {
     if source.data.starts_with(b"\xff\xfe") || source.data.starts_with(b"\xfe\xff") {
         return Err(source.unsupported(Place::Line(1), "UTF-16 text", "save the file as UTF-8 or ASCII"));
     }
-    if let Some(count) = chemistry(source) {
+    if options.columns.is_none()
+        && let Some(count) = chemistry(source)
+    {
         return read_chemistry(source, options, count);
     }
-    let mut points: Option<Collector<'_>> = None;
-    let mut header = None;
-    let mut extra = None;
-    for line in Lines::new(source.data) {
-        let (text, separator) = scan(line.text);
-        if text.trim_ascii().is_empty() {
-            continue;
-        }
-        let row = split(text, separator);
-        if points.is_none() && header.is_none() && is_header(&row) {
-            header = Some(line.number);
-            continue;
-        }
-        let points = match &mut points {
-            Some(points) => points,
-            None => points.insert(begin(source, options, &line, &row)?),
-        };
-        let dimension = points.dimension();
-        if row.filled > dimension && extra.is_none() {
-            extra = Some(line.number);
-            refuse_decimal_commas(source, &line, text, separator)?;
-        }
-        push(points, options, &line, &row)?;
-    }
-    let mut points = match points {
-        Some(points) => points,
-        None => Collector::new(source, options, (Place::Whole, 3), (0, 0, 1))?,
-    };
-    if let Some(line) = header {
-        points.notes.push(format!("line {line} is taken as a header row"));
-    }
-    if let Some(line) = extra {
-        let used = points.dimension();
-        points.notes.push(format!("columns after the first {used} are ignored (from line {line} on)"));
-    }
-    Ok(points.finish())
+    Table { source, options, header: None, announced: None, extra: None }.read()
 }
 
-/// The collector, its dimension told by the first row.
-fn begin<'a>(
+/// Returns `true` if the bytes are text without control characters, and empty or with two numbers in one of the first lines.
+pub(super) fn is_table(data: &[u8]) -> bool {
+    const LINES: usize = 50;
+    let head = &data[..data.len().min(4096)];
+    let is_text = head.iter().all(|b| *b >= 0x20 || matches!(b, b'\t' | b'\n' | b'\r' | 0x0b | 0x0c));
+    let has_numbers = |line| Row::of(line, 16).fields.iter().filter(|field| number(field).is_some()).count() >= 2;
+    is_text && (data.trim_ascii().is_empty() || Lines::new(data).take(LINES).any(has_numbers))
+}
+
+impl<'a> Table<'a, '_> {
+    fn read(mut self) -> Result<PointFile, InputError> {
+        let mut reading: Option<(Collector<'a>, Selection)> = None;
+        let mut width = usize::MAX;
+        for line in Lines::new(self.source.data) {
+            let row = Row::of(line, width);
+            if row.fields.is_empty() {
+                continue;
+            }
+            let (points, selection) = match &mut reading {
+                Some(reading) => (&mut reading.0, &mut reading.1),
+                None if self.is_before_points(&row) => continue,
+                None => {
+                    let selection = self.select(&row)?;
+                    let points = self.begin(&row, &selection)?;
+                    width = selection.width() + 1;
+                    let reading = reading.insert((points, selection));
+                    (&mut reading.0, &mut reading.1)
+                }
+            };
+            if let Some((_, count)) = self.announced
+                && points.met == count
+            {
+                return Err(self.source.surplus(line.place(), "points", count));
+            }
+            self.note_extra(&row, selection)?;
+            push(self.source, points, selection, &row, self.options)?;
+        }
+        match reading {
+            Some((points, selection)) => self.finish(points, selection),
+            None => self.without_rows(),
+        }
+    }
+
+    /// Returns `true` if the row is a header row or a count, and keeps it.
+    fn is_before_points(&mut self, row: &Row<'a>) -> bool {
+        if self.header.is_none() && self.announced.is_none() && is_header(&row.fields) {
+            self.header = Some(Header::of(row.line.number, &row.fields, row.separator == b' '));
+            return true;
+        }
+        if self.header.is_some() || self.announced.is_some() || row.fields.len() > 1 {
+            return false;
+        }
+        let count = integer(row.fields[0]).and_then(|n| u64::try_from(n).ok());
+        self.announced = count.map(|n| (Row::of(row.line, 1), n));
+        count.is_some()
+    }
+
+    /// Selects the columns by the header row, the options and the first row of numbers.
+    fn select(&self, row: &Row<'a>) -> Result<Selection, InputError> {
+        if let Some((count, _)) = &self.announced
+            && row.filled < 2
+        {
+            let (path, place) = (self.source.path.to_owned(), count.line.place());
+            return Err(InputError::UnsupportedDimension { path, place, found: 1 });
+        }
+        let place = row.line.place();
+        Selection::of(self.source, place, self.header.as_ref(), &row.fields[..row.filled], self.options)
+    }
+
+    fn begin(&self, row: &Row<'_>, selection: &Selection) -> Result<Collector<'a>, InputError> {
+        // An estimate: later rows are about as long as the first.
+        let rows = self.source.data.len() / (row.line.text.len() + 1) + 1;
+        let size = (rows as u64, self.source.data.len(), 4);
+        let found = if selection.is_positional() { row.filled } else { selection.axes.len() };
+        let mut points = Collector::new(self.source, self.options, (row.line.place(), found), size)?;
+        points.notes.extend(selection.note.clone());
+        Ok(points)
+    }
+
+    /// Records the first row with more fields than expected, and refuses it if its commas look like decimal commas.
+    fn note_extra(&mut self, row: &Row<'a>, selection: &Selection) -> Result<(), InputError> {
+        if self.extra.is_none() && row.filled > selection.expected {
+            self.extra = Some(row.line.number);
+            refuse_decimal_commas(self.source, row)?;
+        }
+        Ok(())
+    }
+
+    fn finish(self, mut points: Collector<'a>, selection: Selection) -> Result<PointFile, InputError> {
+        if let Some((_, count)) = self.announced {
+            points.complete(Place::Line(self.source.line_at(self.source.data.len())), count)?;
+            points.notes.push("line 1 is taken as the number of points".to_owned());
+        }
+        let used = selection.axes.len();
+        if let Some(line) = self.extra
+            && selection.is_positional()
+            && !self.options.keep_columns
+        {
+            points.notes.push(format!("columns after the first {used} are ignored (from line {line} on)"));
+        }
+        let Kept { columns, notes } = selection.into_kept();
+        points.notes.extend(notes);
+        let mut file = points.finish();
+        file.columns = columns;
+        Ok(file)
+    }
+
+    /// A table without rows of numbers is an empty set, unless its only line has words other than names of coordinates.
+    fn without_rows(self) -> Result<PointFile, InputError> {
+        if let Some((row, _)) = &self.announced {
+            let (path, place) = (self.source.path.to_owned(), row.line.place());
+            return Err(InputError::UnsupportedDimension { path, place, found: 1 });
+        }
+        let mut dimension = 3;
+        if let Some(header) = &self.header {
+            let axes = header.axes();
+            let Some(axes) = axes else {
+                let line = Lines::new(self.source.data).nth(header.line as usize - 1);
+                let line = line.unwrap_or(Line { number: header.line, text: b"" });
+                return Err(self.source.bad_line(&line, "rows of numbers"));
+            };
+            dimension = axes.len();
+        }
+        let points = Collector::new(self.source, self.options, (Place::Whole, dimension), (0, 0, 1))?;
+        Ok(points.finish())
+    }
+}
+
+/// Adds the point of a row, and the values of the columns that are kept.
+fn push<'a>(
     source: Source<'a>,
+    points: &mut Collector<'a>,
+    selection: &mut Selection,
+    row: &Row<'a>,
     options: &ReadOptions,
-    line: &Line<'_>,
-    row: &Row<'_>,
-) -> Result<Collector<'a>, InputError> {
-    // A guess: the rows after the first are about as long.
-    let announced = source.data.len() / (line.text.len() + 1) + 1;
-    let size = (announced as u64, source.data.len(), 4);
-    Collector::new(source, options, (line.place(), row.filled), size)
-}
-
-fn push(
-    points: &mut Collector<'_>,
-    options: &ReadOptions,
-    line: &Line<'_>,
-    row: &Row<'_>,
 ) -> Result<(), InputError> {
-    let dimension = points.dimension();
-    if row.filled < dimension {
-        // An empty field at the end is a missing number, a missing field is another kind of row.
-        return match row.fields[..row.count.min(3)].get(dimension - 1) {
-            Some(empty) => points.malformed(line, empty),
-            None => Err(points.mixed(line.place(), row.filled)),
-        };
-    }
-    if options.dimension.is_none() && row.filled.min(3) != dimension {
-        return Err(points.mixed(line.place(), row.filled));
-    }
-    points.push_words(line, &mut row.fields.into_iter())
-}
-
-/// The line up to a comment, and what separates its fields: a semicolon, a comma, or blanks.
-fn scan(text: &[u8]) -> (&[u8], u8) {
-    let (mut semicolon, mut comma, mut fresh) = (false, false, true);
-    for (i, byte) in text.iter().enumerate() {
-        match byte {
-            b';' => semicolon = true,
-            b',' => comma = true,
-            b'#' | b'%' if fresh => return (&text[..i], separator(semicolon, comma)),
-            b'/' if fresh && text.get(i + 1) == Some(&b'/') => {
-                return (&text[..i], separator(semicolon, comma));
-            }
-            _ => {}
+    let before = points.len();
+    let (line, dimension) = (&row.line, points.dimension());
+    let found = row.filled;
+    let is_positional = selection.is_positional();
+    let has_other_width = options.dimension.is_none() && found.min(3) != dimension;
+    let last = selection.axes[..dimension].iter().copied().max().unwrap_or(0);
+    if found <= last {
+        // An empty last field is a missing number. A missing field is a row of another kind.
+        match row.fields.get(last) {
+            Some(empty) => points.malformed(line, empty)?,
+            None if is_positional => return Err(points.mixed(line.place(), found)),
+            None => return Err(source.bad_line(line, format!("at least {} columns", last + 1))),
         }
-        fresh = matches!(byte, b' ' | b'\t' | b',' | b';');
-    }
-    (text, separator(semicolon, comma))
-}
-
-fn separator(semicolon: bool, comma: bool) -> u8 {
-    match (semicolon, comma) {
-        (true, _) => b';',
-        (false, true) => b',',
-        (false, false) => b' ',
-    }
-}
-
-fn split(text: &[u8], separator: u8) -> Row<'_> {
-    let mut row = Row { fields: [&text[text.len()..]; 3], count: 0, filled: 0 };
-    if separator == b' ' {
-        row.fill(Line { number: 0, text }.words());
+    } else if is_positional && has_other_width {
+        return Err(points.mixed(line.place(), found));
     } else {
-        row.fill(text.split(|b| *b == separator).map(<[u8]>::trim_ascii));
-    }
-    row
-}
-
-impl<'a> Row<'a> {
-    fn fill(&mut self, fields: impl Iterator<Item = &'a [u8]>) {
-        for (i, field) in fields.take(4).enumerate() {
-            if let Some(slot) = self.fields.get_mut(i) {
-                *slot = field;
-            }
-            self.count = i + 1;
-            if !field.is_empty() {
-                self.filled = i + 1;
-            }
+        let words = selection.axes[..dimension].iter().map(|&i| row.fields[i]);
+        let bad = row.fields.iter().take(dimension).find(|f| number(f).is_none());
+        match bad.filter(|_| is_positional && points.met == 0 && !options.skip_invalid) {
+            Some(word) => return Err(source.bad_word(line, word, advised(row, dimension))),
+            None => points.push_words(line, &mut { words })?,
         }
     }
-}
-
-/// Names and not numbers: no field is a number, and the first begins as a name does (so that a
-/// damaged number in the first row is not mistaken for a header).
-fn is_header(row: &Row<'_>) -> bool {
-    let fields = &row.fields[..row.count.min(3)];
-    let named = |field: &[u8]| {
-        field.first().is_some_and(|b| b.is_ascii_alphabetic() || matches!(b, b'"' | b'_' | b'\''))
-    };
-    fields.first().is_some_and(|field| named(field)) && fields.iter().all(|field| number(field).is_none())
-}
-
-/// A row such as `1,5, 2,5, 3,5` would pass as six columns: refuse commas of two kinds.
-fn refuse_decimal_commas(
-    source: Source<'_>,
-    line: &Line<'_>,
-    text: &[u8],
-    separator: u8,
-) -> Result<(), InputError> {
-    let glued = text.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
-    let loose = text.windows(2).any(|w| w[0] == b',' && w[1].is_ascii_whitespace());
-    if separator == b',' && glued && loose && !text.contains(&b'.') {
-        return Err(source
-            .bad_line(line, "one kind of separator and decimal points (these look like decimal commas)"));
+    if points.len() > before {
+        selection.keep(&row.fields);
     }
     Ok(())
 }
 
-/// The atom count of a chemist's file: a count, a comment, then rows of an element and three numbers.
+/// The expectation for a word in the first row: a number, and the columns to choose if the row has enough numbers.
+fn advised(row: &Row<'_>, dimension: usize) -> String {
+    let numbers = row.fields.iter().enumerate().filter(|(_, f)| number(f).is_some());
+    let numbers: Vec<String> = numbers.map(|(i, _)| (i + 1).to_string()).collect();
+    if numbers.len() < dimension {
+        return NUMBER.to_owned();
+    }
+    format!("{NUMBER}; choose the columns of the coordinates, such as --columns {}", numbers[..dimension].join(","))
+}
+
+impl<'a> Row<'a> {
+    /// Splits a line into at most `most` fields. A line without content has no fields.
+    fn of(line: Line<'a>, most: usize) -> Self {
+        let Scan { text, separator, quoted } = scan(line.text);
+        let mut fields: Vec<&'a [u8]> = Vec::with_capacity(most.min(8));
+        if text.trim_ascii().is_empty() {
+        } else if quoted {
+            fields.extend(Quoted { rest: Some(text), separator }.take(most));
+        } else if separator == b' ' {
+            fields.extend(Line { number: 0, text }.words().take(most));
+        } else {
+            fields.extend(text.split(|b| *b == separator).map(<[u8]>::trim_ascii).take(most));
+        }
+        let filled = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
+        Row { line, text, separator, fields, filled }
+    }
+}
+
+/// Fields of a line with quotes: separators within quotes belong to the field.
+struct Quoted<'a> {
+    /// `None` after the last field.
+    rest: Option<&'a [u8]>,
+    separator: u8,
+}
+
+impl<'a> Iterator for Quoted<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let mut rest = self.rest?;
+        if self.separator == b' ' {
+            rest = rest.trim_ascii_start();
+            if rest.is_empty() {
+                return None;
+            }
+        }
+        let blanks = rest.len() - rest.trim_ascii_start().len();
+        let closing = rest[blanks..].strip_prefix(b"\"").and_then(|inner| inner.iter().position(|b| *b == b'"'));
+        let from = closing.map_or(0, |at| blanks + at + 2);
+        let ends = |b: &u8| *b == self.separator || (self.separator == b' ' && b.is_ascii_whitespace());
+        let end = rest[from..].iter().position(ends).map(|at| from + at);
+        self.rest = end.map(|end| &rest[end + 1..]);
+        Some(unquoted(rest[..end.unwrap_or(rest.len())].trim_ascii()))
+    }
+}
+
+/// Finds the end of the content, the separator, and whether a field is quoted.
+fn scan(text: &[u8]) -> Scan<'_> {
+    let (mut semicolon, mut comma, mut fresh) = (false, false, true);
+    let (mut quoted, mut inside) = (false, false);
+    let mut end = text.len();
+    for (i, byte) in text.iter().enumerate() {
+        if inside {
+            inside = *byte != b'"';
+            fresh = false;
+            continue;
+        }
+        match byte {
+            b';' => semicolon = true,
+            b',' => comma = true,
+            b'"' if fresh && text[i + 1..].contains(&b'"') => (quoted, inside) = (true, true),
+            b'#' | b'%' if fresh => end = i,
+            b'/' if fresh && text.get(i + 1) == Some(&b'/') => end = i,
+            _ => {}
+        }
+        if end < text.len() {
+            break;
+        }
+        fresh = matches!(byte, b' ' | b'\t' | b',' | b';');
+    }
+    let separator = match (semicolon, comma) {
+        (true, _) => b';',
+        (false, true) => b',',
+        (false, false) => b' ',
+    };
+    Scan { text: &text[..end], separator, quoted }
+}
+
+/// Refuses a row such as `1,5, 2,5, 3,5`, which would pass as six columns: commas with and without blanks.
+fn refuse_decimal_commas(source: Source<'_>, row: &Row<'_>) -> Result<(), InputError> {
+    let text = row.text;
+    let glued = text.windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
+    let loose = text.windows(2).any(|w| w[0] == b',' && w[1].is_ascii_whitespace());
+    if row.separator == b',' && glued && loose && !text.contains(&b'.') {
+        let expected = "one kind of separator and decimal points (these look like decimal commas)";
+        return Err(source.bad_line(&row.line, expected));
+    }
+    Ok(())
+}
+
+/// Returns the number of atoms of a chemical file: a count, a comment, then rows of an element and three numbers.
+///
+/// A second line of as many numbers as the third line has words is a point, and the file is a table with a count.
 fn chemistry(source: Source<'_>) -> Option<u64> {
     let mut lines = Lines::new(source.data);
     let mut words = lines.next()?.words();
@@ -177,10 +333,15 @@ fn chemistry(source: Source<'_>) -> Option<u64> {
     if words.next().is_some() {
         return None;
     }
-    let _comment = lines.next();
+    let comment = lines.next();
     match lines.find(|line| line.words().next().is_some()) {
         Some(atom) => {
-            (atom.words().count() >= 4 && coordinates(&atom).all(|w| number(w).is_some())).then_some(count)
+            let width = atom.words().count();
+            let is_point = comment.is_some_and(|line| {
+                line.words().count() == width && line.words().all(|word| number(word).is_some())
+            });
+            let is_atom = width >= 4 && coordinates(&atom).all(|w| number(w).is_some());
+            (is_atom && !is_point).then_some(count)
         }
         None => (count == 0).then_some(0),
     }
@@ -203,8 +364,7 @@ fn read_chemistry(source: Source<'_>, options: &ReadOptions, count: u64) -> Resu
     if points.met < count {
         return Err(source.truncated(Place::Line(lines.number()), "atoms", count, points.met));
     }
-    points.notes.push(
-        "read as a chemistry file: a count, a comment, then one atom a line; elements are ignored".to_owned(),
-    );
+    let note = "read as a chemical file: a count, a comment, then one atom per line; elements are ignored";
+    points.notes.push(note.to_owned());
     Ok(points.finish())
 }

@@ -1,14 +1,16 @@
-//! What can be wrong with an input file. Every message names the file, the place and what to do.
+//! Errors of the readers. Each message gives the file, the place, the fault and a remedy.
+//!
+//! The remedy follows the last semicolon of a message.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Where in a file something was found.
+/// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A line of a text file, counted from 1.
+    /// A line of a text file, from 1.
     Line(u64),
-    /// A byte of a binary file (after gunzipping), counted from 0.
+    /// A byte of a binary file, from 0, after decompression.
     Byte(u64),
     /// The file as a whole.
     Whole,
@@ -24,176 +26,201 @@ impl fmt::Display for Place {
     }
 }
 
-/// A point or cell file that cannot be read. In every variant `path` is the file (`-` is standard
-/// input) and `place`, where present, the line or byte at fault.
+/// A reason why a file of points, cells, sizes or a domain cannot be read.
+///
+/// `path` is the file, or `-` for standard input. `place` is the line or byte of the fault.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputError {
-    /// There is no such file.
-    #[error("{}: no such file; check the name, or give - to read standard input", shown(.path))]
+    /// The file does not exist.
+    #[error("{}: no such file; check the name, or use - to read standard input", shown(.path))]
     Missing {
         /// The file.
         path: PathBuf,
     },
-    /// The operating system refused to open or read the file.
-    #[error("{}: cannot be read: {source}; check its permissions and that it is a plain file", shown(.path))]
+    /// The path is a directory.
+    #[error("{}: is a directory; name a file in it", shown(.path))]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// The operating system cannot open or read the file.
+    #[error("{}: cannot be read: {source}; check its permissions and that it is a regular file", shown(.path))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The gzip stream is damaged, cut short, or absent under a `.gz` name.
-    #[error("{}: the gzip data are damaged or cut short: {source}; fetch the file again, or test it with `gzip -t`", shown(.path))]
+    /// The gzip data are damaged, incomplete, or missing although the name ends in `.gz`.
+    #[error("{}: the gzip data are damaged or incomplete: {source}; fetch the file again, or test it with `gzip -t`", shown(.path))]
     Gzip {
         /// The file.
         path: PathBuf,
-        /// What the decoder said.
+        /// The error of the decoder.
         source: std::io::Error,
     },
-    /// Neither name nor content tell the format.
-    #[error("{}: unknown format; rename the file or state its format (known: {known})", shown(.path))]
+    /// Neither the name nor the content determines the format.
+    #[error("{}: unknown format; {advice}use one of {known}, or state the format with --input-format", shown(.path))]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// The formats that could be read here.
+        /// The nearest format and how to get a file of it, or nothing.
+        advice: String,
+        /// The formats that can be read here.
         known: &'static str,
     },
-    /// A legal file of a kind that is not read.
-    #[error("{}{place}: {what} is not read; {advice}", shown(.path))]
+    /// The file is valid, but this kind of content is not supported.
+    #[error("{}{place}: {what} is not supported; {advice}", shown(.path))]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// Where it shows.
+        /// The place of the content.
         place: Place,
         /// The kind of content.
         what: String,
-        /// What to do.
+        /// The remedy.
         advice: &'static str,
     },
-    /// A line or token that breaks the rules of the format.
+    /// A line or word violates the rules of the format.
     #[error("{}, line {line}{}: found \"{text}\", expected {expected}", shown(.path), at_column(*.column))]
     Syntax {
         /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// The column in bytes, from 1, where one token is to blame.
+        /// The column in bytes, from 1, if one word is at fault.
         column: Option<u64>,
-        /// What stands there (shortened).
+        /// The text at fault, shortened.
         text: String,
-        /// What should stand there.
+        /// The text that the format requires.
         expected: String,
     },
-    /// Binary content that breaks the rules of the format.
+    /// Binary content violates the rules of the format.
     #[error("{}, byte {offset}: found {found}, expected {expected}", shown(.path))]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// The byte, from 0, after gunzipping.
+        /// The byte, from 0, after decompression.
         offset: u64,
-        /// What stands there.
+        /// The content at fault.
         found: String,
-        /// What should stand there.
+        /// The content that the format requires.
         expected: &'static str,
     },
+    /// The columns of a table do not determine the coordinates.
+    #[error("{}{place}: {problem}{}; choose the columns of the coordinates, such as --columns {example}", shown(.path), listed(.names))]
+    Columns {
+        /// The file.
+        path: PathBuf,
+        /// The header row, or the first row of numbers.
+        place: Place,
+        /// The reason.
+        problem: String,
+        /// The names in the header row, shortened. Empty without a header row.
+        names: Vec<String>,
+        /// A possible choice of columns.
+        example: String,
+    },
     /// A coordinate is NaN or infinite.
-    #[error("{}{place}: coordinate of point {index} (from 0) is {value}, not a finite number; mend it, or drop such points with --skip-invalid", shown(.path))]
+    #[error("{}{place}: coordinate of point {index} (from 0) is {value}, not a finite number; correct it, or drop such points with --skip-invalid", shown(.path))]
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// Where the coordinate stands.
+        /// The place of the coordinate.
         place: Place,
         /// The zero-based index of the point in the file.
         index: u64,
-        /// The value: NaN or an infinity (also a number too large for a double).
+        /// NaN or an infinity. A number above the range of `f64` is read as an infinity.
         value: f64,
     },
-    /// The file ends before what it announces.
-    #[error("{}{place}: {expected} {what} announced, {found} found; the file is cut short or its count is wrong", shown(.path))]
+    /// The file ends before the announced number of entries.
+    #[error("{}{place}: {expected} {what} announced, {found} found; the file is incomplete or its count is wrong", shown(.path))]
     Truncated {
         /// The file.
         path: PathBuf,
-        /// Where it was announced or where it ends.
+        /// The place of the count, or the end of the file.
         place: Place,
-        /// How many were announced.
+        /// The announced number.
         expected: u64,
-        /// How many are there.
+        /// The number of entries in the file.
         found: u64,
-        /// What was counted.
+        /// The kind of entries.
         what: &'static str,
     },
-    /// The file goes on after what it announces.
+    /// The file continues after the announced number of entries.
     #[error("{}{place}: more than the {expected} {what} announced; correct the count in the header", shown(.path))]
     Count {
         /// The file.
         path: PathBuf,
         /// The first surplus line.
         place: Place,
-        /// How many were announced.
+        /// The announced number.
         expected: u64,
-        /// What was counted.
+        /// The kind of entries.
         what: &'static str,
     },
-    /// A row has another number of coordinates than the rest, or than was asked for.
-    #[error("{}{place}: {found} coordinates, where {expected} are expected; give every row the same number, or choose the dimension with -d", shown(.path))]
+    /// The number of coordinates in a row differs from the other rows or from the requested dimension.
+    #[error("{}{place}: {found} coordinates instead of {expected}; give every row the same number, or choose the dimension with -d", shown(.path))]
     MixedDimension {
         /// The file.
         path: PathBuf,
         /// The row.
         place: Place,
-        /// Coordinates expected: 2 or 3.
+        /// The expected number of coordinates: 2 or 3.
         expected: usize,
-        /// Coordinates found.
+        /// The number of coordinates in the row.
         found: usize,
     },
-    /// Neither the plane nor space.
+    /// The dimension is neither 2 nor 3.
     #[error("{}{place}: dimension {found}; only 2 and 3 are supported", shown(.path))]
     UnsupportedDimension {
         /// The file.
         path: PathBuf,
-        /// Where it is stated.
+        /// The place of the dimension, or the first row.
         place: Place,
-        /// The dimension found or asked for.
+        /// The dimension of the file, or the requested one.
         found: u64,
     },
-    /// A cell names a point that does not exist.
+    /// A cell has the id of a point that does not exist.
     #[error("{}{place}: cell {cell} (from 0) names point {value}; point ids start at {first}{}; check that the points belong to these cells", shown(.path), of_points(*.limit))]
     OutOfRangeIndex {
         /// The file.
         path: PathBuf,
-        /// Where the index stands.
+        /// The place of the id.
         place: Place,
         /// The zero-based index of the cell in the file.
         cell: u64,
-        /// The index as written.
+        /// The id as written.
         value: i128,
-        /// The smallest legal id.
+        /// The smallest valid id.
         first: u64,
-        /// The number of points, where known.
+        /// The number of points, if it is known.
         limit: Option<u64>,
     },
     /// The content does not fit in memory.
-    #[error("{}: {bytes} bytes of memory are not to be had; free some memory or split the input", shown(.path))]
+    #[error("{}: cannot allocate {bytes} bytes; free memory or split the input", shown(.path))]
     OutOfMemory {
         /// The file.
         path: PathBuf,
-        /// Bytes asked for.
+        /// The number of bytes requested.
         bytes: u64,
     },
 }
 
 impl InputError {
-    /// The file at fault (`-` is standard input).
+    /// Returns the file at fault, or `-` for standard input.
     pub fn path(&self) -> &Path {
         match self {
             Self::Missing { path }
+            | Self::Directory { path }
             | Self::Unreadable { path, .. }
             | Self::Gzip { path, .. }
             | Self::UnknownFormat { path, .. }
             | Self::Unsupported { path, .. }
             | Self::Syntax { path, .. }
             | Self::Malformed { path, .. }
+            | Self::Columns { path, .. }
             | Self::NotFinite { path, .. }
             | Self::Truncated { path, .. }
             | Self::Count { path, .. }
@@ -204,7 +231,7 @@ impl InputError {
         }
     }
 
-    /// The same fault, its place known better.
+    /// Returns the same error with a more precise place.
     pub(super) fn at(mut self, better: Place) -> Self {
         if let Self::NotFinite { place, .. } | Self::OutOfRangeIndex { place, .. } = &mut self {
             *place = better;
@@ -212,10 +239,11 @@ impl InputError {
         self
     }
 
-    /// Where in the file the fault is.
+    /// Returns the place of the fault in the file.
     pub fn place(&self) -> Place {
         match self {
             Self::Missing { .. }
+            | Self::Directory { .. }
             | Self::Unreadable { .. }
             | Self::Gzip { .. }
             | Self::UnknownFormat { .. }
@@ -223,6 +251,7 @@ impl InputError {
             Self::Syntax { line, .. } => Place::Line(*line),
             Self::Malformed { offset, .. } => Place::Byte(*offset),
             Self::Unsupported { place, .. }
+            | Self::Columns { place, .. }
             | Self::NotFinite { place, .. }
             | Self::Truncated { place, .. }
             | Self::Count { place, .. }
@@ -232,7 +261,7 @@ impl InputError {
         }
     }
 
-    /// The line at fault, counted from 1, where the file is text and one line is to blame.
+    /// Returns the line at fault, from 1, if the file is text and one line is at fault.
     pub fn line(&self) -> Option<u64> {
         match self.place() {
             Place::Line(line) => Some(line),
@@ -240,16 +269,21 @@ impl InputError {
         }
     }
 
-    /// The column at fault in bytes, counted from 1, where one token is to blame.
+    /// Returns the column at fault in bytes, from 1, if one word is at fault.
     pub fn column(&self) -> Option<u64> {
         match self {
             Self::Syntax { column, .. } => *column,
             _ => None,
         }
     }
+
+    /// Returns `true` if other options can read the file, so that the call is at fault and not the file.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, Self::Columns { .. })
+    }
 }
 
-/// The file's name for messages.
+/// The name of the file for messages.
 fn shown(path: &Path) -> String {
     if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
 }
@@ -260,4 +294,15 @@ fn at_column(column: Option<u64>) -> String {
 
 fn of_points(limit: Option<u64>) -> String {
     limit.map_or_else(String::new, |limit| format!(" and there are {limit} points"))
+}
+
+/// The names of the columns for messages.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 20;
+    let shown = names[..names.len().min(MOST)].join(", ");
+    match names.len() {
+        0 => String::new(),
+        1..=MOST => format!(" (columns: {shown})"),
+        more => format!(" (columns: {shown} and {} more)", more - MOST),
+    }
 }

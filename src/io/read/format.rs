@@ -1,15 +1,17 @@
-//! The formats, and how one is recognised by name or content.
+//! Input formats, and how the name or the content of a file determines one.
 
 use std::path::Path;
 use std::str::FromStr;
 
-/// A file format of points, of cells, or of both.
+use super::columns;
+
+/// An input format of points, of cells, or of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Format {
-    /// TetGen and Triangle points.
+    /// Points of `TetGen` and Triangle.
     Node,
-    /// Columns of numbers: `.xyz`, `.txt`, `.csv`.
+    /// A text table of numbers: `.xyz`, `.txt`, `.csv`.
     Text,
     /// A `NumPy` array.
     Npy,
@@ -23,16 +25,18 @@ pub enum Format {
     Obj,
     /// VTK XML unstructured grid: points and cells.
     Vtu,
+    /// Legacy VTK polygonal data or unstructured grid: points and cells.
+    Vtk,
     /// Gmsh 2.2 or 4.1 ASCII: points and cells.
     Msh,
     /// Medit ASCII `.mesh`: points and cells.
     Medit,
-    /// TetGen and Triangle cells.
+    /// Cells of `TetGen` and Triangle.
     Ele,
 }
 
-/// Format names and their file endings; the first ending is the name.
-const ENDINGS: [(Format, &[&str]); 11] = [
+/// Formats and their file name extensions. The first extension is the name of the format.
+const EXTENSIONS: [(Format, &[&str]); 12] = [
     (Format::Node, &["node"]),
     (Format::Text, &["xyz", "txt", "csv"]),
     (Format::Npy, &["npy"]),
@@ -41,40 +45,65 @@ const ENDINGS: [(Format, &[&str]); 11] = [
     (Format::Stl, &["stl"]),
     (Format::Obj, &["obj"]),
     (Format::Vtu, &["vtu"]),
+    (Format::Vtk, &["vtk"]),
     (Format::Msh, &["msh"]),
     (Format::Medit, &["mesh"]),
     (Format::Ele, &["ele"]),
 ];
 
+/// Extensions that many programs use for text tables. The content of the file decides.
+const AMBIGUOUS: [&str; 6] = ["dat", "pts", "asc", "data", "tsv", "xy"];
+
+/// Extensions of formats that are not read, and the nearest format that is.
+const CONVERSIONS: [(&[&str], &str); 5] = [
+    (&["vtp", "vti", "vtr", "vts", "pvtu", "pvd", "xdmf", "xmf", "ex2", "exo"], "write .vtu with ParaView or meshio, or "),
+    (&["las", "laz", "pcd", "e57"], "convert the point cloud to .ply, or "),
+    (&["npz", "h5", "hdf5", "parquet", "feather", "mat", "fits", "pkl"], "save the array with numpy.save as .npy, or "),
+    (&["xls", "xlsx", "ods"], "export the sheet as .csv, or "),
+    (&["poly", "smesh"], "give a domain to `septet mesh`, or "),
+];
+
 impl Format {
-    /// The formats `read` accepts, for messages.
-    pub const POINTS: &'static str = "node xyz txt csv npy off ply stl obj vtu msh mesh, each also with .gz";
-    /// The formats `read_cells` accepts, for messages.
-    pub const CELLS: &'static str = "ele vtu msh mesh npy off, each also with .gz";
+    /// The formats that `read` accepts, for messages.
+    pub const POINTS: &'static str =
+        ".node .xyz .txt .csv .npy .off .ply .stl .obj .vtu .vtk .msh .mesh (each also with .gz)";
+    /// The formats that `read_cells` accepts, for messages.
+    pub const CELLS: &'static str = ".ele .vtu .vtk .msh .mesh .npy .off (each also with .gz)";
+    /// The names of all formats.
+    const NAMES: &'static str = "node xyz txt csv npy off ply stl obj vtu vtk msh mesh ele";
 
-    /// The format's name: its usual file ending without the dot.
+    /// Returns the name of the format: its usual extension without the dot.
     pub fn name(self) -> &'static str {
-        ENDINGS.iter().find(|(format, _)| *format == self).map_or("", |(_, endings)| endings[0])
+        EXTENSIONS.iter().find(|(format, _)| *format == self).map_or("", |(_, extensions)| extensions[0])
     }
 
-    /// The format a file's name tells, and whether it ends in `.gz`.
+    /// Returns the format that the name of a file determines, and whether the name ends in `.gz`.
     pub(super) fn of_path(path: &Path) -> (Option<Format>, bool) {
-        let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        let (stem, zipped) = match name.strip_suffix(".gz") {
-            Some(stem) => (stem, true),
-            None => (name.as_str(), false),
-        };
-        let ending = stem.rsplit_once('.').map(|(_, ending)| ending);
-        (ending.and_then(|ending| ending.parse().ok()), zipped)
+        let (extension, zipped) = extension(path);
+        (extension.parse().ok(), zipped)
     }
 
-    /// The format the first bytes tell beyond doubt.
+    /// Returns the format of points: by the name, else by the content. Standard input without a mark is a table.
+    pub(super) fn of_points(path: &Path, data: &[u8]) -> Option<Format> {
+        let is_table = || {
+            let (extension, _) = extension(path);
+            let is_ambiguous = extension.is_empty() || AMBIGUOUS.contains(&extension.as_str());
+            path.as_os_str() == "-" || (is_ambiguous && columns::is_table(data))
+        };
+        let known = Format::of_path(path).0.or_else(|| Format::of_content(data));
+        known.or_else(|| is_table().then_some(Format::Text))
+    }
+
+    /// Returns the format that the first bytes determine.
     pub(super) fn of_content(data: &[u8]) -> Option<Format> {
         if data.starts_with(b"\x93NUMPY") {
             return Some(Format::Npy);
         }
         if data.starts_with(b"ply\n") || data.starts_with(b"ply\r") {
             return Some(Format::Ply);
+        }
+        if data.starts_with(b"# vtk DataFile") {
+            return Some(Format::Vtk);
         }
         if super::signature::is_binary(data) {
             return Some(Format::Stl);
@@ -92,21 +121,42 @@ impl Format {
     }
 }
 
-/// The name is not that of a format.
+/// Returns the extension in lower case, without `.gz` and empty if there is none, and whether the name ends in `.gz`.
+fn extension(path: &Path) -> (String, bool) {
+    let name = path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let (stem, zipped) = name.strip_suffix(".gz").map_or((name.as_str(), false), |stem| (stem, true));
+    (stem.rsplit_once('.').map_or_else(String::new, |(_, extension)| extension.to_owned()), zipped)
+}
+
+/// Returns advice for a file of unknown format: how to convert it, or the extension with the nearest spelling.
+pub(super) fn advice(path: &Path) -> String {
+    let (extension, _) = extension(path);
+    let conversion = CONVERSIONS.iter().find(|(extensions, _)| extensions.contains(&extension.as_str()));
+    if let Some((_, advice)) = conversion {
+        return (*advice).to_owned();
+    }
+    let known = EXTENSIONS.iter().flat_map(|(_, extensions)| extensions.iter().copied());
+    crate::spelling::nearest(&extension, known).map_or_else(String::new, |near| format!("rename it if it is a .{near} file, or "))
+}
+
+/// The name is not the name of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not a format; known: node xyz txt csv npy off ply stl obj vtu msh mesh ele")]
-pub struct UnknownFormatName;
+#[error("expected one of {known}")]
+pub struct UnknownFormatName {
+    /// The names of the formats, separated by blanks.
+    pub known: &'static str,
+}
 
 impl FromStr for Format {
     type Err = UnknownFormatName;
 
-    /// From a file ending without its dot, in either case.
+    /// Parses an extension without its dot, in either case.
     fn from_str(name: &str) -> Result<Self, UnknownFormatName> {
         let name = name.to_ascii_lowercase();
-        ENDINGS
+        EXTENSIONS
             .iter()
-            .find(|(_, endings)| endings.contains(&name.as_str()))
+            .find(|(_, extensions)| extensions.contains(&name.as_str()))
             .map(|(format, _)| *format)
-            .ok_or(UnknownFormatName)
+            .ok_or(UnknownFormatName { known: Format::NAMES })
     }
 }

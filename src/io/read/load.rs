@@ -1,4 +1,4 @@
-//! Getting the bytes: files, standard input, gzip, progress.
+//! Reads all bytes of a file or of standard input, decompresses gzip, and reports progress.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -12,14 +12,15 @@ use super::points::Progress;
 /// Bytes between two calls of the progress function.
 const STEP: usize = 1 << 20;
 
-/// Counts what passes, and tells the progress function about it.
+/// Counts the bytes read and reports them to the progress function.
 struct Counting<'a, R> {
     inner: R,
     read: u64,
-    told: u64,
+    /// The count at the last report.
+    reported: u64,
     total: Option<u64>,
     progress: &'a mut Progress<'a>,
-    /// Did the reader itself fail (and not the decoder behind it)?
+    /// Whether the reader itself failed, and not the decoder that reads from it.
     failed: bool,
 }
 
@@ -29,33 +30,34 @@ impl<R: Read> Read for Counting<'_, R> {
             self.failed = error.kind() != io::ErrorKind::Interrupted;
         })?;
         self.read += got as u64;
-        if self.read - self.told >= STEP as u64 || (got == 0 && self.read > self.told) {
-            self.told = self.read;
+        if self.read - self.reported >= STEP as u64 || (got == 0 && self.read > self.reported) {
+            self.reported = self.read;
             (self.progress)(self.read, self.total);
         }
         Ok(got)
     }
 }
 
-/// All bytes of a file (`-`: standard input), gunzipped where it begins as gzip.
+/// Returns all bytes of a file, or of standard input for `-`. Decompresses data that begin as gzip.
 pub(super) fn load(path: &Path, zipped: bool, progress: &mut Progress<'_>) -> Result<Vec<u8>, InputError> {
     if path.as_os_str() == "-" {
         return load_from(io::stdin().lock(), path, None, zipped, progress);
     }
     let unreadable = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => InputError::Missing { path: path.to_owned() },
+        io::ErrorKind::IsADirectory => InputError::Directory { path: path.to_owned() },
         _ => InputError::Unreadable { path: path.to_owned(), source },
     };
     let file = File::open(path).map_err(unreadable)?;
     let meta = file.metadata().map_err(unreadable)?;
     if meta.is_dir() {
-        return Err(unreadable(io::Error::from(io::ErrorKind::IsADirectory)));
+        return Err(InputError::Directory { path: path.to_owned() });
     }
     let total = meta.is_file().then_some(meta.len());
     load_from(file, path, total, zipped, progress)
 }
 
-/// All bytes of a reader, gunzipped where they begin as gzip. `zipped`: the name promises gzip.
+/// Returns all bytes of a reader. Decompresses data that begin as gzip. If `zipped`, other data are an error.
 pub(super) fn load_from<R: Read>(
     reader: R,
     path: &Path,
@@ -64,7 +66,7 @@ pub(super) fn load_from<R: Read>(
     progress: &mut Progress<'_>,
 ) -> Result<Vec<u8>, InputError> {
     let mut step = |read: u64, total: Option<u64>| progress(read, total);
-    let mut input = Counting { inner: reader, read: 0, told: 0, total, progress: &mut step, failed: false };
+    let mut input = Counting { inner: reader, read: 0, reported: 0, total, progress: &mut step, failed: false };
     let unreadable = |source| InputError::Unreadable { path: path.to_owned(), source };
     let mut head = Vec::new();
     input.by_ref().take(2).read_to_end(&mut head).map_err(unreadable)?;
@@ -89,7 +91,7 @@ pub(super) fn load_from<R: Read>(
     Ok(data)
 }
 
-/// Reads to the end in large steps, refusing (not aborting) when memory runs out.
+/// Reads to the end in large steps. Returns an error if memory runs out.
 fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(), InputError> {
     loop {
         if data.capacity() - data.len() < STEP {
@@ -106,8 +108,8 @@ fn drain<R: Read>(reader: &mut R, data: &mut Vec<u8>, path: &Path) -> Result<(),
 }
 
 fn reserve(data: &mut Vec<u8>, bytes: u64, path: &Path) -> Result<(), InputError> {
-    let refused = || InputError::OutOfMemory { path: path.to_owned(), bytes };
-    // One step more, so that finding the end needs no growth.
-    let wanted = usize::try_from(bytes).map_err(|_| refused())?.saturating_add(STEP);
-    data.try_reserve(wanted).map_err(|_| refused())
+    let out_of_memory = || InputError::OutOfMemory { path: path.to_owned(), bytes };
+    // One more step, so that the read that finds the end does not reallocate.
+    let wanted = usize::try_from(bytes).map_err(|_| out_of_memory())?.saturating_add(STEP);
+    data.try_reserve(wanted).map_err(|_| out_of_memory())
 }

@@ -65,7 +65,7 @@ fn is_keyword(word: &[u8]) -> bool {
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions { dimension: None, ..*options };
+    let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut tokens = Tokens::new(source);
     if tokens.next() != Some(b"MeshVersionFormatted".as_slice()) {
         return Err(source.bad_line(&tokens.line, "the keyword MeshVersionFormatted (ASCII Medit)"));

@@ -1,8 +1,8 @@
-//! Readers of point files and of cell files.
+//! Readers of files of points, cells, domains and sizes.
 //!
-//! Every reader takes the whole file as bytes, believes no count it has not checked against what is
-//! there, and either returns what the file says or an [`InputError`] that names file, place and
-//! remedy. Nothing is printed and nothing is dropped without a note.
+//! A reader takes the whole file as bytes. It checks every announced count against the size of the file. It returns the
+//! content of the file, or an [`InputError`] with the file, the place and a remedy. A reader prints nothing, and a note
+//! reports everything that it ignores.
 
 mod cells;
 mod collect;
@@ -11,6 +11,7 @@ mod domain;
 mod error;
 mod faces;
 mod format;
+mod header;
 mod load;
 mod medit;
 mod mesh;
@@ -28,6 +29,7 @@ mod stl;
 #[cfg(test)]
 mod tests;
 mod text;
+mod vtk;
 mod vtu;
 
 use std::io::Read;
@@ -37,17 +39,17 @@ pub use cells::{CellFile, CellOptions};
 pub use domain::{AnyInput, DOMAINS, DomainFile, read_domain};
 pub use error::{InputError, Place};
 pub use format::{Format, UnknownFormatName};
-pub use points::{PointFile, Progress, ReadOptions};
+pub use points::{Column, PointFile, Progress, ReadOptions};
 pub use sizes::read_sizes;
 
 use text::Source;
 
-/// Reads points from a file, or from standard input if `path` is `-`. Meshes (`.vtu`, `.msh`,
-/// `.mesh`) give their vertices.
+/// Reads points from a file, or from standard input if `path` is `-`. From a mesh (`.vtu`, `.vtk`, `.msh`, `.mesh`) it
+/// reads the vertices.
 ///
 /// # Errors
-/// [`InputError`], if the file is missing, of unknown format, damaged, or holds invalid points and
-/// `skip_invalid` is not set.
+/// [`InputError`] if the file is missing, of unknown format or damaged. Also if it has invalid points and `skip_invalid` is
+/// not set, or if its columns are ambiguous.
 pub fn read(
     path: &Path,
     options: &ReadOptions,
@@ -58,8 +60,8 @@ pub fn read(
     points(path, &load::load(path, zipped, progress)?, options)
 }
 
-/// Reads points from any reader. `name` stands for the file in messages, and its ending tells the
-/// format (and gzip) as in [`read`]; `total` is the size in bytes, where known.
+/// Reads points from any reader. `name` is the file in messages, and its extension determines the format and gzip as in
+/// [`read`]. `total` is the size in bytes, if it is known.
 ///
 /// # Errors
 /// As for [`read`].
@@ -78,8 +80,8 @@ pub fn read_from<R: Read>(
 /// Reads cells from a file, or from standard input if `path` is `-`.
 ///
 /// # Errors
-/// [`InputError`], if the file is missing, of unknown format, damaged, names points that do not
-/// exist, or holds cells other than triangles and tetrahedra.
+/// [`InputError`] if the file is missing, of unknown format or damaged. Also if it names points that do not exist, or has
+/// cells other than triangles and tetrahedra.
 pub fn read_cells(
     path: &Path,
     options: &CellOptions,
@@ -90,7 +92,7 @@ pub fn read_cells(
     cell_list(path, &load::load(path, zipped, progress)?, options)
 }
 
-/// Reads cells from any reader; `name` and `total` as in [`read_from`].
+/// Reads cells from any reader. `name` and `total` are as in [`read_from`].
 ///
 /// # Errors
 /// As for [`read_cells`].
@@ -118,25 +120,30 @@ fn check_dimension(path: &Path, dimension: Option<usize>) -> Result<(), InputErr
 
 fn points(path: &Path, data: &[u8], options: &ReadOptions) -> Result<PointFile, InputError> {
     let source = Source { path, data };
-    let known = options.format.or(Format::of_path(path).0).or_else(|| Format::of_content(data));
-    // Standard input without any mark is columns of numbers.
-    let piped = (path.as_os_str() == "-").then_some(Format::Text);
-    match known.or(piped) {
-        Some(Format::Node) => node::read(source, options),
-        Some(Format::Text) => columns::read(source, options),
-        Some(Format::Npy) => npy::read(source, options),
-        Some(Format::Off) => off::read(source, options),
-        Some(Format::Ply) => ply::read(source, options),
-        Some(Format::Stl) => stl::read(source, options),
-        Some(Format::Obj) => obj::read(source, options),
-        Some(Format::Vtu) => vtu::parse(source, options)?.into_points(options),
-        Some(Format::Msh) => msh::parse(source, options)?.into_points(options),
-        Some(Format::Medit) => medit::parse(source, options)?.into_points(options),
-        Some(Format::Ele) => {
+    let Some(format) = options.format.or_else(|| Format::of_points(path, data)) else {
+        let (path, advice) = (path.to_owned(), format::advice(path));
+        return Err(InputError::UnknownFormat { path, advice, known: Format::POINTS });
+    };
+    if format != Format::Text && (options.columns.is_some() || options.keep_columns) {
+        let what = format!("a choice of columns in a .{} file", format.name());
+        return Err(source.unsupported(Place::Whole, what, "use --columns and --keep-columns for text tables only"));
+    }
+    match format {
+        Format::Node => node::read(source, options),
+        Format::Text => columns::read(source, options),
+        Format::Npy => npy::read(source, options),
+        Format::Off => off::read(source, options),
+        Format::Ply => ply::read(source, options),
+        Format::Stl => stl::read(source, options),
+        Format::Obj => obj::read(source, options),
+        Format::Vtu => vtu::parse(source, options)?.into_points(options),
+        Format::Vtk => vtk::parse(source, options)?.into_points(options),
+        Format::Msh => msh::parse(source, options)?.into_points(options),
+        Format::Medit => medit::parse(source, options)?.into_points(options),
+        Format::Ele => {
             let what = "a file of cells (.ele) as points";
             Err(source.unsupported(Place::Whole, what, "give the .node file that belongs to it"))
         }
-        None => Err(InputError::UnknownFormat { path: path.to_owned(), known: Format::POINTS }),
     }
 }
 
@@ -148,6 +155,7 @@ fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile
         Some(Format::Npy) => npy::read_cells(source, options)?,
         Some(Format::Off) => off::read_cells(source)?,
         Some(Format::Vtu) => vtu::parse(source, &plain)?.into_cells(options)?,
+        Some(Format::Vtk) => vtk::parse(source, &plain)?.into_cells(options)?,
         Some(Format::Msh) => msh::parse(source, &plain)?.into_cells(options)?,
         Some(Format::Medit) => medit::parse(source, &plain)?.into_cells(options)?,
         Some(Format::Node) => {
@@ -155,7 +163,8 @@ fn cell_list(path: &Path, data: &[u8], options: &CellOptions) -> Result<CellFile
             return Err(source.unsupported(Place::Whole, what, "give the .ele file that belongs to it"));
         }
         _ => {
-            return Err(InputError::UnknownFormat { path: path.to_owned(), known: Format::CELLS });
+            let (path, advice) = (path.to_owned(), format::advice(path));
+            return Err(InputError::UnknownFormat { path, advice, known: Format::CELLS });
         }
     };
     match options.dimension {

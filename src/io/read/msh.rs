@@ -73,7 +73,7 @@ impl<'a> Section<'a, '_> {
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions { dimension: None, ..*options };
+    let options = &ReadOptions { dimension: None, ..options.clone() };
     let mut lines = Lines::new(source.data);
     let mut version = None;
     let mut nodes: Option<(Mesh<'a>, Tags)> = None;

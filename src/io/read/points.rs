@@ -1,35 +1,54 @@
-//! Points as read, and how to read them.
+//! The points of a file, and the options for reading them.
 
 use septet_core::model::Points;
 
 use super::format::Format;
 
-/// Called about once a mebibyte with the bytes read so far (before gunzipping) and, where known,
-/// the size of the file.
+/// Receives the number of bytes read so far, before decompression, and the size of the file if it is known.
+///
+/// The readers call it about once per mebibyte.
 pub type Progress<'a> = dyn FnMut(u64, Option<u64>) + 'a;
 
-/// How to read a file of points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The options for reading a file of points.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// 2: keep the first two coordinates, 3: insist on three; by default the file tells.
+    /// The number of coordinates per point. 2 keeps the first two, 3 requires three. By default the file determines it.
     pub dimension: Option<usize>,
-    /// The format; by default the file's name or content tells.
+    /// The format. By default the name of the file determines it, or else its content.
     pub format: Option<Format>,
-    /// Drop and count points that are not finite or, in text, not numbers, instead of failing.
+    /// Whether to drop and count points with infinite, NaN or unreadable coordinates. By default they are errors.
     pub skip_invalid: bool,
+    /// The columns of the coordinates in a text table: two or three names, or numbers from 1.
+    ///
+    /// Names need a header row. They are compared without case, quotes and units in brackets. By default the columns `x`,
+    /// `y` and `z` are read. Without a header row, the first columns are read.
+    pub columns: Option<Vec<String>>,
+    /// Whether to keep the other numeric columns of a text table as [`PointFile::columns`].
+    pub keep_columns: bool,
+}
+
+/// A numeric column of a text table that is not a coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// The name in the header row, or `column_4` for the fourth column of a file without one.
+    pub name: String,
+    /// One value per point that was kept. An empty field is NaN.
+    pub values: Vec<f64>,
 }
 
 /// The points of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointFile {
-    /// The points in file order, every coordinate finite and none of them -0.0.
+    /// The points in file order. Coordinates are finite and never -0.0.
     pub points: Points,
-    /// Remarks for the user, one line each: ignored columns, a header row, welded vertices.
+    /// Remarks for the user, one line each, such as ignored columns, a header row or merged vertices.
     pub notes: Vec<String>,
-    /// Points dropped because they were invalid and `skip_invalid` was set.
+    /// The number of invalid points that were dropped.
     pub skipped: usize,
-    /// If any were dropped: the zero-based index in the file of each point kept.
+    /// The zero-based index in the file of each point, or `None` if no point was dropped.
     pub source_index: Option<Vec<u64>>,
-    /// The id the file gave to its first point, if it is a `.node` file, else 0.
+    /// The id of the first point in a `.node` file, 0 for other formats.
     pub first_id: u64,
+    /// The columns that [`ReadOptions::keep_columns`] keeps.
+    pub columns: Vec<Column>,
 }

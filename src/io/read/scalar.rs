@@ -57,6 +57,23 @@ impl Scalar {
         })
     }
 
+    /// The number type of a name in a legacy VTK file, in lower case.
+    pub fn of_legacy_vtk(name: &[u8]) -> Option<Scalar> {
+        Some(match name {
+            b"char" | b"signed_char" => Scalar::I8,
+            b"unsigned_char" => Scalar::U8,
+            b"short" => Scalar::I16,
+            b"unsigned_short" => Scalar::U16,
+            b"int" => Scalar::I32,
+            b"unsigned_int" => Scalar::U32,
+            b"long" | b"vtkidtype" | b"vtktypeint64" => Scalar::I64,
+            b"unsigned_long" | b"vtktypeuint64" => Scalar::U64,
+            b"float" => Scalar::F32,
+            b"double" => Scalar::F64,
+            _ => return None,
+        })
+    }
+
     /// By the kind and size in a `NumPy` type, the byte order taken away.
     pub fn of_numpy(name: &[u8]) -> Option<Scalar> {
         Some(match name {

@@ -55,7 +55,8 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-fn is_blank(byte: u8) -> bool {
+/// Returns `true` for a blank within a line.
+pub(super) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\x0b' | b'\x0c')
 }
 
@@ -121,6 +122,14 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
 /// A whole number.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
     std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// A field without the double or single quotes around it.
+pub(super) fn unquoted(field: &[u8]) -> &[u8] {
+    match field {
+        [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner.trim_ascii(),
+        _ => field,
+    }
 }
 
 /// What a number must look like, for messages.

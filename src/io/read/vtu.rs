@@ -12,11 +12,12 @@ use super::mesh::{Kind, Mesh};
 use super::points::ReadOptions;
 use super::scalar::Scalar;
 use super::text::{Source, integer, number};
+use super::vtk::kind_of_type;
 use arrays::{Arrays, DataArray};
 
 /// The whole mesh.
 pub(super) fn parse<'a>(source: Source<'a>, options: &ReadOptions) -> Result<Mesh<'a>, InputError> {
-    let options = &ReadOptions { dimension: None, ..*options };
+    let options = &ReadOptions { dimension: None, ..options.clone() };
     let grid = arrays::open(source)?;
     let points = read_points(&grid, options)?;
     let mut mesh = Mesh::new(source, points, 0);
@@ -105,12 +106,7 @@ fn read_cells(grid: &Arrays<'_>, mesh: &mut Mesh<'_>) -> Result<(), InputError> 
             )
         })?;
         start += nodes.len();
-        let kind = match (cell, nodes.len()) {
-            (1..=4, _) => Kind::Lower,
-            (5, 3) => Kind::Triangle,
-            (10, 4) => Kind::Tetrahedron,
-            _ => Kind::Other,
-        };
+        let kind = kind_of_type(*cell, nodes.len());
         if kind == Kind::Other && mesh.other.is_none() {
             mesh.other = Some((place, format!("a cell of VTK type {cell} with {} points", nodes.len())));
         }

@@ -18,7 +18,7 @@ use super::text::Source;
 pub use any::{AnyInput, DomainFile};
 
 /// Endings of files of domains, for messages.
-pub const DOMAINS: &str = "poly smesh stl off ply obj, each also with .gz";
+pub const DOMAINS: &str = ".poly .smesh .stl .off .ply .obj (each also with .gz)";
 
 /// Reads a domain from a file, or from standard input if `path` is `-` (then it must be `.off`, `.ply` or
 /// `.stl`). A `.poly` or `.smesh` file without points takes them from the `.node` file of the same name.
@@ -55,6 +55,9 @@ pub fn read_domain(path: &Path, progress: &mut Progress<'_>) -> Result<DomainFil
             let what = format!("a file of kind .{} as a domain", other.name());
             Err(source.unsupported(Place::Whole, what, "a domain is .poly, .smesh, .stl, .off, .ply or .obj"))
         }
-        None => Err(InputError::UnknownFormat { path: path.to_owned(), known: DOMAINS }),
+        None => {
+            let (path, advice) = (path.to_owned(), super::format::advice(path));
+            Err(InputError::UnknownFormat { path, advice, known: DOMAINS })
+        },
     }
 }

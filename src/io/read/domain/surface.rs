@@ -13,7 +13,7 @@ use septet_core::model::Points;
 
 /// Reads the points and the faces.
 pub fn read(source: Source<'_>, format: Format) -> Result<DomainFile, InputError> {
-    let options = ReadOptions { dimension: None, format: None, skip_invalid: false };
+    let options = ReadOptions::default();
     let (file, faces, first_id) = match format {
         Format::Off => (off::read(source, &options)?, off::read_faces(source)?, 0),
         Format::Ply => (ply::read(source, &options)?, ply::read_faces(source)?, 0),
