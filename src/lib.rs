@@ -1,11 +1,11 @@
 //! septet: Delaunay triangulation by sphere separators, density graphs and local convex hulls.
 //!
-//! The parallel algorithm of *Delaunay Tetrahedralization and Parallel Three Dimensional Mesh Generation*, run as a
-//! message-passing machine whose rounds, messages, bytes, work and depth are counted; exact for every input, and the
-//! same bytes for any number of workers.
+//! septet implements the parallel algorithm of *Delaunay Tetrahedralization and Parallel Three Dimensional Mesh
+//! Generation*. The algorithm runs on a message-passing machine, which counts rounds, messages, bytes, work and depth.
+//! Results are exact for every input, and the same, byte for byte, for any number of workers.
 //!
 //! ```
-//! // The corners of a cube: all eight on one sphere. Ties are broken in one canonical way.
+//! // The corners of a cube: all eight lie on one sphere. Ties are broken in one canonical way.
 //! let cube: Vec<[f64; 3]> =
 //!     (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect();
 //! let run = septet::triangulate(&cube, &Default::default())?;
@@ -34,10 +34,10 @@ pub use septet_geometry::point::Coordinates;
 #[doc(inline)]
 pub use septet_lab::assert_counts;
 
-/// The Delaunay triangulation of `points`, exact, certified, and the same for every number of workers, threads and
-/// every transport.
+/// Computes the Delaunay triangulation of `points`. The result is exact and certified. It is the same for every
+/// number of workers and threads and every transport.
 ///
-/// Coincident points count once (see [`Run::points`]); points that span less than the space give no cells. Work and
+/// Coincident points count once (see [`Run::points`]). Points that span less than the space give no cells. Work and
 /// depth are not counted: see [`simulate`].
 ///
 /// # Errors
@@ -46,7 +46,7 @@ pub fn triangulate<C: Coordinates>(points: &[C], options: &TriangulateOptions) -
     septet_core::triangulate(points, &options.config())
 }
 
-/// The same triangulation by the paper's recursion to its floor, with every count on.
+/// Computes the same triangulation by the paper's recursion down to the leaf size, and counts work and depth.
 ///
 /// # Errors
 /// See [`Error`].
@@ -54,10 +54,10 @@ pub fn simulate<C: Coordinates>(points: &[C], options: &SimulateOptions) -> Resu
     septet_core::simulate(points, &options.config())
 }
 
-/// A maximal independent set of the conflict graph of sites, with the first `fixed` sites in it from the start.
+/// Computes a maximal independent set of the conflict graph of sites. The first `fixed` sites are in it from the start.
 ///
-/// Sites of sizes f and g conflict if their distance is less than both. The set is that of the greedy algorithm, the
-/// same for every number of workers, threads and every transport.
+/// Sites of sizes f and g conflict if their distance is less than both. The set is that of the greedy algorithm. It is
+/// the same for every number of workers and threads and every transport.
 ///
 /// # Errors
 /// See [`Error`].
@@ -70,7 +70,7 @@ pub fn independent<C: Coordinates>(
     septet_core::independent(places, sizes, fixed, &options.config())
 }
 
-/// What the option sets are made of.
+/// The groups that the option sets consist of.
 pub mod options {
     #[doc(inline)]
     pub use septet_core::config::{
@@ -80,7 +80,7 @@ pub mod options {
     pub use septet_core::options::{Control, Graph, Keep, Machine, Transport};
 }
 
-/// What a [`Run`] holds: pieces with their adjacency, counts, pictures.
+/// The contents of a [`Run`]: pieces with their adjacency, counts, and pictures.
 pub mod result {
     #[doc(inline)]
     pub use septet_core::result::pieces::{Piece, Pieces};
@@ -131,7 +131,7 @@ pub mod io {
     }
 }
 
-/// An independent verifier of Delaunay triangulations, whoever made them. It shares no code with the builder.
+/// An independent verifier of Delaunay triangulations from any source. It shares no code with the builder.
 pub mod verify {
     #[doc(inline)]
     pub use septet_verify::{Fault, LEVELS, LevelReport, Report, Triangulation, VerifyOptions, verify};
@@ -162,8 +162,8 @@ pub mod mesh {
     #[doc(inline)]
     pub use septet_meshing::quality::Quality;
 
-    /// Checks an input, makes a mesh of its domain, and checks the mesh: it conforms to the domain exactly, or there
-    /// is none. The result is the same for every number of workers, threads and every transport.
+    /// Checks an input, makes a mesh of its domain, and checks the mesh. A mesh that does not conform to the domain is an
+    /// error. The result is the same for every number of workers and threads and every transport.
     ///
     /// ```
     /// use septet::mesh::{Input, InputSegment, Kind, MeshOptions, make};
@@ -186,7 +186,7 @@ pub mod mesh {
         septet_core::mesh::make(input, &options.request())
     }
 
-    /// [`make`] of an input that is checked already.
+    /// Makes a mesh as [`make`] does, of an input that has been checked.
     ///
     /// # Errors
     /// See [`MakeError`].
@@ -195,7 +195,7 @@ pub mod mesh {
     }
 }
 
-/// Point sets to try things on.
+/// Generated point sets.
 pub mod generate {
     #[doc(inline)]
     pub use septet_core::generate::{
@@ -203,7 +203,7 @@ pub mod generate {
     };
 }
 
-/// Sweeps of runs, and the growth laws of their counts.
+/// Sweeps of runs, and the growth of their counts.
 pub mod experiment {
     #[doc(inline)]
     pub use septet_lab::experiment::fit::{
@@ -216,15 +216,15 @@ pub mod experiment {
     };
 }
 
-/// Assertions on counts, for tests: see [`assert_counts!`](crate::assert_counts).
+/// Assertions on counts, for tests. See [`assert_counts!`](crate::assert_counts).
 #[doc(inline)]
 pub use septet_lab::assertions;
 
-/// A layer for `tracing` that writes what the machine does as a trace.
+/// A layer for `tracing` that writes the work of the machine as a trace.
 #[doc(inline)]
 pub use septet_lab::trace;
 
-/// What tests of machines need: planted faults, and machines of the caller's making.
+/// Support for tests of machines: planted faults, and machines that the caller starts.
 #[doc(hidden)]
 pub mod testing {
     pub use septet_core::config::Fault;
@@ -232,7 +232,7 @@ pub mod testing {
     pub use septet_core::{Config, Start, run_on};
 }
 
-/// The examples of README.
+/// The examples in README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -64,7 +64,7 @@ pub fn run(args: &FitArgs, talk: &Talk) -> Result<(), Failure> {
     let mut lines: Vec<Line> = Vec::new();
     for file in &args.files {
         let mut read = read_lines(file).map_err(|error| unreadable(file, &error))?;
-        if read.torn > 0 {
+        if read.incomplete > 0 {
             talk.note(format!("note: {}: the incomplete last line is ignored", file.display()));
         }
         lines.append(&mut read.lines);

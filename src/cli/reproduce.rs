@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use septet_core::config::Fault;
-use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, Setting, select};
+use septet_lab::claims::{Claim, ClaimError, ClaimReport, Extent, Judged, Lab, LabOptions, select};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -71,7 +71,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let cancel = Some(talk.cancel.clone());
     let correction = args.neighbours.correction();
-    let setting = Setting { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
+    let setting = LabOptions { extent, seed: args.seed, threads, correction, fault: args.fault, cancel };
     let table = args.json.as_deref() != Some(Path::new("-"));
     let judged = judge(&claims, setting, table, args.figures, talk)?;
     let report = ClaimReport::of(extent, args.seed, judged);
@@ -93,7 +93,7 @@ pub fn run(args: &ReproduceArgs, talk: &Talk) -> Result<(), Failure> {
 
 fn judge(
     claims: &[&'static Claim],
-    setting: Setting,
+    setting: LabOptions,
     table: bool,
     figures: bool,
     talk: &Talk,
@@ -138,8 +138,8 @@ impl From<ClaimError> for Failure {
         match error {
             ClaimError::Run(error) => error.into(),
             ClaimError::Fit(error) => error.into(),
-            ClaimError::Mesh { .. } => Failure::new(Code::Failed, error.to_string()),
             ClaimError::Unknown { .. } => Failure::new(Code::Usage, error.to_string()),
+            _ => Failure::new(Code::Failed, error.to_string()),
         }
     }
 }

@@ -9,7 +9,7 @@ use septet_core::model::Points;
 use septet_core::{Config, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_io::read::ReadOptions;
-use septet_lab::rival::{RivalReport, incremental};
+use septet_lab::baselines::{BaselineReport, incremental};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -133,16 +133,16 @@ fn compare<P: Point>(
     args: &IncrementalArgs,
     config: &Config,
     talk: &Talk,
-) -> Result<RivalReport, septet_core::Error> {
+) -> Result<BaselineReport, septet_core::Error> {
     let run = if args.against { simulate(points, config)? } else { triangulate(points, config)? };
     talk.check();
     talk.stage("inserting", 0, None);
     let rival = incremental(points, config)?;
-    Ok(RivalReport::of(&rival, &run, name, args.seed))
+    Ok(BaselineReport::of(&rival, &run, name, args.seed))
 }
 
 /// Formats the counts of the baseline, with the counts of septet in further columns.
-fn table(report: &RivalReport) -> String {
+fn table(report: &BaselineReport) -> String {
     let mut out = String::new();
     let rival = &report.incremental;
     let totals = report.septet.as_ref().map(|s| [&s.paper, &s.repair]);
@@ -156,7 +156,7 @@ fn table(report: &RivalReport) -> String {
         let _ = writeln!(out, "{}", line.trim_end());
     };
     row(&head.map(str::to_owned));
-    let mut count = |name: &str, own: u64, of: Option<fn(&septet_lab::rival::SeptetTotal) -> u64>| {
+    let mut count = |name: &str, own: u64, of: Option<fn(&septet_lab::baselines::SeptetTotal) -> u64>| {
         let mut cells = vec![name.to_owned(), own.to_string()];
         if let (Some(totals), Some(of)) = (totals, of) {
             cells.extend(totals.map(|t| of(t).to_string()));

@@ -198,12 +198,12 @@ impl From<SweepError> for Failure {
 impl From<JournalError> for Failure {
     fn from(error: JournalError) -> Self {
         let (code, help) = match &error {
-            JournalError::Io { .. } => (Code::Failed, "choose a file that you can read and write"),
             JournalError::Line { .. } => (Code::Input, "delete the line, or choose another file"),
             JournalError::NoSweep { .. } => (Code::Input, "choose another file: this one is not a sweep"),
             JournalError::OtherSweep { .. } | JournalError::OtherVersion { .. } => {
                 (Code::Usage, "choose another file; `septet fit` accepts several files")
             }
+            _ => (Code::Failed, "choose a file that you can read and write"),
         };
         Failure::new(code, error.to_string()).help(help)
     }
@@ -214,7 +214,7 @@ impl From<RunError> for Failure {
         match error {
             RunError::Generate(error) => error.into(),
             RunError::Run(error) => error.into(),
-            RunError::Serial(_) => Failure::new(Code::Failed, error.to_string()),
+            _ => Failure::new(Code::Failed, error.to_string()),
         }
     }
 }

@@ -10,7 +10,7 @@ use septet_core::{Config, Error, Run};
 use septet_geometry::range::RangeError;
 use septet_io::read::ReadOptions;
 use septet_io::write::{OutputFormat, WriteOptions, write};
-use septet_lab::report::{Report, Setting};
+use septet_lab::report::{Report, RunContext};
 
 use super::errors::{Code, Failure};
 use super::files;
@@ -62,7 +62,7 @@ pub fn run(args: &RunArgs, mut config: Config, counted: bool, talk: &Talk) -> Re
     }
     let write_seconds = start.elapsed().as_secs_f64() - run_seconds;
     talk.clear();
-    let setting = Setting {
+    let setting = RunContext {
         command: if counted { "simulate" } else { "triangulate" },
         input: &args.input,
         outputs: &args.output,

@@ -6,7 +6,7 @@ use clap::Args;
 use glam::DVec2;
 use septet_core::model::Points;
 use septet_io::read::{CellFile, CellOptions, ReadOptions, read_cells};
-use septet_lab::report::Verdict;
+use septet_lab::report::VerifyReport;
 use septet_verify::{Report, Triangulation, VerifyOptions, verify};
 
 use super::errors::{Code, Failure};
@@ -61,7 +61,7 @@ pub fn run(args: &VerifyArgs, talk: &Talk) -> Result<(), Failure> {
     let report = verify(&mesh, &options, &mut |stage, done, total| talk.stage(stage, done, Some(total)));
     talk.clear();
     if let Some(path) = &args.json {
-        let verdict = Verdict::of(&report, &args.points, &args.cells);
+        let verdict = VerifyReport::of(&report, &args.points, &args.cells);
         let mut text = serde_json::to_string_pretty(&verdict)
             .map_err(|e| Failure::new(Code::Failed, format!("the report cannot be written: {e}")))?;
         text.push('\n');

@@ -54,9 +54,9 @@ pub struct SimulateOptions {
     pub machine: Machine,
     /// The supergraph of the Delaunay triangulation.
     pub graph: Graph,
-    /// How separator points are shared between the children of a node.
+    /// The rule that shares separator points between the children of a node.
     pub separator_sets: SeparatorSets,
-    /// How nearest-neighbour balls are corrected beyond separators.
+    /// The correction of nearest-neighbour balls beyond separators.
     pub correction: Correction,
     /// Lipschitz constant of an f-spaced set, which gives alpha by a formula.
     pub spacing: Option<f64>,
@@ -64,7 +64,7 @@ pub struct SimulateOptions {
     pub partition: Partition,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
-    /// What the result keeps.
+    /// The optional contents of the result.
     pub keep: Keep,
     /// Progress and cancellation.
     pub control: Control,

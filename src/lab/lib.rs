@@ -1,10 +1,10 @@
-//! septet-lab: experiments with septet's machine, and what is written about its runs.
+//! septet-lab: experiments with septet's machine, and reports of its runs.
 
 pub mod report;
 
 pub mod trace;
 
-pub mod rival;
+pub mod baselines;
 
 pub mod predict;
 

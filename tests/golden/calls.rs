@@ -18,7 +18,7 @@ use septet_core::run::independent::independent;
 use septet_core::{Error, Run, count, simulate, triangulate};
 use septet_geometry::cost::Cost;
 use septet_geometry::point::Point;
-use septet_lab::rival;
+use septet_lab::baselines;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, Total};
 
@@ -380,8 +380,8 @@ pub fn independent_set(cloud: &Cloud, sizes: &[f64], fixed: usize, order: &Order
 pub fn incremental(cloud: &Cloud) -> Outcome {
     let config = Config::default();
     let made = match cloud.dimension {
-        2 => rival::incremental(&points::<DVec2>(cloud), &config),
-        _ => rival::incremental(&points::<DVec3>(cloud), &config),
+        2 => baselines::incremental(&points::<DVec2>(cloud), &config),
+        _ => baselines::incremental(&points::<DVec3>(cloud), &config),
     };
     let made = made.unwrap_or_else(|e| panic!("incremental insertion: {e}"));
     let clock = [made.clock.steps, made.clock.log_scan, made.clock.hashed, made.clock.chain, made.brent];

@@ -5,8 +5,8 @@ use septet_core::generate::Kind;
 use septet_core::simulate;
 use septet_lab::assert_counts;
 use septet_lab::assertions::{
-    Broken, Counted, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf, merges,
-    messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
+    Broken, HasCounts, bytes, depth_of_levels, grows_like, level_depth_flat, levels, levels_over_leaf,
+    merges, messages_per_worker, no_repair, rounds, same_counts, surface_bytes,
 };
 use septet_lab::experiment::Line;
 use septet_lab::experiment::fit::{Key, Law, Request};
@@ -56,7 +56,7 @@ fn bounds_hold_or_name_the_round() {
     let merged: Vec<u32> = line.rounds.iter().filter(|r| r.merged > 0).map(|r| r.round).collect();
     let sent: Vec<u32> =
         line.rounds.iter().filter(|r| r.phase == "merge" && r.messages > 0).map(|r| r.round).collect();
-    says(levels(&line, 0.0, 2.0), &["levels of the tree: ", "0 log2 n + 2", "level 3", "<- beyond it"]);
+    says(levels(&line, 0.0, 2.0), &["levels of the tree: ", "0 log2 n + 2", "level 3", "<- above it"]);
     says(levels_over_leaf(&line, 0.1, 0.0), &["log2(n/leaf)", "level 1"]);
     says(depth_of_levels(&line, "partition", 3), &["partition: ", "level 0", "largest node of"]);
     says(rounds(&line, "merge", 0.0, 2.0), &[&format!("round {} of merge", sent[2])]);
@@ -75,7 +75,7 @@ fn bounds_hold_or_name_the_round() {
     repaired.end.as_mut().unwrap().stars_repaired = 7;
     says(no_repair(&repaired), &["7 above 0"]);
     says(no_repair(&Line { end: None, ..line.clone() }), &["NaN"]);
-    says(levels(&Vec::<Line>::new(), 9.0, 9.0), &["no run to look at"]);
+    says(levels(&Vec::<Line>::new(), 9.0, 9.0), &["no runs"]);
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn growth_holds_or_shows_the_fit() {
     says(grows_like(&bent, &request, Law::Log), &["expected log n", "quadratic term", "R^2", "first round"]);
     says(
         surface_bytes(&bent, "separator-sets", 0.02),
-        &["exponent of bytes", "above 0.52", "round to look at"],
+        &["exponent of bytes", "above 0.52", "round to check"],
     );
     let bytes = Request::new(Key::Bytes, Some("separator-sets"));
     assert_counts!(bent, exponent(&bytes, 0.75));
@@ -145,7 +145,7 @@ fn growth_holds_or_shows_the_fit() {
     tilt(&mut levels, 0.3);
     says(
         level_depth_flat(&levels, "partition", 0.05),
-        &["slope per doubling", "margin, stated before", "first level off the mean: level "],
+        &["slope per doubling", "margin, stated before", "first level away from the mean: level "],
     );
     says(level_depth_flat(&levels[..1].to_vec(), "partition", 0.05), &["do not determine a slope"]);
 }

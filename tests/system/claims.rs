@@ -1,13 +1,13 @@
 //! The paper's claims as experiments: planted faults turn the right ones, and only those, to FAIL.
 
 use septet_core::config::{Correction, Fault};
-use septet_lab::claims::{ClaimReport, Extent, Judged, Lab, Reading, Setting, registry, select};
+use septet_lab::claims::{ClaimReport, Extent, Judged, Lab, LabOptions, Reading, registry, select};
 
-fn brief(fault: Option<Fault>) -> Setting {
-    Setting { extent: Extent::Brief, fault, ..Setting::default() }
+fn brief(fault: Option<Fault>) -> LabOptions {
+    LabOptions { extent: Extent::Brief, fault, ..LabOptions::default() }
 }
 
-fn judged(names: &[&str], setting: Setting) -> Vec<Judged> {
+fn judged(names: &[&str], setting: LabOptions) -> Vec<Judged> {
     let mut lab = Lab::new(setting, |_| {});
     let names: Vec<String> = names.iter().map(|name| (*name).to_string()).collect();
     let claims = select(&names).unwrap();
@@ -22,7 +22,7 @@ fn turns(fault: Fault, fail: &[&str], pass: &[&str]) {
     turns_with(brief(Some(fault)), &fault.to_string(), fail, pass);
 }
 
-fn turns_with(setting: Setting, fault: &str, fail: &[&str], pass: &[&str]) {
+fn turns_with(setting: LabOptions, fault: &str, fail: &[&str], pass: &[&str]) {
     let names = [fail, pass].concat();
     for claim in judged(&names, brief(None)) {
         assert!(claim.passed, "without a fault: {}{}", claim.rows(), claim.details(true));
@@ -63,7 +63,7 @@ fn a_clock_for_each_worker_makes_subproblems_wait() {
 
 #[test]
 fn a_correction_node_by_node_is_no_descent() {
-    let naive = Setting { correction: Correction::Naive, ..brief(None) };
+    let naive = LabOptions { correction: Correction::Naive, ..brief(None) };
     turns_with(
         naive,
         "naive correction",

@@ -113,7 +113,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
     let torn = [complete.as_slice(), b"{\"schema\":\"septet-sc"].concat();
     fs::write(&path, &torn).unwrap();
     assert_eq!(read_lines(&path).unwrap().lines, all[..3]);
-    assert_eq!(read_lines(&path).unwrap().torn, 20);
+    assert_eq!(read_lines(&path).unwrap().incomplete, 20);
     let mut journal = Journal::open(&path, &sweep.words()).unwrap();
     assert_eq!((journal.done(), journal.dropped), (3, 20));
     let jobs = sweep.jobs();

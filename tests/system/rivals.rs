@@ -12,9 +12,9 @@ use septet_core::{Config, Run, simulate, triangulate};
 use septet_geometry::point::Point;
 use septet_geometry::range::{scale, scale_exponent};
 use septet_geometry::separator::{DrawKey, is_sample};
+use septet_lab::baselines::incremental;
 use septet_lab::experiment::fit::{Abscissa, Growth, Key, Law, Request, Verdict, fit};
 use septet_lab::experiment::{Line, Runner, Sweep, parse_sizes};
-use septet_lab::rival::incremental;
 use septet_protocol::ids::{NodeId, Phase};
 use septet_protocol::ledger::{Ledger, NodeFacts};
 

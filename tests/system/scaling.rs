@@ -8,7 +8,7 @@ use septet_core::{Run, simulate};
 use septet_geometry::graph::Supergraph;
 use septet_geometry::point::Point;
 use septet_lab::assert_counts;
-use septet_lab::assertions::Counted;
+use septet_lab::assertions::HasCounts;
 use septet_protocol::ids::Phase;
 
 /// Rounds of the phases that go over the tree: at most A log2 n + B. Measured from 2^12 to 2^15 points: 21 to

@@ -14,7 +14,7 @@ use septet_core::run::memory::peak_rss;
 use septet_io::read::{AnyInput, DomainFile, read_domain, read_sizes};
 use septet_io::write::{OutputFormat, WriteOptions, faces_path, write};
 use septet_lab::report::mesh::tables::TABLES;
-use septet_lab::report::mesh::{Judged, MeshReport, Seconds, Surroundings, feature_name, unscaled_measure};
+use septet_lab::report::mesh::{Judged, MeshContext, MeshReport, Seconds, feature_name, unscaled_measure};
 use septet_meshing::conformity::Conformity;
 use septet_meshing::defect::Defect;
 use septet_meshing::domain::Domain;
@@ -138,7 +138,7 @@ impl Job<'_> {
         talk.clear();
         let judge_seconds = judged - read_seconds - found.seconds;
         let (mesh_seconds, write_seconds) = (found.seconds, total_seconds - judged);
-        let around = Surroundings {
+        let around = MeshContext {
             input: &args.domain.display().to_string(),
             outputs: &args.output,
             first_id: self.first_id,
@@ -188,7 +188,7 @@ impl Job<'_> {
     fn finish<P: Triangulate>(
         &self,
         judged: &Judged<'_, P>,
-        around: &Surroundings<'_>,
+        around: &MeshContext<'_>,
         mut files: Vec<PathBuf>,
     ) -> Result<(), Failure> {
         let (args, talk) = (self.args, self.talk);

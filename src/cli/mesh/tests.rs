@@ -25,7 +25,7 @@ use septet_core::model::{MeshView, Points};
 use septet_core::run::memory;
 use septet_io::read::{AnyInput, CellOptions, ReadOptions, read as read_points, read_cells, read_domain};
 use septet_io::write::{WriteOptions, faces_path, write};
-use septet_lab::report::mesh::{Judged, MeshReport, Surroundings};
+use septet_lab::report::mesh::{Judged, MeshContext, MeshReport};
 use septet_meshing::domain::Domain;
 use septet_meshing::mesh::{Mesh, StageLine};
 use septet_meshing::quality::Measure;
@@ -352,7 +352,7 @@ fn the_report_says_what_was_found() {
         record: &Record::default(),
         picture: None,
     };
-    let around = Surroundings { input: "cube.poly", first_id: 1, ..Surroundings::default() };
+    let around = MeshContext { input: "cube.poly", first_id: 1, ..MeshContext::default() };
     let text = MeshReport::of(&judged, &around).to_json().unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["schema"], "septet-mesh/1");

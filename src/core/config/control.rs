@@ -1,4 +1,4 @@
-//! What a caller keeps of a run, how it follows the run, and what tests plant in it.
+//! The contents of a result, progress and cancellation, and the faults that tests plant.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use septet_protocol::ids::Phase;
 use septet_workers::config::Fault;
 use serde::{Deserialize, Serialize};
 
-/// What a run keeps in its result besides cells and counts.
+/// The optional contents of a result, besides cells and counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Keep {
@@ -38,7 +38,7 @@ pub struct Progress {
 /// A callback for progress. It is called on the caller's thread.
 pub type ProgressFn = Arc<dyn Fn(Progress) + Send + Sync>;
 
-/// How a caller follows a call and cancels it.
+/// Progress and cancellation of a call.
 #[derive(Clone, Default)]
 #[non_exhaustive]
 pub struct Control {
@@ -66,7 +66,7 @@ impl fmt::Debug for Control {
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct Planted {
-    /// A fault. It shows how the machine reacts to errors that do not occur otherwise.
+    /// A fault, for tests of errors that do not occur otherwise.
     pub fault: Option<Fault>,
     /// Rounds of splaying before unresolved regions are gathered; `6 log2 n` if none.
     pub exchange_cap: Option<u32>,

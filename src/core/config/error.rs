@@ -68,10 +68,10 @@ pub enum ConfigError {
     },
     /// The record of tasks does not cover the bottom-up correction.
     #[error("tasks are recorded with --neighbours descent only: leave out --tasks or --neighbours")]
-    TasksOfNaive,
+    TasksOfBottomUp,
     /// The bottom-up correction is requested from a run that does not count.
     #[error("--neighbours naive needs `simulate`: use `simulate`, or leave out --neighbours")]
-    NaiveUncounted,
+    BottomUpUncounted,
     /// The leaf size is zero.
     #[error("a leaf holds at least one point (--leaf 1)")]
     EmptyLeaf,

@@ -13,7 +13,7 @@ pub enum Workers {
     Leaves,
 }
 
-/// How messages travel between workers.
+/// The transport of messages between workers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Transport {
@@ -63,7 +63,7 @@ pub struct Machine {
     pub workers: Workers,
     /// Number of threads that run the workers; the number of cores by default.
     pub threads: usize,
-    /// How messages travel.
+    /// The transport of messages.
     pub transport: Transport,
     /// Seed of every random draw.
     pub seed: u64,

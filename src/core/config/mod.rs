@@ -33,19 +33,19 @@ pub struct Config {
     pub partition: Partition,
     /// The supergraph.
     pub graph: Graph,
-    /// How separator points are shared between the children of a node.
+    /// The rule that shares separator points between the children of a node.
     pub separator_sets: SeparatorSets,
-    /// How nearest-neighbour balls are corrected: by one descent, or by the baseline ([`crate::simulate`] only).
+    /// The correction of nearest-neighbour balls: one descent, or the bottom-up baseline ([`crate::simulate`] only).
     pub correction: Correction,
     /// Lipschitz constant of a set generated as f-spaced, which gives alpha by a formula.
     pub spacing: Option<f64>,
     /// Whether points that are not finite are dropped and counted; otherwise they are an error.
     pub skip_invalid: bool,
-    /// What the result keeps.
+    /// The optional contents of the result.
     pub keep: Keep,
     /// Progress and cancellation.
     pub control: Control,
-    /// What tests plant in the machine.
+    /// Faults and limits that tests plant.
     pub planted: Planted,
     /// The last phase, for [`crate::count`] only: a run that stops has no triangulation.
     pub until: Option<Until>,
@@ -84,7 +84,7 @@ impl Config {
     pub fn check(&self) -> Result<(), ConfigError> {
         self.check_machine()?;
         if self.keep.tasks && self.correction == Correction::Naive {
-            return Err(ConfigError::TasksOfNaive);
+            return Err(ConfigError::TasksOfBottomUp);
         }
         if self.keep.tasks && self.separator_sets != SeparatorSets::Ghost {
             return Err(ConfigError::TasksOfSets);

@@ -39,7 +39,7 @@ pub use request::{
 
 /// Compares a mesh with its domain, as far as what is kept of the boundary asks for.
 pub fn conform<P: Triangulate>(domain: &Domain<P>, mesh: &Mesh<P>, request: &MeshRequest) -> Conformity {
-    let _span = stage_span(request.machine.seed, "conformity");
+    let _span = stage_span(request.machine.name(), "conformity");
     match request.boundary_of(domain.kind) {
         Boundary::Exact => conformity::check(domain, mesh),
         Boundary::Remesh => {
@@ -57,7 +57,7 @@ pub fn sizes<P: Triangulate>(
     domain: &Domain<P>,
     request: &MeshRequest,
 ) -> Result<SizeFunction<P>, MeshError> {
-    let _span = stage_span(request.machine.seed, "sizes");
+    let _span = stage_span(request.machine.name(), "sizes");
     let mut options = request.size_options(domain)?;
     if !request.remeshes(domain) {
         return Ok(SizeFunction::of_features(domain, &Features::new(domain), &options, &AllCores)?);
@@ -82,7 +82,7 @@ pub fn assess<P: Triangulate>(
     request: &MeshRequest,
     worst: usize,
 ) -> Quality<P> {
-    let _span = stage_span(request.machine.seed, "quality");
+    let _span = stage_span(request.machine.name(), "quality");
     if !request.remeshes(domain) {
         return measure(domain, mesh, size, worst);
     }
@@ -183,7 +183,7 @@ fn build<P: Triangulate>(
     let mut mesh = made.into_mesh(domain);
     let owners = home.and_then(|(cells, owners)| view::owned(&cells, &owners, &mesh));
     if request.improve {
-        let _span = stage_span(request.machine.seed, "improve");
+        let _span = stage_span(request.machine.name(), "improve");
         let start = Instant::now();
         let fixed = request.remeshes(domain);
         let target = Target { ratio: request.radius_edge(), fixed, ..Target::default() };

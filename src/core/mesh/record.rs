@@ -1,6 +1,8 @@
 //! What the machine did while a mesh was made: run by run, and phase by phase of each stage.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::{Ledger, NodeFacts, PhaseTotal};
@@ -67,12 +69,12 @@ pub struct RunPhase {
 }
 
 /// One phase of the machine, over all runs of a stage.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseLine {
     /// The stage of generation.
     pub stage: String,
     /// The phase.
-    pub phase: &'static str,
+    pub phase: Cow<'static, str>,
     /// Runs that had it.
     pub runs: u64,
     /// Rounds in which it sent.
@@ -167,7 +169,11 @@ impl Record {
     fn phase(&mut self, stage: &str, phase: &'static str) -> &mut PhaseLine {
         let at = self.phases.iter().position(|l| l.stage == stage && l.phase == phase);
         let at = at.unwrap_or_else(|| {
-            self.phases.push(PhaseLine { stage: stage.to_owned(), phase, ..PhaseLine::default() });
+            self.phases.push(PhaseLine {
+                stage: stage.to_owned(),
+                phase: phase.into(),
+                ..PhaseLine::default()
+            });
             self.phases.len() - 1
         });
         &mut self.phases[at]

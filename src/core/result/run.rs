@@ -3,13 +3,11 @@
 use serde::Serialize;
 
 use septet_geometry::graph::Supergraph;
-use septet_geometry::point::Point;
 use septet_protocol::ids::Phase;
 use septet_protocol::ledger::Ledger;
 use septet_protocol::tasks::TaskLog;
 use septet_workers::coordinator::CellRows;
 
-use crate::input::prepare::Prepared;
 use crate::model::MeshView;
 use crate::result::canonical::{Export, Store};
 use crate::result::pieces::Pieces;
@@ -117,12 +115,12 @@ pub struct Run {
 
 impl Run {
     /// Returns a run without cells and counts.
-    pub(crate) fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> Self {
+    pub(crate) fn empty(space: usize, dimension: isize, points: Accounting, settled: Settled) -> Self {
         Run {
-            space: P::DIM,
-            dimension: ready.dimension,
-            points: ready.accounting(input),
-            export: Export::new(P::DIM, Store::Rows(CellRows::default()), false),
+            space,
+            dimension,
+            points,
+            export: Export::new(space, Store::Rows(CellRows::default()), false),
             graph: None,
             hull_facets: 0,
             stars_local: 0,

@@ -26,6 +26,7 @@ pub const MOST_GHOSTS: usize = 80_000;
 
 /// A sampled set of points, one entry each, and the tree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct View {
     /// Number of points of the whole set.
     pub of: u64,
@@ -61,6 +62,7 @@ pub struct View {
 
 /// One separator, in the coordinates of the input.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SeparatorView {
     /// Path number of the node it splits.
     pub node: u64,

@@ -12,7 +12,7 @@ use crate::error::{Error, Refutation};
 use crate::input::prepare::Prepared;
 use crate::result::canonical::{Export, Store};
 use crate::result::pieces::Pieces;
-use crate::result::run::Run;
+use crate::result::run::{Run, Settled};
 use crate::result::view::Album;
 use crate::run::settings::Settings;
 
@@ -36,7 +36,11 @@ pub(crate) fn flat_result<P: Point>(
     let why = if settings.why.is_empty() { "nothing to triangulate" } else { &settings.why };
     let seconds = call.elapsed().as_secs_f64();
     let settled = settings.settled(None, why.to_string());
-    Run { triangulate_seconds: seconds, total_seconds: seconds, ..Run::empty(input, ready, settled) }
+    Run { triangulate_seconds: seconds, total_seconds: seconds, ..empty(input, ready, settled) }
+}
+
+fn empty<P: Point>(input: usize, ready: &Prepared<'_, P>, settled: Settled) -> Run {
+    Run::empty(P::DIM, ready.dimension, ready.accounting(input), settled)
 }
 
 /// Returns the reasons against the certificate, if there are any.
@@ -79,7 +83,7 @@ pub(crate) fn finish<P: Point>(
     input: usize,
     ready: &Prepared<'_, P>,
     collected: Collected<P>,
-    settings: Settings,
+    settings: &Settings,
     times: &Times,
 ) -> Result<Run, Error> {
     let population = ready.positions.len() as u64;
@@ -118,7 +122,7 @@ pub(crate) fn finish<P: Point>(
         phase_seconds,
         triangulate_seconds,
         total_seconds: times.call.elapsed().as_secs_f64(),
-        ..Run::empty(input, ready, settings.settled(supergraph, why))
+        ..empty(input, ready, settings.settled(supergraph, why))
     })
 }
 

@@ -70,7 +70,7 @@ pub(crate) fn admit(config: &Config, goal: Goal, points: u64, dimension: usize) 
         return Err(ConfigError::Stops { until }.into());
     }
     if config.correction == Correction::Naive && goal == Goal::Triangulation {
-        return Err(ConfigError::NaiveUncounted.into());
+        return Err(ConfigError::BottomUpUncounted.into());
     }
     match goal {
         Goal::Independent { .. } => memory::admit_sites(config, points, dimension),

@@ -73,7 +73,7 @@ pub fn run_on<P: Point>(
     drop(transport);
     let refutation = certify(&collected, ready.positions.len() as u64, settings.machine.workers)?;
     let plan = settings.planning;
-    let run = finish(points.len(), &ready, collected, settings, &times)?;
+    let run = finish(points.len(), &ready, collected, &settings, &times)?;
     let run = Run { plan, refutation, tasks, ..run };
     match refutation {
         None => Ok(run),

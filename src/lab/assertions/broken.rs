@@ -1,4 +1,4 @@
-//! What a check that does not hold says.
+//! The error of a check that fails.
 
 use std::fmt;
 
@@ -7,42 +7,45 @@ use thiserror::Error;
 use crate::experiment::fit::{FitReport, Request, fit};
 use crate::experiment::{Line, RoundLine};
 
-/// A run in the table of a message.
+/// A run in the table of the error.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
-    /// Distinct points.
+    /// Number of distinct points.
     pub n: u64,
-    /// Workers.
+    /// Number of workers.
     pub workers: u32,
     /// Seed of the set and of the draws.
     pub seed: u64,
     /// The count.
     pub counted: f64,
-    /// What it was held against.
+    /// The bound.
     pub bound: f64,
-    /// Did it go beyond?
+    /// Whether the count exceeds the bound.
     pub beyond: bool,
 }
 
 impl Row {
     pub(super) fn at_most(line: &Line, counted: f64, bound: f64) -> Row {
         let Line { n, workers, seed, .. } = *line;
-        // What is no number is beyond every bound.
+        // NaN exceeds every bound.
         let beyond = counted.is_nan() || bound.is_nan() || counted > bound;
         Row { n, workers, seed, counted, bound, beyond }
     }
 }
 
-/// Counts beyond their bound. As text: what, the table, the fit if there is one, the first round beyond.
+/// Counts that exceed their bound. As text: the count and its bound, the table, the fit if there is one, and the first
+/// round that exceeds the bound.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub struct Broken {
-    /// What was counted, and how it stands to the bound.
+    /// The count, and its relation to the bound.
     pub what: String,
-    /// All runs that were looked at.
+    /// All runs that were checked.
     pub table: Vec<Row>,
-    /// How the count grows, where there are sizes enough to say.
+    /// The growth of the count, if there are enough sizes for a fit.
     pub fit: Option<Box<FitReport>>,
-    /// The first round, level or count that went beyond the bound, in words.
+    /// The first round, level or count that exceeds the bound, in words.
     pub first: Option<String>,
 }
 
@@ -54,7 +57,7 @@ impl fmt::Display for Broken {
             writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}")?;
         }
         for row in &self.table {
-            let mark = if row.beyond { "  <- beyond it" } else { "" };
+            let mark = if row.beyond { "  <- above it" } else { "" };
             let (counted, bound) = (short(row.counted), short(row.bound));
             let Row { n, workers, seed, .. } = row;
             writeln!(f, "  {n:>12} {workers:>8} {seed:>6} {counted:>12} {bound:>12}{mark}")?;
@@ -71,7 +74,7 @@ impl fmt::Display for Broken {
     }
 }
 
-/// A number of at most five digits after the point, as few as it takes.
+/// Formats a number with at most five decimals, and no trailing zeros.
 pub(super) fn short(x: f64) -> String {
     if x == x.trunc() && x.abs() < 1e15 {
         return format!("{x:.0}");
@@ -80,16 +83,16 @@ pub(super) fn short(x: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-/// A round in words.
-pub(super) fn told(round: &RoundLine) -> String {
+/// Describes a round in words.
+pub(super) fn describe(round: &RoundLine) -> String {
     let RoundLine { round, phase, merged, points, messages, bytes, .. } = round;
     format!(
-        "round beyond it: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, {points} points"
+        "round above it: round {round} of {phase}, {messages} messages, {bytes} bytes, {merged} merged, {points} points"
     )
 }
 
-/// The outcome of comparing a count of each run with a bound of its own.
-pub(super) fn judged(
+/// Compares a count of each run with a bound for that run.
+pub(super) fn compare(
     lines: &[Line],
     what: &str,
     bound_text: &str,
@@ -116,7 +119,7 @@ pub(super) fn judged(
     })
 }
 
-/// A check of no run at all does not hold.
+/// Returns the error of a check over no runs.
 pub(super) fn nothing(what: &str) -> Broken {
-    Broken { what: format!("{what}: no run to look at"), table: Vec::new(), fit: None, first: None }
+    Broken { what: format!("{what}: no runs"), table: Vec::new(), fit: None, first: None }
 }

@@ -1,12 +1,12 @@
-//! Checks of sweeps: how a count grows.
+//! Checks of sweeps: the growth of a count.
 
 use crate::experiment::fit::{FitReport, Key, Law, Request, Verdict, fit};
 use crate::experiment::{DepthLine, LevelLine, Line, RoundLine};
 
-use super::broken::{Broken, nothing, short, told};
-use super::counted::Counted;
+use super::broken::{Broken, describe, nothing, short};
+use super::counts::HasCounts;
 
-/// The answer, or a message that says why there is none.
+/// Returns the fit, or a check that fails because the fit is not determined.
 fn answered(lines: &[Line], request: &Request) -> Result<FitReport, Broken> {
     if lines.is_empty() {
         return Err(nothing(request.y.name()));
@@ -28,7 +28,7 @@ fn last_round(lines: &[Line], phase: Option<&str>) -> Option<String> {
         .iter()
         .filter(of)
         .max_by_key(|r| r.bytes)
-        .map(|r| told(r).replace("beyond it", "to look at"))
+        .map(|r| describe(r).replace("above it", "to check"))
 }
 
 fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
@@ -36,7 +36,8 @@ fn broken(what: String, lines: &[Line], report: FitReport) -> Broken {
     Broken { what, table: Vec::new(), fit: Some(Box::new(report)), first }
 }
 
-/// In the largest run the first level whose mean depth is off the mean of all by more than the margin.
+/// Returns, for the largest run, the first level whose mean depth differs from the mean of all by more than the
+/// margin.
 fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
     let run = lines.iter().max_by_key(|line| line.n)?;
     let mean = |depth: &DepthLine| depth.sum as f64 / depth.nodes.max(1) as f64;
@@ -47,16 +48,17 @@ fn first_level(lines: &[Line], phase: &str, margin: f64) -> Option<String> {
     let LevelLine { level, nodes, largest, .. } = level;
     let (depth, all) = (short(depth), short(all));
     Some(format!(
-        "level off the mean: level {level}, {nodes} nodes of at most {largest} points, depth {depth}, mean of levels {all}"
+        "level away from the mean: level {level}, {nodes} nodes of at most {largest} points, depth {depth}, mean of levels {all}"
     ))
 }
 
-/// The depth of a level does not depend on its size: two one-sided tests find the slope of depth against log2 of
-/// the size within `margin`, a share of the mean depth per doubling, of every series of runs.
+/// Checks that the depth of a level does not depend on its size. Two one-sided tests must find the slope of depth
+/// against log2 of the size within `margin`, in every series of runs. `margin` is a share of the mean depth per
+/// doubling.
 ///
 /// # Errors
-/// A series that is not found flat; also one with too few levels or seeds to tell.
-pub fn level_depth_flat(counted: &impl Counted, phase: &str, margin: f64) -> Result<(), Broken> {
+/// If a series is not flat, or has too few levels or seeds for a decision.
+pub fn level_depth_flat(counted: &impl HasCounts, phase: &str, margin: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, &Request { margin, ..Request::new(Key::LevelDepth, Some(phase)) })?;
     let sloped = report.series.iter().find(|series| series.verdict != Verdict::SizeFree);
@@ -69,11 +71,11 @@ pub fn level_depth_flat(counted: &impl Counted, phase: &str, margin: f64) -> Res
     }
 }
 
-/// The count grows like this law, and the sizes tell it apart from all others of the list, in every series.
+/// Checks that the count grows like this law and that the sizes distinguish it from all others, in every series.
 ///
 /// # Errors
-/// Another verdict, or a question that these runs do not answer.
-pub fn grows_like(counted: &impl Counted, request: &Request, law: Law) -> Result<(), Broken> {
+/// If the verdict is another one, or these runs do not determine the growth.
+pub fn grows_like(counted: &impl HasCounts, request: &Request, law: Law) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
     let other = report.series.iter().find(|series| series.verdict != Verdict::Law { law });
@@ -83,11 +85,12 @@ pub fn grows_like(counted: &impl Counted, request: &Request, law: Law) -> Result
     }
 }
 
-/// The exponent of n in the count, the upper end of its 95 % interval: at most `most`, in every series.
+/// Checks that the exponent of n in the count is at most `most`, in every series. The upper end of its 95 % interval
+/// counts.
 ///
 /// # Errors
-/// A larger one, or a question that these runs do not answer.
-pub fn exponent(counted: &impl Counted, request: &Request, most: f64) -> Result<(), Broken> {
+/// If the exponent is larger, or these runs do not determine it.
+pub fn exponent(counted: &impl HasCounts, request: &Request, most: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let report = answered(&lines, request)?;
     let high = |growth: Option<&crate::experiment::fit::Growth>| {
@@ -101,12 +104,12 @@ pub fn exponent(counted: &impl Counted, request: &Request, most: f64) -> Result<
     Err(broken(what, &lines, report))
 }
 
-/// Bytes of the phase on a fixed number of workers grow like what crosses a separator: the exponent of n, with its
-/// 95 % interval, is at most `1 - 1/d + slack`.
+/// Checks that the bytes of a phase on a fixed number of workers grow like the surface of a separator. The exponent of
+/// n, with its 95 % interval, must be at most `1 - 1/d + slack`.
 ///
 /// # Errors
-/// A larger exponent, or a question that these runs do not answer.
-pub fn surface_bytes(counted: &impl Counted, phase: &str, slack: f64) -> Result<(), Broken> {
+/// If the exponent is larger, or these runs do not determine it.
+pub fn surface_bytes(counted: &impl HasCounts, phase: &str, slack: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let dimension = lines.iter().map(|line| line.dimension).min().unwrap_or(3) as f64;
     exponent(&lines, &Request::new(Key::Bytes, Some(phase)), 1.0 - 1.0 / dimension + slack)

@@ -1,8 +1,8 @@
-//! Assertions on counts, for tests: of depth, levels, rounds, results merged, traffic and growth.
+//! Assertions on counts, for tests: on depth, levels, rounds, merged results, traffic and growth.
 //!
-//! A check is a function of what was counted (a `Run`, `Counts`, a `Line` of a sweep, or several of them) and
-//! of a bound that the test states. It returns [`Broken`] where the counts go beyond it: with a table of all runs,
-//! the fit of the count where there are sizes enough, and the first round that went too far. [`assert_counts!`](crate::assert_counts)
+//! A check is a function of counts (a `Run`, `RunCounts`, a `Line` of a sweep, or several of them) and of a bound that
+//! the test states. If the counts exceed the bound, it returns [`Broken`] with a table of all runs and the first round
+//! that exceeds the bound. With enough sizes, it adds the fit of the count. [`assert_counts!`](crate::assert_counts)
 //! panics with that text at the line of the test.
 //!
 //! ```
@@ -23,7 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A bound that does not hold says where:
+//! The message of a failed check:
 //!
 //! ```should_panic
 //! # use septet::options::Workers;
@@ -39,33 +39,33 @@
 //! # let run = simulate(points, &options).unwrap();
 //! // rounds("merge", 0.0, 2.0): rounds of merge: 5 above 2 = 0 log2 n + 2
 //! //             n  workers   seed      counted        bound
-//! //           994       13      0            5            2  <- beyond it
-//! //   first round beyond it: round 50 of merge, 2 messages, 240 bytes, 1 merged, 0 points
+//! //           994       13      0            5            2  <- above it
+//! //   first round above it: round 50 of merge, 2 messages, 240 bytes, 1 merged, 0 points
 //! assert_counts!(run, rounds("merge", 0.0, 2.0));
 //! ```
 //!
-//! For checks of growth, lines need their sizes and seeds: make them with [`crate::experiment::Runner`], read them
-//! with [`crate::experiment::read_lines`], or set `Line::seed` yourself.
+//! Checks of growth need the sizes and seeds of lines. Make the lines with [`crate::experiment::Runner`], read them
+//! with [`crate::experiment::read_lines`], or set `Line::seed`.
 
 mod broken;
-mod counted;
+mod counts;
 mod growth;
 mod single;
 
 pub use broken::{Broken, Row};
-pub use counted::Counted;
+pub use counts::HasCounts;
 pub use growth::{exponent, grows_like, level_depth_flat, surface_bytes};
 pub use single::{
     bytes, depth_of_levels, levels, levels_over_leaf, merges, messages_per_worker, no_repair, rounds,
     same_counts,
 };
 
-/// Panics unless all checks hold: `assert_counts!(run, levels(1.5, -10.0), no_repair())`. The checks are the
-/// functions of [`septet::assertions`](crate::assertions), without their first argument.
+/// Panics unless all checks hold: `assert_counts!(run, levels(1.5, -10.0), no_repair())`. The checks are the functions
+/// of [`septet::assertions`](crate::assertions), without their first argument.
 #[macro_export]
 macro_rules! assert_counts {
     ($counted:expr, $($check:ident ( $($argument:expr),* $(,)? )),+ $(,)?) => {{
-        let counted = $crate::assertions::Counted::lines(&$counted);
+        let counted = $crate::assertions::HasCounts::lines(&$counted);
         $(
             if let Err(broken) = $crate::assertions::$check(&counted, $($argument),*) {
                 let check = concat!(stringify!($check), "(", stringify!($($argument),*), ")");

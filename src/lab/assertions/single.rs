@@ -1,10 +1,10 @@
-//! Checks of runs, one by one: each of them has to keep the bound. A phase that a run does not have keeps none.
+//! Checks of single runs. Each run must satisfy the bound. A phase that a run does not have fails the check.
 
 use crate::experiment::fit::{Key, Request};
 use crate::experiment::{LevelLine, Line, RoundLine};
 
-use super::broken::{Broken, Row, judged, nothing, short, told};
-use super::counted::Counted;
+use super::broken::{Broken, Row, compare, describe, nothing, short};
+use super::counts::HasCounts;
 
 fn logarithm(n: f64, slope: f64, constant: f64) -> f64 {
     slope * n.max(1.0).log2() + constant
@@ -15,19 +15,19 @@ fn law(slope: f64, constant: f64) -> String {
     format!("{} log2 n {sign} {}", short(slope), short(size))
 }
 
-/// Levels of the partition tree below the root: at most `slope log2 n + constant`.
+/// Checks that the partition tree has at most `slope log2 n + constant` levels below the root.
 ///
 /// # Errors
-/// A run with more.
-pub fn levels(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), Broken> {
+/// If a run has more.
+pub fn levels(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     tree_levels(&counted.lines(), &law(slope, constant), |line| logarithm(line.n as f64, slope, constant))
 }
 
-/// Levels of the partition tree below the root: at most `slope log2(n / leaf) + constant`.
+/// Checks that the partition tree has at most `slope log2(n / leaf) + constant` levels below the root.
 ///
 /// # Errors
-/// A run with more.
-pub fn levels_over_leaf(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), Broken> {
+/// If a run has more.
+pub fn levels_over_leaf(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     let text = law(slope, constant).replace("log2 n", "log2(n/leaf)");
     tree_levels(&counted.lines(), &text, |line| {
         logarithm(line.n as f64 / line.leaf.max(1) as f64, slope, constant)
@@ -39,56 +39,56 @@ fn tree_levels(lines: &[Line], text: &str, bound: impl Fn(&Line) -> f64) -> Resu
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| f64::from(level.level) > bound)?;
         let LevelLine { level, nodes, points, .. } = level;
-        Some(format!("level beyond it: level {level}, {nodes} nodes with {points} points"))
+        Some(format!("level above it: level {level}, {nodes} nodes with {points} points"))
     };
-    judged(lines, "levels of the tree", text, count, Some(&Request::new(Key::Levels, None)), first)
+    compare(lines, "levels of the tree", text, count, Some(&Request::new(Key::Levels, None)), first)
 }
 
-/// The largest depth that one subproblem of any level has in this phase: at most `most`, whatever its size.
+/// Checks that the depth of every subproblem in this phase is at most `most`, at every level and size.
 ///
 /// # Errors
-/// A level with a larger one.
-pub fn depth_of_levels(counted: &impl Counted, phase: &str, most: u64) -> Result<(), Broken> {
+/// If a level has a larger depth.
+pub fn depth_of_levels(counted: &impl HasCounts, phase: &str, most: u64) -> Result<(), Broken> {
     let of_level = |level: &LevelLine| level.depth.get(phase).map_or(0, |depth| depth.largest);
     let count = |line: &Line| {
-        // No level at all: there is nothing to be at most.
+        // A run without any level in this phase fails the check.
         let largest = line.levels.iter().filter(|l| l.depth.contains_key(phase)).map(of_level).max();
         (largest.map_or(f64::NAN, |depth| depth as f64), most as f64)
     };
     let first = |line: &Line, bound: f64| {
         let level = line.levels.iter().find(|level| of_level(level) as f64 > bound)?;
         let (depth, LevelLine { level: number, largest, .. }) = (of_level(level), level);
-        Some(format!("level beyond it: level {number}, depth {depth}, largest node of {largest} points"))
+        Some(format!("level above it: level {number}, depth {depth}, largest node of {largest} points"))
     };
     let question = Request::new(Key::LevelDepth, Some(phase));
     let what = format!("largest depth of a subproblem in {phase}");
-    judged(&counted.lines(), &what, "the most it may be", count, Some(&question), first)
+    compare(&counted.lines(), &what, "the limit", count, Some(&question), first)
 }
 
-/// Rounds of the phase in which something was sent: at most `slope log2 n + constant`.
+/// Checks that the phase sends messages in at most `slope log2 n + constant` rounds.
 ///
 /// # Errors
-/// A run with more.
-pub fn rounds(counted: &impl Counted, phase: &str, slope: f64, constant: f64) -> Result<(), Broken> {
+/// If a run has more such rounds.
+pub fn rounds(counted: &impl HasCounts, phase: &str, slope: f64, constant: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
         let rounds = line.phase(phase).map_or(f64::NAN, |p| p.rounds as f64);
         (rounds, logarithm(line.n as f64, slope, constant))
     };
     let first = |line: &Line, bound: f64| {
         let sent = |r: &&RoundLine| r.phase == phase && r.messages > 0;
-        line.rounds.iter().filter(sent).nth(bound.max(0.0) as usize).map(told)
+        line.rounds.iter().filter(sent).nth(bound.max(0.0) as usize).map(describe)
     };
     let question = Request::new(Key::Rounds, Some(phase));
     let what = format!("rounds of {phase}");
-    judged(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
+    compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
 
-/// Rounds that merge results of two subproblems into one: at most `slope log2 n + constant`. All results
-/// together are one less than leaves: that, too, is checked.
+/// Checks that at most `slope log2 n + constant` rounds merge the results of two subproblems. The number of merged
+/// results must be the number of leaves minus one.
 ///
 /// # Errors
-/// A run with more rounds, or whose results do not add up.
-pub fn merges(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), Broken> {
+/// If a run has more such rounds, or another number of merged results.
+pub fn merges(counted: &impl HasCounts, slope: f64, constant: f64) -> Result<(), Broken> {
     let lines = counted.lines();
     let merging = |line: &Line| line.rounds.iter().filter(|r| r.merged > 0).cloned().collect::<Vec<_>>();
     for line in &lines {
@@ -99,21 +99,21 @@ pub fn merges(counted: &impl Counted, slope: f64, constant: f64) -> Result<(), B
                 what: format!("results merged: {merged} of {splits} splits"),
                 table: vec![Row::at_most(line, merged as f64, splits as f64)],
                 fit: None,
-                first: merging(line).first().map(told),
+                first: merging(line).first().map(describe),
             });
         }
     }
     let count = |line: &Line| (merging(line).len() as f64, logarithm(line.n as f64, slope, constant));
-    let first = |line: &Line, bound: f64| merging(line).get(bound.max(0.0) as usize).map(told);
-    judged(&lines, "rounds that merge results", &law(slope, constant), count, None, first)
+    let first = |line: &Line, bound: f64| merging(line).get(bound.max(0.0) as usize).map(describe);
+    compare(&lines, "rounds that merge results", &law(slope, constant), count, None, first)
 }
 
-/// Messages of the phase over workers: at most `slope log2 n + constant`.
+/// Checks that the phase sends at most `slope log2 n + constant` messages per worker.
 ///
 /// # Errors
-/// A run with more.
+/// If a run sends more.
 pub fn messages_per_worker(
-    counted: &impl Counted,
+    counted: &impl HasCounts,
     phase: &str,
     slope: f64,
     constant: f64,
@@ -127,14 +127,14 @@ pub fn messages_per_worker(
     };
     let question = Request::new(Key::Messages, Some(phase));
     let what = format!("messages of {phase} a worker");
-    judged(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
+    compare(&counted.lines(), &what, &law(slope, constant), count, Some(&question), first)
 }
 
-/// Bytes of the phase: at most `factor n^(1 - 1/d)`, what crosses one separator.
+/// Checks that the phase sends at most `factor n^(1 - 1/d)` bytes, the surface of one separator.
 ///
 /// # Errors
-/// A run with more.
-pub fn bytes(counted: &impl Counted, phase: &str, factor: f64) -> Result<(), Broken> {
+/// If a run sends more.
+pub fn bytes(counted: &impl HasCounts, phase: &str, factor: f64) -> Result<(), Broken> {
     let count = |line: &Line| {
         let surface = (line.n as f64).powf(1.0 - 1.0 / line.dimension as f64);
         (line.phase(phase).map_or(f64::NAN, |p| p.bytes as f64), factor * surface)
@@ -142,46 +142,47 @@ pub fn bytes(counted: &impl Counted, phase: &str, factor: f64) -> Result<(), Bro
     let first = |line: &Line, bound: f64| beyond(line, phase, bound, |round| round.bytes);
     let question = Request::new(Key::Bytes, Some(phase));
     let text = format!("{} n^(1-1/d)", short(factor));
-    judged(&counted.lines(), &format!("bytes of {phase}"), &text, count, Some(&question), first)
+    compare(&counted.lines(), &format!("bytes of {phase}"), &text, count, Some(&question), first)
 }
 
-/// The first round of a phase at which the sum so far is above the bound.
+/// Returns the first round of a phase at which the running sum exceeds the bound.
 fn beyond(line: &Line, phase: &str, bound: f64, of: impl Fn(&RoundLine) -> u64) -> Option<String> {
     let mut sum = 0;
     let over = |round: &&RoundLine| {
         sum += of(round);
         sum as f64 > bound
     };
-    line.rounds.iter().filter(|r| r.phase == phase).find(over).map(told)
+    line.rounds.iter().filter(|r| r.phase == phase).find(over).map(describe)
 }
 
-/// No star was changed after the local hulls, nothing was exchanged and nothing gathered: the supergraph held
-/// the triangulation.
+/// Checks that no star changed after the local hulls, and that nothing was splayed or gathered. The supergraph then
+/// contained the triangulation.
 ///
 /// # Errors
-/// A run that repaired, or stopped before it could.
-pub fn no_repair(counted: &impl Counted) -> Result<(), Broken> {
+/// If a run repaired stars, or stopped before that phase.
+pub fn no_repair(counted: &impl HasCounts) -> Result<(), Broken> {
     let count = |line: &Line| {
         let end = line.end.map(|end| end.exchange_rounds + end.stars_repaired + end.gathered);
         (end.map_or(f64::NAN, |sum| sum as f64), 0.0)
     };
-    let first =
-        |line: &Line, _: f64| line.rounds.iter().find(|r| r.phase == "repair" && r.messages > 0).map(told);
+    let first = |line: &Line, _: f64| {
+        line.rounds.iter().find(|r| r.phase == "repair" && r.messages > 0).map(describe)
+    };
     let question = Request::new(Key::ExchangeRounds, None);
     let what = "rounds of exchange, stars repaired and points gathered";
-    judged(&counted.lines(), what, "none", count, Some(&question), first)
+    compare(&counted.lines(), what, "none", count, Some(&question), first)
 }
 
-/// Everything that may not depend on workers is the same in all runs: tree, levels, work and depth of every
-/// phase, graph.
+/// Checks that everything that does not depend on workers is equal in all runs: tree, levels, graph, and the work and
+/// depth of every phase.
 ///
 /// # Errors
-/// Two runs that differ, and in what.
-pub fn same_counts(counted: &impl Counted) -> Result<(), Broken> {
+/// If two runs differ. The error names the difference.
+pub fn same_counts(counted: &impl HasCounts) -> Result<(), Broken> {
     let lines = counted.lines();
     let Some((reference, others)) = lines.split_first() else { return Err(nothing("same counts")) };
     if others.is_empty() {
-        let what = "same counts: one run alone, nothing to compare it with".to_string();
+        let what = "same counts: there is only one run".to_string();
         return Err(Broken { what, table: Vec::new(), fit: None, first: None });
     }
     for line in others {
@@ -197,7 +198,7 @@ pub fn same_counts(counted: &impl Counted) -> Result<(), Broken> {
     Ok(())
 }
 
-/// The first count in which two runs differ.
+/// Returns the first count in which two runs differ.
 fn difference(a: &Line, b: &Line) -> Option<String> {
     let differs = |what: String, a: &dyn std::fmt::Debug, b: &dyn std::fmt::Debug| {
         Some(format!("difference: {what}: {a:?} and {b:?}"))

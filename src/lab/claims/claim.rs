@@ -1,4 +1,4 @@
-//! A claim: its sentence, its reading, its experiment and its judge.
+//! A claim: its sentence, its reading, its experiment and the function that judges it.
 
 use serde::Serialize;
 
@@ -7,17 +7,17 @@ use super::figure::Figure;
 use super::lab::Lab;
 use super::report::Judged;
 
-/// What of the paper's sentence is judged.
+/// The form of the paper's sentence that is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Reading {
-    /// The sentence as it stands.
+    /// The sentence as printed.
     AsPrinted,
-    /// What the algorithm needs in its place.
+    /// The form that the algorithm needs.
     AsRead {
         /// The reading.
         instead: &'static str,
-        /// Why not the sentence.
+        /// The reason against the printed sentence.
         because: &'static str,
     },
 }
@@ -25,15 +25,15 @@ pub enum Reading {
 /// One claim.
 #[derive(Clone, Copy, Debug)]
 pub struct Claim {
-    /// Its name on the command line.
+    /// The name on the command line.
     pub name: &'static str,
-    /// Its place in the paper.
+    /// The place in the paper.
     pub source: &'static str,
-    /// What it says.
+    /// The sentence.
     pub statement: &'static str,
-    /// Which form is judged.
+    /// The form that is judged.
     pub reading: Reading,
-    /// What is run and measured.
+    /// The runs and measurements.
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
@@ -50,7 +50,7 @@ impl Claim {
         Ok(Judged::of(self, figures))
     }
 
-    /// The claim in two lines: what it says, and how it is judged.
+    /// Returns the claim in two lines: the sentence, and the way it is judged.
     pub fn explained(&self) -> [String; 2] {
         let read = match self.reading {
             Reading::AsPrinted => String::new(),

@@ -1,29 +1,30 @@
-//! Why a claim has no verdict.
+//! The errors of a claim.
 
 use thiserror::Error;
 
 use crate::experiment::RunError;
 use crate::experiment::fit::FitError;
 
-/// Why a claim has no verdict.
+/// Why a claim could not be judged.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ClaimError {
     /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A question that the runs do not answer.
+    /// The runs do not determine the figure.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// A domain of the experiment's own could not be meshed.
+    /// A domain of the experiment could not be meshed.
     #[error("a mesh of the experiment failed: {reason}")]
     Mesh {
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// No claim of this name.
+    /// There is no claim of this name.
     #[error("there is no claim `{name}`; `septet reproduce --list` names them")]
     Unknown {
-        /// As given.
+        /// The name as given.
         name: String,
     },
 }

@@ -1,16 +1,17 @@
-//! How much is run.
+//! The extent of the experiments.
 
 use serde::Serialize;
 
-/// How much is run.
+/// The extent of the experiments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Extent {
-    /// A third of the quick sizes and fewer sets, for tests of claims themselves: not offered on the command line.
+    /// A third of the quick sizes and fewer sets. It tests the claims themselves, and the command line does not offer
+    /// it.
     Brief,
-    /// Under three minutes on two cores.
+    /// Less than three minutes on two cores.
     #[default]
     Quick,
-    /// To 2^24 points where the phase allows; hours.
+    /// Up to 2^24 points where the phase allows, which takes hours.
     Full,
 }

@@ -2,32 +2,34 @@
 
 use serde::Serialize;
 
-/// How a figure stands to its bound.
+/// The relation of a figure to its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Relation {
-    /// Not above.
+    /// The value is at most the bound.
     AtMost,
-    /// Not below.
+    /// The value is at least the bound.
     AtLeast,
 }
 
 /// A measured number and its bound.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Figure {
-    /// What was measured.
+    /// The measured quantity.
     pub what: String,
-    /// On which points.
+    /// The points on which it was measured.
     pub on: String,
     /// The first seed of the sets and of the runs.
     pub seed: u64,
-    /// The number.
+    /// The measured value.
     pub value: f64,
-    /// How it has to stand to the bound.
+    /// The required relation to the bound.
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
-    /// Of the sentence as printed, where the claim is judged by another reading: reported, not judged.
+    /// Whether the figure belongs to the printed sentence of a claim that is judged by another reading. Such a figure
+    /// is reported and not judged.
     pub as_printed: bool,
 }
 
@@ -53,12 +55,12 @@ impl Figure {
         Figure { relation: Relation::AtLeast, ..Figure::at_most(what, on, seed, value, bound) }
     }
 
-    /// Of the sentence as printed.
+    /// Marks the figure as one of the printed sentence.
     pub(super) fn printed(self) -> Figure {
         Figure { as_printed: true, ..self }
     }
 
-    /// Does it keep its bound? What is no number keeps none.
+    /// Returns `true` if the value satisfies the bound. NaN satisfies no bound.
     pub fn holds(&self) -> bool {
         match self.relation {
             Relation::AtMost => self.value <= self.bound,
@@ -66,14 +68,14 @@ impl Figure {
         }
     }
 
-    /// How near it is to its bound: 1 at the bound, above 1 beyond it.
+    /// Returns the ratio of the figure to its bound: 1 at the bound, above 1 if the bound is exceeded.
     pub(super) fn strain(&self) -> f64 {
         let (above, below) = match self.relation {
             Relation::AtMost => (self.value, self.bound),
             Relation::AtLeast => (self.bound, self.value),
         };
         match (self.holds(), below == 0.0) {
-            // Nothing where nothing is allowed says more than what is far from its bound, and less than what is near.
+            // A zero under a bound of zero ranks above a value far from its bound, and below a value near it.
             (true, true) => 0.5,
             (false, true) => f64::INFINITY,
             _ => above / below,

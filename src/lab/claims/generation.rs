@@ -1,7 +1,7 @@
 //! Section 5: points for meshes, generated for the unit cube and square.
 //!
-//! Sizes fall with slope L from the largest one to a tenth of it in the middle; both are below the local feature size, so
-//! f is known beforehand. Circumspheres and sizes are computed anew.
+//! Sizes fall with slope L from the largest one to a tenth of it in the middle. Both are below the local feature size,
+//! so f is known in advance. Circumspheres and sizes are recomputed.
 
 use glam::{DVec2, DVec3};
 use septet_geometry::point::Simplex;
@@ -29,8 +29,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsRead {
             instead: "distances of at least min(f(P), f(Q)) in Definition 5.2, and cells with circumcentres farther than \
                       sqrt(2) times the largest f from the boundary",
-            because: "as printed all points are close together; and a centre beyond the boundary, or in the balls that \
-                      protect it, cannot be added",
+            because: "as printed, all points are close together; and a centre beyond the boundary, or in a ball that \
+                      protects it, cannot be added",
         },
         experiment: "Generated points of a square and a cube, L = 0.12, 0.25, 0.5: the largest R/l, over 1/(1-L)",
         bound: "1, a theorem; 1e-9 for rounding",
@@ -41,7 +41,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 5, after Theorem 5.3",
         statement: "a similar theorem is true for a set that is an approximation to the maximal",
         reading: Reading::AsPrinted,
-        experiment: "The same sets, which near the boundary are maximal within g only, at all cells, L = 0.06 and 0.12: the \
+        experiment: "The same sets, which are maximal only within g near the boundary; all cells, L = 0.06 and 0.12: the \
                      largest R/l over g/(1-gL), in space g = max sqrt(4-2d^2)/(1-L sqrt(3+2d)) over d, in the plane \
                      sqrt(2)/(1-L)",
         bound: "1, a theorem (the generator's documentation proves it); 1e-9 for rounding",
@@ -66,7 +66,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             because: "no number of rounds is given",
         },
         experiment: "Rounds of the set that took most, less log2 of its candidates, over all stages of the same sets",
-        bound: "2: the rounds of a random order's greedy set grow as log m (Fischer and Noever 2018)",
+        bound: "2: for a random order, the rounds of the greedy set grow like log m (Fischer and Noever 2018)",
         judge: rounds,
     },
     Claim {
@@ -77,13 +77,13 @@ pub(super) const CLAIMS: &[Claim] = &[
             instead: "with alpha = 1.25 * 2(1+L)/(1-L)",
             because: "see the claim `alpha`",
         },
-        experiment: "Stars that the exchange had to change in the recursion over generated points, L = 0.12 and 0.25",
+        experiment: "Stars that splaying changed in the recursion over generated points, L = 0.12 and 0.25",
         bound: "0",
         judge: stars,
     },
 ];
 
-/// Room for rounding where a bound is attained.
+/// Tolerance for rounding if a bound is attained.
 const ROUNDING: f64 = 1e-9;
 
 /// A generated set with its cells.
@@ -98,7 +98,7 @@ struct Sample {
 }
 
 impl Sample {
-    /// The size function at a place.
+    /// Returns the size function at a place.
     fn f(&self, x: &X) -> f64 {
         let away = (0..self.d).map(|i| (x[i] - 0.5) * (x[i] - 0.5)).sum::<f64>().sqrt();
         self.size.min(0.1 * self.size + self.lipschitz * away)
@@ -108,8 +108,8 @@ impl Sample {
         shapes(&self.points, &self.cells, self.d)
     }
 
-    /// Is the place, on the inside, farther from the boundary than any ball reaches? Pieces have radii of at most f, triangles
-    /// of at most `sqrt(2)` times those.
+    /// Returns `true` if the place is inside and farther from the boundary than every protecting ball. Balls of
+    /// subsegments have radii of at most f, and those of subfacets at most `sqrt(2)` times as much.
     fn is_free(&self, x: &X) -> bool {
         let gap = (0..self.d).map(|i| x[i].min(1.0 - x[i])).fold(f64::INFINITY, f64::min);
         gap > std::f64::consts::SQRT_2 * self.size
@@ -147,14 +147,14 @@ fn made<P: Unit>(lab: &Lab, lipschitz: f64, size: f64) -> Result<Sample, ClaimEr
 
 fn config(lab: &Lab) -> Config {
     Config::default().with(|c| {
-        c.machine.workers = Workers::Count(lab.setting.threads as u32);
-        c.machine.threads = lab.setting.threads;
+        c.machine.workers = Workers::Count(lab.options.threads as u32);
+        c.machine.threads = lab.options.threads;
         c.machine.seed = lab.seed();
-        c.control.cancel = lab.setting.cancel.clone();
+        c.control.cancel.clone_from(&lab.options.cancel);
     })
 }
 
-/// The sets at the largest size asked for, and at that times `shrink`.
+/// Generates the sets at the largest size of this extent, and at `shrink` times that size.
 fn samples(lab: &Lab, slopes: &[f64], shrink: f64) -> Result<Vec<Sample>, ClaimError> {
     let [plane, space] = if lab.brief() { [0.06, 0.15] } else { lab.by_extent([0.02, 0.08], [0.004, 0.03]) };
     let mut all = Vec::new();
@@ -205,7 +205,7 @@ fn density(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// The integral of `f^-d` over a cell, by its corners' mean.
+/// Approximates the integral of `f^-d` over a cell by the mean of its corners.
 fn integral(sample: &Sample, row: &[u64]) -> f64 {
     let corners: Vec<X> = row.iter().map(|&v| sample.points[v as usize]).collect();
     let side = |i: usize| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]);
@@ -242,7 +242,7 @@ fn stars(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
         let config = config(lab).with(|c| {
             c.spacing = Some(sample.lipschitz);
             c.graph = Graph::default();
-            c.planted.fault = lab.setting.fault;
+            c.planted.fault = lab.options.fault;
         });
         let run = match sample.d {
             2 => {

@@ -17,7 +17,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "with a bounded radius-edge ratio DT(P) is a subgraph of DG_alpha(P)",
         reading: Reading::AsRead {
             instead: "of DG_alpha(P) with alpha = 1.25 * 2(1+L)/(1-L) for f-spaced sets",
-            because: "Theorem 3.2's constant is of no use",
+            because: "the constant of Theorem 3.2 is too large to use",
         },
         experiment: "Edges of the triangulation that are not in the machine's graph; on f-spaced sets",
         bound: "0: the formula is proved in the interior and observed at boundaries",
@@ -40,8 +40,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemmas 4.1 and 4.3",
         statement: "the hull of a vertex' graph neighbours gives the vertex' star in DT(P)",
         reading: Reading::AsPrinted,
-        experiment: "Stars that the exchange had to change, rounds of exchange and points gathered, on f-spaced sets",
-        bound: "0, by the lemma where the graph holds DT(P)",
+        experiment: "Stars that splaying changed, rounds of splaying and points gathered, on f-spaced sets",
+        bound: "0, by the lemma if the graph contains DT(P)",
         judge: local_hulls,
     },
     Claim {
@@ -50,8 +50,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "from G with degrees up to D_2, DT(P) takes O(T_CH(D_2)) with n processors, whatever n",
         reading: Reading::AsPrinted,
         experiment: "Depth of the hulls' phase over the largest degree of the graph, over sizes",
-        bound: "4 steps a neighbour: a step and a scan for each that is tested against the link, and as many again for the sort \
-                and what is inserted",
+        bound: "4 steps per neighbour: a step and a scan for each neighbour tested against the link, and as many again for the \
+                sort and the insertions",
         judge: hulls_depth,
     },
 ];
@@ -79,7 +79,7 @@ fn subgraph(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
 fn lower_hull(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut all = specimens(lab)?;
     let n = lab.size(4000, 20_000);
-    // Ties in every cell, and none.
+    // One set with ties in every cell, and one without ties.
     let others = [Kind::Grid, Kind::Uniform];
     let samples: Vec<Sample> =
         others.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d))).collect();

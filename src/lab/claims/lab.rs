@@ -1,4 +1,4 @@
-//! Sets and runs that claims share: each is made once.
+//! The sets and runs that claims share. Each is made once.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -16,26 +16,26 @@ use septet_core::run::{Run, simulate};
 use super::measure::{X, kth_nearest2};
 use super::{ClaimError, Extent};
 
-/// What an experiment is made with.
+/// The parameters of the experiments.
 #[derive(Clone, Debug)]
-pub struct Setting {
-    /// How much is run.
+pub struct LabOptions {
+    /// The extent of the experiments.
     pub extent: Extent,
     /// The first seed.
     pub seed: u64,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
-    /// How neighbour balls are corrected: naively, the claims on their depth must fail.
+    /// The correction of neighbour balls. With the bottom-up correction, the claims on its depth must fail.
     pub correction: Correction,
-    /// A fault planted in every machine, by tests.
+    /// A fault that tests plant in every machine.
     pub fault: Option<Fault>,
-    /// Set to stop.
+    /// A flag that cancels the experiments when it becomes `true`.
     pub cancel: Option<Arc<AtomicBool>>,
 }
 
-impl Default for Setting {
+impl Default for LabOptions {
     fn default() -> Self {
-        Setting {
+        LabOptions {
             extent: Extent::Quick,
             seed: 1,
             threads: 2,
@@ -46,13 +46,13 @@ impl Default for Setting {
     }
 }
 
-/// A set, whole.
+/// The request for a point set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
     pub(super) kind: Kind,
     pub(super) n: u64,
     pub(super) d: usize,
-    /// Of graded kinds.
+    /// The Lipschitz constant of graded kinds.
     pub(super) lipschitz: Option<f64>,
 }
 
@@ -67,70 +67,70 @@ impl Sample {
     }
 }
 
-/// A set with a run of the paper's recursion over it.
+/// A point set with a run of the paper's recursion over it.
 pub(super) struct Specimen {
     pub(super) name: String,
     pub(super) seed: u64,
     pub(super) d: usize,
     pub(super) points: Vec<X>,
-    /// The set's spacing.
+    /// The spacing of the set.
     pub(super) spacing: Option<Spacing>,
-    /// The alpha that the set's spacing gives, or the default.
+    /// The alpha that follows from the spacing, or the default.
     pub(super) alpha: f64,
-    /// Squared distances to the nearest point, by all pairs.
+    /// Squared distance from each point to the nearest other point, from all pairs.
     pub(super) nearest2: Vec<f64>,
     pub(super) run: Run,
 }
 
 impl Specimen {
-    /// Is a place of the unit square or cube farther than `f/(1-L)` from the boundary, so that none of the balls that
-    /// protect it holds the place? Of a set without a spacing none is.
+    /// Returns `true` if a place of the unit square or cube is farther than `f/(1-L)` from the boundary. None of the
+    /// balls that protect the boundary then contains it. In a set without a spacing, no place is free.
     pub(super) fn is_free(&self, x: &X) -> bool {
         let gap = x[..self.d].iter().map(|x| x.min(1.0 - x)).fold(f64::INFINITY, f64::min);
         self.spacing.is_some_and(|s| gap * (1.0 - s.lipschitz) > s.size(*x))
     }
 }
 
-/// The place of experiments.
+/// The laboratory: it makes sets and runs, and keeps them.
 pub struct Lab<'a> {
-    /// What they are made with.
-    pub setting: Setting,
+    /// The parameters of the experiments.
+    pub options: LabOptions,
     sets: BTreeMap<String, Rc<Generated>>,
     specimens: BTreeMap<String, Rc<Specimen>>,
     lines: BTreeMap<String, Rc<Vec<Line>>>,
-    hear: Box<dyn FnMut(&str) + 'a>,
+    report: Box<dyn FnMut(&str) + 'a>,
 }
 
-/// Sets kept at a time.
+/// Number of sets kept at a time.
 const KEPT: usize = 24;
 
 impl<'a> Lab<'a> {
-    /// An empty one. `hear` is told what is run.
-    pub fn new(setting: Setting, hear: impl FnMut(&str) + 'a) -> Lab<'a> {
+    /// Returns an empty laboratory. It calls `report` with a description of each set and run that it makes.
+    pub fn new(options: LabOptions, report: impl FnMut(&str) + 'a) -> Lab<'a> {
         let (sets, specimens, lines) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        Lab { setting, sets, specimens, lines, hear: Box::new(hear) }
+        Lab { options, sets, specimens, lines, report: Box::new(report) }
     }
 
     pub(super) fn brief(&self) -> bool {
-        self.setting.extent == Extent::Brief
+        self.options.extent == Extent::Brief
     }
 
     pub(super) fn seed(&self) -> u64 {
-        self.setting.seed
+        self.options.seed
     }
 
-    /// Seeds from the first on.
+    /// Returns `count` consecutive seeds, beginning with the first.
     pub(super) fn seeds(&self, count: u64) -> impl Iterator<Item = u64> + use<> {
         let first = self.seed();
         (0..count).map(move |i| first.wrapping_add(i))
     }
 
-    /// A value for either extent.
+    /// Returns one of two values by the extent.
     pub(super) fn by_extent<T>(&self, quick: T, full: T) -> T {
-        if self.setting.extent == Extent::Full { full } else { quick }
+        if self.options.extent == Extent::Full { full } else { quick }
     }
 
-    /// A number of points for either extent, fewer if brief.
+    /// Returns a number of points for the extent; a third of the quick one if brief.
     pub(super) fn size(&self, quick: u64, full: u64) -> u64 {
         if self.brief() { quick / 3 } else { self.by_extent(quick, full) }
     }
@@ -140,7 +140,7 @@ impl<'a> Lab<'a> {
         if let Some(set) = self.sets.get(&key) {
             return Ok(set.clone());
         }
-        (self.hear)(&key);
+        (self.report)(&key);
         let Sample { kind, n, d, lipschitz } = sample;
         let request = Request { kind, n, dimension: d, seed, lipschitz };
         let set = Rc::new(generate(&request, &mut |_, _, _| {})?);
@@ -157,19 +157,19 @@ impl<'a> Lab<'a> {
         let spacing = set.spacing.map(|s| s.lipschitz);
         Config::default().with(|c| {
             c.machine.workers = Workers::Count(1);
-            c.machine.threads = self.setting.threads;
+            c.machine.threads = self.options.threads;
             c.machine.seed = seed;
-            c.correction = self.setting.correction;
+            c.correction = self.options.correction;
             c.spacing = spacing;
-            // Sets of no known spacing have the default of those that have one.
+            // Sets without a known spacing use a fixed alpha, which is the default of sets with one.
             let alpha = if spacing.is_some() { Alpha::Auto } else { Alpha::Value(2.5) };
             c.graph = Graph::Density { alpha };
-            c.planted.fault = self.setting.fault;
-            c.control.cancel = self.setting.cancel.clone();
+            c.planted.fault = self.options.fault;
+            c.control.cancel.clone_from(&self.options.cancel);
         })
     }
 
-    /// A run over a set, changed as asked for.
+    /// Runs the recursion over a set, with a changed configuration.
     pub(super) fn run(
         &mut self,
         sample: Sample,
@@ -177,7 +177,7 @@ impl<'a> Lab<'a> {
         change: impl FnOnce(Config) -> Config,
     ) -> Result<Run, ClaimError> {
         let set = self.set(sample, seed)?;
-        (self.hear)(&format!("run over {} seed {seed}", sample.name()));
+        (self.report)(&format!("run over {} seed {seed}", sample.name()));
         let config = change(self.base(&set, seed));
         Ok(match &set.points {
             Points::Plane(points) => simulate(points, &config)?,
@@ -192,7 +192,7 @@ impl<'a> Lab<'a> {
         change: impl FnOnce(Config) -> Config,
     ) -> Result<RunCounts, ClaimError> {
         let set = self.set(sample, seed)?;
-        (self.hear)(&format!("counts over {} seed {seed}", sample.name()));
+        (self.report)(&format!("counts over {} seed {seed}", sample.name()));
         let config = change(self.base(&set, seed));
         Ok(match &set.points {
             Points::Plane(points) => count(points, &config)?,
@@ -200,7 +200,7 @@ impl<'a> Lab<'a> {
         })
     }
 
-    /// Lines of runs over sets, one a sample and seed; made once for a name.
+    /// Returns the lines of runs over sets, one for each sample and seed. They are made once for a name.
     pub(super) fn lines(
         &mut self,
         name: &str,
@@ -226,7 +226,7 @@ impl<'a> Lab<'a> {
         Ok(lines)
     }
 
-    /// A set with its run, graph and separators.
+    /// Returns a set with its run, graph and separators.
     pub(super) fn specimen(&mut self, sample: Sample, seed: u64) -> Result<Rc<Specimen>, ClaimError> {
         let key = format!("{} seed {seed}", sample.name());
         if let Some(specimen) = self.specimens.get(&key) {
@@ -254,7 +254,7 @@ impl<'a> Lab<'a> {
         Ok(specimen)
     }
 
-    /// The specimens of several samples, with as many seeds.
+    /// Returns the specimens of several samples, each with `seeds` seeds.
     pub(super) fn specimens(
         &mut self,
         samples: &[Sample],

@@ -1,6 +1,6 @@
-//! What the machine makes of the algorithm: results merged round by round, and counts that are none of its own.
+//! The algorithm on the machine: results are merged round by round, and counts do not depend on the machine.
 
-use crate::assertions::{Counted, same_counts};
+use crate::assertions::{HasCounts, same_counts};
 use crate::experiment::Line;
 use septet_core::Config;
 use septet_core::config::Workers;
@@ -11,7 +11,7 @@ use super::{Claim, ClaimError, Figure, Reading};
 
 const LEAF: u64 = 256;
 
-/// Largest growth of depth over levels that still is a constant for every level.
+/// Largest growth of depth over levels that is consistent with a constant per level.
 const OVER_LEVELS: f64 = 1.35;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -31,7 +31,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the machine's rounds follow the levels: 4 a level down for separators, 2 for balls, 1 up",
         reading: Reading::AsPrinted,
         experiment: "One worker per leaf: rounds of partition, neighbours and merge over levels plus 2",
-        bound: "6, 2 and 1: a level's rounds, half as many again where a separator is drawn anew",
+        bound: "6, 2 and 1: the rounds of a level, and half as many again if a separator is redrawn",
         judge: rounds,
     },
     Claim {
@@ -49,7 +49,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "DT(P) takes O(log n) depth in all",
         reading: Reading::AsPrinted,
         experiment: "Depth of every phase over levels plus 1, at the largest n over the smallest",
-        bound: "1.35: a constant for every level and one beside have at most 1.3; a constant for every pair of levels, 1.5 and more",
+        bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
         judge: depth,
     },
 ];
@@ -58,7 +58,7 @@ fn sizes(lab: &Lab) -> &'static [u64] {
     lab.by_extent(&[4096, 8192, 16_384], &[4096, 16_384, 65_536, 262_144])
 }
 
-/// Runs with one worker per leaf.
+/// Returns the lines of runs with one worker per leaf.
 fn lines(lab: &mut Lab, d: usize) -> Result<Vec<Line>, ClaimError> {
     let samples: Vec<Sample> = sizes(lab).iter().map(|&n| Sample::new(Kind::WellSpaced, n, d)).collect();
     let leaves = |config: Config| {
@@ -136,7 +136,7 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     let seeds = lab.by_extent(3, 5);
     for d in [2, 3] {
-        // Far enough apart for levels to be told from their square.
+        // The sizes are far enough apart to distinguish the number of levels from its square.
         let sizes = lab.by_extent([4096, 32_768], [4096, 262_144]);
         let samples = sizes.map(|n| Sample::new(Kind::WellSpaced, n, d));
         let leaf = |config: Config| config.with(|c| c.machine.leaf = Some(LEAF));
@@ -149,10 +149,11 @@ fn depth(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// The mean of a phase's depth over levels plus 1 at the largest size over that at the smallest, of runs that have the
-/// phase; nothing if none has.
+/// Compares a phase's depth over levels plus 1: the mean at the largest size over the mean at the smallest. Only runs
+/// that have the phase count. Returns `None` if no run has it.
 pub(super) fn depth_over_levels(lines: &[Line], phase: &str, kind: &str) -> Option<Figure> {
-    // Runs with a leaf that lacks neighbours ask a probe first, others do not: such a phase is judged where it is.
+    // Runs with a leaf that lacks neighbours have a probe phase, and others do not. Such a phase is judged in the runs
+    // that have it.
     let depth = |line: &Line| line.phase(phase).map_or(0, |p| p.depth);
     let of = |line: &Line| depth(line) as f64 / (f64::from(line.tree.levels) + 1.0);
     let there = || lines.iter().filter(|line| depth(line) > 0);

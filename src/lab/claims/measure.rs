@@ -1,12 +1,12 @@
-//! Measurements on points, cells and surfaces that share no code with the algorithm: all pairs, Cramer's rule,
-//! plain distances. Points of the plane have a third coordinate of 0.
+//! Measurements on points, cells and surfaces that share no code with the algorithm. They use all pairs, Cramer's rule
+//! and plain distances. Points of the plane have a third coordinate of 0.
 
 use rayon::prelude::*;
 
 /// A point.
 pub(super) type X = [f64; 3];
 
-/// Squared distance, summed in the order of the coordinates.
+/// Returns the squared distance, summed in the order of the coordinates.
 pub(super) fn distance2(a: &X, b: &X) -> f64 {
     (0..3).map(|i| a[i] - b[i]).fold(0.0, |sum, d| sum + d * d)
 }
@@ -23,7 +23,7 @@ fn cross(a: &X, b: &X) -> X {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Squared distance of every point to its `k`-th nearest other, by all pairs.
+/// Returns the squared distance from each point to its `k`-th nearest other point, from all pairs.
 pub(super) fn kth_nearest2(points: &[X], k: usize) -> Vec<f64> {
     let of = |p: &X| {
         let mut row: Vec<f64> = points.iter().map(|q| distance2(p, q)).collect();
@@ -33,7 +33,7 @@ pub(super) fn kth_nearest2(points: &[X], k: usize) -> Vec<f64> {
     points.par_iter().map(of).collect()
 }
 
-/// The pairs `i < j` that a symmetric rule of squared distance and of two radii joins, in order, by all pairs.
+/// Returns the pairs `i < j` that satisfy a symmetric rule of their squared distance and their two radii, in order.
 pub(super) fn pairs(
     points: &[X],
     radii2: &[f64],
@@ -47,22 +47,22 @@ pub(super) fn pairs(
     (0..points.len()).into_par_iter().map(of).flatten_iter().collect()
 }
 
-/// Definition 2.2's rule, for `alpha >= 1`.
+/// Returns the rule of Definition 2.2, for `alpha >= 1`.
 pub(super) fn overlap(alpha: f64) -> impl Fn(f64, f64, f64) -> bool + Sync {
     move |d2, a2, b2| d2.sqrt() <= alpha * a2.min(b2).sqrt() + a2.max(b2).sqrt()
 }
 
-/// Section 4.2's rule.
+/// Returns the rule of Section 4.2.
 pub(super) fn density(alpha: f64) -> impl Fn(f64, f64, f64) -> bool + Sync {
     move |d2, a2, b2| d2 <= alpha * alpha * a2.min(b2)
 }
 
-/// Section 4.5's rule.
+/// Returns the rule of Section 4.5.
 pub(super) fn nearest() -> impl Fn(f64, f64, f64) -> bool + Sync {
     |d2, a2, b2| d2 <= a2.max(b2)
 }
 
-/// Degrees of `n` vertices.
+/// Returns the degrees of `n` vertices.
 pub(super) fn degrees(n: usize, edges: &[(u64, u64)]) -> Vec<u64> {
     let mut degrees = vec![0; n];
     for &(i, j) in edges {
@@ -72,7 +72,7 @@ pub(super) fn degrees(n: usize, edges: &[(u64, u64)]) -> Vec<u64> {
     degrees
 }
 
-/// A cell's circumsphere and its shortest and longest edge.
+/// The circumsphere of a cell, and its shortest and longest edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
     pub(super) centre: X,
@@ -82,13 +82,13 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// Circumradius over shortest edge.
+    /// Returns the circumradius over the shortest edge.
     pub(super) fn ratio(&self) -> f64 {
         self.radius / self.shortest
     }
 }
 
-/// The shape of a cell of 3 or 4 corners.
+/// Returns the shape of a cell with 3 or 4 corners.
 pub(super) fn shape(corners: &[X]) -> Shape {
     let (mut shortest, mut longest) = (f64::INFINITY, 0.0f64);
     for (i, a) in corners.iter().enumerate() {
@@ -116,7 +116,7 @@ pub(super) fn shape(corners: &[X]) -> Shape {
     Shape { centre, radius, shortest: shortest.sqrt(), longest: longest.sqrt() }
 }
 
-/// Shapes of the cells, `d + 1` point numbers a row.
+/// Returns the shapes of cells that are given as rows of `d + 1` point indices.
 pub(super) fn shapes(points: &[X], cells: &[u64], d: usize) -> Vec<Shape> {
     let of = |row: &[u64]| {
         let corners: Vec<X> = row.iter().map(|&v| points[v as usize]).collect();
@@ -125,7 +125,7 @@ pub(super) fn shapes(points: &[X], cells: &[u64], d: usize) -> Vec<Shape> {
     cells.par_chunks_exact(d + 1).map(of).collect()
 }
 
-/// Cells at each of `n` points.
+/// Returns the cells at each of `n` points.
 pub(super) fn stars(n: usize, cells: &[u64], d: usize) -> Vec<Vec<u32>> {
     let mut stars = vec![Vec::new(); n];
     for (number, row) in (0u32..).zip(cells.chunks_exact(d + 1)) {
@@ -136,7 +136,7 @@ pub(super) fn stars(n: usize, cells: &[u64], d: usize) -> Vec<Vec<u32>> {
     stars
 }
 
-/// Edges of the cells, the smaller number first, in order, each once.
+/// Returns the edges of the cells in order, each once, with the smaller index first.
 pub(super) fn edges(cells: &[u64], d: usize) -> Vec<(u64, u64)> {
     let mut edges: Vec<(u64, u64)> = cells
         .chunks_exact(d + 1)
@@ -149,7 +149,7 @@ pub(super) fn edges(cells: &[u64], d: usize) -> Vec<(u64, u64)> {
     edges
 }
 
-/// Smallest angle of a triangle, from its sides.
+/// Returns the smallest angle of a triangle, computed from its sides.
 pub(super) fn smallest_angle(corners: &[X]) -> f64 {
     let angle = |at: usize| {
         let (a, b) =
@@ -160,7 +160,7 @@ pub(super) fn smallest_angle(corners: &[X]) -> f64 {
     (0..3).map(angle).fold(f64::INFINITY, f64::min)
 }
 
-/// Most balls that hold one of the places strictly inside.
+/// Returns the largest number of balls that contain one of the places strictly inside.
 pub(super) fn ply(points: &[X], radii2: &[f64], places: &[X]) -> u64 {
     let holding = |place: &X| {
         points.iter().zip(radii2).filter(|&(p, &r2)| distance2(p, place) < r2 * (1.0 - 1e-12)).count() as u64

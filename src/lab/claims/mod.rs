@@ -1,15 +1,15 @@
-//! The paper's claims as experiments: each runs, measures apart from the algorithm, and is held against a bound
-//! that was stated before.
+//! The paper's claims as experiments. Each claim is measured by code that is independent of the algorithm, and
+//! compared with a bound stated in advance.
 //!
-//! **What a claim is.** A sentence of the paper with its place, an experiment, and figures with their bounds. A
-//! figure comes from runs: from their ledger, or measured on their points, cells and separators by code that shares
-//! nothing with the algorithm (`measure`: all pairs, Cramer's rule, plain distances). A bound has a reason: a proof,
-//! or a measurement at other sizes with the slack that is named.
+//! **Claims.** A claim is a sentence of the paper with its place, an experiment, and figures with their bounds. A
+//! figure comes from the ledgers of runs, or is measured on their points, cells and separators. The measurements
+//! (`measure`) share no code with the algorithm: they use all pairs, Cramer's rule and plain distances. Each bound has
+//! a reason: a proof, or a measurement at other sizes with a stated slack.
 //!
-//! **Readings.** Where a sentence does not hold as it is printed, the claim says so, reports the figure of the printed
-//! form beside it, and is judged by the reading that the algorithm needs ([`Reading::AsRead`]).
+//! **Readings.** If a sentence is false as printed, the claim says so. It is judged by the reading that the algorithm
+//! needs ([`Reading::AsRead`]), and the figure of the printed form is reported below.
 //!
-//! **Repetition.** Everything is a function of (claims, [`Extent`], seed): no clock decides anything.
+//! **Repetition.** Everything is a function of the claims, the [`Extent`] and the seed. No clock decides anything.
 
 mod claim;
 mod error;
@@ -31,10 +31,10 @@ pub use claim::{Claim, Reading};
 pub use error::ClaimError;
 pub use extent::Extent;
 pub use figure::{Figure, Relation};
-pub use lab::{Lab, Setting};
+pub use lab::{Lab, LabOptions};
 pub use report::{ClaimReport, Judged, SCHEMA};
 
-/// All claims, in the paper's order.
+/// Returns all claims, in the paper's order.
 pub fn registry() -> impl Iterator<Item = &'static Claim> {
     let groups: [&'static [Claim]; 8] = [
         separators::CLAIMS,
@@ -49,10 +49,10 @@ pub fn registry() -> impl Iterator<Item = &'static Claim> {
     groups.into_iter().flatten()
 }
 
-/// The claims of these names, in the paper's order; all for none.
+/// Returns the claims of these names, in the paper's order; all claims if there are no names.
 ///
 /// # Errors
-/// A name that no claim has.
+/// If no claim has one of the names.
 pub fn select(names: &[String]) -> Result<Vec<&'static Claim>, ClaimError> {
     if let Some(name) = names.iter().find(|name| registry().all(|claim| claim.name != **name)) {
         return Err(ClaimError::Unknown { name: name.clone() });

@@ -16,8 +16,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 4.5",
         statement: "with high probability DT(P) is a subgraph of the (c log n)-nearest-neighbour graph",
         reading: Reading::AsRead {
-            instead: "so are the edges at vertices whose circumspheres lie in the domain, c = 14 in space, 7 in the plane",
-            because: "edges of the hull of a finite set join points of any rank",
+            instead: "the edges at vertices whose circumspheres lie in the domain are, with c = 14 in space and 7 in the plane",
+            because: "hull edges of a finite set join points of any rank",
         },
         experiment: "Poisson sets; for every edge the smaller of its two ranks, the largest over ln n: at interior \
                      vertices, and as printed at all",
@@ -53,7 +53,7 @@ fn neighbours(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// The largest of the edges' smaller ranks: over edges with an interior end, and over all.
+/// Returns the largest of the smaller ranks of all edges: over the edges with an interior end, and over all edges.
 fn ranks(specimen: &Specimen) -> (u64, u64) {
     let Specimen { points, run, d, .. } = specimen;
     let shapes = shapes(points, run.cells(), *d);
@@ -67,7 +67,7 @@ fn ranks(specimen: &Specimen) -> (u64, u64) {
         .collect();
     let rank = |from: u64, to: u64| {
         let (p, reach) = (&points[from as usize], distance2(&points[from as usize], &points[to as usize]));
-        // The point itself counts as the nearer one that the neighbour's own place stands for.
+        // The point `p` itself is counted here in place of the neighbour, so the count is the neighbour's rank.
         points.iter().filter(|q| distance2(p, q) < reach).count() as u64
     };
     let of = |&(i, j): &(u64, u64)| {

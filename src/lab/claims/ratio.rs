@@ -1,6 +1,6 @@
-//! Section 3: what a bounded radius-edge ratio implies for edges, radii, angles and degrees.
+//! Section 3: the consequences of a bounded radius-edge ratio for edges, radii, angles and degrees.
 //!
-//! The cells are those of certified runs; circumspheres, edges and angles are computed anew.
+//! The cells are those of certified runs. Circumspheres, edges and angles are recomputed.
 
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use super::measure::{
 };
 use super::{Claim, ClaimError, Figure, Reading};
 
-/// Room for rounding where a bound is attained.
+/// Tolerance for rounding if a bound is attained.
 const ROUNDING: f64 = 1e-9;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -23,7 +23,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "in the plane the smallest angle is at least asin(1/(2C))",
         reading: Reading::AsPrinted,
         experiment: "Angles, from their sides, of triangles with free circumcentres, farther than f/(1-L) from the \
-                     boundary; C = 1/(1-L) beforehand",
+                     boundary; C = 1/(1-L), known in advance",
         bound: "1 as a quotient: R <= f(c) and edges of at least f(c) - L R give C, and C the angle",
         judge: angle,
     },
@@ -47,7 +47,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "radius vectors from p at an angle below alpha_0 have lengths within a factor C_1",
         reading: Reading::AsPrinted,
         experiment: "Pairs of cells at a vertex, circumcentres free, alpha_0 = asin(1/(2C))/2, C = 1/(1-L) \
-                     beforehand; the largest R / r",
+                     known in advance; the largest R / r",
         bound: "C_1 = 2 cos alpha_0: the lemma's L >= 1/C and the law of sines give it",
         judge: radius_vectors,
     },
@@ -56,7 +56,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 3.4",
         statement: "cells whose radii are within C_1 have edges within 2 C_1 C",
         reading: Reading::AsPrinted,
-        experiment: "Pairs of cells at a vertex, circumcentres free, C = 1/(1-L) beforehand: E/e over 2 C R/r",
+        experiment: "Pairs of cells at a vertex, circumcentres free, C = 1/(1-L), known in advance: E/e over 2 C R/r",
         bound: "1, a theorem; 1e-9 for rounding",
         judge: |lab| edge_ratios(lab, false),
     },
@@ -80,7 +80,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-/// Sets that satisfy the hypothesis.
+/// Returns the sets that satisfy the hypothesis.
 fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     let n = lab.size(8000, 40_000);
     let mut samples = Vec::new();
@@ -96,9 +96,9 @@ fn ratio_of(shapes: &[Shape]) -> f64 {
     shapes.iter().map(Shape::ratio).fold(0.0, f64::max)
 }
 
-/// The radius-edge ratio that a maximal set with an L-Lipschitz spacing has where circumcentres are free,
-/// `1 / (1 - L)`: known before anything is measured.
-fn beforehand(specimen: &Specimen) -> f64 {
+/// Returns the largest radius-edge ratio of a maximal set with an L-Lipschitz spacing at free circumcentres,
+/// `1 / (1 - L)`. It is known before anything is measured.
+fn known_ratio(specimen: &Specimen) -> f64 {
     specimen.spacing.map_or(f64::NAN, |s| 1.0 / (1.0 - s.lipschitz) * (1.0 + ROUNDING))
 }
 
@@ -113,7 +113,7 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
             .map(|(row, _)| smallest_angle(&row.iter().map(|&v| points[v as usize]).collect::<Vec<X>>()))
             .collect();
         let smallest = angles.iter().copied().fold(f64::INFINITY, f64::min);
-        let (constant, degrees) = (beforehand(&specimen), smallest * 180.0 / PI);
+        let (constant, degrees) = (known_ratio(&specimen), smallest * 180.0 / PI);
         let count = angles.len();
         let what = format!(
             "smallest angle of {count} triangles, {degrees:.2} degrees, over asin(1/(2C)), C = {constant:.3}"
@@ -132,7 +132,8 @@ fn angle(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Caps of angle `alpha_0` that cover the sphere of directions, at least: its area over a cap's.
+/// Returns a lower bound on the number of caps of angle `alpha_0` that cover the sphere of directions: its area over
+/// the area of a cap.
 fn caps(alpha_0: f64, d: usize) -> f64 {
     let half = alpha_0 / 2.0;
     if d == 2 { (PI / half).ceil() } else { (2.0 / (1.0 - half.cos())).ceil() }
@@ -174,7 +175,7 @@ fn alpha(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Calls `f` for all pairs of cells at every vertex, those with free circumcentres: the vertex, and the cells.
+/// Calls `f` with the vertex and the two cells, for all pairs of cells with free circumcentres at every vertex.
 fn at_vertices(specimen: &Specimen, shapes: &[Shape], mut f: impl FnMut(usize, u32, u32)) {
     let d = specimen.d;
     for (v, mut star) in stars(specimen.points.len(), specimen.run.cells(), d).into_iter().enumerate() {
@@ -191,7 +192,7 @@ fn radius_vectors(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let shapes = shapes(&specimen.points, specimen.run.cells(), specimen.d);
-        let constant = beforehand(&specimen);
+        let constant = known_ratio(&specimen);
         let alpha_0 = 0.5 * (0.5 / constant).asin();
         let (mut largest, mut narrow) = (0.0f64, 0u64);
         at_vertices(&specimen, &shapes, |v, a, b| {
@@ -217,7 +218,7 @@ fn edge_ratios(lab: &mut Lab, neighbouring: bool) -> Result<Vec<Figure>, ClaimEr
     for specimen in specimens(lab)? {
         let Specimen { points, run, d, .. } = &*specimen;
         let shapes = shapes(points, run.cells(), *d);
-        let constant = beforehand(&specimen);
+        let constant = known_ratio(&specimen);
         let row = |cell: u32| &run.cells()[cell as usize * (d + 1)..][..d + 1];
         let (mut largest, mut judged) = (0.0f64, 0u64);
         at_vertices(&specimen, &shapes, |_, a, b| {

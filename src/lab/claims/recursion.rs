@@ -15,9 +15,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Lemma 4.5",
         statement: "the graph computed by the divide and conquer is the alpha-density graph of P",
         reading: Reading::AsPrinted,
-        experiment: "Edges of the machine's graph against all pairs by definition: in one and not in the other; sets both, \
+        experiment: "Edges in the machine's graph or in the graph by definition, over all pairs, and not in both; sets both, \
                      smaller and ghost, alpha of the set's spacing",
-        bound: "0, a theorem with radii that are global",
+        bound: "0, a theorem if radii are global",
         judge: exact,
     },
     Claim {
@@ -26,7 +26,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "recursion on P_I u P_O and P_E u P_O down to some constant keeps O(n) points in all",
         reading: Reading::AsRead {
             instead: "down to a floor of 1,000 points in space and 500 in the plane at alpha 2.5",
-            because: "with floors of a few dozen separator sets swallow the pieces",
+            because: "with leaves of a few dozen points, separator sets contain nearly all points of a subproblem",
         },
         experiment: "Points of all leaves over points, sets both, at growing n; as printed with a floor of 100",
         bound: "8: 6.1 at 70,000 and 7.5 at 700,000 points, measured in space; as printed, growth by 1.1 from n to 4n",
@@ -39,7 +39,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         reading: Reading::AsPrinted,
         experiment: "Twice the edges of the 2-overlap graph over n, for evenly and unevenly dense sets, from all pairs; \
                      that the machine's has as many",
-        bound: "2 ply (alpha + 2)^d: each edge charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
+        bound: "2 ply (alpha + 2)^d: each edge is charged to its smaller ball; growth by 1.5 from n to 4n (a quadratic sum: 4)",
         judge: subproblems,
     },
 ];
@@ -52,7 +52,7 @@ fn exact(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     {
         let sample = Sample::new(kind, n, d);
         let specimen = lab.specimen(sample, lab.seed())?;
-        // What the spacing gives, whatever the machine says that it took.
+        // alpha follows from the spacing. The value that the machine reports is not used.
         let alpha = specimen.alpha;
         let expected = pairs(&specimen.points, &specimen.nearest2, density(alpha));
         for (sets, name) in [

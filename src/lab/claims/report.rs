@@ -1,4 +1,4 @@
-//! Verdicts, as data and as text.
+//! The report of judged claims, as data and as text.
 
 use std::fmt::Write;
 
@@ -9,41 +9,43 @@ use super::{Claim, Extent, Figure, Reading, Relation};
 /// Name and version of the schema of [`ClaimReport`].
 pub const SCHEMA: &str = "septet-claims/1";
 
-/// A claim with its verdict.
+/// A judged claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Judged {
-    /// The claim's name.
+    /// The name of the claim.
     pub name: &'static str,
-    /// Its place in the paper.
+    /// The place in the paper.
     pub source: &'static str,
-    /// What it says.
+    /// The sentence.
     pub statement: &'static str,
-    /// Which form was judged.
+    /// The form that was judged.
     pub reading: Reading,
-    /// What was run and measured.
+    /// The runs and measurements.
     pub experiment: &'static str,
     /// The bound and its reason.
     pub bound: &'static str,
-    /// Did every figure of the judged form keep its bound, and was there one?
+    /// Whether there was a figure of the judged form and every such figure satisfied its bound.
     pub passed: bool,
-    /// Of another form than the printed one: did every figure of the printed form keep its bound?
+    /// Whether every figure of the printed form satisfied its bound; none if the printed form was judged.
     pub holds_as_printed: Option<bool>,
     /// All figures.
     pub figures: Vec<Figure>,
 }
 
-/// Claims with their verdicts.
+/// All judged claims.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ClaimReport {
     /// [`SCHEMA`].
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
-    /// How much was run.
+    /// The extent of the experiments.
     pub extent: Extent,
     /// The first seed.
     pub seed: u64,
-    /// Did all pass?
+    /// Whether all claims passed.
     pub passed: bool,
     /// The claims, in the paper's order.
     pub claims: Vec<Judged>,
@@ -58,13 +60,13 @@ impl Judged {
         Judged { name, source, statement, reading, experiment, bound, passed, holds_as_printed, figures }
     }
 
-    /// The figure that says most: the one farthest beyond its bound, or nearest to it.
+    /// Returns the most significant figure: the one farthest beyond its bound, or else nearest to it.
     pub fn telling(&self, as_printed: bool) -> Option<&Figure> {
         let of = self.figures.iter().filter(|f| f.as_printed == as_printed);
         of.max_by(|a, b| a.strain().total_cmp(&b.strain()))
     }
 
-    /// The verdict's rows: the judged form, then the printed one where it is another.
+    /// Returns the rows of the claim: the judged form, then the printed form if it is different.
     pub fn rows(&self) -> String {
         let mut out = String::new();
         let verdict = if self.passed { "PASS" } else { "FAIL" };
@@ -76,7 +78,7 @@ impl Judged {
         out
     }
 
-    /// All figures; of those beyond their bounds alone if `beyond`.
+    /// Returns all figures; only those beyond their bounds if `beyond`.
     pub fn details(&self, beyond: bool) -> String {
         let mut out = String::new();
         for figure in self.figures.iter().filter(|f| !(beyond && (f.holds() || f.as_printed))) {
@@ -90,7 +92,7 @@ impl Judged {
 
 fn row(out: &mut String, verdict: &str, name: &str, figure: Option<&Figure>) {
     let Some(figure) = figure else {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(out, "{verdict:<5} {name:<28} nothing was measured");
         return;
     };
@@ -103,7 +105,7 @@ fn row(out: &mut String, verdict: &str, name: &str, figure: Option<&Figure>) {
     let _ = writeln!(out, "{verdict:<5} {name:<28} {value:>9} {relation} {bound:<8} {seed:>4}  {what}; {on}");
 }
 
-/// Four digits or so.
+/// Formats a number with about four digits.
 fn short(x: f64) -> String {
     let size = x.abs();
     if x == x.trunc() && size < 1e7 {
@@ -117,19 +119,19 @@ fn short(x: f64) -> String {
 }
 
 impl ClaimReport {
-    /// Of claims in the paper's order.
+    /// Returns the report of judged claims, which are in the paper's order.
     pub fn of(extent: Extent, seed: u64, claims: Vec<Judged>) -> ClaimReport {
         let passed = !claims.is_empty() && claims.iter().all(|claim| claim.passed);
         ClaimReport { schema: SCHEMA, version: env!("CARGO_PKG_VERSION"), extent, seed, passed, claims }
     }
 
-    /// The head of the table.
+    /// Returns the header of the table.
     pub fn head() -> String {
         let (verdict, claim, figure, bound, seed) = ("", "claim", "figure", "bound", "seed");
         format!("{verdict:<5} {claim:<28} {figure:>9}    {bound:<8} {seed:>4}  what; on which points\n")
     }
 
-    /// One sentence.
+    /// Returns a summary in one sentence.
     pub fn summary(&self) -> String {
         let failed = self.claims.iter().filter(|claim| !claim.passed).count();
         let otherwise = self.claims.iter().filter(|claim| claim.holds_as_printed == Some(false)).count();

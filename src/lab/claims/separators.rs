@@ -1,6 +1,6 @@
-//! Section 2: sphere separators of overlap, density and nearest-neighbour graphs; the balls' ply and overlap.
+//! Section 2: sphere separators of overlap, density and nearest-neighbour graphs; ply and overlap of the balls.
 //!
-//! Separators are those of runs; sides, crossings, sizes and edges are found again from points and spheres alone.
+//! The separators are those of runs. Sides, crossings, sizes and edges are recomputed from points and spheres.
 
 use std::rc::Rc;
 
@@ -17,7 +17,7 @@ use super::lab::{Lab, Sample, Specimen};
 use super::measure::{X, degrees, density, distance2, dot, kth_nearest2, nearest, overlap, pairs, ply};
 use super::{Claim, ClaimError, Figure, Reading};
 
-/// `(d+1)/(d+2)`.
+/// Returns `(d+1)/(d+2)`.
 fn quotient(d: usize) -> f64 {
     (d + 1) as f64 / (d + 2) as f64
 }
@@ -25,8 +25,8 @@ fn quotient(d: usize) -> f64 {
 /// The epsilon of Section 4.3, step 2.
 const EPSILON: f64 = 0.05;
 
-const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O are the machine's own; an edge \
-                        counts whose ends a surface parts and the machine put into no P_O of it";
+const NO_EDGES: &str = "Edges by definition, from all pairs; surfaces and separator sets P_O are those of the machine; an edge \
+                        counts if a surface separates its ends and P_O contains neither";
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -34,8 +34,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Definition 2.1, Section 2 (3), Section 4.3 step 2",
         statement: "no edge of the alpha-density graph joins P_I and P_E",
         reading: Reading::AsRead {
-            instead: "B_O holds every ball whose alpha-fold meets the sphere",
-            because: "leaving out only the balls that meet it themselves loses edges",
+            instead: "B_O contains every ball whose alpha-fold enlargement meets the sphere",
+            because: "if B_O contains only the balls that meet the sphere themselves, edges are lost",
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
@@ -46,8 +46,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Definition 2.1, Section 2 (3)",
         statement: "no edge of the (alpha, k)-overlap graph joins a ball of B_I with one of B_E",
         reading: Reading::AsRead {
-            instead: "B_O holds every ball whose alpha-fold meets the sphere",
-            because: "leaving out only the balls that meet it themselves loses edges",
+            instead: "B_O contains every ball whose alpha-fold enlargement meets the sphere",
+            because: "if B_O contains only the balls that meet the sphere themselves, edges are lost",
         },
         experiment: NO_EDGES,
         bound: "0 edges, a theorem",
@@ -97,8 +97,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2, Section 4.2",
         statement: "nearest-neighbour balls are a k-ply system for a constant k",
         reading: Reading::AsPrinted,
-        experiment: "Balls that hold a place strictly inside, at places halfway between neighbours and at ball's rims",
-        bound: "5 in the plane, 12 in space: centres are seen from a common place at more than 60 degrees",
+        experiment: "Balls that contain a place strictly inside, at places halfway between neighbours and near the rims of balls",
+        bound: "5 in the plane, 12 in space: from a common place, any two centres are more than 60 degrees apart",
         judge: plies,
     },
     Claim {
@@ -107,14 +107,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "a ball's alpha-fold meets a bounded number of balls that are not smaller",
         reading: Reading::AsPrinted,
         experiment: "For every ball, neighbours in the alpha-overlap graph whose radius is not smaller; the largest number",
-        bound: "ply (alpha + 2)^d: each holds a ball of the smaller radius within alpha + 2 radii",
+        bound: "ply (alpha + 2)^d: each contains a ball of the smaller radius within alpha + 2 radii",
         judge: overlaps,
     },
 ];
 
-/// Sets of all characters: the separator theorem has no hypothesis on points.
+/// Returns sets of all kinds, since the separator theorem has no hypothesis on the points.
 fn sampled(lab: &mut Lab) -> Result<Vec<(Sample, Rc<Specimen>)>, ClaimError> {
-    // As many as a picture of the run shows.
+    // The largest set of which a picture shows every point.
     let n = lab.size(8000, 20_000);
     let kinds = [Kind::WellSpaced, Kind::Uniform, Kind::GradedPoint, Kind::Clusters];
     let samples = kinds.iter().flat_map(|&kind| [2, 3].map(|d| Sample::new(kind, n, d)));
@@ -132,7 +132,7 @@ fn specimens(lab: &mut Lab) -> Result<Vec<Rc<Specimen>>, ClaimError> {
     Ok(sampled(lab)?.into_iter().map(|(_, specimen)| specimen).collect())
 }
 
-/// Distance of a place from a separator's surface, negative inside.
+/// Returns the signed distance of a place from a separator's surface, negative inside.
 fn height(separator: &SeparatorView, x: &X) -> f64 {
     let mut vector = [0.0; 3];
     vector[..separator.vector.len()].copy_from_slice(&separator.vector);
@@ -145,12 +145,13 @@ fn height(separator: &SeparatorView, x: &X) -> f64 {
     }
 }
 
-/// Does the ball meet the surface? Rounded towards meeting, as distances near a large sphere are.
+/// Returns `true` if the ball meets the surface. Distances near a large sphere are rounded, so doubtful balls count as
+/// meeting it.
 fn meets(separator: &SeparatorView, x: &X, radius: f64) -> bool {
     height(separator, x).abs() <= radius * (1.0 + 1e-9) + 1e-12 * (1.0 + separator.number.abs())
 }
 
-/// The tree of a run, found again: for each node with a surface, its points; for each point, its leaf.
+/// The recomputed tree of a run: the points of each node that has a surface, and the leaf of each point.
 struct Tree<'a> {
     nodes: Vec<(&'a SeparatorView, Vec<u32>)>,
     leaves: Vec<u64>,
@@ -165,7 +166,7 @@ impl<'a> Tree<'a> {
         let separators = run.picture.as_ref().map_or(&[][..], |view| &view.separators);
         let mut leaves = vec![1u64; points.len()];
         let mut nodes = Vec::new();
-        // Parents come before children: a node's number is above its parent's.
+        // The node id of a child is larger than that of its parent, so parents come first.
         for separator in separators {
             let inside: Vec<u32> =
                 (0u32..).zip(&leaves).filter(|(_, leaf)| **leaf == separator.node).map(|(i, _)| i).collect();
@@ -178,7 +179,7 @@ impl<'a> Tree<'a> {
         Tree { nodes, leaves }
     }
 
-    /// The surface that parts two points, if one does.
+    /// Returns the surface that separates two points, if there is one.
     fn parting(&self, i: u64, j: u64) -> Option<&'a SeparatorView> {
         let (mut a, mut b) = (self.leaves[i as usize], self.leaves[j as usize]);
         while a != b {
@@ -198,13 +199,13 @@ enum Claimed {
     Nearest,
 }
 
-/// Neighbours of the nearest-neighbour graph.
+/// k of the nearest-neighbour graph.
 const NEAREST: usize = 12;
 
 /// alpha of the overlap graph.
 const OVERLAP: f64 = 2.0;
 
-/// A run with this graph over the specimen's points, which shows all of them.
+/// Runs over the points of the specimen with this graph. The picture of the run shows all points.
 fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Result<Run, ClaimError> {
     let seen = |config: Config| config.with(|c| c.keep.view = MOST_POINTS);
     let (sample, seed) = (of.0, of.1.seed);
@@ -216,8 +217,8 @@ fn with_graph(lab: &mut Lab, of: &(Sample, Rc<Specimen>), graph: Claimed) -> Res
     }
 }
 
-/// For every point the levels at which the machine has it in the separator set; nothing unless the run's picture shows
-/// all points. A picture is in the order of a hash of the coordinates.
+/// Returns, for each point, the levels at which the machine has it in the separator set; `None` if the picture of the
+/// run does not show all points. A picture is ordered by a hash of the coordinates.
 fn sets_of(run: &Run, points: &[X], d: usize) -> Option<Vec<u64>> {
     let view = run.picture.as_ref()?;
     let hash =
@@ -258,7 +259,7 @@ fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
                 |(i, j, s): &&(usize, usize, &SeparatorView)| (sets[*i] | sets[*j]) >> s.level & 1 == 0;
             parted.iter().filter(lost).count() as f64
         });
-        let what = format!("edges from P_I to P_E, of {} that a surface parts", parted.len());
+        let what = format!("edges from P_I to P_E, of {} that a surface separates", parted.len());
         let (name, seed) = (&specimen.name, specimen.seed);
         figures.push(Figure::at_most(what, name, seed, lost, 0.0));
         all_parted += parted.len();
@@ -269,7 +270,7 @@ fn no_edges(lab: &mut Lab, graph: Claimed) -> Result<Vec<Figure>, ClaimError> {
             figures.push(Figure::at_most(what, name, seed, lost as f64, 0.0).printed());
         }
     }
-    let what = "edges that a surface parts, for the claim to say anything";
+    let what = "edges that a surface separates, the number that the claim needs";
     figures.push(Figure::at_least(what, "all sets", first_seed, all_parted as f64, 1000.0));
     Ok(figures)
 }
@@ -325,7 +326,7 @@ fn attempts(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     Ok(figures)
 }
 
-/// Kissing bounds for angles above 60 degrees.
+/// Returns the largest number of directions with pairwise angles above 60 degrees.
 fn most_ply(d: usize) -> f64 {
     if d == 2 { 5.0 } else { 12.0 }
 }
@@ -334,7 +335,7 @@ fn plies(lab: &mut Lab) -> Result<Vec<Figure>, ClaimError> {
     let mut figures = Vec::new();
     for specimen in specimens(lab)? {
         let Specimen { points, nearest2, d, .. } = &*specimen;
-        // Towards other points: halfway to one, and just inside the rim.
+        // The places lie towards other points: halfway to one, and just inside the rim of the ball.
         let places = points.iter().zip(nearest2).enumerate().flat_map(|(i, (p, r2))| {
             let other = &points[(i * 7919 + 1) % points.len()];
             let length = distance2(p, other).sqrt().max(f64::MIN_POSITIVE);

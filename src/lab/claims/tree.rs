@@ -1,8 +1,7 @@
-//! Theorem 4.4 and Lemma 4.5: levels, depth and work of the tree and the neighbours, phase by phase and level by
-//! level.
+//! Theorem 4.4 and Lemma 4.5: levels, depth and work of the tree and the neighbours, by phase and by level.
 //!
-//! A total hides how the recursion grows behind the constant of the local hulls; so levels are bounded for every
-//! seed, the depth of a level is tested for flatness, and each phase is judged apart.
+//! In a total, the constant of the local hulls hides the growth of the recursion. Levels are therefore bounded for
+//! every seed, the depth of each level is tested for flatness, and each phase is judged separately.
 
 use std::rc::Rc;
 
@@ -16,7 +15,7 @@ use super::lab::{Lab, Sample};
 use super::machine::depth_over_levels;
 use super::{Claim, ClaimError, Extent, Figure, Reading};
 
-/// Largest leaf: above the neighbours' need of 256 and small enough for many levels.
+/// Largest leaf: at least the 256 points that the neighbours need, and small enough for many levels.
 const LEAF: u64 = 256;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -26,7 +25,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "the recursion has O(log n) levels",
         reading: Reading::AsPrinted,
         experiment: "Levels below the root less 2, over log2(n/leaf), the largest of all sizes and seeds",
-        bound: "1.5: 1.05 to 1.3 measured; 9.6 is what the split ratio proves",
+        bound: "1.5: 1.05 to 1.3 measured; the split ratio proves 9.6",
         judge: levels,
     },
     Claim {
@@ -35,7 +34,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "a separator is found in constant time with n processors, whatever n",
         reading: Reading::AsPrinted,
         experiment: "Slope of the mean depth of a level's splits against log2 of their size: two one-sided tests of 5 %",
-        bound: "5 % of the mean depth per doubling; a depth that grows like log m has 7 % or more",
+        bound: "5 % of the mean depth per doubling; a depth that grows like log m has at least 7 %",
         judge: |lab| level_depth(lab, "partition"),
     },
     Claim {
@@ -43,8 +42,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 4.3",
         statement: "the neighbourhood system takes O(log n) time: every level of the descent a constant",
         reading: Reading::AsPrinted,
-        experiment: "The same of the descent of the neighbour balls",
-        bound: "5 % of the mean depth per doubling; a correction node by node has a slope of half its depth and more",
+        experiment: "The same for the descent of the neighbour balls",
+        bound: "5 % of the mean depth per doubling; a correction node by node has a slope of at least half its depth",
         judge: |lab| level_depth(lab, "neighbours"),
     },
     Claim {
@@ -53,7 +52,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "tree and neighbours take O(log n) depth on an EREW PRAM with unit-time scans",
         reading: Reading::AsPrinted,
         experiment: "Depth of either phase over levels plus 1 (the levels have a claim), at the largest n over the smallest",
-        bound: "1.35: a constant for every level and one beside have at most 1.3; a constant for every pair of levels, 1.5 and more",
+        bound: "1.35: a constant per level plus a constant gives at most 1.3; a constant per pair of levels gives at least 1.5",
         judge: depth,
     },
     Claim {
@@ -62,14 +61,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "tree and neighbours take O(n log n) work",
         reading: Reading::AsPrinted,
         experiment: "Work of the phases over n log2 n: mean at the largest size over that at the smallest",
-        bound: "1.1: over a factor of 8 in n, n^1.2 would have 1.2 and n^(4/3) 1.6; less is not told from a logarithm",
+        bound: "1.1: over a factor of 8 in n, n^1.2 would have 1.2 and n^(4/3) 1.6; smaller powers cannot be distinguished from a logarithm",
         judge: work,
     },
 ];
 
 fn sweep(lab: &mut Lab, kind: Kind, d: usize) -> Result<Rc<Vec<Line>>, ClaimError> {
     let spaced = kind == Kind::WellSpaced;
-    let (octaves, parts, seeds) = match (spaced, lab.setting.extent) {
+    let (octaves, parts, seeds) = match (spaced, lab.options.extent) {
         (_, Extent::Brief) => (3, 1, 3),
         (true, Extent::Quick) => (3, 2, 4),
         (true, Extent::Full) => (8, 4, 10),
@@ -91,7 +90,7 @@ fn sweep(lab: &mut Lab, kind: Kind, d: usize) -> Result<Rc<Vec<Line>>, ClaimErro
 /// A sweep and its name.
 type Named = (String, Rc<Vec<Line>>);
 
-/// The sweeps.
+/// Returns the sweeps.
 fn sweeps(lab: &mut Lab) -> Result<Vec<Named>, ClaimError> {
     let mut all = Vec::new();
     let sets = [(Kind::WellSpaced, 3), (Kind::WellSpaced, 2), (Kind::Uniform, 3), (Kind::Uniform, 2)];

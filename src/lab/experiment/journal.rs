@@ -1,8 +1,8 @@
-//! The file of a sweep: complete lines, and nothing else that is trusted.
+//! The file of a sweep, which keeps complete lines only.
 //!
-//! A run's line is appended in one piece when the run is over. What stands after the last line's end was torn
-//! by an interruption and is dropped when the sweep is taken up, if it begins as lines do. Anything else (a complete
-//! line that is no run, or belongs to another sweep) is refused and the file left as it is.
+//! A run appends its line in one write. An interruption can leave an incomplete line at the end of the file. The next
+//! sweep drops it if it begins as lines do. Everything else is refused, and the file stays unchanged: a complete line
+//! that is not a run, or a run of another sweep.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -15,62 +15,63 @@ use super::line::{Line, SCHEMA};
 
 /// A file of lines that cannot be read or written.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum JournalError {
     /// The file cannot be opened, read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// A complete line that is no run.
-    #[error("{}, line {line}: no run of a sweep: {reason}", path.display())]
+    /// A complete line is not a run.
+    #[error("{}, line {line}: not a run of a sweep: {reason}", path.display())]
     Line {
         /// The file.
         path: PathBuf,
-        /// From 1.
+        /// Line number, from 1.
         line: usize,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// The file belongs to a sweep that asked for something else.
-    #[error("{} holds another sweep:\n  there: {there}\n  asked: {asked}", path.display())]
+    /// The file belongs to another sweep.
+    #[error("{} belongs to another sweep:\n  in the file: {there}\n  requested:   {asked}", path.display())]
     OtherSweep {
         /// The file.
         path: PathBuf,
-        /// Its sweep's words.
+        /// The words of the sweep in the file.
         there: String,
-        /// The words of the sweep asked for.
+        /// The words of the requested sweep.
         asked: String,
     },
-    /// Something else than the lines of a sweep, which would be lost.
-    #[error("{} holds no sweep: it is left as it is; name another file", path.display())]
+    /// The file is not a sweep. Its content would be lost.
+    #[error("{} is not a file of a sweep; it stays unchanged, name another file", path.display())]
     NoSweep {
         /// The file.
         path: PathBuf,
     },
-    /// The same sweep by another version, whose counts may differ.
+    /// The file belongs to the same sweep by another version, whose counts may differ.
     #[error("{} was begun by septet {there}, this is {}", path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         path: PathBuf,
-        /// The version that began it.
+        /// The version that began the file.
         there: String,
     },
 }
 
-/// How every run's line begins.
+/// The beginning of every line.
 const BEGINNING: &[u8] = b"{\"schema\":\"septet-scale/";
 
-/// Lines of a file.
+/// The lines of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lines {
-    /// The complete ones.
+    /// The complete lines.
     pub lines: Vec<Line>,
-    /// Bytes after them, of a line that was torn.
-    pub torn: u64,
-    /// Are those bytes the beginning of a run's line?
+    /// Bytes of an incomplete line after them.
+    pub incomplete: u64,
+    /// Whether these bytes are the beginning of a line.
     begun: bool,
     /// Bytes of the complete lines.
     complete: u64,
@@ -79,7 +80,7 @@ pub struct Lines {
 /// Reads the complete lines of a sweep.
 ///
 /// # Errors
-/// A file that cannot be read, or a complete line that is no run.
+/// If the file cannot be read, or a complete line is not a run.
 pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
     let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
     let mut reader = BufReader::new(File::open(path).map_err(io_error)?);
@@ -89,7 +90,7 @@ pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
         bytes.clear();
         let length = reader.read_until(b'\n', &mut bytes).map_err(io_error)? as u64;
         if bytes.last() != Some(&b'\n') {
-            read.torn = length;
+            read.incomplete = length;
             let shared = bytes.len().min(BEGINNING.len());
             read.begun = bytes[..shared] == BEGINNING[..shared];
             return Ok(read);
@@ -108,7 +109,7 @@ pub fn read_lines(path: &Path) -> Result<Lines, JournalError> {
     }
 }
 
-/// The file of a sweep, open for the lines that are missing.
+/// The file of a sweep, open for appending.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -116,15 +117,15 @@ pub struct Journal {
     /// Bytes of complete lines.
     end: u64,
     done: BTreeSet<(super::Program, String)>,
-    /// Bytes of a torn line that was dropped.
+    /// Bytes of an incomplete line that was dropped.
     pub dropped: u64,
 }
 
 impl Journal {
-    /// Opens the file of the sweep with these words, new or interrupted.
+    /// Opens the file of the sweep with these words. It may be new or interrupted.
     ///
     /// # Errors
-    /// A file that cannot be read or written, is none of a sweep, or that of another sweep or version.
+    /// If the file cannot be read or written, is not a sweep, or belongs to another sweep or version.
     pub fn open(path: &Path, words: &str) -> Result<Journal, JournalError> {
         let io_error = |source| JournalError::Io { path: path.to_path_buf(), source };
         let there = if path.exists() { read_lines(path)? } else { Lines::default() };
@@ -138,7 +139,7 @@ impl Journal {
                 return Err(JournalError::OtherVersion { path: path(), there: line.version.clone() });
             }
         }
-        if !there.begun && there.torn > 0 {
+        if !there.begun && there.incomplete > 0 {
             return Err(JournalError::NoSweep { path: path.to_path_buf() });
         }
         let open = OpenOptions::new().create(true).truncate(false).write(true).open(path);
@@ -146,23 +147,23 @@ impl Journal {
         file.set_len(there.complete).map_err(io_error)?;
         file.seek(SeekFrom::End(0)).map_err(io_error)?;
         let done = there.lines.iter().map(|line| (line.program, line.command.clone())).collect();
-        Ok(Journal { path: path.to_path_buf(), file, end: there.complete, done, dropped: there.torn })
+        Ok(Journal { path: path.to_path_buf(), file, end: there.complete, done, dropped: there.incomplete })
     }
 
-    /// Runs that are there.
+    /// Returns the number of runs in the file.
     pub fn done(&self) -> usize {
         self.done.len()
     }
 
-    /// Is the run that this command makes there?
+    /// Returns `true` if the file has the run of this command.
     pub fn has(&self, program: super::Program, command: &str) -> bool {
         self.done.contains(&(program, command.to_string()))
     }
 
-    /// Appends a run. After a failure the file ends with the line before.
+    /// Appends a run. After an error, the file ends with the previous line.
     ///
     /// # Errors
-    /// If it cannot be written whole.
+    /// If the line cannot be written completely.
     pub fn append(&mut self, line: &Line) -> Result<(), JournalError> {
         let written = serde_json::to_vec(line).map_err(io::Error::other).and_then(|mut bytes| {
             bytes.push(b'\n');
@@ -176,7 +177,7 @@ impl Journal {
                 Ok(())
             }
             Err(source) => {
-                // A torn line is dropped by the next reader if it cannot be cut off here.
+                // If the incomplete line cannot be removed here, the next reader drops it.
                 let _ = self.file.set_len(self.end).and_then(|()| self.file.seek(SeekFrom::End(0)));
                 Err(JournalError::Io { path: self.path.clone(), source })
             }
@@ -186,7 +187,7 @@ impl Journal {
     /// Waits until the lines are on the disk.
     ///
     /// # Errors
-    /// If the system cannot say so.
+    /// If the system cannot confirm this.
     pub fn sync(&self) -> Result<(), JournalError> {
         self.file.sync_all().map_err(|source| JournalError::Io { path: self.path.clone(), source })
     }

@@ -1,4 +1,4 @@
-//! A line of a sweep: one run, what it takes to make it again, and its counts.
+//! A line of a sweep: one run, the command that repeats it, and its counts.
 
 use std::collections::BTreeMap;
 
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 use septet_core::config::Until;
 use septet_core::run::count::Ending;
 
-/// Name and version of the schema of [`Line`]. The number changes when a field changes its meaning or
-/// disappears; new fields may appear under the same number.
+/// Name and version of the schema of [`Line`]. The number changes if a field changes its meaning or disappears. New
+/// fields may appear under the same number.
 pub const SCHEMA: &str = "septet-scale/1";
 
-/// What was run.
+/// The program of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Program {
-    /// The paper's recursion to its floor, counted.
+    /// The paper's recursion down to the leaf size, counted.
     Simulate,
     /// `triangulate`, timed.
     Triangulate,
-    /// The serial kernel alone: no machine, no message; timed.
+    /// The serial kernel alone, without a machine and messages, timed.
     Serial,
 }
 
@@ -30,45 +30,45 @@ pub struct Line {
     pub schema: String,
     /// Version of septet.
     pub version: String,
-    /// The words of the sweep it belongs to; empty for a single run.
+    /// The words of the sweep that the run belongs to; empty for a single run.
     pub sweep: String,
-    /// The command that makes it again, alone; empty for a run of the library's.
+    /// The command that repeats this run alone; empty for a run of the library.
     pub command: String,
-    /// What was run.
+    /// The program.
     pub program: Program,
-    /// Kind of the set; empty for points of the caller's.
+    /// Kind of the point set; empty for a set of the caller.
     pub kind: String,
     /// 2 or 3.
     pub dimension: usize,
     /// Seed of the set and of every draw.
     pub seed: u64,
-    /// Points asked for.
+    /// Number of points requested.
     pub asked: u64,
-    /// Distinct points.
+    /// Number of distinct points.
     pub n: u64,
-    /// Workers, as settled.
+    /// Number of workers of the run.
     pub workers: u32,
-    /// Largest leaf, as settled.
+    /// Largest leaf of the run.
     pub leaf: u64,
-    /// The options, as asked for.
+    /// The options as requested.
     pub settings: Settings,
-    /// The supergraph settled on, such as `density 2.5`; none if none was built.
+    /// The supergraph of the run, such as `density 2.5`; none if none was built.
     pub supergraph: Option<String>,
-    /// Phase by phase, those that occurred.
+    /// The phases that occurred.
     pub phases: Vec<PhaseLine>,
-    /// The paper's phases together; none where not counted.
+    /// Totals of the paper's phases; none if not counted.
     pub paper: Option<Spread>,
-    /// The phases of agreement and repair together.
+    /// Totals of the phases of agreement and repair.
     pub repair: Option<Spread>,
     /// The partition tree.
     pub tree: TreeLine,
-    /// Its levels, the root first.
+    /// The levels of the tree, beginning with the root.
     pub levels: Vec<LevelLine>,
-    /// Rounds in which something moved.
+    /// Rounds in which messages were sent.
     pub rounds: Vec<RoundLine>,
     /// Edges, largest degree and replication of the supergraph; none if none was built.
     pub graph: Option<GraphLine>,
-    /// What a whole run left; none if it stopped before.
+    /// The result of a complete run; none if the run stopped early.
     pub end: Option<Ending>,
     /// Measured wall-clock seconds.
     pub seconds: f64,
@@ -79,9 +79,9 @@ pub struct Line {
 pub struct Settings {
     /// A number, or `leaves`.
     pub workers: String,
-    /// Was the size meant for each worker?
+    /// Whether the size is that of each worker.
     pub weak: bool,
-    /// Threads that ran the workers.
+    /// Number of threads that ran the workers.
     pub threads: usize,
     /// `density`, `overlap` or `knn`.
     pub supergraph: String,
@@ -112,25 +112,25 @@ pub struct Settings {
 /// One phase.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhaseLine {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Is it one of the paper's?
+    /// Whether it is a phase of the paper.
     pub paper: bool,
-    /// Is it one of repair's?
+    /// Whether it is a phase of agreement or repair.
     pub repair: bool,
-    /// Rounds in which it sent.
+    /// Number of rounds in which it sent messages.
     pub rounds: u64,
-    /// Operations.
+    /// Number of operations.
     pub work: u64,
-    /// Its longest chain by itself, a scan counting one.
+    /// Longest chain within the phase, a scan counting one.
     pub depth: u64,
-    /// The same with a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain within the phase, a scan of m items counting `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// Its share of the run's longest chain.
+    /// Share in the longest chain of the run.
     pub critical_depth: u64,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
     /// Measured wall-clock seconds.
     pub seconds: f64,
@@ -139,39 +139,39 @@ pub struct PhaseLine {
 /// Totals of a group of phases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Operations.
+    /// Number of operations.
     pub work: u64,
-    /// The longest chain, a scan counting one.
+    /// Longest chain, a scan counting one.
     pub depth: u64,
-    /// The same with a scan of m items counting `ceil(log2 m)`.
+    /// Longest chain, a scan of m items counting `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
-    /// Rounds.
+    /// Number of rounds.
     pub rounds: u64,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
 }
 
 /// The partition tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TreeLine {
-    /// Levels below the root.
+    /// Number of levels below the root.
     pub levels: u32,
-    /// Leaves.
+    /// Number of leaves.
     pub leaves: u64,
-    /// Nodes, leaves included.
+    /// Number of nodes, leaves included.
     pub nodes: u64,
-    /// Nodes split by a plane.
+    /// Number of nodes split by a plane.
     pub planes: u64,
-    /// Attempts at separators, of all splits.
+    /// Number of attempts at separators, over all splits.
     pub attempts: u64,
-    /// Larger home side over home points, the largest of all splits.
+    /// Larger side over all owned points of a node, the largest of all splits.
     pub largest_split_ratio: f64,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)`, the largest of all splits; none if the run
-    /// stopped before it counted them.
+    /// Points whose ball meets the separator over `m^(1 - 1/d)`, the largest of all splits; none if the run stopped
+    /// before it counted them.
     pub largest_separator_ratio: Option<f64>,
 }
 
@@ -180,19 +180,19 @@ pub struct TreeLine {
 pub struct LevelLine {
     /// 0 for the root.
     pub level: u32,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: u64,
-    /// Nodes that were split.
+    /// Number of nodes that were split.
     pub splits: u64,
-    /// Home points of all nodes.
+    /// Owned points of all nodes.
     pub points: u64,
-    /// Home points of the nodes that were split.
+    /// Owned points of the nodes that were split.
     pub split_points: u64,
-    /// Home points of the largest node.
+    /// Owned points of the largest node.
     pub largest: u64,
-    /// Attempts at separators.
+    /// Number of attempts at separators.
     pub attempts: u64,
-    /// Points whose balls meet a separator; none if the run stopped before it counted them.
+    /// Number of points whose balls meet a separator; none if the run stopped before it counted them.
     pub separator_points: Option<u64>,
     /// Depth by phase, over the nodes that were split.
     pub depth: BTreeMap<String, DepthLine>,
@@ -201,30 +201,30 @@ pub struct LevelLine {
 /// Depth of the split nodes of a level in a phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DepthLine {
-    /// Nodes charged.
+    /// Number of nodes with a charge.
     pub nodes: u64,
-    /// Sum of their depths.
+    /// Sum of the depths of these nodes.
     pub sum: u64,
-    /// The largest.
+    /// The largest depth.
     pub largest: u64,
-    /// Sum of their work.
+    /// Sum of the work of these nodes.
     pub work: u64,
 }
 
 /// One round.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RoundLine {
-    /// Its number.
+    /// Number of the round.
     pub round: u32,
-    /// The phase it belongs to.
+    /// The phase of the round.
     pub phase: String,
-    /// Results merged from two children.
+    /// Number of results that were merged from two children.
     pub merged: u64,
-    /// Points shipped.
+    /// Number of points sent.
     pub points: u64,
-    /// Messages sent.
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes sent.
+    /// Bytes of all messages.
     pub bytes: u64,
     /// Bytes of the longest message.
     pub largest: u64,
@@ -233,7 +233,7 @@ pub struct RoundLine {
 /// Size of the supergraph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GraphLine {
-    /// Edges.
+    /// Number of edges.
     pub edges: u64,
     /// Largest degree.
     pub max_degree: u64,
@@ -242,12 +242,12 @@ pub struct GraphLine {
 }
 
 impl Line {
-    /// The phase of this name, if it occurred.
+    /// Returns the phase of this name, if it occurred.
     pub fn phase(&self, name: &str) -> Option<&PhaseLine> {
         self.phases.iter().find(|phase| phase.name == name)
     }
 
-    /// What names the run in a message.
+    /// Returns a title of the run for messages.
     pub fn title(&self) -> String {
         let kind = if self.kind.is_empty() { "points" } else { &self.kind };
         format!("{} {kind}, {}D, {} workers, seed {}", self.n, self.dimension, self.workers, self.seed)

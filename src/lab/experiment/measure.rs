@@ -13,7 +13,7 @@ use super::line::{
     DepthLine, GraphLine, LevelLine, Line, PhaseLine, Program, RoundLine, SCHEMA, Settings, Spread, TreeLine,
 };
 
-/// What a line is made of.
+/// The data of a line.
 struct Source<'a> {
     space: usize,
     points: u64,
@@ -24,7 +24,7 @@ struct Source<'a> {
     end: Option<Ending>,
 }
 
-/// The line of a run of the library's. Kind, seed and options are left empty.
+/// Returns the line of a run of the library. Kind, seed and options are empty.
 pub fn of_run(run: &Run) -> Line {
     line(&Source {
         space: run.space,
@@ -37,7 +37,7 @@ pub fn of_run(run: &Run) -> Line {
     })
 }
 
-/// The line of counts of the library's. Kind, seed and options are left empty.
+/// Returns the line of counts of the library. Kind, seed and options are empty.
 pub fn of_counts(counts: &RunCounts) -> Line {
     line(&Source {
         space: counts.space,

@@ -1,8 +1,8 @@
-//! Experiments: sweeps of counted runs, one line of JSON each, and what can be said of how the counts grow.
+//! Experiments: sweeps of counted runs, one line of JSON for each run, and the growth of the counts.
 //!
-//! A [`Sweep`] names sizes, kinds of sets, numbers of workers and seeds; [`Sweep::jobs`] lists its runs, a
-//! [`Runner`] makes them, a [`Journal`] keeps their [`Line`]s and takes up an interrupted sweep. [`fit`] judges
-//! lines against laws of growth.
+//! A [`Sweep`] names sizes, kinds of sets, numbers of workers and seeds. [`Sweep::jobs`] lists its runs, and a
+//! [`Runner`] makes them. A [`Journal`] keeps their [`Line`]s and resumes an interrupted sweep. [`fit`] compares lines
+//! with laws of growth.
 
 pub mod fit;
 mod journal;

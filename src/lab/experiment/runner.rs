@@ -1,4 +1,4 @@
-//! Makes the runs of a sweep.
+//! The runs of a sweep.
 
 use std::time::Instant;
 
@@ -19,8 +19,9 @@ use super::sweep::{Job, Sweep};
 
 /// Why a run of a sweep has no line.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum RunError {
-    /// The set cannot be made.
+    /// The set cannot be generated.
     #[error(transparent)]
     Generate(#[from] GenerateError),
     /// The run failed.
@@ -31,14 +32,14 @@ pub enum RunError {
     Serial(#[from] IncrementalError),
 }
 
-/// Makes runs one after the other, and keeps the set that the last one was over.
+/// Makes runs one after the other, and keeps the set of the last one.
 #[derive(Debug, Default)]
 pub struct Runner {
     set: Option<(Request, Generated)>,
 }
 
 impl Runner {
-    /// Makes a run of a sweep. `progress` hears of the making of the set.
+    /// Makes a run of a sweep. It calls `progress` while it generates the set.
     ///
     /// # Errors
     /// See [`RunError`].
@@ -79,14 +80,14 @@ fn made<P: Point>(points: &[P], program: Program, config: &Config) -> Result<Lin
         Program::Simulate => of_counts(&count(points, config)?),
         Program::Triangulate => {
             let run = triangulate(points, config)?;
-            // As the serial kernel: without the canonical order of the output.
+            // The seconds exclude the canonical order of the output, as for the serial kernel.
             Line { seconds: run.triangulate_seconds, ..of_run(&run) }
         }
         Program::Serial => serial(points)?,
     })
 }
 
-/// Bowyer and Watson's algorithm over the whole set, in the order of a space-filling curve.
+/// Runs the algorithm of Bowyer and Watson over the whole set, in the order of a space-filling curve.
 fn serial<P: Point>(points: &[P]) -> Result<Line, RunError> {
     let start = Instant::now();
     let order = insertion_order(points);

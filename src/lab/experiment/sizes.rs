@@ -1,33 +1,34 @@
-//! Numbers of points of a sweep, as they are written on a command line.
+//! The numbers of points of a sweep, as written on a command line.
 
 use thiserror::Error;
 
-/// A list of sizes that cannot be read.
+/// A list of sizes that cannot be parsed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "cannot read the sizes `{text}`: {reason}; write 2^10..2^20, 2^10..2^20,per-octave=8 or 1000,2000,1e4"
 )]
 pub struct SizesError {
-    /// As given.
+    /// The list as given.
     pub text: String,
-    /// What is wrong.
+    /// The reason.
     pub reason: String,
 }
 
-/// More sizes in one sweep are refused.
+/// Largest number of sizes in one sweep.
 const MOST: usize = 10_000;
 
-/// Reads sizes: numbers (`1000`, `1e6`, `2^20`) and ranges `A..B` of `per-octave` sizes a doubling, both ends
-/// included, evenly spaced on a logarithmic scale and rounded. Ascending, each once.
+/// Parses sizes: numbers (`1000`, `1e6`, `2^20`) and ranges `A..B`. A range has `per-octave` sizes per doubling, both
+/// ends included. They are evenly spaced on a logarithmic scale and rounded. The result is ascending, without
+/// repetitions.
 ///
 /// # Errors
-/// Names the part that cannot be read; a range that descends or starts at 0.
+/// If a part cannot be parsed, or a range descends or starts at 0. The error names the part.
 pub fn parse_sizes(text: &str) -> Result<Vec<u64>, SizesError> {
     let fail = |reason: String| SizesError { text: text.to_string(), reason };
     let (mut ranges, mut sizes, mut steps) = (Vec::new(), Vec::new(), 1u32);
     for part in text.split(',').map(str::trim) {
         let number =
-            |word: &str| number(word).ok_or_else(|| fail(format!("`{word}` is no number of points")));
+            |word: &str| number(word).ok_or_else(|| fail(format!("`{word}` is not a number of points")));
         if let Some(count) = part.strip_prefix("per-octave=") {
             let parsed = count.parse().ok().filter(|&k| (1..=64).contains(&k));
             steps = parsed.ok_or_else(|| fail("per-octave is a number from 1 to 64".to_string()))?;
@@ -54,7 +55,7 @@ pub fn parse_sizes(text: &str) -> Result<Vec<u64>, SizesError> {
     }
 }
 
-/// A whole number, as `1000`, `1e6` or `2^20`.
+/// Parses a whole number such as `1000`, `1e6` or `2^20`.
 fn number(word: &str) -> Option<u64> {
     if let Some((base, power)) = word.split_once('^') {
         return base.parse::<u64>().ok()?.checked_pow(power.parse().ok()?);

@@ -1,4 +1,4 @@
-//! A sweep: which runs, in which order, and the words that name each of them again.
+//! A sweep: its runs, their order, and the command that repeats each of them.
 
 use std::fmt::Write;
 
@@ -12,9 +12,9 @@ use super::line::{Program, Settings};
 /// Runs over sizes, kinds, workers and seeds.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// Numbers of points; of points a worker if `weak`. Ascending.
+    /// Numbers of points, ascending; numbers of points per worker if `weak`.
     pub sizes: Vec<u64>,
-    /// How the sizes were written.
+    /// The sizes as written.
     pub sizes_text: String,
     /// Kinds of sets.
     pub kinds: Vec<Kind>,
@@ -24,47 +24,50 @@ pub struct Sweep {
     pub lipschitz: Option<f64>,
     /// Numbers of workers.
     pub workers: Vec<Workers>,
-    /// The first seed: of the set and of the run.
+    /// The first seed of the sets and of the runs.
     pub first_seed: u64,
-    /// How many seeds, one after the other.
+    /// Number of consecutive seeds.
     pub seeds: u64,
-    /// Sizes count points a worker.
+    /// Whether sizes count points per worker.
     pub weak: bool,
-    /// Time `triangulate` and the serial kernel beside every counted run.
+    /// Whether `triangulate` and the serial kernel are timed in addition to every counted run.
     pub timed: bool,
-    /// Everything else.
+    /// The remaining options.
     pub config: Config,
 }
 
-/// A sweep that cannot be run.
+/// A sweep that cannot run.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SweepError {
-    /// Nothing to run.
+    /// There is nothing to run.
     #[error("the sweep has no {what}; name at least one")]
     Empty {
         /// Sizes, kinds, workers or seeds.
         what: &'static str,
     },
-    /// One worker per leaf, so many points a worker: neither is known first.
-    #[error("--weak needs numbers of workers: `leaves` is no number before the run")]
+    /// A number of points per worker is given together with one worker per leaf. Neither is known before the run.
+    #[error("--weak needs numbers of workers: the number of `leaves` is unknown before the run")]
     WeakLeaves,
-    /// More points than can be numbered.
+    /// There are more points than indices.
     #[error("{n} points for each of {workers} workers are too many")]
     TooMany {
-        /// Points a worker.
+        /// Number of points per worker.
         n: u64,
-        /// Workers.
+        /// Number of workers.
         workers: u32,
     },
-    /// Times of runs that do not triangulate.
-    #[error("--timed compares triangulations, and --until stops before there is one; leave one of them out")]
-    TimedUntil,
-    /// Times asked of the naive correction, which is there to be counted.
+    /// Times are requested of runs that do not triangulate.
     #[error(
-        "--timed compares triangulations, and the naive correction is in none; leave out --timed or --neighbours"
+        "--timed compares triangulations, and --until stops before the triangulation; leave one of them out"
     )]
-    TimedNaive,
-    /// Parameters of the runs.
+    TimedUntil,
+    /// Times are requested of the bottom-up correction, which exists for its counts only.
+    #[error(
+        "--timed compares triangulations, and none uses the naive correction; leave out --timed or --neighbours"
+    )]
+    TimedBottomUp,
+    /// The parameters of the runs are invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
 }
@@ -72,7 +75,7 @@ pub enum SweepError {
 /// One run of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Job {
-    /// Which program.
+    /// The program.
     pub program: Program,
     /// The set.
     pub request: Request,
@@ -81,7 +84,7 @@ pub struct Job {
 }
 
 impl Sweep {
-    /// Checks all that can be known before the first run.
+    /// Checks all that is known before the first run.
     ///
     /// # Errors
     /// See [`SweepError`].
@@ -99,7 +102,7 @@ impl Sweep {
             return Err(SweepError::TimedUntil);
         }
         if self.timed && self.config.correction == Correction::Naive {
-            return Err(SweepError::TimedNaive);
+            return Err(SweepError::TimedBottomUp);
         }
         for &workers in &self.workers {
             self.config.clone().with(|c| c.machine.workers = workers).check()?;
@@ -116,8 +119,8 @@ impl Sweep {
         Ok(())
     }
 
-    /// All runs, small before large, so that an interrupted sweep has whole octaves; the runs of one set
-    /// stand together.
+    /// Returns all runs. Small runs precede large ones, so an interrupted sweep has complete octaves. The runs over
+    /// one set are adjacent.
     pub fn jobs(&self) -> Vec<Job> {
         let mut jobs = Vec::new();
         for &size in &self.sizes {
@@ -154,8 +157,8 @@ impl Sweep {
         self.lipschitz.filter(|_| kind.is_graded())
     }
 
-    /// The words that ask for this sweep, every choice spelled out: what must be the same for two sweeps to be
-    /// one. Threads and limits are left out, for no count depends on them.
+    /// Returns the words that identify this sweep, with every choice spelled out. Two sweeps with equal words are the
+    /// same. Threads and limits are omitted, since no count depends on them.
     pub fn words(&self) -> String {
         let kinds: Vec<&str> = self.kinds.iter().map(|k| k.name()).collect();
         let workers: Vec<String> = self.workers.iter().map(ToString::to_string).collect();
@@ -178,7 +181,7 @@ impl Sweep {
         text
     }
 
-    /// The command that makes this run again, alone.
+    /// Returns the command that repeats this run alone.
     pub fn command(&self, job: &Job) -> String {
         let Request { kind, n, dimension, seed, .. } = job.request;
         let workers = job.workers;
@@ -196,7 +199,7 @@ impl Sweep {
 
     fn common_words(&self, text: &mut String) {
         let settings = self.settings(Workers::Count(1));
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             " --supergraph {} --alpha {} --k {} --separator-sets {} --partition {} --neighbours {} --leaf {} \
@@ -221,7 +224,7 @@ impl Sweep {
         }
     }
 
-    /// The options of a run as they stand in its line.
+    /// Returns the options of a run for its line.
     pub fn settings(&self, workers: Workers) -> Settings {
         let config = &self.config;
         let Machine { threads, transport, leaf, .. } = &config.machine;
@@ -294,7 +297,7 @@ mod tests {
         let timed = refused(&|s| (s.timed, s.config.until) = (true, Some(Until::Partition)));
         assert_eq!(timed, SweepError::TimedUntil);
         let timed = refused(&|s| (s.timed, s.config.correction) = (true, Correction::Naive));
-        assert_eq!(timed, SweepError::TimedNaive);
+        assert_eq!(timed, SweepError::TimedBottomUp);
         let none = refused(&|s| s.workers = vec![Workers::Count(0)]);
         assert_eq!(none, SweepError::Config(ConfigError::NoWorkers));
     }

@@ -1,4 +1,4 @@
-//! The hardware of this machine, as a run and its channels show it.
+//! The hardware parameters of this machine, measured by a run and by its channels.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 
 use super::hardware::Hardware;
 
-/// Measured work and seconds of one phase of a run with one worker.
+/// Charged work and measured seconds of a phase, in a run with one worker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timed {
     /// Name of the phase.
@@ -24,7 +24,7 @@ const TRIALS: usize = 5;
 
 type Line = (Sender<Vec<u8>>, Receiver<Vec<u8>>);
 
-/// Seconds in which a buffer of this many bytes is filled, sent to another thread, read and sent back.
+/// Returns the seconds to fill a buffer of this many bytes, send it to another thread, read it and send it back.
 fn bounce(out: &Sender<Vec<u8>>, back: &Receiver<Vec<u8>>, bytes: usize) -> Option<f64> {
     let start = Instant::now();
     out.send(vec![1; bytes]).ok()?;
@@ -37,14 +37,14 @@ fn median(mut all: Vec<f64>) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Latency, overhead and bandwidth of channels between two threads; rates from the phases of a run with one
-/// worker. A phase without charged work keeps its seconds whatever the number of workers.
+/// Measures latency, overhead and bandwidth of channels between two threads. Rates come from the phases of a run with
+/// one worker. A phase without charged work takes the same seconds for every number of workers.
 pub fn calibrate(phases: &[Timed]) -> Hardware {
     let (out, inbox): Line = unbounded();
     let (reply, back): Line = unbounded();
     let echo = std::thread::spawn(move || {
         for buffer in inbox {
-            // Reading is part of the way: the bytes are touched.
+            // The copy reads the bytes, which is part of the transfer.
             let copy = buffer.clone();
             if reply.send(copy).is_err() {
                 return;
@@ -54,7 +54,7 @@ pub fn calibrate(phases: &[Timed]) -> Hardware {
     let small = median((0..BOUNCES).filter_map(|_| bounce(&out, &back, SMALL)).collect());
     let large = median((0..TRIALS).filter_map(|_| bounce(&out, &back, LARGE)).collect());
     drop(out);
-    // It ends when the line is closed; it cannot fail.
+    // The thread ends when the channel closes, and does not panic.
     let _ = echo.join();
     let usual = Hardware::default();
     let one_way = small / 2.0;

@@ -1,8 +1,8 @@
-//! Descents through the shared part of the tree, replayed: balls that ask and are answered, and points that
-//! are pushed.
+//! Replay of descents through the shared part of the tree: queries of balls with their replies, and pushed points.
 //!
-//! Balls of one leaf travel together until their ways part; how many reach each node is in the record. A
-//! batch of queries is answered in one message, when the last batch that left on its account has been.
+//! Balls of one leaf travel together until their paths separate. The record has the number of balls that reach each
+//! node. The reply to a batch of queries is one message. It leaves after the replies to all batches that the batch
+//! caused.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,21 +10,22 @@ use septet_protocol::ids::{Phase, Rank};
 
 use super::machine::Replay;
 
-/// Balls, entries of what they find, and points named there, by home leaf, that reach a group.
+/// Number of balls, of entries that they find, and of points that these name: by the leaf of the balls, for a group
+/// that they reach.
 type Reaching = BTreeMap<u32, [u64; 3]>;
 
-/// A batch under way.
+/// A batch in transit.
 struct Batch {
     from: Rank,
     to: Rank,
     group: usize,
     leaves: BTreeSet<u32>,
-    /// Batches on whose account it left: their answers wait for this one's. None: own balls of `from`.
+    /// Batches that caused this one. Their replies wait for the reply to this batch. Empty for balls that `from` owns.
     accounts: Vec<usize>,
     outstanding: usize,
 }
 
-/// By group: what of each leaf reaches it.
+/// Returns, for each group, the balls of each leaf that reach it.
 fn reaching(replay: &Replay<'_>, phase: Phase) -> Vec<Reaching> {
     let numbers: BTreeMap<u64, usize> =
         replay.place.groups.iter().enumerate().map(|(at, g)| (g.node.0, at)).collect();
@@ -39,10 +40,10 @@ fn reaching(replay: &Replay<'_>, phase: Phase) -> Vec<Reaching> {
     table
 }
 
-/// Batches that leave a rank: for each (group, receiver), home leaves and accounts.
+/// Batches that leave a rank: for each group and receiver, the leaves of the balls and the batches that caused it.
 type Leaving = BTreeMap<(usize, Rank), (BTreeSet<u32>, BTreeSet<usize>)>;
 
-/// From a shared group on, as its member `rank` sees it: what leaves for other ranks.
+/// Walks down from a shared group, as its member `rank` does, and collects the batches for other ranks.
 fn walk(
     replay: &Replay<'_>,
     table: &[Reaching],
@@ -73,7 +74,7 @@ fn walk(
     }
 }
 
-/// What home balls of a rank send out at once.
+/// Returns the batches of a rank's own balls.
 fn set_out(replay: &Replay<'_>, table: &[Reaching], rank: Rank) -> Leaving {
     let mut out = Leaving::new();
     let leaves: BTreeSet<u32> = replay.place.leaves_of[&rank].iter().copied().collect();
@@ -99,8 +100,8 @@ fn sum(table: &Reaching, leaves: &BTreeSet<u32>) -> [u64; 3] {
     rows.fold([0; 3], |sum, row| [0, 1, 2].map(|i| sum[i] + row[i]))
 }
 
-/// Balls of a phase, and their answers. Returns for each rank with balls abroad the round in which it takes
-/// the last answer, as the next thing it says is stamped.
+/// Replays the balls of a phase and their replies. Returns, for each rank with balls at other ranks, the round in
+/// which it receives the last reply, which is the round of its next message.
 pub(super) fn queries(replay: &mut Replay<'_>, phase: Phase) -> BTreeMap<Rank, u32> {
     let table = reaching(replay, phase);
     let sizes = replay.sizes;
@@ -175,7 +176,7 @@ fn post(
     }
 }
 
-/// Points that are pushed to where an edge of theirs can reach.
+/// Replays the points that are pushed to every leaf that one of their edges can reach.
 pub(super) fn ghosts(replay: &mut Replay<'_>) {
     let table = reaching(replay, Phase::Sets);
     let mut leaving: BTreeMap<Rank, Leaving> = BTreeMap::new();

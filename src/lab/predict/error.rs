@@ -1,33 +1,34 @@
-//! Why a record predicts nothing.
+//! Why a record allows no prediction.
 
 use thiserror::Error;
 
-/// Why a record predicts nothing.
+/// Why a record allows no prediction.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum PredictError {
-    /// Parts of the record do not fit together.
-    #[error("the record of tasks is torn: {what}")]
-    Torn {
-        /// What.
+    /// Parts of the record are inconsistent.
+    #[error("corrupt record of tasks: {what}")]
+    Corrupt {
+        /// The inconsistency.
         what: &'static str,
     },
-    /// A subproblem that no separator splits would be shared.
+    /// Several workers would share a subproblem that no separator splits.
     #[error(
-        "node {node} of {population} points could not be split: with so many workers it would be shared, \
-         which is not predicted; ask for fewer"
+        "node {node} with {population} points could not be split, and this number of workers would share it, \
+         which cannot be predicted; use fewer workers"
     )]
     Unsplit {
-        /// Its path.
+        /// The path number of the node.
         node: u64,
-        /// Its points.
+        /// Number of points of the node.
         population: u64,
     },
-    /// No workers, or more than ranks can be told apart.
-    #[error("{workers} workers cannot be predicted: from 1 to {most}")]
+    /// There are no workers, or more workers than ranks.
+    #[error("cannot predict {workers} workers: the number must be from 1 to {most}")]
     Workers {
-        /// Asked for.
+        /// The requested number.
         workers: u32,
-        /// Allowed.
+        /// The largest number.
         most: u32,
     },
 }

@@ -1,28 +1,28 @@
-//! The machine that a time is predicted for.
+//! The hardware of a predicted machine.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// The machine that a time is predicted for.
+/// The hardware of a predicted machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hardware {
-    /// Seconds from one rank to another.
+    /// Seconds of a transfer from one rank to another.
     pub latency: f64,
-    /// Seconds a rank spends on a message.
+    /// Seconds that a rank spends on a message.
     pub overhead: f64,
-    /// Bytes a second between two ranks.
+    /// Bytes per second between two ranks.
     pub bandwidth: f64,
-    /// Charged operations a second of one worker.
+    /// Charged operations per second of one worker.
     pub rate: f64,
-    /// The same by phase, where it was measured.
+    /// Charged operations per second by phase, if measured.
     pub phase_rates: BTreeMap<String, f64>,
-    /// Seconds that no worker shares: reading, gathering the result.
+    /// Seconds that do not depend on the number of workers: reading and collecting the result.
     pub fixed: f64,
 }
 
 impl Default for Hardware {
-    /// A cluster of today: 2 us and 10 GB/s between nodes, 1 us a message, 1e9 operations a second.
+    /// Returns a current cluster: 2 us and 10 GB/s between nodes, 1 us per message, 1e9 operations per second.
     fn default() -> Self {
         Hardware {
             latency: 2e-6,

@@ -1,4 +1,4 @@
-//! The machine as a replay sees it: the record, who holds what, and what was sent.
+//! The state of a replay: the record, the placement, and the messages sent.
 
 use septet_protocol::tasks::TaskLog;
 
@@ -6,7 +6,7 @@ use super::placement::Placement;
 use super::sizes::Sizes;
 use super::traffic::Traffic;
 
-/// What a replay reads and writes.
+/// The state of a replay.
 pub(super) struct Replay<'a> {
     pub(super) log: &'a TaskLog,
     pub(super) place: Placement,

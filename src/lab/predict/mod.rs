@@ -1,16 +1,17 @@
-//! What the machine would do with any number of workers, from the record of one run.
+//! Predictions of the machine for any number of workers, from the record of one run.
 //!
-//! **Statement.** Everything that leaves say to each other is a function of points, seed and parameters
-//! ([`septet_protocol::tasks`]). Placement is the machine's own rule over the recorded tree. So rounds, messages
-//! and bytes at `p` workers are sums over pairs of leaves that `p` separates: [`Prediction`] holds them, equal
-//! to those of a real run wherever `p` divides the record's blocks (`tests/predict.rs`); elsewhere a block that two
-//! ranks share is given to one of them.
+//! **Statement.** The messages between leaves are a function of points, seed and parameters
+//! ([`septet_protocol::tasks`]). The placement is the machine's own rule, applied to the recorded tree. Rounds,
+//! messages and bytes at `p` workers are therefore sums over the pairs of leaves that `p` separates. [`Prediction`]
+//! has these sums. They equal those of a real run if `p` divides the number of blocks in the record, which tests
+//! check. Otherwise, a block that two ranks share is assigned to one of them.
 //!
-//! **Time.** Work is placed like the leaves it is charged to, a shared node's over its group. BSP (Valiant
-//! 1990): a round costs `max work / rate + h / bandwidth + latency`, `h` the most bytes that one rank sends or
-//! receives. `LogGP` (Alexandrov et al. 1995): `max work / rate + latency + 2 overhead + (m - 1) max(overhead,
-//! gap) + (bytes - m) / bandwidth` with `m` messages at the busiest rank and the gap taken as the overhead. Brent's bound
-//! on the steps with p processors is `work / p + depth`.
+//! **Time.** The work of a leaf is done by its holder, and the work of a shared node is divided among its group. In
+//! BSP (Valiant 1990), a round costs `max work / rate + h / bandwidth + latency`, where `h` is the largest number of
+//! bytes that one rank sends or receives. In `LogGP` (Alexandrov et al. 1995), it costs
+//! `max work / rate + latency + 2 overhead + (m - 1) max(overhead, gap) + (bytes - m) / bandwidth`. Here `m` is the
+//! number of messages at the busiest rank, and the gap equals the overhead. Brent's bound on the steps with p
+//! processors is `work / p + depth`.
 
 use std::collections::BTreeMap;
 
@@ -37,26 +38,27 @@ pub use traffic::{Load, Round, Traffic};
 
 use placement::Placement;
 
-/// The machine at one number of workers.
+/// The machine with one number of workers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Prediction {
     /// Number of workers.
     pub workers: u32,
-    /// Is it counted exactly? Else the shares of the input's blocks are rounded.
+    /// Whether the counts are exact. Otherwise, the shares of the input's blocks are rounded.
     pub exact: bool,
-    /// Rounds in which something is sent.
+    /// Number of rounds in which messages are sent.
     pub rounds: u64,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
-    /// Bytes over `n^(1-1/d) p^(1/d)` point records: the surface of p pieces.
+    /// Bytes over the bytes of `n^(1-1/d) p^(1/d)` point records, the surface of p subdomains.
     pub surface_ratio: f64,
     /// Charged work of the busiest worker, summed over the phases.
     pub busiest_work: u64,
     /// `work / p + depth`.
     pub brent: u64,
-    /// Seconds by BSP, computing and communicating.
+    /// Seconds by BSP.
     pub bsp: Seconds,
     /// Seconds by `LogGP`.
     pub loggp: Seconds,
@@ -67,14 +69,14 @@ pub struct Prediction {
 /// Predicted seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Of the busiest worker in every phase.
+    /// Computation of the busiest worker, over all phases.
     pub compute: f64,
-    /// Of the rounds.
+    /// Communication, over all rounds.
     pub communicate: f64,
 }
 
 impl Seconds {
-    /// Both.
+    /// Returns the sum of both.
     pub fn total(&self) -> f64 {
         self.compute + self.communicate
     }
@@ -82,20 +84,21 @@ impl Seconds {
 
 /// One phase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PhasePrediction {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// Rounds in which it sends.
+    /// Number of rounds in which it sends messages.
     pub rounds: u64,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
-    /// Work of its busiest worker.
+    /// Work of the busiest worker.
     pub busiest_work: u64,
 }
 
-/// Predicts the machine with `workers` ranks.
+/// Predicts the machine with `workers` workers.
 ///
 /// # Errors
 /// See [`PredictError`].
@@ -112,23 +115,23 @@ pub fn predict(log: &TaskLog, workers: u32, hardware: &Hardware) -> Result<Predi
     Ok(summary(log, &place, &traffic, hardware))
 }
 
-/// Edges between two leaves: no record of a run has more.
-const MOST_TOLD: u64 = 1 << 40;
+/// Upper limit on the number of edges between two leaves in a record.
+const MOST_EDGES: u64 = 1 << 40;
 
-/// Do the parts of a record fit together?
+/// Checks that the parts of a record are consistent.
 fn check(log: &TaskLog) -> Result<(), PredictError> {
     let leaves = log.leaves.len();
     let known = |leaf: u32| (leaf as usize) < leaves;
-    let torn = |what| Err(PredictError::Torn { what });
+    let corrupt = |what| Err(PredictError::Corrupt { what });
     if !matches!(log.dimension, 2 | 3) {
-        return torn("the dimension is neither 2 nor 3");
+        return corrupt("the dimension is neither 2 nor 3");
     }
     if log.blocks == 0 || log.first_blocks.len() != leaves {
-        return torn("not every leaf says where its points come from");
+        return corrupt("a leaf has no blocks of the input");
     }
     let blocks = log.first_blocks.iter().chain(log.samples.iter().map(|s| &s.2)).flatten();
     if blocks.into_iter().any(|b| b.0 >= log.blocks) {
-        return torn("a block that is not there");
+        return corrupt("a block that does not exist");
     }
     let mut named = log.frame.iter().copied().chain(log.reach.iter().map(|r| r.1));
     let mut pairs = log
@@ -139,22 +142,23 @@ fn check(log: &TaskLog) -> Result<(), PredictError> {
         .chain(log.agreement.iter().map(|r| (r.1, r.2)))
         .chain(log.exchange.iter().map(|s| (s.from, s.to)));
     if !named.all(known) || !pairs.all(|(a, b)| known(a) && known(b)) {
-        return torn("a leaf that is not there");
+        return corrupt("a leaf that does not exist");
     }
     if !log.reverse.is_empty() && log.tellers.is_empty() {
-        return torn("it does not say which points tell of their edges: an earlier septet made it");
+        return corrupt("it has no senders of edges, because an earlier version of septet wrote it");
     }
-    let told = log.reverse.iter().map(|r| r.2).chain(log.tellers.iter().map(|t| t.3));
-    if told.max().is_some_and(|most| most > MOST_TOLD) {
-        return torn("more edges than any points have");
+    let edges = log.reverse.iter().map(|r| r.2).chain(log.tellers.iter().map(|t| t.3));
+    if edges.max().is_some_and(|most| most > MOST_EDGES) {
+        return corrupt("more edges than points can have");
     }
     if log.leaves.contains(&0) || log.nodes.iter().any(|n| n.0 == 0) {
-        return torn("a path of zero");
+        return corrupt("a path of zero");
     }
     Ok(())
 }
 
-/// Work of every rank, phase by phase: a piece's to its holder, a shared node's over its group.
+/// Returns the work of every rank by phase: that of a subtree for its holder, that of a shared node divided among its
+/// group.
 fn work_by_rank(log: &TaskLog, place: &Placement) -> BTreeMap<u8, BTreeMap<Rank, u64>> {
     let shared: BTreeMap<u64, (Rank, u32)> =
         place.groups.iter().filter(|g| !g.whole).map(|g| (g.node.0, (g.first, g.ranks))).collect();
@@ -228,12 +232,12 @@ fn summary(log: &TaskLog, place: &Placement, traffic: &Traffic, hardware: &Hardw
     }
 }
 
-/// The longest chain of a phase's charges down the tree.
+/// Returns the longest chain of a phase's charges down the tree.
 fn depth_of(log: &TaskLog, name: &str) -> u64 {
     let Some(phase) = Phase::ALL.into_iter().find(|p| p.name() == name) else { return 0 };
     let mut ends: BTreeMap<u64, u64> = BTreeMap::new();
     let mut longest = 0;
-    // Paths are sorted, so a parent comes before its children.
+    // Paths are sorted, so a parent precedes its children.
     for &(_, node, _, depth) in log.charges.iter().filter(|c| c.0 == phase as u8) {
         let above = NodeId(node).parent().and_then(|p| ends.get(&p.0)).copied().unwrap_or(0);
         let end = above + depth;
@@ -243,7 +247,7 @@ fn depth_of(log: &TaskLog, name: &str) -> u64 {
     longest
 }
 
-/// The smallest of these numbers of workers at which communication takes longer than computing, by BSP.
+/// Returns the smallest of these numbers of workers for which BSP predicts more communication than computation.
 pub fn takes_over(predictions: &[Prediction]) -> Option<u32> {
     predictions.iter().find(|p| p.bsp.communicate > p.bsp.compute).map(|p| p.workers)
 }

@@ -1,4 +1,4 @@
-//! The partition phase, replayed: four rounds an attempt, and points that move once a level.
+//! Replay of the partition phase: four rounds per attempt, and one move of the points per level.
 
 use std::collections::BTreeMap;
 
@@ -6,12 +6,12 @@ use septet_protocol::ids::{NodeId, Phase, Rank};
 
 use super::machine::Replay;
 
-/// (Block of the input, number of points), sorted.
+/// Block of the input and number of points, sorted.
 type Blocks = Vec<(u32, u32)>;
 
-/// What the replay reads of the record.
+/// The tables of the record that the replay reads.
 struct Tables<'a> {
-    /// Home points of each group, by block.
+    /// Owned points of each group, by block.
     homes: Vec<Blocks>,
     samples: BTreeMap<(NodeId, u32), &'a [(u32, u32)]>,
     attempts: BTreeMap<u64, u64>,
@@ -52,7 +52,7 @@ pub(super) fn replay(replay: &mut Replay<'_>) {
         moves(replay, &tables, 0, (&at_root, &held), 1);
         return;
     }
-    // The group, where each block's points of it are, where they were, and the round of its samples.
+    // An entry has the group, the current and the previous ranks of each block's points, and the round of the samples.
     let mut open = vec![(0usize, at_root.clone(), at_root, 1)];
     while let Some((at, holders, before, round)) = open.pop() {
         let round = attempts(replay, &tables, at, (&holders, &before), round);
@@ -73,8 +73,8 @@ pub(super) fn replay(replay: &mut Replay<'_>) {
     }
 }
 
-/// All attempts at a shared node; returns the round in which its points move. The first samples are sent
-/// by the parent's group, before the points move.
+/// Replays all attempts at a shared node, and returns the round in which its points move. The parent's group sends the
+/// first samples before the points move.
 fn attempts(
     replay: &mut Replay<'_>,
     tables: &Tables<'_>,
@@ -112,7 +112,7 @@ fn attempts(
     round
 }
 
-/// Points of a group go from where they were to where they are.
+/// Replays the move of a group's points from their previous to their current ranks.
 fn moves(
     replay: &mut Replay<'_>,
     tables: &Tables<'_>,

@@ -1,4 +1,4 @@
-//! Which ranks share which subproblems: the machine's own rule, applied to a recorded tree.
+//! The ranks of each subproblem, by the machine's own rule applied to a recorded tree.
 
 use std::collections::BTreeMap;
 
@@ -14,11 +14,11 @@ pub(super) struct Group {
     pub(super) node: NodeId,
     pub(super) first: Rank,
     pub(super) ranks: u32,
-    /// Held by one rank, its first.
+    /// Whether one rank, the first, holds the node.
     pub(super) whole: bool,
     pub(super) leader: Rank,
     pub(super) parent: Option<usize>,
-    /// Positions of the children's groups, where the node is shared.
+    /// Positions of the children's groups, if the node is shared.
     pub(super) children: Option<[usize; 2]>,
 }
 
@@ -28,17 +28,17 @@ impl Group {
     }
 }
 
-/// The machine of `workers` ranks over a recorded tree.
+/// The placement of a recorded tree on `workers` ranks.
 #[derive(Clone, Debug)]
 pub(super) struct Placement {
     pub(super) workers: u32,
-    /// Shared nodes and those just below them, parents before children; the root is the first.
+    /// Shared nodes and their children, parents before children. The root is the first.
     pub(super) groups: Vec<Group>,
-    /// The rank that holds each leaf.
+    /// The rank of each leaf.
     pub(super) holder: Vec<Rank>,
-    /// Positions of the leaves that each rank with leaves holds.
+    /// Positions of the leaves of each rank that has leaves.
     pub(super) leaves_of: BTreeMap<Rank, Vec<u32>>,
-    /// The whole group of each rank that holds leaves.
+    /// The position of the unshared group of each rank that has leaves.
     pub(super) piece: BTreeMap<Rank, usize>,
 }
 
@@ -49,8 +49,9 @@ impl Placement {
         let root = (NodeId::ROOT, 1, workers, None);
         let mut open = vec![root];
         while let Some((node, first, ranks, parent)) = open.pop() {
-            let &(population, kind) =
-                nodes.get(&node.0).ok_or(PredictError::Torn { what: "a node is missing from the tree" })?;
+            let &(population, kind) = nodes
+                .get(&node.0)
+                .ok_or(PredictError::Corrupt { what: "a node is missing from the tree" })?;
             let small = population <= log.leaf_size || node.level() >= NodeId::DEEPEST;
             let whole = ranks == 1 || small;
             let leader = if node == NodeId::ROOT { COORDINATOR } else { first };
@@ -96,7 +97,7 @@ impl Placement {
         at
     }
 
-    /// The rank below a shared node that takes what `rank` of it sends to a child.
+    /// Returns the rank in a child's group that receives what `rank`, a member of the shared node, sends to the child.
     pub(super) fn member_below(&self, group: usize, rank: Rank, child: usize) -> Rank {
         let (above, below) = (&self.groups[group], &self.groups[child]);
         if below.whole {
@@ -106,7 +107,7 @@ impl Placement {
         below.first + place as u32
     }
 
-    /// Shared groups from the root down to a group, that one excepted.
+    /// Returns the shared groups from the root down to a group, without this group.
     pub(super) fn above(&self, group: usize) -> Vec<usize> {
         let mut path = Vec::new();
         let mut at = self.groups[group].parent;

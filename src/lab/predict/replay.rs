@@ -1,7 +1,7 @@
-//! The machine's rounds, replayed over counts: who says how much to whom, and when.
+//! Replay of the machine's rounds over counts: sender, receiver, size and round of every message.
 //!
-//! Every function here mirrors one phase of `septet_workers`; `tests/predict.rs` holds them to equality with
-//! real runs. Partition is in [`super::partition`], descents are in [`super::descent`].
+//! Every function mirrors one phase of `septet_workers`. Tests compare the counts with those of real runs. Partition
+//! is in [`super::partition`], and descents are in [`super::descent`].
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use super::sizes::Sizes;
 use super::traffic::Traffic;
 use super::{descent, partition};
 
-/// All phases of a run on `workers` ranks.
+/// Replays all phases of a run on `workers` ranks.
 pub(super) fn replay<P: Point>(log: &TaskLog, workers: u32) -> Result<(Placement, Traffic), PredictError> {
     let place = Placement::new(log, workers)?;
     let mut replay = Replay { log, place, sizes: Sizes::of::<P>(), traffic: Traffic::default() };
@@ -48,7 +48,7 @@ impl Replay<'_> {
         self.traffic.send(phase, round, between, bytes);
     }
 
-    /// Sends the same to every worker.
+    /// Sends a message of this size to every worker.
     fn broadcast(&mut self, phase: Phase, round: u32, bytes: u64) {
         for rank in 1..=self.place.workers {
             self.send(phase, round, (COORDINATOR, rank), bytes);
@@ -66,11 +66,11 @@ impl Replay<'_> {
         }
     }
 
-    /// The round in which each group's result goes up: the first for what one rank holds, else one after
-    /// its children's.
+    /// Returns the round in which the result of each group is sent up: 1 for a group of one rank, otherwise one round
+    /// after its children.
     fn rounds_up(&self) -> Vec<u32> {
         let mut rounds = vec![1; self.place.groups.len()];
-        // Children come after their parents.
+        // In reverse order, children precede their parents.
         for at in (0..self.place.groups.len()).rev() {
             if let Some([a, b]) = self.place.groups[at].children {
                 rounds[at] = rounds[a].max(rounds[b]) + 1;
@@ -79,7 +79,7 @@ impl Replay<'_> {
         rounds
     }
 
-    /// Results up the tree, each child's to its parent's leader.
+    /// Sends results up the tree, from each child to the leader of its parent.
     fn up(&mut self, phase: Phase, bytes: u64) -> Vec<u32> {
         let rounds = self.rounds_up();
         for (group, &round) in self.place.groups.clone().iter().zip(&rounds) {
@@ -126,26 +126,26 @@ impl Replay<'_> {
     }
 
     fn reverse(&mut self) {
-        // Edges, and points that tell them.
-        let mut told: BTreeMap<(Rank, Rank), (u64, u64)> = BTreeMap::new();
+        // Number of edges, and of points that send them, for each sender and receiver.
+        let mut sent: BTreeMap<(Rank, Rank), (u64, u64)> = BTreeMap::new();
         for &(from, to, number) in &self.log.reverse {
-            told.entry(self.ranks(from, to)).or_default().0 += number;
+            sent.entry(self.ranks(from, to)).or_default().0 += number;
         }
         for &(from, to, before, number) in &self.log.tellers {
             let holder = &self.place.holder;
-            // The first of a point's leaves has its own before it, where it is sent nothing.
+            // The own leaf of a point precedes the first of its other leaves, and nothing is sent to it.
             if before == from || holder[before as usize] != holder[to as usize] {
-                told.entry(self.ranks(from, to)).or_default().1 += number;
+                sent.entry(self.ranks(from, to)).or_default().1 += number;
             }
         }
         let (count, id) = (size_of::<u32>() as u64, size_of::<u64>() as u64);
-        for (between, (edges, points)) in told {
+        for (between, (edges, points)) in sent {
             let bytes = self.sizes.reverse + points * (self.sizes.point + count) + edges * id;
             self.send(Phase::Sets, 1, between, bytes);
         }
     }
 
-    /// Fingerprints, and lists where the sums of two ranks differ.
+    /// Replays fingerprints, and the lists that follow if the sums of two ranks differ.
     fn agreement(&mut self, check: u32, phase: Phase) {
         let mut sums: BTreeMap<(Rank, Rank), (u128, u64)> = BTreeMap::new();
         for &(_, from, to, low, high, pairs) in self.log.agreement.iter().filter(|row| row.0 == check) {
@@ -173,16 +173,16 @@ impl Replay<'_> {
     }
 
     fn exchange(&mut self) {
-        /// Cells, conflicts, and the points named.
+        /// Number of cells and of conflicts, and the points that they name.
         type Batch<'a> = (u64, u64, BTreeSet<&'a u64>);
         let mut batches: BTreeMap<(u32, bool, (Rank, Rank)), Batch<'_>> = BTreeMap::new();
-        for said in &self.log.exchange {
-            let between = self.ranks(said.from, said.to);
+        for exchange in &self.log.exchange {
+            let between = self.ranks(exchange.from, exchange.to);
             if between.0 != between.1 {
-                let batch = batches.entry((said.step, said.objection, between)).or_default();
-                batch.0 += said.cells;
-                batch.1 += said.conflicts;
-                batch.2.extend(&said.points);
+                let batch = batches.entry((exchange.step, exchange.objection, between)).or_default();
+                batch.0 += exchange.cells;
+                batch.1 += exchange.conflicts;
+                batch.2.extend(&exchange.points);
             }
         }
         let index = size_of::<u32>() as u64;
@@ -204,8 +204,8 @@ impl Replay<'_> {
         if whole {
             self.send(Phase::Merge, 1, (holder, COORDINATOR), self.sizes.merged);
         }
-        let told = if whole { 2 } else { rounds[0] };
-        self.broadcast(Phase::Merge, told, self.sizes.outcome);
+        let sent = if whole { 2 } else { rounds[0] };
+        self.broadcast(Phase::Merge, sent, self.sizes.outcome);
     }
 
     fn collect(&mut self) {

@@ -1,4 +1,4 @@
-//! Lengths of messages, taken from the codec itself.
+//! The lengths of messages, measured with the codec.
 
 use septet_geometry::point::Point;
 use septet_geometry::separator::SEPARATOR_WORDS;
@@ -9,14 +9,14 @@ use septet_protocol::message::{
 };
 use septet_workers::selection::ALPHAS;
 
-/// Bytes of each kind of message without its items, and of one item. Everything is of fixed width.
+/// Bytes of each kind of message without items, and bytes of one item. Every item has a fixed width.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
     pub(super) start: u64,
     pub(super) block: u64,
-    /// One point on its way home.
+    /// A point on its way to its owner.
     pub(super) home: u64,
-    /// One point of another batch.
+    /// A point of another batch.
     pub(super) point: u64,
     pub(super) samples: u64,
     /// The coordinates of a point.
@@ -28,12 +28,12 @@ pub(super) struct Sizes {
     pub(super) moved: u64,
     pub(super) query: u64,
     pub(super) one_query: u64,
-    /// One leaf whose balls are in a batch.
+    /// A leaf that has balls in a batch.
     pub(super) query_group: u64,
     pub(super) answer: u64,
     pub(super) one_answer: u64,
     pub(super) answer_group: u64,
-    /// One entry of a list.
+    /// An entry of a list.
     pub(super) entry: u64,
     pub(super) summary: u64,
     pub(super) children: u64,

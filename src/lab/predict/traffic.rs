@@ -1,15 +1,15 @@
-//! Messages and bytes of a machine, collected round by round.
+//! The messages and bytes of a machine, by round.
 
 use std::collections::BTreeMap;
 
 use septet_protocol::ids::{Phase, Rank};
 
-/// What one rank sends or receives in a round.
+/// The messages of a rank in a round, sent or received.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Load {
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
 }
 
@@ -27,27 +27,27 @@ impl Load {
 /// One round of a phase.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Round {
-    /// All that is sent.
+    /// All messages of the round.
     pub all: Load,
     sent: BTreeMap<Rank, Load>,
     received: BTreeMap<Rank, Load>,
 }
 
 impl Round {
-    /// The most that one rank sends or receives: the `h` of an h-relation.
+    /// Returns the largest load that one rank sends or receives: the `h` of an h-relation.
     pub fn most(&self) -> Load {
         self.sent.values().chain(self.received.values()).fold(Load::default(), |m, &l| m.most(l))
     }
 }
 
-/// Messages by phase and round of the phase.
+/// Messages by phase, and by round within the phase.
 #[derive(Clone, Debug, Default)]
 pub struct Traffic {
     rounds: BTreeMap<(u8, u32), Round>,
 }
 
 impl Traffic {
-    /// Sends a message; what a rank tells itself is not billed.
+    /// Adds a message. Messages from a rank to itself are not billed.
     pub(super) fn send(&mut self, phase: Phase, round: u32, (from, to): (Rank, Rank), bytes: u64) {
         if from == to {
             return;
@@ -58,12 +58,12 @@ impl Traffic {
         row.received.entry(to).or_default().add(bytes);
     }
 
-    /// Rounds in which something is sent, in order.
+    /// Returns the rounds in which messages are sent, in order.
     pub fn rounds(&self) -> impl Iterator<Item = (Phase, &Round)> {
         self.rounds.iter().filter_map(|((p, _), row)| Some((Phase::from_number(*p)?, row)))
     }
 
-    /// Rounds, messages and bytes of each phase that sends.
+    /// Returns rounds, messages and bytes of each phase that sends messages.
     pub fn phases(&self) -> BTreeMap<u8, (u64, Load)> {
         let mut phases: BTreeMap<u8, (u64, Load)> = BTreeMap::new();
         for ((phase, _), row) in &self.rounds {
@@ -75,7 +75,7 @@ impl Traffic {
         phases
     }
 
-    /// Rounds, messages and bytes in all.
+    /// Returns the total of rounds, messages and bytes.
     pub fn total(&self) -> (u64, Load) {
         self.phases().values().fold((0, Load::default()), |mut sum, (rounds, load)| {
             sum.0 += rounds;

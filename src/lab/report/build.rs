@@ -7,30 +7,30 @@ use septet_protocol::ledger::{Ledger, Total};
 use septet_core::config::Config;
 use septet_core::run::Run;
 
+use super::context::RunContext;
 use super::schema::{
     Fallback, HowProved, MachineReport, PathReport, PhaseReport, PointsReport, RepairReport, Report,
     RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
 };
-use super::setting::Setting;
 use super::{Parameters, traffic, tree};
 
 impl Report {
-    /// The report of a run.
-    pub fn of(run: &Run, config: &Config, setting: &Setting<'_>) -> Report {
+    /// Returns the report of a run.
+    pub fn of(run: &Run, config: &Config, context: &RunContext<'_>) -> Report {
         let counted = run.settled.counted;
         let ledger = &run.ledger;
         let points = &run.points;
         Report {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
-            parameters: Parameters::of(config, setting, run.settled.leaf),
+            parameters: Parameters::of(config, context, run.settled.leaf),
             seed: config.machine.seed,
             supergraph: supergraph(run),
             points: PointsReport {
-                input: points.input + setting.skipped,
+                input: points.input + context.skipped,
                 used: points.used,
                 duplicate: points.duplicates.len() as u64,
-                refused: points.refused.len() as u64 + setting.skipped,
+                refused: points.refused.len() as u64 + context.skipped,
             },
             space: run.space,
             dimension: run.dimension,
@@ -56,13 +56,13 @@ impl Report {
             view: run.picture.clone(),
             control_bytes: ledger.part.rounds.values().map(|t| t.control).sum(),
             seconds: Seconds {
-                read: setting.read_seconds,
+                read: context.read_seconds,
                 triangulate: run.triangulate_seconds,
-                write: setting.write_seconds,
-                total: setting.total_seconds,
+                write: context.write_seconds,
+                total: context.total_seconds,
             },
-            rss_before_bytes: setting.rss_before_bytes,
-            peak_rss_bytes: setting.peak_rss_bytes,
+            rss_before_bytes: context.rss_before_bytes,
+            peak_rss_bytes: context.peak_rss_bytes,
             tasks: run.tasks.clone(),
         }
     }
@@ -111,7 +111,7 @@ fn machine(run: &Run) -> MachineReport {
     }
 }
 
-/// Phases that were counted or measured, in order; a phase that came twice is one row.
+/// Returns the phases that were counted or measured, in order. A phase that occurred twice is one row.
 fn phases(run: &Run) -> Vec<PhaseReport> {
     let counted = run.settled.counted;
     let row = |phase: Phase| {

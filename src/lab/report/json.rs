@@ -1,5 +1,5 @@
-//! The layout of the JSON: an object's fields and a list's rows each on a line of their own, what is deeper
-//! on that line. So a report can be read, compared line by line, and stays small.
+//! The layout of the JSON. Each field of an object and each row of a list has its own line, and deeper values stay on
+//! that line. A report can therefore be read and compared line by line, and it stays small.
 
 use std::io::{self, Write};
 
@@ -11,12 +11,12 @@ use super::Report;
 /// Containers deeper than this stay on one line.
 const OPEN_LEVELS: usize = 3;
 
-/// Writes the outer levels line by line.
+/// A formatter that breaks lines in the outer levels.
 #[derive(Default)]
 struct Rows {
-    /// What is open: does it hold lines?
+    /// For each open container, whether it has broken lines.
     open: Vec<bool>,
-    /// Is the value that comes next an element of a list?
+    /// Whether the next value is an element of a list.
     in_list: bool,
 }
 
@@ -30,7 +30,7 @@ impl Rows {
         self.open.push(false);
     }
 
-    /// An element that begins on a line of its own.
+    /// Begins an element on its own line.
     fn own_line<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
         if let Some(held) = self.open.last_mut() {
             *held = true;
@@ -62,7 +62,7 @@ impl Formatter for Rows {
     }
 
     fn begin_object<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
-        // A row of a list begins a line.
+        // A row of a list begins a new line.
         if (2..=OPEN_LEVELS).contains(&self.open.len()) && self.in_list {
             self.own_line(out)?;
         }
@@ -91,16 +91,16 @@ impl Formatter for Rows {
 }
 
 impl Report {
-    /// The report as JSON.
+    /// Returns the report as JSON.
     ///
     /// # Errors
-    /// A number that JSON cannot say; the report holds none.
+    /// If a number has no JSON form. A report has no such number.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         rows(self)
     }
 }
 
-/// Anything as JSON of this layout.
+/// Returns any value as JSON in this layout.
 pub(crate) fn rows(value: &impl Serialize) -> Result<String, serde_json::Error> {
     let mut bytes = Vec::new();
     value.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, Rows::default()))?;

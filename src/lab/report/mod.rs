@@ -1,28 +1,28 @@
-//! What a run has to say: one documented, versioned schema, and tables for people.
+//! The report of a run: a documented, versioned schema, and tables.
 //!
-//! [`Report`] is what `--json` writes: everything that was settled, certified, counted and measured. Counts
-//! belong to the modelled machine and repeat exactly; fields whose names end in `seconds` or `bytes` of
-//! memory are measured and do not. Nothing here prints.
+//! [`Report`] is the output of `--json`: everything that was decided, certified, counted and measured. Counts belong
+//! to the modelled machine and repeat exactly. Fields whose names end in `seconds`, and `bytes` of memory, are
+//! measured and do not repeat. Nothing in this module prints.
 
 mod build;
+mod context;
 pub(crate) mod json;
 pub mod mesh;
 mod parameters;
 mod schema;
-mod setting;
 mod summary;
 pub(crate) mod tables;
 mod traffic;
 mod tree;
-mod verdict;
+mod verify;
 
+pub use context::RunContext;
 pub use parameters::Parameters;
 pub use schema::{
     Fallback, GraphReport, HowProved, LevelReport, MachineReport, NodeReport, PathReport, PhaseReport,
     PointsReport, RepairReport, Report, RoundReport, SCHEMA, Seconds, SupergraphReport, TotalReport,
     TreeReport,
 };
-pub use setting::Setting;
 pub use tables::TableFormat;
 pub use traffic::{BinReport, LinkReport, MOST_BINS, SenderReport, TimelineReport, TrafficReport};
-pub use verdict::{VERIFY_SCHEMA, Verdict};
+pub use verify::{VERIFY_SCHEMA, VerifyReport};

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use septet_core::config::{Config, sets_name};
 
-use super::setting::Setting;
+use super::context::RunContext;
 
-/// The options of a run: what was asked for. What was settled on stands beside it.
+/// The options of a run as requested. The report has the values that the run used in other fields.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameters {
     /// `triangulate` or `simulate`.
@@ -19,7 +19,7 @@ pub struct Parameters {
     pub outputs: Vec<PathBuf>,
     /// A number, or `leaves`.
     pub workers: String,
-    /// Threads that run the workers.
+    /// Number of threads that run the workers.
     pub threads: usize,
     /// `density`, `overlap` or `knn`.
     pub supergraph: &'static str,
@@ -33,36 +33,36 @@ pub struct Parameters {
     pub partition: &'static str,
     /// `descent` or `naive`.
     pub neighbours: &'static str,
-    /// Largest leaf in points, as settled.
+    /// Largest leaf of the run, in points.
     pub leaf: u64,
-    /// Was the leaf size left to septet?
+    /// Whether septet chose the leaf size.
     pub leaf_auto: bool,
     /// `channel` or `sim`.
     pub transport: &'static str,
-    /// Seed of the order of delivery, `sim` only.
+    /// Seed of the order of delivery; `sim` only.
     pub delivery_seed: Option<u64>,
     /// Lipschitz constant of a set generated as f-spaced.
     pub lipschitz: Option<f64>,
-    /// Are invalid points dropped?
+    /// Whether invalid points are dropped.
     pub skip_invalid: bool,
     /// Memory limit in bytes.
     pub max_memory: Option<u64>,
-    /// Are the owner and home leaf of cells kept?
+    /// Whether the owner and the leaf of cells are kept.
     pub with_owner: bool,
-    /// Points of the picture asked for.
+    /// Number of points requested for the picture.
     pub view: u32,
-    /// Rounds of exchange before a fallback; none for `6 log2 n`.
+    /// Rounds of splaying before a fallback; none for `6 log2 n`.
     pub exchange_cap: Option<u32>,
 }
 
 impl Parameters {
-    /// The parameters of a configuration.
-    pub(super) fn of(config: &Config, setting: &Setting<'_>, leaf: u64) -> Self {
+    /// Returns the parameters of a configuration.
+    pub(super) fn of(config: &Config, context: &RunContext<'_>, leaf: u64) -> Self {
         let Config { machine, graph, keep, .. } = config;
         Parameters {
-            command: setting.command,
-            input: setting.input.to_owned(),
-            outputs: setting.outputs.to_vec(),
+            command: context.command,
+            input: context.input.to_owned(),
+            outputs: context.outputs.to_vec(),
             workers: machine.workers.to_string(),
             threads: machine.threads,
             supergraph: graph.kind().name(),

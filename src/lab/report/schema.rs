@@ -1,4 +1,4 @@
-//! The schema, field by field. README.md says the same for readers of the JSON.
+//! The schema of the report, field by field.
 
 use septet_protocol::tasks::TaskLog;
 use serde::Serialize;
@@ -9,12 +9,13 @@ use septet_core::run::TrafficTotal;
 use super::Parameters;
 use super::traffic::{TimelineReport, TrafficReport};
 
-/// Name and version of the schema of [`Report`]. The number changes when a field changes its meaning or
-/// disappears; new fields may appear under the same number.
+/// Name and version of the schema of [`Report`]. The number changes if a field changes its meaning or disappears. New
+/// fields may appear under the same number.
 pub const SCHEMA: &str = "septet-run/1";
 
-/// Everything there is to say about a run.
+/// The report of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// [`SCHEMA`].
     pub schema: &'static str,
@@ -26,55 +27,55 @@ pub struct Report {
     pub seed: u64,
     /// The supergraph that was used; none for `triangulate`, or if there was nothing to triangulate.
     pub supergraph: SupergraphReport,
-    /// What became of the input points.
+    /// The input points by their use.
     pub points: PointsReport,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the points' affine hull, -1 for no points; below `space` there are no simplices.
+    /// Dimension of the affine hull of the points; -1 for no points. Below `space` there are no simplices.
     pub dimension: isize,
     /// Number of triangles or tetrahedra.
     pub simplices: u64,
     /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// `passed`, or `failed: ` and what is wrong with the stars; then there are no simplices.
+    /// `passed`, or `failed: ` and the reason. If it failed, there are no simplices.
     pub certificate: String,
-    /// The exchange between stars that did not agree.
+    /// Splaying of stars that disagree.
     pub repair: RepairReport,
-    /// Regions gathered because the exchange was cut short.
+    /// Points that were gathered because splaying was cut short.
     pub fallback: Option<Fallback>,
-    /// What proved the stars.
+    /// Number of stars by their proof.
     pub how_proved: HowProved,
     /// Totals of the machine.
     pub machine: MachineReport,
-    /// What the machine sent before, to count the leaves for `--workers leaves`; not in the totals.
+    /// Traffic of the run that counts the leaves for `--workers leaves`; not in the totals.
     pub plan: Option<TrafficTotal>,
-    /// Phase by phase.
+    /// The phases in order.
     pub phases: Vec<PhaseReport>,
     /// The longest chain of subproblems; depths add up to `machine.paper.depth`. Empty if not counted.
     pub critical_path: Vec<PathReport>,
-    /// Round by round.
+    /// The rounds in order.
     pub rounds: Vec<RoundReport>,
-    /// Who sent to whom, phase by phase.
+    /// Messages by phase, sender and receiver.
     pub traffic: TrafficReport,
-    /// Who sent, round by round.
+    /// Messages by round and sender.
     pub timeline: TimelineReport,
-    /// The partition tree; in `triangulate` the part above one worker.
+    /// The partition tree; in `triangulate` the part above single workers.
     pub tree: TreeReport,
     /// Every node of the tree, by id. Empty if not counted.
     pub nodes: Vec<NodeReport>,
-    /// The supergraph's size; none if not counted.
+    /// The size of the supergraph; none if not counted.
     pub graph: Option<GraphReport>,
-    /// Sampled points and the tree, for pictures; none if not asked for.
+    /// Sampled points and the tree, for pictures; none if not requested.
     pub view: Option<View>,
-    /// Bytes received by the coordinator less reading and merging.
+    /// Bytes received by the coordinator, without reading and merging.
     pub control_bytes: u64,
     /// Measured wall-clock seconds.
     pub seconds: Seconds,
-    /// Measured resident memory before the run, points read.
+    /// Measured resident memory before the run, with the points in memory.
     pub rss_before_bytes: Option<u64>,
     /// Measured peak of resident memory.
     pub peak_rss_bytes: Option<u64>,
-    /// What leaves have to say to each other, free of the number of workers; if asked for.
+    /// The record of tasks, which is independent of the number of workers; if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tasks: Option<TaskLog>,
 }
@@ -88,49 +89,50 @@ pub struct SupergraphReport {
     pub alpha: Option<f64>,
     /// k, if it has one.
     pub k: Option<u32>,
-    /// Why this one.
+    /// Why this supergraph.
     pub why: String,
 }
 
-/// What became of the input points: `input = used + duplicate + refused`.
+/// The input points by their use: `input = used + duplicate + refused`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PointsReport {
-    /// Points in the input.
+    /// Number of points in the input.
     pub input: u64,
-    /// Vertices.
+    /// Number of vertices.
     pub used: u64,
-    /// Points that coincide with one of smaller index.
+    /// Number of points that coincide with one of smaller index.
     pub duplicate: u64,
-    /// Invalid points, dropped.
+    /// Number of invalid points, which were dropped.
     pub refused: u64,
 }
 
-/// The exchange between stars.
+/// Splaying of stars.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RepairReport {
-    /// Rounds of exchange.
+    /// Number of rounds of splaying.
     pub rounds: u64,
-    /// Stars it changed.
+    /// Number of stars that splaying changed.
     pub stars: u64,
 }
 
-/// Regions triangulated in one piece.
+/// Points that were gathered and triangulated at once.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fallback {
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// Number of points.
     pub points: u64,
 }
 
-/// Number of stars by what proved them; they add up to `points.used`.
+/// Number of stars by their proof; the numbers add up to `points.used`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct HowProved {
-    /// By the supergraph alone, as the paper supposes, and the certificate; in `triangulate` by the pieces alone.
+    /// Stars proved by the certificate and the supergraph alone, as the paper assumes; in `triangulate`, by the
+    /// subdomain triangulations alone.
     pub hypothesis: u64,
-    /// By a ball of the known radius.
+    /// Stars proved by a ball of the known radius.
     pub local_radius: u64,
-    /// Changed by the exchange.
+    /// Stars changed by splaying.
     pub exchange: u64,
 }
 
@@ -141,9 +143,9 @@ pub struct MachineReport {
     pub workers: u32,
     /// Rounds in which messages were sent.
     pub rounds: u64,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
     /// The paper's phases.
     pub paper: TotalReport,
@@ -151,14 +153,14 @@ pub struct MachineReport {
     pub repair: TotalReport,
 }
 
-/// Work and depth of the model (an EREW PRAM with unit-time scans); none where not counted.
+/// Work and depth of the model (an EREW PRAM with unit-time scans); none if not counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct TotalReport {
-    /// Operations.
+    /// Number of operations.
     pub work: Option<u64>,
     /// Steps on the longest chain, a scan counting one.
     pub depth: Option<u64>,
-    /// The same with a scan of m items counting `ceil(log2 m)`.
+    /// Steps on the longest chain, a scan of m items counting `ceil(log2 m)`.
     pub depth_log_scan: Option<u64>,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: Option<u64>,
@@ -167,21 +169,21 @@ pub struct TotalReport {
 /// One phase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhaseReport {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// Is it one of the paper's?
+    /// Whether it is a phase of the paper.
     pub paper: bool,
-    /// Rounds in which it sent.
+    /// Number of rounds in which it sent messages.
     pub rounds: u64,
-    /// Operations; none where not counted.
+    /// Number of operations; none if not counted.
     pub work: Option<u64>,
-    /// Its longest chain by itself.
+    /// Longest chain within the phase.
     pub depth: Option<u64>,
-    /// Its share of the critical path.
+    /// Share of the critical path.
     pub critical_depth: Option<u64>,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
     /// Measured wall-clock seconds.
     pub seconds: f64,
@@ -201,54 +203,54 @@ pub struct PathReport {
 /// One round.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RoundReport {
-    /// Its number.
+    /// Number of the round.
     pub round: u32,
-    /// The phase it belongs to.
+    /// The phase of the round.
     pub phase: &'static str,
-    /// Subproblems whose leader acted.
+    /// Number of subproblems whose leader acted.
     pub active: u64,
-    /// Results merged from two children.
+    /// Number of results merged from two children.
     pub merged: u64,
-    /// Points shipped.
+    /// Number of points sent.
     pub points: u64,
-    /// Messages sent.
+    /// Number of messages.
     pub messages: u64,
-    /// Bytes sent.
+    /// Bytes of all messages.
     pub bytes: u64,
     /// Bytes of the longest message.
     pub largest: u64,
-    /// Separators drawn again.
+    /// Number of separators drawn again.
     pub retries: u64,
-    /// Separators drawn.
+    /// Number of separators drawn.
     pub separators: u64,
 }
 
-/// The partition tree. Ratios are none if nothing was split.
+/// The partition tree. Ratios are none if no node was split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct TreeReport {
-    /// Levels below the root: 0 for a single leaf.
+    /// Number of levels below the root; 0 for a single leaf.
     pub levels: u32,
     /// Number of leaves.
     pub leaves: u64,
     /// Number of nodes, leaves included.
     pub nodes: u64,
-    /// Nodes split by a sphere.
+    /// Number of nodes split by a sphere.
     pub spheres: u64,
-    /// Nodes split by a plane.
+    /// Number of nodes split by a plane.
     pub planes: u64,
-    /// Larger home side over home points, the largest of all nodes.
+    /// Larger side over all owned points of a node, the largest of all nodes.
     pub largest_split_ratio: Option<f64>,
-    /// The mean.
+    /// The same ratio, the mean.
     pub mean_split_ratio: Option<f64>,
-    /// Most attempts at a separator.
+    /// Largest number of attempts at a separator.
     pub largest_attempts: u64,
-    /// Mean attempts.
+    /// Mean number of attempts.
     pub mean_attempts: Option<f64>,
-    /// Points whose ball meets the separator over `m^(1 - 1/d)`, m the node's home points: the largest.
+    /// Points whose ball meets the separator over `m^(1 - 1/d)`, with m the owned points of the node; the largest.
     pub largest_separator_ratio: Option<f64>,
-    /// The mean.
+    /// The same ratio, the mean.
     pub mean_separator_ratio: Option<f64>,
-    /// Level by level.
+    /// The levels, beginning with the root.
     pub by_level: Vec<LevelReport>,
 }
 
@@ -257,25 +259,25 @@ pub struct TreeReport {
 pub struct LevelReport {
     /// 0 for the root.
     pub level: u32,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: u64,
-    /// Leaves among them.
+    /// Number of leaves among them.
     pub leaves: u64,
-    /// Home points of all nodes.
+    /// Owned points of all nodes.
     pub points: u64,
-    /// Home points of the largest.
+    /// Owned points of the largest node.
     pub largest: u64,
     /// Largest split ratio.
     pub largest_split_ratio: Option<f64>,
-    /// Most attempts at a separator.
+    /// Largest number of attempts at a separator.
     pub largest_attempts: u64,
-    /// Points whose balls meet a separator.
+    /// Number of points whose balls meet a separator.
     pub separator_points: u64,
-    /// Largest depth of a node in the phase `partition`; none where not counted.
+    /// Largest depth of a node in the phase `partition`; none if not counted.
     pub partition_depth: Option<u64>,
-    /// The same in the phase `neighbours`.
+    /// Largest depth of a node in the phase `neighbours`; none if not counted.
     pub neighbours_depth: Option<u64>,
-    /// The same in the phase `merge`.
+    /// Largest depth of a node in the phase `merge`; none if not counted.
     pub merge_depth: Option<u64>,
 }
 
@@ -286,21 +288,21 @@ pub struct NodeReport {
     pub id: u64,
     /// Levels below the root.
     pub level: u32,
-    /// Home points.
+    /// Number of owned points.
     pub population: u64,
-    /// Home points inside the separator, 0 for a leaf.
+    /// Number of owned points inside the separator; 0 for a leaf.
     pub inside: u64,
-    /// Attempts at a separator.
+    /// Number of attempts at a separator.
     pub attempts: u64,
     /// `leaf`, `sphere` or `plane`.
     pub kind: &'static str,
-    /// Home points inside whose ball meets the separator.
+    /// Number of owned points inside whose ball meets the separator.
     pub crossing_inside: u64,
-    /// The same outside.
+    /// Number of owned points outside whose ball meets the separator.
     pub crossing_outside: u64,
-    /// Points that the leaf holds in the graph phase: home, ghosts, separator points.
+    /// Number of points that the leaf holds in the graph phase: owned points, ghosts and separator points.
     pub members: u64,
-    /// Edges of the supergraph with the smaller end at home in the leaf.
+    /// Number of edges of the supergraph whose smaller end the leaf owns.
     pub edges: u64,
 }
 
@@ -309,13 +311,13 @@ pub struct NodeReport {
 pub struct GraphReport {
     /// Number of edges.
     pub edges: u64,
-    /// Order-free hash of all edges, hexadecimal.
+    /// Hash of all edges, independent of their order, hexadecimal.
     pub edge_hash: String,
     /// Largest degree.
     pub max_degree: u64,
     /// Mean degree.
     pub mean_degree: f64,
-    /// Points held by all leaves over points.
+    /// Points held by all leaves, over points.
     pub replication: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The report for people: a summary of a few lines.
+//! A summary of the report in a few lines.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use septet_core::config::{Correction, Partition};
 
 use super::schema::{Report, SupergraphReport};
 
-/// Seconds, with the digits that mean something.
+/// Formats seconds with their significant digits.
 fn seconds(s: f64) -> String {
     if s < 0.1 { format!("{:.1} ms", s * 1e3) } else { format!("{s:.2} s") }
 }
@@ -23,7 +23,7 @@ impl SupergraphReport {
 }
 
 impl Report {
-    /// What a reader wants to know at once, a few lines.
+    /// Returns the main results in a few lines.
     pub fn summary(&self) -> Vec<String> {
         let cells = if self.space == 2 { "triangles" } else { "tetrahedra" };
         let p = &self.points;
@@ -43,7 +43,7 @@ impl Report {
             if self.supergraph.kind != "none" {
                 lines.push(format!("  {}", self.supergraph.line()));
             }
-            lines.extend(self.rivals());
+            lines.extend(self.baselines());
             let fallback = self.fallback.as_ref().map_or_else(
                 || "no fallback".to_owned(),
                 |f| format!("fallback on {} points: {}", f.points, f.reason),
@@ -70,16 +70,16 @@ impl Report {
         lines
     }
 
-    /// What was not done as the paper does it.
-    fn rivals(&self) -> Option<String> {
+    /// Describes the baselines that replaced steps of the paper's algorithm.
+    fn baselines(&self) -> Option<String> {
         let p = &self.parameters;
-        let cut = (p.partition != Partition::Sphere.name()).then_some("cut by k-d planes");
-        let naive = (p.neighbours != Correction::Descent.name()).then_some("balls corrected naively");
-        let both: Vec<&str> = cut.into_iter().chain(naive).collect();
-        (!both.is_empty()).then(|| format!("  rivals: {}", both.join(", ")))
+        let planes = (p.partition != Partition::Sphere.name()).then_some("partition by k-d planes");
+        let bottom_up = (p.neighbours != Correction::Descent.name()).then_some("balls corrected bottom-up");
+        let both: Vec<&str> = planes.into_iter().chain(bottom_up).collect();
+        (!both.is_empty()).then(|| format!("  baselines: {}", both.join(", ")))
     }
 
-    /// One line on points that span less than the space.
+    /// Describes points that span less than the space, in one line.
     pub fn flat_note(&self) -> String {
         let span = match self.dimension {
             -1 => "there are no points".to_owned(),

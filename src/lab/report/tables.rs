@@ -1,45 +1,45 @@
-//! The report as tables: phases, rounds, tree levels; aligned for people, as Markdown, or as CSV for programs.
-//! Modelled counts and measured times never share a column, and every column says which it is.
+//! The report as tables of phases, rounds and tree levels. They are aligned text, Markdown, or CSV. Modelled counts
+//! and measured times are never in the same column, and the name of every column says which they are.
 
 use std::fmt::Write;
 
 use super::schema::{Report, TotalReport};
 
-/// How tables are written.
+/// The format of tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableFormat {
-    /// Aligned columns, a bar between modelled and measured ones.
+    /// Aligned columns, with a bar between modelled and measured ones.
     Text,
-    /// Tables of Markdown under headings.
+    /// Markdown tables under headings.
     Markdown,
-    /// RFC 4180, one header row, no totals; empty where nothing was counted. One table a file.
+    /// RFC 4180 with one header row and no totals; empty if not counted. A file has one table.
     Csv,
 }
 
-/// What a column holds.
+/// The kind of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
-    /// What the row is about.
+    /// The label of the row.
     Label(&'static str),
     /// A count of the machine.
     Modelled(&'static str),
-    /// A time.
+    /// A measured time.
     Measured(&'static str),
 }
 
-/// A cell; empty where nothing was counted.
+/// A cell; empty if not counted.
 type Cell = String;
 
-/// One table.
+/// A table.
 pub(crate) struct Table {
     pub(crate) title: &'static str,
-    /// Its heading as aligned text.
+    /// The heading in aligned text.
     pub(crate) heading: &'static str,
     pub(crate) columns: Vec<Column>,
     pub(crate) rows: Vec<Vec<Cell>>,
-    /// Rows of sums, for people.
+    /// Rows of sums; omitted in CSV.
     pub(crate) totals: Vec<Vec<Cell>>,
-    /// Lines below, for people.
+    /// Lines below the table; omitted in CSV.
     pub(crate) notes: Vec<String>,
 }
 
@@ -51,7 +51,7 @@ fn ratio(x: Option<f64>) -> Cell {
     x.map_or_else(String::new, |x| format!("{x:.3}"))
 }
 
-/// As people see it.
+/// Returns a cell as text and Markdown show it.
 fn shown(cell: &str) -> &str {
     if cell.is_empty() { "-" } else { cell }
 }
@@ -63,7 +63,7 @@ impl Column {
         }
     }
 
-    /// The name with what it holds.
+    /// Returns the name with the kind of the column.
     fn full_name(self) -> String {
         match self {
             Column::Label(name) => name.to_owned(),
@@ -82,7 +82,7 @@ impl Table {
         }
     }
 
-    /// The first column to the left, the others to the right.
+    /// Writes aligned text: the first column left-aligned, the others right-aligned.
     fn text(&self, out: &mut String) {
         let _ = writeln!(out, "\n{}", self.heading);
         let barred = |cells: Vec<String>| {
@@ -152,7 +152,7 @@ impl Table {
 }
 
 impl Report {
-    /// The tables of `--profile`: phases, rounds, tree levels; all of them, or the one of that number.
+    /// Returns the tables of `--profile`: phases, rounds and tree levels; all of them, or the one with this number.
     pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
         let mut out = String::new();
         if format == TableFormat::Markdown {
@@ -176,7 +176,7 @@ impl Report {
     fn phase_table(&self, format: TableFormat) -> Table {
         use Column::{Label, Measured, Modelled};
         let mut columns = vec![Label("phase")];
-        // Aligned text has a star in the place of the column.
+        // In aligned text, a star replaces the column.
         let starred = format == TableFormat::Text;
         if !starred {
             columns.push(Label("paper"));

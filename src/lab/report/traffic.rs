@@ -1,4 +1,4 @@
-//! Who sent to whom, and when: the meter's counts as rows, with ranks in bins where there are many.
+//! The traffic of the ledger as rows, by sender, receiver and round. Many ranks are grouped in bins.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use septet_protocol::ids::{Phase, Rank};
 use septet_protocol::ledger::{Ledger, Traffic};
 
-/// Workers are shown in at most this many bins of contiguous ranks.
+/// Largest number of bins of contiguous workers.
 pub const MOST_BINS: u32 = 512;
 
 /// A bin of ranks.
@@ -24,13 +24,13 @@ pub struct BinReport {
 pub struct TrafficReport {
     /// Ranks of each bin; `from` and `to` are positions here.
     pub bins: Vec<BinReport>,
-    /// Do bins hold more than one rank?
+    /// Whether bins hold more than one rank.
     pub grouped: bool,
-    /// One row a phase and pair of bins that exchanged something.
+    /// One row for each phase and pair of bins with messages.
     pub rows: Vec<LinkReport>,
 }
 
-/// What one bin sent to another in a phase.
+/// The messages from one bin to another in a phase.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LinkReport {
     /// The phase.
@@ -39,9 +39,9 @@ pub struct LinkReport {
     pub from: u32,
     /// Receiver: a position in `bins`.
     pub to: u32,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
 }
 
@@ -50,13 +50,13 @@ pub struct LinkReport {
 pub struct TimelineReport {
     /// Ranks of each bin; `worker` is a position here.
     pub bins: Vec<BinReport>,
-    /// Do bins hold more than one rank?
+    /// Whether bins hold more than one rank.
     pub grouped: bool,
-    /// One row a round, phase and bin that sent something.
+    /// One row for each round, phase and bin that sent messages.
     pub rows: Vec<SenderReport>,
 }
 
-/// What one bin sent in a round.
+/// The messages of one bin in a round.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SenderReport {
     /// The round.
@@ -65,15 +65,15 @@ pub struct SenderReport {
     pub phase: &'static str,
     /// Sender: a position in `bins`.
     pub worker: u32,
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Their bytes.
+    /// Bytes of all messages.
     pub bytes: u64,
-    /// Points shipped in them.
+    /// Number of points in the messages.
     pub points: u64,
 }
 
-/// The bins of a machine: the coordinator, then workers in equal shares.
+/// Returns the bins of a machine: the coordinator, then workers in equal shares.
 fn bins(workers: u32) -> Vec<BinReport> {
     let count = u64::from(workers.min(MOST_BINS));
     let start = |bin: u64| 1 + (u64::from(workers) * bin).checked_div(count).unwrap_or(0) as Rank;
@@ -89,7 +89,7 @@ fn name(phase: u8) -> &'static str {
     Phase::from_number(phase).map_or("", Phase::name)
 }
 
-/// Who sent to whom.
+/// Returns the messages by sender and receiver.
 pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
     let bins = bins(workers);
     let mut sums: BTreeMap<(u8, u32, u32), Traffic> = BTreeMap::new();
@@ -106,7 +106,7 @@ pub(super) fn links(ledger: &Ledger, workers: u32) -> TrafficReport {
     TrafficReport { grouped: workers > MOST_BINS, rows: sums.into_iter().map(row).collect(), bins }
 }
 
-/// Who sent, round by round.
+/// Returns the messages by round and sender.
 pub(super) fn senders(ledger: &Ledger, workers: u32) -> TimelineReport {
     let bins = bins(workers);
     let mut sums: BTreeMap<(u32, u8, u32), Traffic> = BTreeMap::new();

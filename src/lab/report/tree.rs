@@ -9,7 +9,7 @@ use septet_core::run::Run;
 
 use super::schema::{GraphReport, LevelReport, NodeReport, TreeReport};
 
-/// Largest and mean of what is added.
+/// Largest value and mean of a sequence.
 #[derive(Default)]
 struct Spread {
     largest: Option<f64>,
@@ -29,12 +29,12 @@ impl Spread {
     }
 }
 
-/// The larger side over all.
+/// Returns the larger side over the whole node.
 fn split_ratio(facts: &NodeFacts) -> f64 {
     facts.inside.max(facts.population - facts.inside) as f64 / facts.population.max(1) as f64
 }
 
-/// Ratios over the tree, and its levels.
+/// Returns the ratios over the tree, and its levels.
 pub(super) fn summary(run: &Run) -> TreeReport {
     let mut tree = TreeReport::default();
     let (mut split, mut attempts, mut separator) = <(Spread, Spread, Spread)>::default();
@@ -89,7 +89,7 @@ fn levels(run: &Run) -> Vec<LevelReport> {
         for row in levels.values_mut() {
             let depth = |phase| Some(deepest(&run.ledger, phase, row.level));
             row.partition_depth = depth(Phase::Partition);
-            // Where the supergraph is made of nearest-neighbour balls.
+            // Only supergraphs made of nearest-neighbour balls have this phase.
             row.neighbours_depth = depth(Phase::Neighbours).filter(|_| has_balls);
             row.merge_depth = depth(Phase::Merge);
         }
@@ -97,7 +97,7 @@ fn levels(run: &Run) -> Vec<LevelReport> {
     levels.into_values().collect()
 }
 
-/// Largest depth of a node of a level in a phase.
+/// Returns the largest depth of a node of a level in a phase.
 fn deepest(ledger: &Ledger, phase: Phase, level: u32) -> u64 {
     let first = NodeId(1 << level);
     let last = NodeId((1 << level) + ((1 << level) - 1));
@@ -105,7 +105,7 @@ fn deepest(ledger: &Ledger, phase: Phase, level: u32) -> u64 {
     range.map(|(_, charge)| charge.cost.depth()).max().unwrap_or(0)
 }
 
-/// Every node.
+/// Returns every node.
 pub(super) fn nodes(ledger: &Ledger) -> Vec<NodeReport> {
     let row = |(node, f): (&NodeId, &NodeFacts)| NodeReport {
         id: node.0,
@@ -126,7 +126,7 @@ pub(super) fn nodes(ledger: &Ledger) -> Vec<NodeReport> {
     ledger.part.nodes.iter().map(row).collect()
 }
 
-/// Size of the supergraph.
+/// Returns the size of the supergraph.
 pub(super) fn graph(run: &Run) -> GraphReport {
     let nodes = run.ledger.part.nodes.values();
     let edges = nodes.clone().map(|f| f.edges).sum::<u64>();

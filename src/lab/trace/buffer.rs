@@ -1,8 +1,8 @@
-//! What is told, on its way to the file: a clock, a buffer for each thread, and what all threads share.
+//! The path of trace rows to the file: a clock, a buffer for each thread, and the state that all threads share.
 //!
-//! A thread writes rows into its own buffer, so that they stand in the order of their times, and empties it
-//! into the file when it is full. Counters and arrows need an order among threads: their rows are made
-//! under one lock, which only messages and steps take. Locks nest in the order thread, shared, processes, file.
+//! A thread writes rows into its own buffer, so they are in the order of their times. It flushes the buffer to the
+//! file when it is full. Counters and arrows need an order among threads. Their rows are made under one lock, which
+//! only messages and steps take. Locks are nested in the order thread, shared, processes, file.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -17,7 +17,7 @@ use super::event::{Args, Event, FlowArgs, Track, Value, microseconds};
 use super::messages::{Flights, Name};
 use super::processes::{Lane, Processes};
 
-/// A thread's buffer is emptied into the file when it holds more bytes than this.
+/// Size in bytes at which a thread's buffer is flushed to the file.
 const BOUND: usize = 1 << 16;
 
 /// Rows in the order of their times.
@@ -28,7 +28,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// The time in nanoseconds since `start`, later than all before.
+    /// Returns the time in nanoseconds since `start`, later than all previous times.
     fn now(&mut self, start: Instant) -> f64 {
         self.last = (start.elapsed().as_nanos() as u64).max(self.last + 1);
         microseconds(self.last)
@@ -41,25 +41,25 @@ impl Rows {
 
 fn write_row(text: &mut Vec<u8>, event: &Event<'_>) {
     text.extend_from_slice(b",\n");
-    // Numbers, text and derived structures: what can be written always is.
+    // Events consist of numbers and text, so serialisation cannot fail.
     let _ = serde_json::to_writer(text, event);
 }
 
-/// One thread's.
+/// The state of one thread.
 #[derive(Debug)]
 struct Buffer {
-    /// Its number among the threads heard.
+    /// Index among the threads that wrote rows.
     slot: u64,
     rows: Rows,
-    /// Slices begun and not ended.
+    /// Slices that began and have not ended.
     open: Vec<(Id, Track)>,
 }
 
-/// All threads'.
+/// The state of all threads.
 #[derive(Debug, Default)]
 struct Shared {
     flights: Flights,
-    /// Steps going on in each run.
+    /// Number of current steps in each run.
     active: std::collections::BTreeMap<u64, u64>,
     rows: Rows,
 }
@@ -75,7 +75,7 @@ struct Sink {
 impl Sink {
     fn write(&mut self, text: &[u8]) {
         let Some(file) = &mut self.file else { return };
-        // The first row needs no comma before it.
+        // The first row needs no comma in front.
         let skip = usize::from(self.empty);
         if self.failed.is_none() && text.len() > skip {
             self.empty = false;
@@ -89,7 +89,7 @@ impl Sink {
     }
 }
 
-/// Takes what the layer hears.
+/// The recorder, which receives the events of the layer.
 #[derive(Debug)]
 pub(super) struct Recorder {
     start: Instant,
@@ -101,13 +101,13 @@ pub(super) struct Recorder {
     done: AtomicBool,
 }
 
-/// A panic elsewhere leaves nothing half-written here.
+/// Locks a mutex. A panic in another thread leaves no row incomplete.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Recorder {
-    /// Writes to a file; the clock starts.
+    /// Returns a recorder that writes to a file, and starts the clock.
     pub(super) fn new(file: File) -> Self {
         let mut file = BufWriter::new(file);
         let version = env!("CARGO_PKG_VERSION");
@@ -137,7 +137,7 @@ impl Recorder {
         lock(&self.processes).track(run, rank, lane, &mut |event| self.write_now(event))
     }
 
-    /// Metadata stands before what it names: it goes into the file at once.
+    /// Writes a row to the file at once. Metadata precedes the rows that it names.
     fn write_now(&self, event: &Event<'_>) {
         let mut text = Vec::new();
         write_row(&mut text, event);
@@ -150,28 +150,28 @@ impl Recorder {
         }
     }
 
-    /// A run of so many workers begins.
+    /// Records the start of a run with this number of workers.
     pub(super) fn run(&self, run: u64, workers: u64, planning: bool) {
         lock(&self.processes).begin(run, workers, planning, &mut |event| self.write_now(event));
     }
 
-    /// The track of this thread's steps for a rank.
+    /// Returns the track for steps of a rank on this thread.
     pub(super) fn steps(&self, run: u64, rank: u64) -> Track {
         let slot = lock(self.thread()).slot;
         self.track(run, rank, Lane::Steps(slot))
     }
 
-    /// The track of a rank's rounds.
+    /// Returns the track for the rounds of a rank.
     pub(super) fn rounds(&self, run: u64, rank: u64) -> Track {
         self.track(run, rank, Lane::Rounds)
     }
 
-    /// The track of a run's phases.
+    /// Returns the track for the phases of a run.
     pub(super) fn phases(&self, run: u64) -> Track {
         self.track(run, 0, Lane::Phases)
     }
 
-    /// A slice begins on this thread.
+    /// Begins a slice on this thread.
     pub(super) fn begin(&self, id: &Id, track: Track, name: &str, cat: &'static str, args: &Args) {
         if self.done.load(Ordering::Relaxed) {
             return;
@@ -182,7 +182,7 @@ impl Recorder {
         buffer.open.push((id.clone(), track));
     }
 
-    /// A slice ends on this thread.
+    /// Ends a slice on this thread.
     pub(super) fn end(&self, id: &Id) {
         let buffer = &mut *lock(self.thread());
         let Some(at) = buffer.open.iter().rposition(|(open, _)| open == id) else { return };
@@ -192,7 +192,7 @@ impl Recorder {
         self.relieve(&mut buffer.rows);
     }
 
-    /// A message leaves: an arrow begins in the sender's slice.
+    /// Records the sending of a message: an arrow begins in the slice of the sender.
     pub(super) fn sent(&self, name: Name, kind: &str, args: FlowArgs) {
         if self.done.load(Ordering::Relaxed) {
             return;
@@ -210,7 +210,7 @@ impl Recorder {
         self.relieve(&mut buffer.rows);
     }
 
-    /// A message has arrived: its arrow ends in the receiver's slice.
+    /// Records the receipt of a message: its arrow ends in the slice of the receiver.
     pub(super) fn received(&self, name: Name, kind: &str, to: u64) {
         if self.done.load(Ordering::Relaxed) {
             return;
@@ -228,7 +228,7 @@ impl Recorder {
         self.relieve(&mut buffer.rows);
     }
 
-    /// A step at a node begins, or ends.
+    /// Records the beginning or the end of a step at a node.
     pub(super) fn active(&self, run: u64, begins: bool) {
         if self.done.load(Ordering::Relaxed) {
             return;
@@ -247,7 +247,7 @@ impl Recorder {
         self.relieve(&mut shared.rows);
     }
 
-    /// Ends what is open and closes the file.
+    /// Ends open slices and closes the file.
     pub(super) fn finish(&self) -> io::Result<File> {
         self.done.store(true, Ordering::Relaxed);
         for thread in &self.threads {

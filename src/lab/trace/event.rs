@@ -1,8 +1,7 @@
 //! Events of Chrome's trace format, as rows of JSON.
 //!
-//! Source: *Trace Event Format* (Google), as read by Perfetto's JSON importer. Metadata has no time; slices are
-//! pairs of `B` and `E`, so that the rows of a thread stand in the order of their times; flows bind to the slice
-//! around them.
+//! Source: *Trace Event Format* (Google), as read by Perfetto's JSON importer. Metadata has no time. Slices are pairs
+//! of `B` and `E`, so the rows of a thread are in the order of their times. Flows are bound to the enclosing slice.
 
 use serde::Serialize;
 
@@ -13,7 +12,7 @@ pub(super) struct Track {
     pub(super) tid: u64,
 }
 
-/// Facts of a slice.
+/// The arguments of a slice.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct Args {
     pub(super) run: u64,
@@ -33,7 +32,7 @@ pub(super) struct Args {
     pub(super) points: Option<u64>,
 }
 
-/// Facts of a message.
+/// The arguments of a message.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct FlowArgs {
     pub(super) from: u64,
@@ -47,7 +46,7 @@ pub(super) struct FlowArgs {
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "ph")]
 pub(super) enum Event<'a> {
-    /// Name or place of a process or thread.
+    /// The name or the sort index of a process or thread.
     #[serde(rename = "M")]
     Metadata {
         name: &'static str,
@@ -55,7 +54,7 @@ pub(super) enum Event<'a> {
         track: Track,
         args: Naming<'a>,
     },
-    /// A slice begins.
+    /// The beginning of a slice.
     #[serde(rename = "B")]
     Begin {
         name: &'a str,
@@ -65,14 +64,14 @@ pub(super) enum Event<'a> {
         track: Track,
         args: &'a Args,
     },
-    /// It ends.
+    /// The end of a slice.
     #[serde(rename = "E")]
     End {
         ts: f64,
         #[serde(flatten)]
         track: Track,
     },
-    /// A message leaves.
+    /// The sending of a message.
     #[serde(rename = "s")]
     FlowStart {
         name: &'a str,
@@ -83,19 +82,19 @@ pub(super) enum Event<'a> {
         track: Track,
         args: FlowArgs,
     },
-    /// It has arrived.
+    /// The receipt of a message.
     #[serde(rename = "f")]
     FlowEnd {
         name: &'a str,
         cat: &'static str,
         id: u64,
-        /// `e`: the slice around it, not the next one.
+        /// `e`: the enclosing slice instead of the next one.
         bp: &'static str,
         ts: f64,
         #[serde(flatten)]
         track: Track,
     },
-    /// Values of a counter from now on.
+    /// The values of a counter from this time on.
     #[serde(rename = "C")]
     Counter {
         name: &'static str,
@@ -106,29 +105,29 @@ pub(super) enum Event<'a> {
     },
 }
 
-/// What metadata says.
+/// The content of metadata.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub(super) enum Naming<'a> {
     /// The name.
     Name { name: &'a str },
-    /// The place among its like.
+    /// The sort index.
     Sort { sort_index: u64 },
 }
 
-/// What a counter stands at. Perfetto calls its track by the event's name and this one's together: `bytes in
-/// flight`, `active subproblems`.
+/// The value of a counter. Perfetto joins the event's name and this name to the name of the track: `bytes in flight`,
+/// `active subproblems`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) enum Value {
-    /// Bytes on their way.
+    /// Bytes in transit.
     #[serde(rename = "in flight")]
     InFlight(u64),
-    /// Nodes of the tree being worked at.
+    /// Number of tree nodes that steps are currently at.
     #[serde(rename = "subproblems")]
     Subproblems(u64),
 }
 
-/// Nanoseconds as the format's microseconds: exact to the nanosecond for 104 days.
+/// Converts nanoseconds to the microseconds of the format; exact to the nanosecond for 104 days.
 pub(super) fn microseconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 / 1e3
 }

@@ -1,4 +1,4 @@
-//! The layer: fields of spans and events, turned into slices, arrows and counters.
+//! The layer, which turns fields of spans and events into slices, arrows and counters.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use tracing_subscriber::registry::LookupSpan;
 use super::buffer::Recorder;
 use super::event::{Args, FlowArgs};
 
-/// Fields as they are told; those that are not stay at zero.
+/// The fields of a span or event. Missing fields stay at zero.
 #[derive(Debug, Default)]
 struct Fields {
     run: u64,
@@ -65,7 +65,7 @@ impl Visit for Fields {
     fn record_debug(&mut self, _: &Field, _: &dyn std::fmt::Debug) {}
 }
 
-/// Where a slice stands.
+/// The track of a slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Phase,
@@ -73,7 +73,7 @@ enum Kind {
     Step,
 }
 
-/// A span, ready to be written when it is entered.
+/// A span with its row, which is written when the span is entered.
 #[derive(Debug)]
 struct Slice {
     kind: Kind,
@@ -128,7 +128,7 @@ impl Slice {
     }
 }
 
-/// Hears, and hands on to the recorder.
+/// The layer. It passes spans and events on to the recorder.
 pub(super) struct ChromeLayer {
     recorder: Arc<Recorder>,
 }

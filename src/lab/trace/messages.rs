@@ -1,21 +1,21 @@
-//! Messages between their sending and their receipt: names of arrows, and what is in flight.
+//! Messages in transit: the ids of their arrows, and their bytes.
 
 use std::collections::BTreeMap;
 
-/// A message: run, sender, number among the sender's.
+/// A message: run, sender, and sequence number of the sender.
 pub(super) type Name = (u64, u64, u64);
 
-/// Messages on their way.
+/// The messages in transit.
 #[derive(Debug, Default)]
 pub(super) struct Flights {
     next: u64,
     open: BTreeMap<Name, (u64, u64)>,
-    /// Bytes of each run.
+    /// Bytes in transit of each run.
     sums: BTreeMap<u64, u64>,
 }
 
 impl Flights {
-    /// A message leaves: the number of its arrow.
+    /// Adds a sent message, and returns the id of its arrow.
     pub(super) fn leave(&mut self, name: Name, bytes: u64) -> u64 {
         self.next += 1;
         self.open.insert(name, (self.next, bytes));
@@ -23,14 +23,15 @@ impl Flights {
         self.next
     }
 
-    /// A message has arrived: the number of its arrow, if its sending was heard and this is its first arrival.
+    /// Removes a received message, and returns the id of its arrow; none if its sending was not recorded or it arrived
+    /// before.
     pub(super) fn arrive(&mut self, name: Name) -> Option<u64> {
         let (id, bytes) = self.open.remove(&name)?;
         *self.sums.entry(name.0).or_default() -= bytes;
         Some(id)
     }
 
-    /// Bytes of a run in flight.
+    /// Returns the bytes of a run that are in transit.
     pub(super) fn in_flight(&self, run: u64) -> u64 {
         self.sums.get(&run).copied().unwrap_or_default()
     }

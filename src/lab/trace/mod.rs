@@ -1,19 +1,19 @@
-//! A run as a trace: Chrome's JSON, which Perfetto (<https://ui.perfetto.dev>) opens.
+//! Traces of runs in Chrome's JSON, which Perfetto (<https://ui.perfetto.dev>) opens.
 //!
-//! Workers tell what they do ([`septet_workers::profile`]); the layer made here reads the clock and writes:
+//! Workers report their work as spans and events ([`septet_workers::profile`]). The layer reads the clock and writes:
 //!
-//! - a process for the coordinator and for every worker of a run, in the order of their ranks;
-//! - in each a track `rounds`, one slice for what the rank does between two exchanges: named by the phase, with
-//!   `: begin` where the phase begins and `: idle` where no message had come;
-//! - in the coordinator's a track `phases`, with the run, its phases and their wall-clock times;
-//! - tracks `steps`, one for each thread of the system that worked for the rank: a slice for each step at a node
-//!   of the partition tree (`split`, `draw`, `leaf hulls`, ...);
-//! - an arrow for every message, from the sender's slice to the receiver's;
-//! - counters of the bytes and messages in flight and of the nodes of the tree being worked at, at the coordinator.
+//! - A process for the coordinator and for every worker of a run, in the order of their ranks.
+//! - In each process, a track `rounds` with one slice for the work between two exchanges. Its name is the phase, with
+//!   `: begin` in the first round of the phase and `: idle` if no message had arrived.
+//! - In the process of the coordinator, a track `phases` with the run, its phases and their wall-clock times.
+//! - Tracks `steps`, one for each thread of the system that worked for the rank. A slice is a step at a node of the
+//!   partition tree (`split`, `draw`, `leaf hulls`, ...).
+//! - An arrow for every message, from the slice of the sender to the slice of the receiver.
+//! - Counters at the coordinator: bytes and messages in flight, and tree nodes that steps are currently at.
 //!
-//! There are no globals: the layer is the caller's to install, for all threads or for a scope. (`tracing` itself keeps
-//! one: while the only subscriber is a scope's, an event that another thread passes first, without one, may stay
-//! unheard. Do not run untraced work beside a scope that traces.)
+//! There are no globals: the caller installs the layer for all threads or for a scope. `tracing` itself keeps one
+//! global. While the only subscriber is that of a scope, an event may be lost if another thread without a subscriber
+//! reaches it first. Do not run untraced work at the same time as a scope that traces.
 //!
 //! ```
 //! use septet::{simulate, trace};
@@ -26,18 +26,18 @@
 //! tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), || {
 //!     simulate(&points, &Default::default())
 //! })?;
-//! file.finish()?; // only now it has its name
+//! file.finish()?; // gives the file its name
 //! # assert!(std::fs::read_to_string(&path)?.ends_with("]}\n"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Runs of one layer are told apart by [`septet_core::Config::run`]: each has its own processes, and so has the planning run
-//! of [`septet_core::config::Workers::Leaves`]. A worker that is a process of its own is heard only there: what it sends
-//! has no arrow, and its slices are in the trace of that process if it installs a layer.
+//! [`septet_core::config::Machine::run`] distinguishes the runs of one layer. Each run has its own processes, and so
+//! has the planning run of [`septet_core::config::Workers::Leaves`]. A worker in a process of its own is recorded only
+//! there. Its messages have no arrows here. Its slices are in the trace of that process if it installs a layer.
 //!
-//! Times are microseconds from the making of the layer, with three decimals, strictly increasing in each
-//! thread. Each thread gathers what it says in a buffer of 64 KiB; the file grows under a
-//! temporary name, and is whole and valid whenever it is finished, also after an interrupted run.
+//! Times are microseconds since the creation of the layer, with three decimals, strictly increasing in each thread.
+//! Each thread collects its rows in a buffer of 64 KiB. The file grows under a temporary name. It is complete and
+//! valid when it is finished, also after an interrupted run.
 
 mod buffer;
 mod event;
@@ -60,16 +60,16 @@ use septet_io::write::stage::{Stage, probe, sync};
 
 use buffer::Recorder;
 
-/// How much a trace tells; each detail includes those before it.
+/// The detail of a trace; each level includes the previous ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
     /// The coordinator's phases.
     Phase,
-    /// What each rank does in each round.
+    /// The work of each rank in each round.
     Round,
     /// Messages, and the bytes in flight.
     Message,
-    /// Steps at nodes of the partition tree, and how many go on at once.
+    /// Steps at nodes of the partition tree, and the number of concurrent steps.
     #[default]
     Subproblem,
 }
@@ -86,20 +86,20 @@ impl Detail {
     }
 }
 
-/// Was the program built to say anything at all? Not with feature `untraced`.
+/// Returns `true` if the program was built with spans and events, without the feature `untraced`.
 pub fn is_compiled_in() -> bool {
     STATIC_MAX_LEVEL != LevelFilter::OFF
 }
 
-/// Can a trace be written under this name?
+/// Checks whether a trace can be written under this name.
 ///
 /// # Errors
-/// An [`OutputError`] that tells what stands in the way.
+/// An [`OutputError`] with the reason, if it cannot.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     probe(path)
 }
 
-/// A trace on its way to its name. Dropped without [`TraceFile::finish`], it vanishes.
+/// A trace that has not received its name. If it is dropped without [`TraceFile::finish`], the file is removed.
 #[must_use = "the trace has no name before it is finished"]
 pub struct TraceFile {
     path: PathBuf,
@@ -107,10 +107,10 @@ pub struct TraceFile {
     recorder: Arc<Recorder>,
 }
 
-/// A layer that writes what is told to a file, and the handle that finishes it.
+/// Returns a layer that writes to a file, and the handle that finishes the file.
 ///
 /// # Errors
-/// If no file can be made beside `path`.
+/// If the file cannot be created next to `path`.
 pub fn layer<S>(
     path: &Path,
     detail: Detail,
@@ -126,10 +126,10 @@ where
 }
 
 impl TraceFile {
-    /// Closes what is open, writes the last of it, and gives the file its name. What is told later is lost.
+    /// Ends open slices, writes the remaining rows, and gives the file its name. Later events are lost.
     ///
     /// # Errors
-    /// The first failure to write, which may be of long before, or to rename.
+    /// The first error of a write, which may have occurred much earlier, or of the renaming.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         let io_error = |source| OutputError::Io { path: self.path.clone(), source };
         let file = self.recorder.finish().map_err(io_error)?;

@@ -1,16 +1,16 @@
-//! Processes and threads of the trace: one process a rank of each run, named before anything is said of it.
+//! Processes and threads of the trace: one process per rank of each run, named before its first row.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::event::{Event, Naming, Track};
 
-/// Ranks of a run, and then some: process numbers stay below 2^32 for the first 2,048 runs.
+/// Number of process ids reserved for a run, more than its ranks. Process ids are below 2^32 for the first 2,048 runs.
 const BLOCK: u64 = 1 << 21;
 
-/// What stands on a track.
+/// The content of a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lane {
-    /// What the rank does between exchanges. Counters are here, too.
+    /// The work of the rank between exchanges, and counters.
     Rounds,
     /// Phases of the run.
     Phases,
@@ -19,7 +19,7 @@ pub(super) enum Lane {
 }
 
 impl Lane {
-    /// Thread numbers begin at 1.
+    /// Returns the thread id, from 1.
     fn tid(self) -> u64 {
         match self {
             Lane::Rounds => 1,
@@ -46,14 +46,14 @@ impl Lane {
     }
 }
 
-/// A run as the trace knows it.
+/// A run in the trace.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     number: u64,
     planning: bool,
 }
 
-/// Who has been named.
+/// The processes and threads that have names.
 #[derive(Debug, Default)]
 pub(super) struct Processes {
     runs: BTreeMap<u64, Known>,
@@ -62,7 +62,7 @@ pub(super) struct Processes {
 }
 
 impl Processes {
-    /// A run begins: all its ranks are named in order.
+    /// Begins a run, and names all its ranks in order.
     pub(super) fn begin(&mut self, run: u64, workers: u64, planning: bool, out: &mut dyn FnMut(&Event<'_>)) {
         let number = self.runs.len() as u64;
         self.runs.entry(run).or_insert(Known { number, planning });
@@ -71,7 +71,7 @@ impl Processes {
         }
     }
 
-    /// The track of a rank; names it if it is new.
+    /// Returns the track of a rank, and names it if it is new.
     pub(super) fn track(
         &mut self,
         run: u64,

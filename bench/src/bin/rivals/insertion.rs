@@ -6,7 +6,7 @@ use septet_core::generate::Kind;
 use septet_core::model::Points;
 use septet_core::{Config, simulate};
 use septet_geometry::point::Point;
-use septet_lab::rival::incremental;
+use septet_lab::baselines::incremental;
 
 use super::plan::{Plan, tell};
 use super::table::{Table, mean, whole};

@@ -8,7 +8,8 @@ use serde_json::json;
 pub(super) use data::{MeshData, read};
 pub(super) use summary::{headline, section};
 
-use data::{PhaseRow, Stage};
+use septet_core::mesh::record::PhaseLine;
+use septet_lab::report::mesh::StageReport;
 
 use super::bars::bars;
 use super::histograms::{Drawn, draw, table};
@@ -53,14 +54,14 @@ fn quality(mesh: &MeshData) -> Figure {
 type Measure<T> = (&'static str, &'static str, fn(&T) -> f64);
 
 /// What each stage made and took.
-fn stages(stages: &[Stage]) -> Option<Figure> {
-    let mut measures: Vec<Measure<Stage>> = vec![
+fn stages(stages: &[StageReport]) -> Option<Figure> {
+    let mut measures: Vec<Measure<StageReport>> = vec![
         ("points", "points", |s| s.points as f64),
         ("candidates", "candidates", |s| s.candidates as f64),
         ("completion rounds", "rounds", |s| s.completion_rounds as f64),
         ("set rounds", "rounds", |s| s.set_rounds as f64),
     ];
-    measures.extend::<[Measure<Stage>; 6]>([
+    measures.extend::<[Measure<StageReport>; 6]>([
         ("rounds", "rounds", |s| s.rounds as f64),
         ("messages", "messages", |s| s.messages as f64),
         ("bytes", "B", |s| s.bytes as f64),
@@ -89,20 +90,20 @@ fn stages(stages: &[Stage]) -> Option<Figure> {
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
 
 /// What the machine's phases took over all stages; the table has each stage by itself.
-fn phases(phases: &[PhaseRow]) -> Option<Figure> {
-    let mut sums: Vec<PhaseRow> = Vec::new();
+fn phases(phases: &[PhaseLine]) -> Option<Figure> {
+    let mut sums: Vec<PhaseLine> = Vec::new();
     let mut table = Table::new(&["stage", "phase", "runs"]);
     table.columns.extend(TOOK.map(str::to_owned));
     for p in phases {
         match sums.iter_mut().find(|sum| sum.phase == p.phase) {
-            Some(sum) => sum.add(p),
+            Some(sum) => add(sum, p),
             None => sums.push(p.clone()),
         }
         let took = [json!(p.rounds), json!(p.messages), json!(p.bytes), json!(p.work), json!(p.depth)];
         let row = [json!(p.stage), json!(p.phase), json!(p.runs)].into_iter().chain(took);
         table.rows.push(row.chain([json!(p.seconds)]).collect());
     }
-    let measures: [Measure<PhaseRow>; 6] = [
+    let measures: [Measure<PhaseLine>; 6] = [
         ("work", "operations", |p| p.work.unwrap_or(0) as f64),
         ("depth", "steps", |p| p.depth.unwrap_or(0) as f64),
         ("rounds", "rounds", |p| p.rounds as f64),
@@ -110,7 +111,7 @@ fn phases(phases: &[PhaseRow]) -> Option<Figure> {
         ("bytes", "B", |p| p.bytes as f64),
         ("time (measured)", "s", |p| p.seconds),
     ];
-    let variants = variants(&sums, |p| p.phase.clone(), &measures, &table);
+    let variants = variants(&sums, |p| p.phase.to_string(), &measures, &table);
     let caption = "The phases of the machine, summed over all its runs: independent sets of candidates, and \
                    triangulations of the points so far, which count no operations. The table tells stages apart."
         .to_owned();
@@ -118,17 +119,16 @@ fn phases(phases: &[PhaseRow]) -> Option<Figure> {
     (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
 }
 
-impl PhaseRow {
-    fn add(&mut self, other: &PhaseRow) {
-        self.runs += other.runs;
-        self.rounds += other.rounds;
-        self.messages += other.messages;
-        self.bytes += other.bytes;
-        for (sum, more) in [(&mut self.work, other.work), (&mut self.depth, other.depth)] {
-            *sum = sum.map_or(more, |sum| Some(sum + more.unwrap_or(0)));
-        }
-        self.seconds += other.seconds;
+/// Adds the counts of a phase in another stage.
+fn add(sum: &mut PhaseLine, other: &PhaseLine) {
+    sum.runs += other.runs;
+    sum.rounds += other.rounds;
+    sum.messages += other.messages;
+    sum.bytes += other.bytes;
+    for (sum, more) in [(&mut sum.work, other.work), (&mut sum.depth, other.depth)] {
+        *sum = sum.map_or(more, |sum| Some(sum + more.unwrap_or(0)));
     }
+    sum.seconds += other.seconds;
 }
 
 /// A drawing for each measure that is not zero throughout.

@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use septet_core::mesh::view::MOST_CELLS;
+use septet_lab::report::mesh::PlaceReport;
 
 use super::super::axes::{grouped, si};
 use super::super::card::card;
-use super::data::{MeshData, PlaceRow};
+use super::data::MeshData;
 
 /// One line about a mesh.
 pub(in crate::page) fn headline(mesh: &MeshData) -> String {
@@ -68,14 +69,15 @@ fn counts(mesh: &MeshData, out: &mut String) {
 fn quality(mesh: &MeshData, out: &mut String) {
     let file = &mesh.file;
     for place in &file.radius_edge {
-        let what = match place.place.as_str() {
+        let what = match place.place.as_ref() {
             "free" => "radius-edge ratio",
             "near" => "radius-edge near the boundary",
             "above" if place.cells > 0 => "radius-edge above facets' large triangles",
             _ => continue,
         };
-        let most = place.most.upper.filter(|_| place.cells > 0);
-        let most = most.map_or_else(|| "–".to_owned(), |x| format!("{x:.4}"));
+        let most = place.most.upper;
+        let known = most.is_finite() && place.cells > 0;
+        let most = if known { format!("{most:.4}") } else { "–".to_owned() };
         card(out, what, &most, &promise(place));
     }
     let (least, most) = (&file.quality.least_angles.least, &file.quality.largest_angles.most);
@@ -86,7 +88,7 @@ fn quality(mesh: &MeshData, out: &mut String) {
     card(out, "slope of sizes", &format!("{:.4}", file.quality.lipschitz), &slope);
 }
 
-fn promise(place: &PlaceRow) -> String {
+fn promise(place: &PlaceReport) -> String {
     let cells = grouped(place.cells as f64);
     match place.promised {
         Some(bound) => format!("at most {bound:.4} promised; {cells} cells, {} over it", place.over),

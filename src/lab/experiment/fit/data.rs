@@ -1,50 +1,50 @@
-//! From lines to numbers: which count, against what, of which runs, and what must not be mixed.
+//! From lines to numbers: the count, the abscissa, the selection of runs, and the checks against mixtures.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use thiserror::Error;
 
 use super::super::line::{Line, PhaseLine, Program};
 
 /// A count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Key {
-    /// Levels of the tree below the root.
+    /// Number of levels of the tree below the root.
     Levels,
-    /// Leaves of the tree.
+    /// Number of leaves of the tree.
     Leaves,
     /// Attempts at separators per split, the mean.
     Attempts,
-    /// Edges of the supergraph.
+    /// Number of edges of the supergraph.
     Edges,
-    /// Its largest degree.
+    /// Largest degree of the supergraph.
     MaxDegree,
-    /// Points held by all leaves over points.
+    /// Points held by all leaves, over points.
     Replication,
-    /// Rounds of exchange between stars.
+    /// Number of rounds of splaying.
     ExchangeRounds,
-    /// Longest chain, a scan counting one. Of a phase.
+    /// Longest chain of a phase, a scan counting one.
     Depth,
-    /// Longest chain, a scan of m items counting `ceil(log2 m)`. Of a phase.
+    /// Longest chain of a phase, a scan of m items counting `ceil(log2 m)`.
     DepthLogScan,
-    /// Operations. Of a phase.
+    /// Operations of a phase.
     Work,
-    /// Rounds. Of a phase.
+    /// Rounds of a phase.
     Rounds,
-    /// Messages. Of a phase.
+    /// Messages of a phase.
     Messages,
-    /// Bytes. Of a phase.
+    /// Bytes of a phase.
     Bytes,
-    /// Measured seconds. Of a phase.
+    /// Measured seconds of a phase.
     Seconds,
-    /// Mean depth of a split, level by level, against the mean size of its nodes. Of a phase.
+    /// Mean depth of a phase per split, by level, against the mean size of the level's nodes.
     LevelDepth,
 }
 
-/// Keys and their names.
+/// The keys and their names.
 const KEYS: [(Key, &str); 15] = [
     (Key::Levels, "levels"),
     (Key::Leaves, "leaves"),
@@ -64,23 +64,23 @@ const KEYS: [(Key, &str); 15] = [
 ];
 
 impl Key {
-    /// Its name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         KEYS.iter().find(|(key, _)| *key == self).map_or("", |(_, name)| name)
     }
 
-    /// Is it a count of a phase?
+    /// Returns `true` if this is a count of a phase.
     pub fn of_phase(self) -> bool {
         use Key::{Bytes, Depth, DepthLogScan, LevelDepth, Messages, Rounds, Seconds, Work};
         matches!(self, Depth | DepthLogScan | Work | Rounds | Messages | Bytes | Seconds | LevelDepth)
     }
 
-    /// Does it depend on the number of workers?
+    /// Returns `true` if the count depends on the number of workers.
     pub fn of_machine(self) -> bool {
         matches!(self, Key::Rounds | Key::Messages | Key::Bytes | Key::Seconds)
     }
 
-    /// Is it weighted by 1 / y^2, as a count that grows like a power of n?
+    /// Returns `true` if rows are weighted by 1 / y^2, for a count that grows like a power of n.
     pub fn is_relative(self) -> bool {
         use Key::{Bytes, Edges, Leaves, Messages, Seconds, Work};
         matches!(self, Leaves | Edges | Work | Messages | Bytes | Seconds)
@@ -99,8 +99,8 @@ impl FromStr for Key {
     }
 }
 
-/// What a count is drawn against.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// The abscissa of a count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Abscissa {
     /// Distinct points.
     #[default]
@@ -123,53 +123,54 @@ impl FromStr for Abscissa {
     }
 }
 
-/// The margin of the equivalence tests unless the question states another: 5 % of the mean, for depth level by
-/// level per doubling, for growth over the range of sizes. A count proportional to log n has 7 % or more per doubling
-/// over n = 2^10 to 2^20.
+/// The default margin of the equivalence tests: 5 % of the mean. For depth by level, it is a share per doubling; for
+/// growth, a share over the range of sizes. A count proportional to log n has 7 % or more per doubling over n = 2^10
+/// to 2^20.
 pub const MARGIN: f64 = 0.05;
 
-/// A question.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A request for a fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Request {
     /// The count.
     pub y: Key,
-    /// Against what.
+    /// The abscissa.
     pub x: Abscissa,
-    /// The phase, or `paper` or `repair` for all of theirs.
+    /// The phase; `paper` or `repair` for all phases of the group.
     pub phase: Option<String>,
-    /// Margin of the equivalence tests: of `level-depth`, a share of the mean depth per doubling; of all others, a
-    /// share of the mean over the whole range of sizes.
+    /// Margin of the equivalence tests. For `level-depth`, it is a share of the mean depth per doubling. For all
+    /// others, it is a share of the mean over the whole range of sizes.
     pub margin: f64,
-    /// How many resamplings of the seeds; 0 for none.
+    /// Number of resamplings of the seeds; 0 for none.
     pub resamples: u32,
 }
 
 impl Request {
-    /// A count against n, with the margin of 5 %.
+    /// Returns a request for a count against n, with the margin of 5 %.
     pub fn new(y: Key, phase: Option<&str>) -> Request {
         let phase = phase.map(str::to_string);
         Request { y, x: Abscissa::Points, phase, margin: MARGIN, resamples: 0 }
     }
 }
 
-/// A question that has no answer.
+/// A request that cannot be answered.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum FitError {
-    /// No such count.
+    /// There is no such count.
     #[error("there is no count `{name}`; known are {known}")]
     UnknownKey {
-        /// As given.
+        /// The name as given.
         name: String,
         /// All names.
         known: String,
     },
-    /// Neither n nor n/leaf.
+    /// The abscissa is neither n nor n/leaf.
     #[error("`{name}` is not a size; -x takes n or n/leaf")]
     UnknownAbscissa {
-        /// As given.
+        /// The name as given.
         name: String,
     },
-    /// A count of the whole run.
+    /// The count needs a phase.
     #[error(
         "`{key}` of a whole run mixes the paper's phases with repair and with reading and collecting; name a \
          phase with --phase: paper (all of the paper's), repair, or one of {phases}"
@@ -177,100 +178,100 @@ pub enum FitError {
     Mixes {
         /// The count.
         key: &'static str,
-        /// Phases there are.
+        /// The phases of the lines.
         phases: String,
     },
-    /// No such phase in the lines.
+    /// No line has the phase.
     #[error("no run has a phase `{phase}`; there are {phases}")]
     UnknownPhase {
-        /// As given.
+        /// The name as given.
         phase: String,
-        /// Phases there are.
+        /// The phases of the lines.
         phases: String,
     },
-    /// A phase for a count that has none.
+    /// A phase is given for a count that has none.
     #[error("`{key}` is a count of the run, not of a phase; leave --phase out")]
     NoPhase {
         /// The count.
         key: &'static str,
     },
-    /// A sum over phases level by level.
+    /// A group of phases is given for a count by level.
     #[error("`level-depth` is that of one phase; name partition, neighbours, summaries or merge")]
     OnePhase,
-    /// A margin out of range.
+    /// The margin is out of range.
     #[error("the margin is {margin}; it is a share of the mean, between 0 and 1")]
     Margin {
-        /// As given.
+        /// The margin as given.
         margin: f64,
     },
-    /// Fewer sizes than a curve needs.
+    /// There are fewer sizes than a curve needs.
     #[error("{series}: {sizes} sizes do not determine a curve; at least {least} are needed")]
     TooFewSizes {
-        /// Which runs.
+        /// The runs.
         series: String,
-        /// Sizes there are.
+        /// Number of sizes.
         sizes: usize,
-        /// Sizes needed.
+        /// Number of sizes needed.
         least: usize,
     },
-    /// Fewer levels or runs than the equivalence test needs.
+    /// There are fewer levels or runs than the equivalence test needs.
     #[error(
         "{series}: {levels} split levels of {runs} runs do not determine a slope; at least 3 runs with 2 levels are needed"
     )]
     TooFewLevels {
-        /// Which runs.
+        /// The runs.
         series: String,
-        /// Levels there are.
+        /// Number of levels.
         levels: usize,
-        /// Runs there are.
+        /// Number of runs.
         runs: usize,
     },
-    /// Too few runs of one size to draw again.
+    /// A size has too few runs for resampling.
     #[error(
         "{series}: {seeds} seeds at size {size:.0} are too few to draw again; run the sweep with --seeds {least} or \
          more, or leave --resample out"
     )]
     TooFewSeeds {
-        /// Which runs.
+        /// The runs.
         series: String,
         /// The size.
         size: f64,
-        /// Seeds there are.
+        /// Number of seeds.
         seeds: usize,
-        /// Seeds needed.
+        /// Number of seeds needed.
         least: usize,
     },
-    /// Lines without this count.
+    /// No line has this count.
     #[error("no line has `{key}`; the runs stopped before it, had no need of it, or were not counted")]
     Nothing {
         /// The count.
         key: &'static str,
     },
-    /// Speed-up of runs that were not timed.
+    /// Speed-up is requested of runs that were not timed.
     #[error("no line is a timed triangulation; make some with `septet scale --timed`")]
     NotTimed,
-    /// Speed-up without the run to compare with.
+    /// Speed-up is requested without the serial run to compare with.
     #[error(
         "no serial run of {set} in these lines: speed-up is against the best serial program, never against one \
          worker; make one with `septet scale --timed`"
     )]
     NoSerial {
-        /// Kind, dimension, points, seed.
+        /// Kind, dimension, number of points, and seed.
         set: String,
     },
 }
 
-/// A value of a run.
+/// The value of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Value {
-    /// Points asked for: runs of one size.
+    /// Number of points requested. It identifies runs of one size.
     pub(super) asked: u64,
     pub(super) seed: u64,
     pub(super) x: f64,
     pub(super) y: f64,
 }
 
-/// Phases of the lines, each once, in order of appearance.
+/// Returns the phases of the lines, each once, in order of appearance.
 pub(super) fn phases(lines: &[Line]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for phase in lines.iter().flat_map(|line| &line.phases).filter(|p| p.paper || p.repair) {
@@ -281,7 +282,7 @@ pub(super) fn phases(lines: &[Line]) -> String {
     names.join(", ")
 }
 
-/// Refuses questions that mix, or that make no sense.
+/// Refuses requests that mix different quantities or are meaningless.
 pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
     let key = request.y.name();
     if !(request.margin > 0.0 && request.margin < 1.0) {
@@ -303,8 +304,8 @@ pub(super) fn check(lines: &[Line], request: &Request) -> Result<(), FitError> {
     Err(FitError::UnknownPhase { phase: phase.to_string(), phases: phases(lines) })
 }
 
-/// Lines that may stand in one curve, by what they have in common: everything but size and seed, and but the
-/// workers where the count does not depend on them. Of lines that differ in nothing else one is kept.
+/// Groups lines that belong to one curve. Lines of a group differ in size and seed only. Workers may differ if the
+/// count does not depend on them. Of lines that do not differ otherwise, one is kept.
 pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<Line>> {
     let mut series: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     let mut seen: BTreeSet<(String, u64, u64)> = BTreeSet::new();
@@ -317,7 +318,7 @@ pub(super) fn series(lines: &[Line], request: &Request) -> BTreeMap<String, Vec<
     series
 }
 
-/// What names the runs that a run may stand with in a curve of this count: everything but size and seed.
+/// Returns the name of the group of a run for this count: everything except size and seed.
 pub(crate) fn series_name(line: &Line, key: Key) -> String {
     let machine = key.of_machine();
     let s = &line.settings;
@@ -352,7 +353,7 @@ pub(crate) fn series_name(line: &Line, key: Key) -> String {
     parts.join(", ")
 }
 
-/// The value of a line; none if the run stopped before it.
+/// Returns the value of a line; none if the run stopped before it.
 pub(super) fn value(line: &Line, request: &Request) -> Option<Value> {
     let tree = &line.tree;
     let splits = tree.nodes - tree.leaves;
@@ -380,7 +381,7 @@ fn of_phase(line: &Line, request: &Request) -> Option<f64> {
     let name = request.phase.as_deref()?;
     let group = match name {
         "paper" => Some(line.paper?),
-        // A run without disagreement still has its certificate.
+        // A run without disagreement has a certificate too.
         "repair" => Some(line.repair?),
         _ => None,
     };
@@ -398,7 +399,7 @@ fn of_phase(line: &Line, request: &Request) -> Option<f64> {
     }
     let sum = |f: fn(&PhaseLine) -> u64| members.iter().map(|p| f(p)).sum::<u64>() as f64;
     Some(match request.y {
-        // Chains of phases are no sum: the fold knows the longest.
+        // The longest chain of a group is not the sum over its phases. The ledger has computed it.
         Key::Depth => group.map_or_else(|| sum(|p| p.depth), |g| g.depth as f64),
         Key::DepthLogScan => group.map_or_else(|| sum(|p| p.depth_log_scan), |g| g.depth_log_scan as f64),
         Key::Work => sum(|p| p.work),
@@ -410,7 +411,7 @@ fn of_phase(line: &Line, request: &Request) -> Option<f64> {
     })
 }
 
-/// Sizes (log2 of the mean) and mean depths of the split levels of a run.
+/// Returns sizes (log2 of the mean) and mean depths of the split levels of a run.
 pub(super) fn levels(line: &Line, phase: &str) -> Vec<(f64, f64)> {
     let row = |level: &super::super::line::LevelLine| {
         let depth = level.depth.get(phase).filter(|d| d.nodes > 0)?;

@@ -1,9 +1,9 @@
-//! Laws of growth and the columns that they make.
+//! Laws of growth and their columns in a fit.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A law of growth: `y = a + b g(x)`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Law {
     /// log2 n.
     #[serde(rename = "log n")]
@@ -11,13 +11,13 @@ pub enum Law {
     /// (log2 n)^2.
     #[serde(rename = "log^2 n")]
     LogSquared,
-    /// (log2 n)^(d/2), in space only: in the plane it is log n (paper, Section 4.5).
+    /// (log2 n)^(d/2), in space only; in the plane it equals log n (paper, Section 4.5).
     #[serde(rename = "log^(d/2) n")]
     LogHalfD,
     /// n^(1/d).
     #[serde(rename = "n^(1/d)")]
     Root,
-    /// n^(1 - 1/d), in space only: in the plane it is n^(1/d).
+    /// n^(1 - 1/d), in space only; in the plane it equals n^(1/d).
     #[serde(rename = "n^(1-1/d)")]
     Surface,
     /// n.
@@ -29,14 +29,14 @@ pub enum Law {
 }
 
 impl Law {
-    /// The laws that differ in this dimension.
+    /// Returns the laws that are distinct in this dimension.
     pub fn all(dimension: usize) -> impl Iterator<Item = Law> {
         let all =
             [Law::Log, Law::LogHalfD, Law::LogSquared, Law::Root, Law::Surface, Law::Linear, Law::LinearLog];
         all.into_iter().filter(move |law| dimension != 2 || !matches!(law, Law::LogHalfD | Law::Surface))
     }
 
-    /// How it is written.
+    /// Returns the law as text.
     pub fn name(self) -> &'static str {
         match self {
             Law::Log => "log n",
@@ -49,7 +49,7 @@ impl Law {
         }
     }
 
-    /// g(x).
+    /// Returns g(x).
     pub fn at(self, x: f64, dimension: usize) -> f64 {
         let (log, d) = (x.log2(), dimension as f64);
         match self {

@@ -1,19 +1,20 @@
 //! Student's t and Fisher's F, by the regularised incomplete beta function.
 //!
-//! **Statement.** With `I_x(a, b)` the regularised incomplete beta function, v degrees of freedom and `t >= 0`,
-//! `P(T > t) = I_x(v/2, 1/2) / 2` for `x = v / (v + t^2)`, and with m and n degrees of freedom
-//! `P(F > f) = I_x(n/2, m/2)` for `x = n / (n + m f)` (DLMF 8.17; Abramowitz and Stegun 26.5.27 and 26.5.28). Relative error:
-//! below 1e-12 up to a thousand degrees of freedom.
+//! **Statement.** Let `I_x(a, b)` be the regularised incomplete beta function. With v degrees of freedom and `t >= 0`,
+//! `P(T > t) = I_x(v/2, 1/2) / 2` for `x = v / (v + t^2)`. With m and n degrees of freedom, `P(F > f) = I_x(n/2, m/2)`
+//! for `x = n / (n + m f)` (DLMF 8.17; Abramowitz and Stegun 26.5.27 and 26.5.28). The relative error is below 1e-12
+//! up to a thousand degrees of freedom.
 
 use std::f64::consts::PI;
 
-/// Terms of the continued fraction before it counts as divergent; it needs some `sqrt(max(a, b))`.
+/// Number of terms of the continued fraction before it counts as divergent. It needs about `sqrt(max(a, b))`.
 const TERMS: u32 = 100_000;
 
-/// Stands for a partial denominator of zero in the continued fraction.
+/// Replaces a partial denominator of zero in the continued fraction.
 const TINY: f64 = 1e-300;
 
-/// `ln Gamma(x)` for `x > 0`: Stirling's series (DLMF 5.11.1) at `x + n >= 10`, less the logarithm of `x (x + 1) .. (x + n - 1)`.
+/// Returns `ln Gamma(x)` for `x > 0`: Stirling's series (DLMF 5.11.1) at `x + n >= 10`, minus the logarithm of
+/// `x (x + 1) .. (x + n - 1)`.
 fn ln_gamma(x: f64) -> f64 {
     let (mut z, mut product) = (x, 1.0);
     while z < 10.0 {
@@ -26,14 +27,15 @@ fn ln_gamma(x: f64) -> f64 {
     (z - 0.5) * z.ln() - z + 0.5 * (2.0 * PI).ln() + series - product.ln()
 }
 
-/// `ln B(a, b)`.
+/// Returns `ln B(a, b)`.
 fn ln_beta(a: f64, b: f64) -> f64 {
     ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b)
 }
 
-/// `I_x(a, b)` for positive a and b, where y is `1 - x`: the caller knows it without cancellation.
+/// Returns `I_x(a, b)` for positive a and b. The argument y is `1 - x`, which the caller computes without
+/// cancellation.
 ///
-/// The continued fraction of DLMF 8.17.22 converges fast for `x < (a + 1) / (a + b + 2)`; the other side goes by
+/// The continued fraction of DLMF 8.17.22 converges fast for `x < (a + 1) / (a + b + 2)`. Otherwise
 /// `I_x(a, b) = 1 - I_y(b, a)`.
 fn beta_regularised(a: f64, b: f64, x: f64, y: f64) -> f64 {
     if x <= 0.0 {
@@ -50,8 +52,8 @@ fn beta_regularised(a: f64, b: f64, x: f64, y: f64) -> f64 {
     }
 }
 
-/// The continued fraction of `I_x(a, b)`, by the modified method of Lentz (Thompson and Barnett 1986); NaN if it does not
-/// converge.
+/// Returns the continued fraction of `I_x(a, b)` by the modified method of Lentz (Thompson and Barnett 1986); NaN if
+/// it does not converge.
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
     let kept = |value: f64| if value.abs() < TINY { TINY } else { value };
     let mut c = 1.0;
@@ -74,7 +76,7 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
     f64::NAN
 }
 
-/// P(T > t); NaN without degrees of freedom.
+/// Returns P(T > t); NaN without degrees of freedom.
 pub(super) fn t_above(freedom: f64, t: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return f64::NAN;
@@ -89,7 +91,7 @@ pub(super) fn t_above(freedom: f64, t: f64) -> f64 {
     if t < 0.0 { 1.0 - above } else { above }
 }
 
-/// P(F > f); NaN without degrees of freedom.
+/// Returns P(F > f); NaN without degrees of freedom.
 pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
     let sound = above > 0.0 && below > 0.0 && !f.is_nan();
     let scaled = above * f.max(0.0);
@@ -103,10 +105,10 @@ pub(super) fn f_above(above: f64, below: f64, f: f64) -> f64 {
     }
 }
 
-/// The t with `P(T <= t) = p`; NaN without degrees of freedom or if p is no probability.
+/// Returns the t with `P(T <= t) = p`; NaN without degrees of freedom or if p is not a probability.
 ///
-/// By Newton's method from 0. P(T > t) falls and is convex for t > 0, so the iterates rise to the root and do not pass it; they
-/// end where rounding lets them rise no further.
+/// It uses Newton's method from 0. P(T > t) decreases and is convex for t > 0, so the iterates increase to the root
+/// and do not pass it. They stop when rounding prevents a further increase.
 pub(super) fn t_quantile(freedom: f64, p: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || !(0.0..=1.0).contains(&p) {
         return f64::NAN;
@@ -145,7 +147,7 @@ mod tests {
         assert!(ln_gamma(1.0).abs() < 1e-14 && ln_gamma(2.0).abs() < 1e-14);
     }
 
-    /// With 1, 2 and 4 degrees of freedom the quantile has a closed form (Shaw 2006).
+    /// With 1, 2 and 4 degrees of freedom, the quantile has a closed form (Shaw 2006).
     #[test]
     fn quantiles_with_a_closed_form() {
         for p in [0.5_f64, 0.500_1, 0.75, 0.9, 0.975, 0.995, 0.999_999] {
@@ -179,7 +181,8 @@ mod tests {
         }
     }
 
-    /// With 2 degrees of freedom above, P(F > f) is `(1 + 2 f / n)^(-n/2)`; with 1 it is that of t, both sides.
+    /// With 2 degrees of freedom above, P(F > f) is `(1 + 2 f / n)^(-n/2)`. With 1, it is the two-sided probability of
+    /// t.
     #[test]
     fn tails_of_f() {
         for n in [1.0, 2.0, 9.0, 60.0, 999.0] {
@@ -188,7 +191,7 @@ mod tests {
                 close(f_above(1.0, n, f), 2.0 * t_above(n, f.sqrt()), 1e-11);
             }
         }
-        // By scipy 1.17.
+        // Computed by scipy 1.17.
         close(f_above(3.0, 20.0, 3.5), 0.034_493_103_885_124, 1e-10);
         close(f_above(5.0, 12.0, 0.7), 0.633_962_093_984_679, 1e-10);
         close(f_above(4.0, 60.0, 12.0), 3.148_995_556_138e-7, 1e-10);

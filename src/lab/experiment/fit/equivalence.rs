@@ -1,50 +1,50 @@
-//! Is the depth of a level independent of its size? Two one-sided tests.
+//! Two one-sided tests of whether the depth of a level is independent of its size.
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::distribution::{t_above, t_quantile};
 use super::ols::{Interval, Observation, least_squares};
 
-/// Size of each one-sided test.
+/// Significance level of each one-sided test.
 const SIZE: f64 = 0.05;
 
-/// The slope of depth against log2 of the size, and whether it is within the margin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The slope of depth against log2 of the size, and the decision whether it is within the margin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Equivalence {
-    /// Steps per doubling; the interval is that of the two tests, 90 %.
+    /// Steps per doubling, with the 90 % interval of the two tests.
     pub slope: Interval,
     /// Mean depth.
     pub mean: f64,
-    /// The margin, as a share of the mean per doubling: stated before.
+    /// The margin as a share of the mean per doubling, stated in advance.
     pub margin: f64,
-    /// The same in steps.
+    /// The margin in steps.
     pub margin_steps: f64,
-    /// Probability of the data if the slope were at the nearer end of the margin: the larger of the two tests'.
+    /// Probability of the data if the slope were at the nearer end of the margin: the larger one of the two tests.
     pub p: f64,
-    /// Flat: p below 5 %.
+    /// Whether the depth is flat: p is below 5 %.
     pub flat: bool,
-    /// The whole interval lies outside the margin.
+    /// Whether the whole interval lies outside the margin.
     pub sloped: bool,
-    /// The smallest margin, in the same share, at which these data would have been found flat.
+    /// The smallest margin, as a share of the mean, at which these data would be flat.
     pub smallest_margin: f64,
-    /// Levels.
+    /// Number of levels.
     pub rows: usize,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
 }
 
-/// A level of a run: the run's number, log2 of the mean size, the mean depth.
+/// A level of a run: the index of the run, log2 of the mean size, the mean depth.
 pub(super) type LevelRow = (usize, f64, f64);
 
-/// Tests `depth = a + s log2 m` for s within the margin; the error is that of runs as clusters (CR1). None for
+/// Tests `depth = a + s log2 m` for s within the margin. The error treats runs as clusters (CR1). Returns `None` for
 /// fewer than 3 runs with more than one size.
 pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalence> {
     let rows: Vec<Observation> =
         levels.iter().map(|&(_, x, y)| Observation { columns: vec![x], y, weight: 1.0 }).collect();
     let fit = least_squares(&rows)?;
-    // Scores of each run: the sums of residual, and of residual times x.
+    // The scores of each run are the sums of the residuals, and of the residuals times x.
     let mut scores: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
     for &(run, x, y) in levels {
         let residual = y - fit.at(&[x]);
@@ -67,7 +67,7 @@ pub(super) fn equivalence(levels: &[LevelRow], margin: f64) -> Option<Equivalenc
         if error > 0.0 {
             return t_above(freedom, distance / error);
         }
-        // Without any depth there is nothing that could depend on the size.
+        // A count without any depth cannot depend on the size.
         f64::from(u8::from(distance < 0.0 || (distance == 0.0 && mean != 0.0)))
     };
     let p = beyond(steps - value).max(beyond(steps + value));

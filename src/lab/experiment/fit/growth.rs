@@ -1,8 +1,8 @@
-//! Growth with n: all laws fitted, and the best of them.
+//! Growth with n: fits of all laws, and the best of them.
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::data::Value;
 use super::design::Law;
@@ -13,28 +13,29 @@ use super::nested::{Curvature, curvature};
 use super::ols::{Interval, Observation, least_squares};
 use super::verdict::Verdict;
 
-/// Sizes that a curve with three coefficients needs to leave an error.
+/// Number of sizes that a curve with three coefficients needs for an error estimate.
 pub(super) const LEAST_SIZES: usize = 5;
 
 /// Growth with n.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Growth {
-    /// Size, mean over seeds, smallest, largest, seeds.
+    /// One row per size.
     pub table: Vec<SizeRow>,
-    /// Laws, the most likely first.
+    /// The laws, the most likely first.
     pub laws: Vec<LawFit>,
     /// The nested test.
     pub curvature: Curvature,
-    /// Slope of ln y against ln x; none if a y is not positive.
+    /// Slope of ln y against ln x; none if one of the y is not positive.
     pub exponent: Option<Interval>,
-    /// Change over the range of sizes, a share of the mean; the interval is that of two one-sided tests, 90 %.
+    /// Change over the range of sizes, as a share of the mean, with the 90 % interval of two one-sided tests.
     pub change: Interval,
-    /// The change that counts as none: the margin of the question.
+    /// The margin of the request: a smaller change counts as none.
     pub margin: f64,
 }
 
 /// The runs of one size.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SizeRow {
     /// Mean x.
     pub x: f64,
@@ -44,32 +45,33 @@ pub struct SizeRow {
     pub low: f64,
     /// Largest y.
     pub high: f64,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
 }
 
 /// One law's fit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LawFit {
     /// The law g.
     pub law: Law,
-    /// a of `y = a + b g(x)`.
+    /// The coefficient a of `y = a + b g(x)`.
     pub constant: Interval,
-    /// b.
+    /// The coefficient b.
     pub slope: Interval,
-    /// Share of the (weighted) variance explained.
+    /// Share of the (weighted) variance that the law explains.
     pub r_squared: f64,
-    /// Probability of so large a residual if the law holds, against more flexible curves.
+    /// Probability of a residual of at least this size if the law holds, compared with more flexible curves.
     pub lack_of_fit: f64,
-    /// Akaike's criterion above the best law's.
+    /// Akaike's criterion minus that of the best law.
     pub behind: f64,
-    /// Quadratic term in log2 x of this law's own values.
+    /// Quadratic term in log2 x of the law's own values.
     pub bend: f64,
-    /// Probability that the nested test finds a bend of that size in data with this error.
+    /// Probability that the nested test finds a quadratic term of that size in data with this error.
     pub power: f64,
 }
 
-/// Levels with the number of their run.
+/// Returns the levels with the index of their run.
 pub(super) fn level_rows(runs: &[Vec<(f64, f64)>]) -> Vec<LevelRow> {
     let of_run = |(run, levels): (usize, &Vec<(f64, f64)>)| {
         levels.iter().map(|&(x, y)| (run, x, y)).collect::<Vec<_>>()
@@ -77,7 +79,7 @@ pub(super) fn level_rows(runs: &[Vec<(f64, f64)>]) -> Vec<LevelRow> {
     runs.iter().enumerate().flat_map(of_run).collect()
 }
 
-/// Means over the seeds of each size.
+/// Returns the means over the seeds of each size.
 pub(super) fn by_size(values: &[Value]) -> Vec<SizeRow> {
     let mut sizes: BTreeMap<u64, Vec<&Value>> = BTreeMap::new();
     for value in values {
@@ -96,17 +98,17 @@ pub(super) fn by_size(values: &[Value]) -> Vec<SizeRow> {
     sizes.values().map(row).collect()
 }
 
-/// How a count is fitted.
+/// The parameters of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct How {
     pub(super) dimension: usize,
-    /// Weighted by 1 / y^2?
+    /// Whether rows are weighted by 1 / y^2.
     pub(super) relative: bool,
-    /// Change over the range of sizes that counts as none, a share of the mean.
+    /// Largest change over the range of sizes that counts as none, as a share of the mean.
     pub(super) margin: f64,
 }
 
-/// Fits all laws and judges; none for too few sizes.
+/// Fits all laws and decides between them; `None` for too few sizes.
 pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     let How { dimension, relative, margin } = how;
     let table = by_size(values);
@@ -134,14 +136,14 @@ pub(super) fn growth(values: &[Value], how: How) -> Option<(Growth, Verdict)> {
     Some((growth, verdict))
 }
 
-/// Change over the range of sizes as a share of the mean, by the straight line in log2 x.
+/// Returns the change over the range of sizes as a share of the mean, by a straight line in log2 x.
 pub(super) fn change(rows: &[(f64, f64, f64)]) -> Option<Interval> {
     let row = |&(x, y, weight): &(f64, f64, f64)| Observation { columns: vec![x.log2()], y, weight };
     let line = least_squares(&rows.iter().map(row).collect::<Vec<_>>())?;
     let mean = rows.iter().map(|r| r.1).sum::<f64>() / rows.len() as f64;
     let logs = || rows.iter().map(|r| r.0.log2());
     let range = logs().fold(f64::NEG_INFINITY, f64::max) - logs().fold(f64::INFINITY, f64::min);
-    // Counts are not negative: a mean of 0 is of zeros alone, which do not change.
+    // Counts are not negative. If the mean is 0, all counts are 0 and there is no change.
     let share = if mean > 0.0 { range / mean } else { 0.0 };
     let (value, error) = (line.coefficients[1].value * share, line.coefficients[1].error * share);
     let half = t_quantile(line.freedom, 0.95) * error;

@@ -1,26 +1,30 @@
-//! What can be said of how a count grows: laws with intervals, curvature, flatness, and a verdict in words.
+//! The growth of counts: laws with intervals, curvature, flatness, and a verdict in words.
 //!
-//! **Statement.** For a count y of runs over sets of x points (or x = n / leaf):
-//! 1. each law g of [`Law`] is fitted as `y = a + b g(x)` by weighted least squares, with Student's intervals;
-//! 2. *nested test*: `y = a + b L + c L^2`, L = log2 x, against c = 0, two-sided, size 1 %; with the smallest |c|
-//!    that would have been found in 95 % of repetitions, and the c that a pure `log^2` law through the same data has;
-//! 3. *equivalence*: for depth level by level, `depth = a + s log2 m` over levels of mean size m; flat if the
-//!    90 % interval of s lies within plus or minus the margin (two one-sided tests of 5 %, Schuirmann 1987). The margin is
-//!    part of the question, never of the answer: 5 % of the mean depth per doubling unless asked otherwise;
-//! 4. *lack of fit*: each law against its own change of steepness and against a cubic in log x, 1 % for both: what
-//!    does not fit is named no law, and if none is left the verdict is "none of these" with the exponent;
-//! 5. *flatness*: a count does not grow if the 90 % interval of its change over the range of sizes, by the fit of
-//!    log n, lies within the margin, here a share of the mean (two one-sided tests again); a slope that is not found
-//!    is no finding: then the verdict is that one cannot tell;
-//! 6. a [`Verdict`], which can be that these sizes do not tell laws apart.
+//! **Statement.** Let y be a count of runs over sets of x points (or x = n / leaf).
+//! - (1) *Laws.* Each law g of [`Law`] is fitted as `y = a + b g(x)` by weighted least squares, with Student's
+//!   intervals.
+//! - (2) *Nested test.* `y = a + b L + c L^2` with L = log2 x is tested against c = 0, two-sided, at 1 %. The result
+//!   states the smallest |c| that would be found in 95 % of repetitions, and the c of a pure `log^2` law through the
+//!   same data.
+//! - (3) *Equivalence.* For depth by level, `depth = a + s log2 m` is fitted over levels of mean size m. The depth is
+//!   flat if the 90 % interval of s lies within plus or minus the margin (two one-sided tests at 5 %, Schuirmann
+//!   1987). The margin is part of the request and never derived from the data. The default is 5 % of the mean depth
+//!   per doubling.
+//! - (4) *Lack of fit.* Each law is tested against its own change of steepness and against a cubic in log x, at 1 %
+//!   jointly. A law that does not fit is excluded. If no law remains, the verdict is "none of these" with the
+//!   exponent.
+//! - (5) *Flatness.* A count does not grow if the 90 % interval of its change over the range of sizes, by the fit of
+//!   log n, lies within the margin. The margin is a share of the mean here, and the tests are again two one-sided
+//!   ones. A slope that is not significant does not show flatness; the verdict is then that growth is unclear.
+//! - (6) *Verdict.* A [`Verdict`] summarises the tests. It may be that these sizes do not distinguish the laws.
 //!
-//! **Departures from the textbook, and why.** Seeds at one size share its place on the saw-tooth that a floor of
-//! leaves makes, so they are no independent witnesses of curvature: the fit is over the means at each size, and the
-//! error is what remains between sizes. Levels of one run share its points: the error of s is that of clusters
-//! (one a run, CR1). Counts that grow like a power of n (work, messages, bytes, seconds) are weighted by 1 / y^2.
+//! **Departures.** Seeds at one size share its position on the saw-tooth that a largest leaf causes. They are not
+//! independent observations of curvature. The fit is therefore over the means at each size, and the error is the
+//! residual between sizes. Levels of one run share its points, so the error of s is that of clusters (one per run,
+//! CR1). Counts that grow like a power of n (work, messages, bytes, seconds) are weighted by 1 / y^2.
 //!
-//! What must not be mixed is refused: a count of the whole run holds repair and the machine's own phases, so it has
-//! no fit; phases are fitted apart ([`FitError::Mixes`]).
+//! A count of a whole run includes repair and the phases of the machine, so it has no fit. Phases are fitted
+//! separately ([`FitError::Mixes`]).
 
 mod data;
 mod design;

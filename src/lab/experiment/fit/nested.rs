@@ -1,43 +1,43 @@
-//! Does a count bend, drawn against log n?
+//! The nested test of curvature against log n.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::distribution::{t_above, t_quantile};
 use super::ols::{Fit, Interval, Observation, least_squares};
 
-/// Size of the test.
+/// Significance level of the test.
 pub(super) const SIZE: f64 = 0.01;
 
-/// Power at which the smallest visible curvature is stated.
+/// Power for which the smallest visible curvature is stated.
 const POWER: f64 = 0.95;
 
 /// The quadratic term of `y = a + b L + c L^2`, L = log2 x.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Curvature {
-    /// c.
+    /// The coefficient c.
     pub quadratic: Interval,
-    /// F with 1 and `freedom` degrees of freedom for c = 0: the square of Student's t.
+    /// F with 1 and `freedom` degrees of freedom for c = 0, which is the square of Student's t.
     pub f: f64,
     /// Degrees of freedom of the error.
     pub freedom: f64,
-    /// Probability of so large an F if c = 0.
+    /// Probability of an F of at least this size if c = 0.
     pub p: f64,
-    /// Is p below 1 %?
+    /// Whether p is below 1 %.
     pub bends: bool,
-    /// The smallest |c| that a test of 1 % finds in 95 % of repetitions with this error.
+    /// The smallest |c| that a test at 1 % finds in 95 % of repetitions with this error.
     pub smallest_seen: f64,
-    /// The value of t at which it finds one.
+    /// The critical value of t.
     pub critical: f64,
 }
 
-/// Tests the quadratic term; none for fewer than 4 distinct x.
+/// Tests the quadratic term; `None` for fewer than 4 distinct x.
 ///
-/// Powers take the distribution of t under an alternative as the central one, moved: at 10 degrees of freedom
-/// it errs by less than a per cent.
+/// Powers approximate the distribution of t under an alternative by a shifted central one. At 10 degrees of freedom,
+/// the error is below one percent.
 pub(super) fn curvature(rows: &[(f64, f64, f64)]) -> Option<Curvature> {
     let full = parabola(rows)?;
     let quadratic = full.coefficients[2];
-    // A fit below rounding leaves no error to compare with.
+    // An exact fit leaves no error to compare with.
     let exact = full.rss <= 1e-24 * rows.iter().map(|r| r.2 * r.1 * r.1).sum::<f64>();
     let t = match (exact, quadratic.value.abs() > 1e-9 * full.coefficients[1].value.abs()) {
         (true, true) => f64::INFINITY,
@@ -58,7 +58,7 @@ pub(super) fn curvature(rows: &[(f64, f64, f64)]) -> Option<Curvature> {
     })
 }
 
-/// `y = a + b (L - middle) + c (L - middle)^2`: the same c as around 0, far better conditioned.
+/// Fits `y = a + b (L - middle) + c (L - middle)^2`, which has the same c as around 0 and is better conditioned.
 fn parabola(rows: &[(f64, f64, f64)]) -> Option<Fit> {
     let middle = rows.iter().map(|r| r.0.log2()).sum::<f64>() / rows.len().max(1) as f64;
     let row = |&(x, y, weight): &(f64, f64, f64)| {
@@ -69,8 +69,8 @@ fn parabola(rows: &[(f64, f64, f64)]) -> Option<Fit> {
 }
 
 impl Curvature {
-    /// c of a law's own values at these x, and the probability that the test finds a curvature of that size in
-    /// data with this error.
+    /// Returns the quadratic term of a law's own values at these x, and the probability that the test finds a
+    /// curvature of that size in data with this error.
     pub(super) fn power_against(&self, rows: &[(f64, f64, f64)]) -> (f64, f64) {
         let Some(fit) = parabola(rows) else { return (0.0, 0.0) };
         let bend = fit.coefficients[2].value;
@@ -87,7 +87,7 @@ impl Curvature {
 mod tests {
     use super::*;
 
-    /// A wave that no parabola follows, on top of `law(log2 x)`.
+    /// Returns `law(log2 x)` plus a wave that no parabola follows.
     fn rows(law: impl Fn(f64) -> f64, noise: f64) -> Vec<(f64, f64, f64)> {
         (0..40)
             .map(|i| {

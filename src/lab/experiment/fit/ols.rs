@@ -1,9 +1,10 @@
 //! Weighted least squares with Student's intervals.
 //!
-//! **Statement.** Rows `(1, g_1, .., g_k)`, y, w; minimise the sum of `w (y - fit)^2`. By Householder's QR ([`super::qr`]) of
-//! the rows scaled by sqrt(w), columns scaled to largest entry 1. Error variance: weighted residual sum over n - k - 1.
+//! **Statement.** For rows `(1, g_1, .., g_k)` with values y and weights w, the fit minimises the sum of
+//! `w (y - fit)^2`. It uses Householder's QR ([`super::qr`]) of the rows scaled by sqrt(w), with columns scaled to
+//! largest entry 1. The error variance is the weighted residual sum over n - k - 1.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::distribution::t_quantile;
 use super::qr::{Solution, Triangle};
@@ -20,22 +21,22 @@ pub struct Observation {
 }
 
 /// A coefficient with its interval.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Interval {
     /// The estimate.
     pub value: f64,
-    /// Its standard error.
+    /// The standard error.
     pub error: f64,
     /// Lower end of the 95 % interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the 95 % interval.
     pub high: f64,
 }
 
 /// A fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Constant first.
+    /// The coefficients, the constant first.
     pub coefficients: Vec<Interval>,
     /// Inverse of the matrix of normal equations, row by row.
     pub bread: Vec<Vec<f64>>,
@@ -43,34 +44,34 @@ pub struct Fit {
     pub rss: f64,
     /// Weighted sum of squares around the weighted mean.
     pub tss: f64,
-    /// Observations less coefficients.
+    /// Number of observations minus number of coefficients.
     pub freedom: f64,
 }
 
 impl Fit {
-    /// Share of the (weighted) variance that it explains; 1 where there is none.
+    /// Returns the share of the (weighted) variance that the fit explains; 1 if there is no variance.
     pub fn r_squared(&self) -> f64 {
         if self.tss > 0.0 { 1.0 - self.rss / self.tss } else { 1.0 }
     }
 
-    /// The value at these columns.
+    /// Returns the fitted value at these columns.
     pub fn at(&self, columns: &[f64]) -> f64 {
         let slopes = self.coefficients[1..].iter().zip(columns);
         self.coefficients[0].value + slopes.map(|(c, x)| c.value * x).sum::<f64>()
     }
 
-    /// Akaike's criterion with its correction for few observations; lower is better. Residuals below
-    /// rounding count as rounding.
+    /// Returns Akaike's criterion with its correction for few observations; lower is better. Residuals below the
+    /// rounding error count as rounding error.
     pub fn aicc(&self, observations: usize) -> f64 {
         let n = observations as f64;
-        // Coefficients and the variance.
+        // The parameters are the coefficients and the variance.
         let k = self.coefficients.len() as f64 + 1.0;
         let rss = self.rss.max(1e-24 * self.tss).max(f64::MIN_POSITIVE);
         n * (rss / n).ln() + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0).max(0.5)
     }
 }
 
-/// Fits; none if the columns do not determine the coefficients or no observation is left for the error.
+/// Fits; `None` if the columns do not determine the coefficients or no observation remains for the error.
 pub fn least_squares(rows: &[Observation]) -> Option<Fit> {
     let width = rows.first()?.columns.len() + 1;
     let freedom = rows.len().checked_sub(width).filter(|&f| f > 0)? as f64;
@@ -124,8 +125,8 @@ mod tests {
         Observation { columns: vec![x], y, weight }
     }
 
-    /// By hand: x = 1..5, y = 2, 4, 5, 4, 5: slope 0.6, intercept 2.2, residual sum 2.4, its error
-    /// sqrt(0.8 / 10); t(3) at 97.5 % is 3.182446305.
+    /// Computed by hand: for x = 1..5 and y = 2, 4, 5, 4, 5, the slope is 0.6, the intercept 2.2, and the residual sum
+    /// 2.4. The error of the slope is sqrt(0.8 / 10), and t(3) at 97.5 % is 3.182446305.
     #[test]
     fn a_line_by_hand() {
         let rows: Vec<_> =

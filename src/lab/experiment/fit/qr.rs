@@ -1,10 +1,10 @@
 //! Least squares by Householder's QR.
 //!
-//! **Statement.** For columns of a matrix A with at least as many rows as columns, `A = Q R` with R upper triangular and Q a
-//! product of reflections `1 - 2 v v' / v'v` (Golub and Van Loan, Matrix Computations, algorithm 5.2.1). The coefficients that
-//! minimise `|A c - y|` are `R^-1` times the first rows of `Q' y`, and `(A'A)^-1 = R^-1 R^-1'`.
+//! **Statement.** For a matrix A with at least as many rows as columns, `A = Q R` with R upper triangular and Q a
+//! product of reflections `1 - 2 v v' / v'v` (Golub and Van Loan, Matrix Computations, algorithm 5.2.1). The
+//! coefficients that minimise `|A c - y|` are `R^-1` times the first rows of `Q' y`, and `(A'A)^-1 = R^-1 R^-1'`.
 
-/// R, column by column without the zeros below the diagonal, and the first rows of `Q' y`.
+/// R, by columns without the zeros below the diagonal, and the first rows of `Q' y`.
 pub(super) struct Triangle {
     columns: Vec<Vec<f64>>,
     values: Vec<f64>,
@@ -18,13 +18,13 @@ pub(super) struct Solution {
     pub bread: Vec<Vec<f64>>,
 }
 
-/// From zero: the sum of an iterator starts at -0, which would stay for vectors of zeros.
+/// Sums from 0. The sum of an iterator starts at -0, which would remain for vectors of zeros.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 impl Triangle {
-    /// Factors the matrix of these columns, and rotates the values along.
+    /// Factors the matrix of these columns, and applies the reflections to the values.
     pub(super) fn of(mut columns: Vec<Vec<f64>>, mut values: Vec<f64>) -> Self {
         for j in 0..columns.len() {
             let (left, right) = columns.split_at_mut(j + 1);
@@ -33,7 +33,7 @@ impl Triangle {
             if norm == 0.0 {
                 continue;
             }
-            // The sign that adds up: nothing cancels.
+            // With this sign, nothing cancels.
             let diagonal = if pivot[0] > 0.0 { -norm } else { norm };
             pivot[0] -= diagonal;
             let half = -diagonal * pivot[0];
@@ -50,12 +50,12 @@ impl Triangle {
         Triangle { columns, values }
     }
 
-    /// The absolute values on the diagonal.
+    /// Returns the absolute values of the diagonal.
     pub(super) fn diagonal(&self) -> impl Iterator<Item = f64> {
         self.columns.iter().enumerate().map(|(j, column)| column[j].abs())
     }
 
-    /// The solution; no value on the diagonal may be 0.
+    /// Returns the solution. No value of the diagonal may be 0.
     pub(super) fn solve(&self) -> Solution {
         let width = self.columns.len();
         let inverse: Vec<Vec<f64>> = (0..width).map(|row| self.inverse_row(row)).collect();
@@ -66,7 +66,7 @@ impl Triangle {
         }
     }
 
-    /// A row of `R^-1`, from `x R = e_row`.
+    /// Returns a row of `R^-1`, from `x R = e_row`.
     fn inverse_row(&self, row: usize) -> Vec<f64> {
         let mut x = vec![0.0; self.columns.len()];
         for (j, column) in self.columns.iter().enumerate().skip(row) {
@@ -93,7 +93,7 @@ mod tests {
         }
     }
 
-    /// The product of the normal matrix and its inverse is the identity, and residuals are orthogonal to the columns.
+    /// The product of the normal matrix and its inverse is the identity. Residuals are orthogonal to the columns.
     #[test]
     fn normal_equations_hold() {
         let columns = vec![vec![1.0; 5], vec![-2.0, 0.0, 1.0, 3.0, 7.0], vec![4.0, 0.5, 1.0, -9.0, 2.0]];

@@ -1,8 +1,8 @@
-//! The answer to a question about lines.
+//! The result of a request for a fit.
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::data::{self, FitError, Key, Request, Value};
 use super::equivalence::{Equivalence, equivalence};
@@ -14,40 +14,42 @@ use crate::experiment::Line;
 /// Name and version of the schema of [`FitReport`].
 pub const SCHEMA: &str = "septet-fit/1";
 
-/// Seeds at a size that can be drawn again.
+/// Number of seeds per size that resampling needs.
 const LEAST_SEEDS: usize = 3;
 
-/// The answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The result of a request.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FitReport {
     /// [`SCHEMA`].
     pub schema: String,
-    /// The question.
+    /// The request.
     pub request: Request,
-    /// Runs that may stand in one curve, each by itself.
+    /// The runs that belong to one curve, for each curve.
     pub series: Vec<Series>,
 }
 
-/// Runs that differ in size and seed alone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Runs that differ in size and seed only.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Series {
-    /// What they have in common.
+    /// The common options of the runs.
     pub name: String,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
     /// Growth with n; none for `level-depth`.
     pub growth: Option<Growth>,
-    /// Flatness over levels; `level-depth` only.
+    /// Flatness over levels; for `level-depth` only.
     pub levels: Option<Equivalence>,
     /// The verdict.
     pub verdict: Verdict,
-    /// The same in words.
+    /// The verdict in words.
     pub words: String,
-    /// How often resampled seeds say so, if asked for.
+    /// How often resampling gives the same result, if requested.
     pub resampled: Option<Resampled>,
 }
 
-/// Answers a question.
+/// Computes the result of a request.
 ///
 /// # Errors
 /// See [`FitError`].
@@ -117,7 +119,7 @@ fn of_levels(name: String, lines: &[Line], request: &Request) -> Result<Option<S
     Ok(Some(Series { name, runs: runs.len(), growth: None, levels: Some(test), verdict, words, resampled }))
 }
 
-/// Refuses to draw again from sizes that have hardly anything to draw.
+/// Refuses to resample sizes with too few seeds.
 fn enough_seeds(
     series: &str,
     mut sizes: impl Iterator<Item = (f64, usize)>,

@@ -1,33 +1,33 @@
-//! How firm a verdict is: seeds drawn again with replacement.
+//! Resampling of the seeds, which estimates the reliability of a verdict.
 //!
-//! **Statement.** Each repetition draws, at every size, as many runs as there are, with replacement (for levels: as
-//! many runs as there are at all), and judges again. The share of repetitions that find what the data found
-//! estimates the power of the test at these sizes with these numbers of seeds (Efron 1979).
+//! **Statement.** Each repetition draws, at every size, as many runs as there are, with replacement, and decides
+//! again. For levels, it draws from all runs together. The share of repetitions that agree with the data estimates the
+//! power of the test at these sizes with these numbers of seeds (Efron 1979).
 
 use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::data::Value;
 use super::equivalence::equivalence;
 use super::growth::{How, growth, level_rows};
 use super::verdict::Verdict;
 
-/// Seed of the draws: an answer is a function of the question.
+/// Seed of the draws, so that the result is a function of the request.
 const SEED: u64 = 1;
 
-/// What the repetitions said.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The results of the repetitions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Resampled {
-    /// Repetitions.
+    /// Number of repetitions.
     pub times: u32,
     /// Share with the same verdict.
     pub same_verdict: f64,
-    /// Share that bends upwards against log n at 1 %; of levels, share beyond the margin.
+    /// Share that bends upwards against log n at 1 %; for levels, the share beyond the margin.
     pub bends: f64,
-    /// Of levels, share found flat.
+    /// For levels, the share found flat.
     pub flat: f64,
 }
 
@@ -45,8 +45,8 @@ pub(super) fn resample_growth(values: &[Value], how: How, verdict: &Verdict, tim
                 (0..runs.len()).map(|_| runs[rng.random_range(0..runs.len())]).collect::<Vec<_>>()
             })
             .collect();
-        if let Some((again, said)) = growth(&drawn, how) {
-            same += u32::from(said == *verdict);
+        if let Some((again, decided)) = growth(&drawn, how) {
+            same += u32::from(decided == *verdict);
             bends += u32::from(again.curvature.bends && again.curvature.quadratic.value > 0.0);
         }
     }

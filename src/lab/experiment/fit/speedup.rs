@@ -1,24 +1,24 @@
-//! Speed-up: against the best serial program, never against the parallel one on one worker.
+//! Speed-up against the best serial program. It is never against the parallel program on one worker.
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::super::line::{Line, Program};
 use super::data::FitError;
 
 /// The runs of one set size on one number of workers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpeedupRow {
     /// Kind and dimension.
     pub set: String,
-    /// Points asked for.
+    /// Number of points requested.
     pub n: u64,
-    /// Workers, as asked for.
+    /// Workers as requested.
     pub workers: String,
-    /// Threads that ran them.
+    /// Number of threads that ran the workers.
     pub threads: usize,
-    /// Seeds.
+    /// Number of seeds.
     pub runs: usize,
     /// Median seconds of `triangulate`.
     pub seconds: f64,
@@ -26,16 +26,16 @@ pub struct SpeedupRow {
     pub serial_seconds: f64,
     /// Median over seeds of serial seconds over parallel seconds.
     pub speedup: f64,
-    /// The smallest and largest of them.
+    /// The smallest and largest speed-up.
     pub spread: (f64, f64),
-    /// Speed-up over threads: workers share them.
+    /// Speed-up over threads, since workers share the threads.
     pub efficiency: f64,
 }
 
-/// Names a point set: kind, dimension, Lipschitz constant, points asked for, seed.
+/// A point set: kind, dimension, Lipschitz constant, number of points requested, seed.
 type Set = (String, usize, u64, u64);
 
-/// Runs of a row: set, points asked for, workers as settled and as asked for, threads.
+/// The runs of a row: set, number of points requested, workers of the run and as requested, threads.
 type Group = (String, u64, u32, String, usize);
 
 fn set_of(line: &Line) -> Set {
@@ -43,10 +43,10 @@ fn set_of(line: &Line) -> Set {
     (format!("{}, {}D{lipschitz}", line.kind, line.dimension), line.dimension, line.asked, line.seed)
 }
 
-/// Speed-up of every timed run, by set size, workers and threads.
+/// Computes the speed-up of every timed run, by set size, workers and threads.
 ///
 /// # Errors
-/// [`FitError::NoSerial`] if points of a timed run have no serial run in these lines; [`FitError::NotTimed`] if
+/// [`FitError::NoSerial`] if the points of a timed run have no serial run in these lines; [`FitError::NotTimed`] if
 /// there is no timed run.
 pub fn speedup(lines: &[Line]) -> Result<Vec<SpeedupRow>, FitError> {
     let mut serial: BTreeMap<Set, f64> = BTreeMap::new();
@@ -93,7 +93,7 @@ fn row(set: String, n: u64, workers: String, threads: usize, pairs: &[(f64, f64)
     }
 }
 
-/// The middle of the sorted values; of two middle ones, their mean.
+/// Returns the median of sorted values.
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! The answer as text.
+//! The result of a fit as text.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use super::ols::Interval;
 use super::report::{FitReport, Series};
 use super::speedup::SpeedupRow;
 
-/// Four significant digits.
+/// Formats a number with four significant digits.
 fn short(x: f64) -> String {
     match x.abs() {
         a if a == 0.0 || (1e-3..1e6).contains(&a) => {
@@ -26,7 +26,7 @@ fn interval(i: &Interval) -> String {
 }
 
 impl FitReport {
-    /// Tables and sentences; every line ends with a line feed.
+    /// Returns tables and sentences. Every line ends with a line feed.
     pub fn text(&self) -> String {
         let mut out = String::new();
         let phase = self.request.phase.as_ref().map_or_else(String::new, |p| format!(" of {p}"));
@@ -154,7 +154,7 @@ impl Series {
     }
 }
 
-/// Speed-up as a table.
+/// Returns the speed-up as a table.
 pub fn speedup_table(rows: &[SpeedupRow]) -> String {
     let mut out = String::new();
     line(&mut out, "speed-up against the best serial run of the same points, medians over seeds");
@@ -187,6 +187,6 @@ pub fn speedup_table(rows: &[SpeedupRow]) -> String {
 }
 
 fn line(out: &mut String, text: &str) {
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = writeln!(out, "{text}");
 }

@@ -1,53 +1,54 @@
-//! What the numbers say, in words.
+//! The verdict on the growth of a count.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::design::Law;
 use super::equivalence::Equivalence;
 use super::growth::{Growth, LawFit};
 use super::lack::rejects;
 
-/// A law is left in the running while the best one is less than a hundred times as likely: Akaike's criterion
-/// within 2 ln 100.
+/// Largest difference in Akaike's criterion to the best law at which a law remains possible: 2 ln 100. The best law is
+/// then less than a hundred times as likely.
 pub(super) const APART: f64 = 9.210_340_371_976_182;
 
-/// Power of the test for curvature above which a law is out if the test found none.
+/// Power of the test for curvature above which a law is excluded if the test found no curvature.
 const ENOUGH: f64 = 0.95;
 
 /// A verdict.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "says", rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// The count does not grow: two one-sided tests find its change over the range of sizes within the margin.
     Flat,
-    /// No growth is seen, and more than the margin is not excluded.
+    /// No growth is significant, and a change beyond the margin is not excluded.
     Unclear,
-    /// It grows like this law, and no other of the list.
+    /// The count grows like this law, and like no other of the list.
     Law {
-        /// Which.
+        /// The law.
         law: Law,
     },
-    /// It grows; laws that these sizes do not tell apart.
+    /// The count grows, and these sizes do not distinguish the laws.
     CannotTell {
-        /// Which.
+        /// The laws.
         laws: Vec<Law>,
     },
-    /// It grows, and no law of the list fits.
+    /// The count grows, and no law of the list fits.
     NoneOfThese,
-    /// It bends downwards against log n: slower than any law of the list.
+    /// The count bends downwards against log n: it grows more slowly than any law of the list.
     Slower,
-    /// It falls.
+    /// The count falls.
     Falls,
     /// The depth of a level does not depend on its size, within the margin.
     SizeFree,
-    /// It does, by more than the margin.
+    /// The depth of a level depends on its size by more than the margin.
     SizeBound,
-    /// The interval reaches over the margin's end.
+    /// The interval contains an end of the margin.
     SizeUnclear,
 }
 
 impl Verdict {
-    /// The verdict on growth; its laws by likelihood, the best first.
+    /// Returns the verdict on growth. The laws are ordered by likelihood, the best first.
     pub(super) fn of_growth(growth: &Growth) -> Verdict {
         let (laws, curvature) = (&growth.laws, &growth.curvature);
         if growth.is_flat() {
@@ -69,10 +70,10 @@ impl Verdict {
         let mut running: Vec<Law> =
             laws.iter().filter(fits).filter(|fit| fit.behind <= APART).map(|fit| fit.law).collect();
         if curvature.bends {
-            // What bends is not linear in log n, however likely.
+            // A count with significant curvature is not linear in log n, even if that law is likely.
             running.retain(|&law| law != Law::Log);
         } else {
-            // Straight, so far as can be seen: out is what would have been seen to bend.
+            // No curvature is significant. A law is excluded if the test would have found its curvature.
             running.retain(|&law| law == Law::Log || laws.iter().any(|f| f.law == law && f.power < ENOUGH));
             if !running.contains(&Law::Log) && log.as_ref().is_some_and(fits) {
                 running.push(Law::Log);
@@ -94,7 +95,7 @@ impl Verdict {
         }
     }
 
-    /// One sentence.
+    /// Returns the verdict as one sentence.
     pub fn words(&self) -> String {
         match self {
             Verdict::Flat => "it does not grow at these n, within the margin".to_string(),
@@ -119,8 +120,8 @@ impl Verdict {
 }
 
 impl Growth {
-    /// Does an equivalence test find no growth? A bend that the straight line does not see must be within the margin
-    /// as well.
+    /// Returns `true` if an equivalence test finds no growth. If the means bend, which a straight line does not see,
+    /// their spread must be within the margin as well.
     fn is_flat(&self) -> bool {
         let straight = self.change.low.abs().max(self.change.high.abs()) < self.margin;
         let means = || self.table.iter().map(|row| row.mean);
@@ -129,7 +130,7 @@ impl Growth {
         straight && (!self.curvature.bends || spread <= self.margin * mean)
     }
 
-    /// The verdict in words, with the exponent where no law fits.
+    /// Returns the verdict in words, with the exponent if no law fits.
     pub(super) fn words(&self, verdict: &Verdict) -> String {
         match (verdict, &self.exponent) {
             (Verdict::NoneOfThese, Some(e)) => format!(

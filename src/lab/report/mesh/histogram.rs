@@ -1,4 +1,4 @@
-//! Histograms as reports have them, written and read back.
+//! Histograms in reports, which are written and read.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,27 +11,27 @@ pub struct HistogramReport {
     pub from: f64,
     /// The upper end of the last bin.
     pub to: f64,
-    /// How many lay below.
+    /// Number of values below.
     pub below: u64,
-    /// How many lay above.
+    /// Number of values above.
     pub above: u64,
-    /// The least; none of nothing.
+    /// The smallest value; none if there are no values.
     pub least: Option<f64>,
-    /// The largest; none of nothing.
+    /// The largest value; none if there are no values.
     pub most: Option<f64>,
-    /// The mean; none of nothing.
+    /// The mean; none if there are no values.
     pub mean: Option<f64>,
-    /// How many lay in each bin.
+    /// Number of values in each bin.
     pub counts: Vec<u64>,
 }
 
 impl HistogramReport {
-    /// How many were counted.
+    /// Returns the number of values.
     pub fn total(&self) -> u64 {
         self.below + self.above + self.counts.iter().sum::<u64>()
     }
 
-    /// The ends of a bin.
+    /// Returns the ends of a bin.
     pub fn bin(&self, i: usize) -> [f64; 2] {
         let step = (self.to - self.from) / self.counts.len() as f64;
         [self.from + step * i as f64, self.from + step * (i + 1) as f64]

@@ -1,11 +1,9 @@
-//! What a run of `septet mesh` has to say: one documented, versioned schema.
+//! The report of `septet mesh`: a documented, versioned schema.
 //!
-//! Numbers of features are positions in the domain, their names have the ids of the file. Fields whose names end in
-//! `seconds` or `bytes` of memory are measured and do not repeat; everything else does.
+//! Numbers of features are positions in the domain, and their names have the ids of the file. Fields whose names end
+//! in `seconds`, and `bytes` of memory, are measured and do not repeat. All other fields do.
 
 use std::path::PathBuf;
-
-use serde::Serialize;
 
 use septet_meshing::conformity::Conformity;
 use septet_meshing::domain::{Domain, Feature};
@@ -16,31 +14,37 @@ use septet_meshing::quality::ratio::Bounds;
 use septet_meshing::quality::{Place, Quality, RadiusEdge, SLIVER_RATIO, SLIVERS, WorstCell};
 
 pub mod histogram;
+mod schema;
 pub mod tables;
+
+pub use schema::{
+    CellReport, ConformityReport, CountReport, DeviationReport, DomainReport, FeatureReport, Interval,
+    MeshReport, ParameterReport, PlaceReport, QualityReport, Seconds, SliverReport, StageReport,
+};
 
 use histogram::HistogramReport;
 use septet_core::config::Workers;
-use septet_core::mesh::record::{PhaseLine, Record, RunLine};
+use septet_core::mesh::record::Record;
 use septet_core::mesh::view::MeshPicture;
 use septet_core::mesh::{Boundary, MeshRequest};
 
 /// Name and version of the schema.
 pub const MESH_SCHEMA: &str = "septet-mesh/1";
 
-/// Defects of conformity that are told one by one.
-const TOLD: usize = 100;
+/// Largest number of conformity defects that are listed.
+const LISTED_DEFECTS: usize = 100;
 
-/// Features that are told one by one.
-const FEATURES: usize = 50;
+/// Largest number of features that are listed.
+const LISTED_FEATURES: usize = 50;
 
-/// What surrounds a run and is not known to it.
+/// The context of a mesh: the data of its report that meshing itself does not have.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Surroundings<'a> {
+pub struct MeshContext<'a> {
     /// The domain as named.
     pub input: &'a str,
     /// The outputs as named.
     pub outputs: &'a [PathBuf],
-    /// The id that the file gave to its first point.
+    /// The id of the first point in the file.
     pub first_id: u64,
     /// Measured times.
     pub seconds: Seconds,
@@ -48,198 +52,11 @@ pub struct Surroundings<'a> {
     pub peak_rss_bytes: Option<u64>,
 }
 
-/// Measured times.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Seconds {
-    /// Reading and checking the domain.
-    pub read_seconds: f64,
-    /// Making the mesh.
-    pub mesh_seconds: f64,
-    /// Checking and measuring it.
-    pub judge_seconds: f64,
-    /// Writing it.
-    pub write_seconds: f64,
-    /// Everything.
-    pub total_seconds: f64,
-}
-
-/// The report.
-#[derive(Debug, Serialize)]
-pub struct MeshReport {
-    schema: &'static str,
-    version: &'static str,
-    pub(super) parameters: ParameterReport,
-    domain: DomainReport,
-    mesh: CountReport,
-    pub(super) stages: Vec<StageReport>,
-    pub(super) phases: Vec<PhaseLine>,
-    pub(super) runs: Vec<RunLine>,
-    radius_edge: Vec<PlaceReport>,
-    features: Vec<FeatureReport>,
-    quality: QualityReport,
-    conformity: ConformityReport,
-    deviation: Option<DeviationReport>,
-    view: Option<MeshPicture>,
-    pub(super) seconds: Seconds,
-    peak_rss_bytes: Option<u64>,
-}
-
-/// The distance between the boundary of a remeshed surface and the surface, in the unit of the file: of sampled places of the
-/// one from the other, of vertices of the other from the one; edges of the boundary below half the size; the Euler
-/// characteristics of boundary and surface; and what was asked for.
-#[derive(Debug, Serialize)]
-struct DeviationReport {
-    of_boundary: f64,
-    of_surface: f64,
-    finer_edges: u64,
-    euler: [i64; 2],
-    asked: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct ParameterReport {
-    pub(super) input: String,
-    outputs: Vec<String>,
-    boundary: &'static str,
-    lipschitz: f64,
-    radius_edge: f64,
-    size: Option<f64>,
-    min_size: Option<f64>,
-    size_field_points: usize,
-    singularity: Option<&'static str>,
-    feature_angle: f64,
-    improve: bool,
-    leaf: Option<u64>,
-    workers: Option<u32>,
-    threads: usize,
-    transport: &'static str,
-    delivery_seed: Option<u64>,
-    seed: u64,
-}
-
-#[derive(Debug, Serialize)]
-struct DomainReport {
-    dimension: usize,
-    kind: &'static str,
-    points: usize,
-    corners: usize,
-    segments: usize,
-    facets: usize,
-    components: usize,
-    regions: usize,
-    measure: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct CountReport {
-    points: usize,
-    corner_points: usize,
-    segment_points: usize,
-    facet_points: usize,
-    volume_points: usize,
-    cells: usize,
-    faces: usize,
-    edges: usize,
-    dropped: u64,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct StageReport {
-    pub(super) name: String,
-    pub(super) candidates: u64,
-    pub(super) points: u64,
-    pub(super) completion_rounds: u64,
-    pub(super) set_rounds: u64,
-    pub(super) rounds: u64,
-    pub(super) messages: u64,
-    pub(super) bytes: u64,
-    pub(super) work: u64,
-    pub(super) depth: u64,
-    pub(super) seconds: f64,
-}
-
-/// A number of which it is known that it lies between two; the upper one is null where rounding leaves it open.
-#[derive(Debug, Serialize)]
-struct Between {
-    lower: f64,
-    upper: f64,
-}
-
-/// The radius-edge ratios of cells whose circumcentres lie in one kind of place.
-#[derive(Debug, Serialize)]
-struct PlaceReport {
-    place: &'static str,
-    cells: u64,
-    most: Between,
-    promised: Option<f64>,
-    over: u64,
-    worst: Vec<CellReport>,
-}
-
-#[derive(Debug, Serialize)]
-struct CellReport {
-    cell: u32,
-    radius_edge: Between,
-    least_angle: f64,
-    largest_angle: f64,
-    feature: Option<String>,
-    at: Vec<f64>,
-    vertices: Vec<(u32, String)>,
-}
-
-#[derive(Debug, Serialize)]
-struct FeatureReport {
-    feature: String,
-    cells: u64,
-    over: u64,
-    radius_edge: Between,
-    worst_cell: u32,
-    least_angle: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct QualityReport {
-    radius_edge: HistogramReport,
-    angles: HistogramReport,
-    least_angles: HistogramReport,
-    largest_angles: HistogramReport,
-    length_over_size: HistogramReport,
-    size_over_local_size: Option<HistogramReport>,
-    slivers: Vec<SliverReport>,
-    least_volume: f64,
-    largest_volume: f64,
-    volume: f64,
-    integral: f64,
-    points_over_integral: f64,
-    lipschitz: f64,
-    steepest_edge: [u32; 2],
-    thinnest: Vec<CellReport>,
-}
-
-/// Cells with an angle below this, and a radius-edge ratio below that.
-#[derive(Debug, Serialize)]
-struct SliverReport {
-    angle: f64,
-    radius_edge: f64,
-    cells: u64,
-}
-
-#[derive(Debug, Serialize)]
-struct ConformityReport {
-    passed: bool,
-    domain_measure: f64,
-    mesh_measure: f64,
-    domain_boundary: f64,
-    mesh_boundary: f64,
-    defects: usize,
-    first: Vec<String>,
-}
-
-/// A mesh and everything that was found out about it.
+/// A mesh with its checks and measurements.
 pub struct Judged<'a, P: Triangulate> {
     /// The domain.
     pub domain: &'a Domain<P>,
-    /// What was asked for.
+    /// The request.
     pub request: &'a MeshRequest,
     /// The mesh.
     pub mesh: &'a Mesh<P>,
@@ -256,12 +73,12 @@ pub struct Judged<'a, P: Triangulate> {
 }
 
 impl MeshReport {
-    /// The report of a mesh.
-    pub fn of<P: Triangulate>(judged: &Judged<'_, P>, around: &Surroundings<'_>) -> Self {
+    /// Returns the report of a mesh.
+    pub fn of<P: Triangulate>(judged: &Judged<'_, P>, context: &MeshContext<'_>) -> Self {
         let Judged { domain, request, mesh, stages, quality, conformity, record, picture } = *judged;
-        let id = around.first_id;
+        let id = context.first_id;
         let places = ["free", "near", "above", "outside"].into_iter().zip(&quality.places);
-        let features = quality.features.iter().take(FEATURES).map(|f| FeatureReport {
+        let features = quality.features.iter().take(LISTED_FEATURES).map(|f| FeatureReport {
             feature: feature_name(domain, f.feature, id),
             cells: f.cells,
             over: f.over,
@@ -270,9 +87,9 @@ impl MeshReport {
             least_angle: f.least_angle,
         });
         MeshReport {
-            schema: MESH_SCHEMA,
-            version: env!("CARGO_PKG_VERSION"),
-            parameters: parameters(domain.kind, request, around),
+            schema: MESH_SCHEMA.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            parameters: parameters(domain.kind, request, context),
             domain: domain_report(domain),
             mesh: counts(mesh),
             stages: stages.iter().map(stage).collect(),
@@ -290,21 +107,21 @@ impl MeshReport {
                 asked: request.max_distance,
             }),
             view: picture.cloned(),
-            seconds: around.seconds,
-            peak_rss_bytes: around.peak_rss_bytes,
+            seconds: context.seconds,
+            peak_rss_bytes: context.peak_rss_bytes,
         }
     }
 
-    /// The report as JSON.
+    /// Returns the report as JSON.
     ///
     /// # Errors
-    /// None that numbers or names can cause.
+    /// If a number has no JSON form. A report has no such number.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         crate::report::json::rows(self)
     }
 }
 
-/// A feature by the ids of the file.
+/// Returns the name of a feature, with the ids of the file.
 pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_id: u64) -> String {
     let id = |v: u32| u64::from(v) + first_id;
     match feature {
@@ -317,23 +134,24 @@ pub fn feature_name<P: Triangulate>(domain: &Domain<P>, feature: Feature, first_
     }
 }
 
-fn parameters(kind: Kind, request: &MeshRequest, around: &Surroundings<'_>) -> ParameterReport {
+fn parameters(kind: Kind, request: &MeshRequest, context: &MeshContext<'_>) -> ParameterReport {
     let machine = &request.machine;
     ParameterReport {
-        input: around.input.to_owned(),
-        outputs: around.outputs.iter().map(|o| o.display().to_string()).collect(),
+        input: context.input.to_owned(),
+        outputs: context.outputs.iter().map(|o| o.display().to_string()).collect(),
         boundary: match request.boundary_of(kind) {
             Boundary::Exact => "exact",
             Boundary::Remesh => "remesh",
-        },
+        }
+        .into(),
         lipschitz: request.lipschitz,
         radius_edge: request.radius_edge(),
         size: request.size,
         min_size: request.min_size,
         size_field_points: request.field.as_ref().map_or(0, |f| f.rows.len()),
         singularity: request.singularity.as_ref().map(|s| match s.shape {
-            septet_core::mesh::Shape::Point => "point",
-            septet_core::mesh::Shape::Line => "line",
+            septet_core::mesh::Shape::Point => "point".into(),
+            septet_core::mesh::Shape::Line => "line".into(),
         }),
         feature_angle: request.feature_angle,
         improve: request.improve,
@@ -343,7 +161,7 @@ fn parameters(kind: Kind, request: &MeshRequest, around: &Surroundings<'_>) -> P
             Workers::Leaves => None,
         },
         threads: machine.threads,
-        transport: machine.transport.name(),
+        transport: machine.transport.name().into(),
         delivery_seed: machine.transport.delivery_seed(),
         seed: machine.seed,
     }
@@ -355,20 +173,21 @@ fn domain_report<P: Triangulate>(domain: &Domain<P>) -> DomainReport {
         kind: match domain.kind {
             Kind::Complex => "complex",
             Kind::Surface => "surface",
-        },
-        points: domain.points().len(),
-        corners: domain.corners.len(),
-        segments: domain.segments.len(),
-        facets: domain.facets.len(),
-        components: domain.components.iter().filter(|c| c.inside).count(),
-        regions: domain.components.iter().filter(|c| c.region.is_some()).count(),
+        }
+        .into(),
+        points: domain.points().len() as u64,
+        corners: domain.corners.len() as u64,
+        segments: domain.segments.len() as u64,
+        facets: domain.facets.len() as u64,
+        components: domain.components.iter().filter(|c| c.inside).count() as u64,
+        regions: domain.components.iter().filter(|c| c.region.is_some()).count() as u64,
         measure: unscaled_measure(domain),
     }
 }
 
-/// Area or volume of a domain in the unit of the file.
+/// Returns the area or volume of a domain in the unit of the file.
 pub fn unscaled_measure<P: Triangulate>(domain: &Domain<P>) -> f64 {
-    // Scaled once for each dimension, so that the factor stays a power of two in range.
+    // One scaling per dimension keeps the factor a power of two in range.
     let mut measure = P::splat(domain.measure());
     for _ in 0..P::DIM {
         measure = septet_geometry::range::scale(measure, -domain.simplices.exponent);
@@ -378,17 +197,18 @@ pub fn unscaled_measure<P: Triangulate>(domain: &Domain<P>) -> f64 {
 
 fn counts<P: Triangulate>(mesh: &Mesh<P>) -> CountReport {
     let carried = |d: usize| {
-        mesh.carriers.iter().filter(|c| c.feature().map_or(3, |_| c.dimension(P::DIM)) == d).count()
+        let carriers = mesh.carriers.iter();
+        carriers.filter(|c| c.feature().map_or(3, |_| c.dimension(P::DIM)) == d).count() as u64
     };
     CountReport {
-        points: mesh.points.len(),
+        points: mesh.points.len() as u64,
         corner_points: carried(0),
         segment_points: carried(1),
         facet_points: carried(2),
         volume_points: carried(3),
-        cells: mesh.cells.len(),
-        faces: mesh.faces.len(),
-        edges: mesh.edges.len(),
+        cells: mesh.cells.len() as u64,
+        faces: mesh.faces.len() as u64,
+        edges: mesh.edges.len() as u64,
         dropped: mesh.dropped,
     }
 }
@@ -409,8 +229,8 @@ fn stage(line: &StageLine) -> StageReport {
     }
 }
 
-fn between(bounds: Bounds) -> Between {
-    Between { lower: bounds.lower, upper: bounds.upper }
+fn between(bounds: Bounds) -> Interval {
+    Interval { lower: bounds.lower, upper: bounds.upper }
 }
 
 fn place<P: Triangulate>(
@@ -420,7 +240,7 @@ fn place<P: Triangulate>(
     first_id: u64,
 ) -> PlaceReport {
     PlaceReport {
-        place,
+        place: place.into(),
         cells: kind.cells,
         most: between(kind.most),
         promised: kind.promised,
@@ -471,7 +291,7 @@ fn conformity_report(found: &Conformity) -> ConformityReport {
         mesh_measure: found.measure[1],
         domain_boundary: found.boundary[0],
         mesh_boundary: found.boundary[1],
-        defects: found.defects.len(),
-        first: found.defects.iter().take(TOLD).map(ToString::to_string).collect(),
+        defects: found.defects.len() as u64,
+        first: found.defects.iter().take(LISTED_DEFECTS).map(ToString::to_string).collect(),
     }
 }

@@ -1,5 +1,5 @@
-//! The tables of `septet mesh --profile`: stages of generation, phases of the machine in each, runs of the machine.
-//! Modelled counts and measured times never share a column.
+//! The tables of `septet mesh --profile`: stages of generation, phases of the machine in each stage, and runs of the
+//! machine. Modelled counts and measured times are never in the same column.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use super::MeshReport;
 pub const TABLES: [&str; 3] = ["stages", "phases", "runs"];
 
 impl MeshReport {
-    /// The tables of `--profile`: all of them, or the one of that number in [`TABLES`].
+    /// Returns the tables of `--profile`: all of them, or the one with this number in [`TABLES`].
     pub fn tables(&self, format: TableFormat, which: Option<usize>) -> String {
         let mut out = String::new();
         if format == TableFormat::Markdown {
@@ -57,7 +57,7 @@ impl MeshReport {
         let counts = ["runs", "rounds", "work", "depth", "messages", "bytes"];
         let rows = self.phases.iter().map(|p| {
             let counts = [Some(p.runs), Some(p.rounds), p.work, p.depth, Some(p.messages), Some(p.bytes)];
-            row([p.stage.clone(), p.phase.to_owned()], counts, p.seconds)
+            row([p.stage.clone(), p.phase.to_string()], counts, p.seconds)
         });
         let heading = ["Phases", "Phases of the machine: modelled | measured"];
         table(heading, &["stage", "phase"], &counts, rows.collect(), Vec::new())
@@ -83,7 +83,7 @@ impl MeshReport {
     }
 }
 
-/// Empty where nothing was counted.
+/// Returns a row. A cell is empty if not counted.
 fn row<const N: usize>(
     labels: [String; N],
     counts: impl IntoIterator<Item = Option<u64>>,
@@ -93,7 +93,7 @@ fn row<const N: usize>(
     labels.into_iter().chain(counts).chain([format!("{seconds:.4}")]).collect()
 }
 
-/// A table of labels, counts and measured seconds.
+/// Returns a table of labels, counts and measured seconds.
 fn table(
     [title, heading]: [&'static str; 2],
     labels: &[&'static str],

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
-/// Name and version of the schema of [`Verdict`].
+/// Name and version of the schema of [`VerifyReport`].
 pub const VERIFY_SCHEMA: &str = "septet-verify/1";
 
-/// What was verified, and the outcome.
+/// The verified files, and the result.
 #[derive(Debug, Serialize)]
-pub struct Verdict<'a> {
+pub struct VerifyReport<'a> {
     /// [`VERIFY_SCHEMA`].
     pub schema: &'static str,
     /// Version of septet.
@@ -18,17 +18,17 @@ pub struct Verdict<'a> {
     pub points_file: &'a str,
     /// The file of cells.
     pub cells_file: String,
-    /// Is it a Delaunay triangulation?
+    /// Whether the cells are a Delaunay triangulation.
     pub passed: bool,
-    /// Level by level, with the first faults of each.
+    /// The levels of verification, with the first faults of each.
     #[serde(flatten)]
     pub report: &'a septet_verify::Report,
 }
 
-impl<'a> Verdict<'a> {
-    /// The verdict on these two files.
+impl<'a> VerifyReport<'a> {
+    /// Returns the report on these two files.
     pub fn of(report: &'a septet_verify::Report, points: &'a str, cells: &Path) -> Self {
-        Verdict {
+        VerifyReport {
             schema: VERIFY_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             points_file: points,

@@ -1,53 +1,53 @@
-//! What has counts to be held against bounds.
+//! The counts that checks accept.
 
 use septet_core::Run;
 use septet_core::run::count::RunCounts;
 
 use crate::experiment::{Line, of_counts, of_run};
 
-/// One or several runs that were counted.
-pub trait Counted {
-    /// A line for each.
+/// One or several counted runs.
+pub trait HasCounts {
+    /// Returns a line for each run.
     fn lines(&self) -> Vec<Line>;
 }
 
-impl Counted for Line {
+impl HasCounts for Line {
     fn lines(&self) -> Vec<Line> {
         vec![self.clone()]
     }
 }
 
-impl Counted for Run {
+impl HasCounts for Run {
     fn lines(&self) -> Vec<Line> {
         vec![of_run(self)]
     }
 }
 
-impl Counted for RunCounts {
+impl HasCounts for RunCounts {
     fn lines(&self) -> Vec<Line> {
         vec![of_counts(self)]
     }
 }
 
-impl<C: Counted> Counted for [C] {
+impl<C: HasCounts> HasCounts for [C] {
     fn lines(&self) -> Vec<Line> {
-        self.iter().flat_map(Counted::lines).collect()
+        self.iter().flat_map(HasCounts::lines).collect()
     }
 }
 
-impl<C: Counted, const N: usize> Counted for [C; N] {
-    fn lines(&self) -> Vec<Line> {
-        self.as_slice().lines()
-    }
-}
-
-impl<C: Counted> Counted for Vec<C> {
+impl<C: HasCounts, const N: usize> HasCounts for [C; N] {
     fn lines(&self) -> Vec<Line> {
         self.as_slice().lines()
     }
 }
 
-impl<C: Counted + ?Sized> Counted for &C {
+impl<C: HasCounts> HasCounts for Vec<C> {
+    fn lines(&self) -> Vec<Line> {
+        self.as_slice().lines()
+    }
+}
+
+impl<C: HasCounts + ?Sized> HasCounts for &C {
     fn lines(&self) -> Vec<Line> {
         (**self).lines()
     }

@@ -1,5 +1,6 @@
-//! Another algorithm on the same points, counted on the same ledger's primitives: parallel randomized
-//! incremental insertion ([`septet_geometry::dependence`]). For comparison only; it is sequential code.
+//! The baseline of incremental insertion: parallel randomized incremental insertion ([`septet_geometry::dependence`])
+//! on the same points, counted with the primitives of the same ledger. It exists for comparison only, and its code is
+//! sequential.
 
 use std::time::Instant;
 
@@ -14,25 +15,26 @@ use septet_core::result::canonical::{Cells, canonicalise};
 use septet_core::run::memory::admit;
 use septet_core::run::{Accounting, Run};
 
-/// Name and version of the schema of [`RivalReport`].
-pub const RIVAL_SCHEMA: &str = "septet-rival/1";
+/// Name and version of the schema of [`BaselineReport`].
+pub const BASELINE_SCHEMA: &str = "septet-rival/1";
 
-/// What the rival made, and its counts.
+/// The result of the baseline, and its counts.
 #[derive(Clone, Debug)]
-pub struct Rival {
-    /// 2 or 3.
+#[non_exhaustive]
+pub struct Baseline {
+    /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the points' affine hull. Below `space` there are no cells and no counts.
+    /// Dimension of the affine hull of the points. Below `space` there are no cells and no counts.
     pub dimension: isize,
-    /// What became of every point.
+    /// The input points by their use.
     pub points: Accounting,
-    /// Cells in canonical order: `space + 1` input indices a row.
+    /// Cells in canonical order: `space + 1` input indices per row.
     pub cells: Vec<u64>,
-    /// Number of facets of the hull.
+    /// Number of facets of the convex hull.
     pub hull_facets: u64,
     /// The longest chains of dependent cells.
     pub clock: Clock,
-    /// Round by round.
+    /// The counts of each round.
     pub rounds: Vec<Round>,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
@@ -40,16 +42,16 @@ pub struct Rival {
     pub seconds: f64,
 }
 
-/// Triangulates by rounds of incremental insertions, in an order drawn from the seed. Of the configuration,
-/// seed, `skip_invalid` and `max_memory` count.
+/// Triangulates by rounds of incremental insertions, in an order drawn from the seed. Of the configuration, only the
+/// seed, `skip_invalid` and the memory limit are used.
 ///
 /// # Errors
 /// See [`Error`].
-pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Error> {
+pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Baseline, Error> {
     let start = Instant::now();
     admit(config, points.len() as u64, P::DIM, true)?;
     let ready = prepare(points, config.skip_invalid)?;
-    let mut rival = Rival {
+    let mut baseline = Baseline {
         space: P::DIM,
         dimension: ready.dimension,
         points: ready.accounting(points.len()),
@@ -64,143 +66,145 @@ pub fn incremental<P: Point>(points: &[P], config: &Config) -> Result<Rival, Err
         let made = Dependence::new(&ready.positions, config.machine.seed).map_err(Error::Baseline)?;
         let vertices = made.cells.iter().flat_map(AsRef::as_ref);
         let rows = vertices.map(|&v| ready.id(v as usize)).collect();
-        rival.cells = canonicalise::<P>(Cells { rows, owner: None, leaf: None }).rows;
-        rival.hull_facets = made.hull_facets;
-        rival.clock = made.clock;
-        rival.brent = made.brent(rival.points.used);
-        rival.rounds = made.rounds;
+        baseline.cells = canonicalise::<P>(Cells { rows, owner: None, leaf: None }).rows;
+        baseline.hull_facets = made.hull_facets;
+        baseline.clock = made.clock;
+        baseline.brent = made.brent(baseline.points.used);
+        baseline.rounds = made.rounds;
     }
-    rival.seconds = start.elapsed().as_secs_f64();
-    Ok(rival)
+    baseline.seconds = start.elapsed().as_secs_f64();
+    Ok(baseline)
 }
 
-/// What `septet rival incremental --json` writes.
+/// The report of `septet rival incremental --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RivalReport {
-    /// [`RIVAL_SCHEMA`].
+#[non_exhaustive]
+pub struct BaselineReport {
+    /// [`BASELINE_SCHEMA`].
     pub schema: &'static str,
     /// Version of septet.
     pub version: &'static str,
     /// The input as named.
     pub input: String,
-    /// Of the order of insertion, and of septet's draws.
+    /// Seed of the order of insertion, and of septet's draws.
     pub seed: u64,
-    /// Distinct points.
+    /// Number of distinct points.
     pub points: u64,
     /// Number of coordinates: 2 or 3.
     pub space: usize,
-    /// Dimension of the points' affine hull.
+    /// Dimension of the affine hull of the points.
     pub dimension: isize,
     /// Number of triangles or tetrahedra.
     pub simplices: u64,
-    /// Number of facets of the hull.
+    /// Number of facets of the convex hull.
     pub hull_facets: u64,
-    /// Are they the cells of septet's own triangulation?
+    /// Whether septet's own triangulation has the same cells.
     pub same_cells: bool,
-    /// The rival's counts.
+    /// The counts of the baseline.
     pub incremental: IncrementalReport,
-    /// Septet's, if asked for.
+    /// The counts of septet, if requested.
     pub septet: Option<SeptetReport>,
 }
 
 /// Counts of the incremental insertions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct IncrementalReport {
-    /// Operations.
+    /// Number of operations.
     pub work: u64,
     /// Vector steps on the longest chain of cells, a scan counting 1.
     pub depth: u64,
-    /// The same, a scan of m items counting `ceil(log2 m)`.
+    /// The same, with a scan of m items counting `ceil(log2 m)`.
     pub depth_log_scan: u64,
-    /// The same as `depth`, a union of conflicts counting 1: a concurrent hash table's.
+    /// The same as `depth`, with a union of conflicts counting 1, as in a concurrent hash table.
     pub depth_hashed: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
-    /// Cells on the longest chain: the dependence depth.
+    /// Number of cells on the longest chain: the dependence depth.
     pub chain: u64,
-    /// In-sphere tests.
+    /// Number of in-sphere tests.
     pub tests: u64,
-    /// Cells made, those at infinity included.
+    /// Number of cells made, including those at infinity.
     pub cells: u64,
-    /// Round by round.
-    pub rounds: Vec<RivalRound>,
+    /// The counts of each round.
+    pub rounds: Vec<BaselineRound>,
 }
 
 /// One round of insertions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct RivalRound {
-    /// Facets settled.
+pub struct BaselineRound {
+    /// Number of facets that are final.
     pub facets: u64,
-    /// Cells made.
+    /// Number of cells made.
     pub cells: u64,
-    /// In-sphere tests.
+    /// Number of in-sphere tests.
     pub tests: u64,
-    /// Operations.
+    /// Number of operations.
     pub work: u64,
-    /// Vector steps of its longest cell.
+    /// Vector steps of the longest cell of the round.
     pub steps: u64,
 }
 
-/// Septet's counts of the same points.
+/// The counts of septet on the same points.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SeptetReport {
     /// The paper's phases.
     pub paper: SeptetTotal,
-    /// Agreement of the stars and repair.
+    /// The phases of agreement and repair.
     pub repair: SeptetTotal,
-    /// Levels of the partition tree below the root.
+    /// Number of levels of the partition tree below the root.
     pub levels: u32,
-    /// Rounds of exchange in the repair.
+    /// Number of rounds of splaying.
     pub exchange_rounds: u64,
-    /// Points gathered because the exchange was cut short.
+    /// Number of points gathered because splaying was cut short.
     pub gathered: u64,
 }
 
 /// Totals of a group of phases.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SeptetTotal {
-    /// Operations.
+    /// Number of operations.
     pub work: u64,
     /// Longest chain of vector steps, a scan counting 1.
     pub depth: u64,
-    /// The same, a scan of m items counting `ceil(log2 m)`.
+    /// The same, with a scan of m items counting `ceil(log2 m)`.
     pub depth_log_scan: u64,
     /// Brent's bound on the steps with as many processors as points.
     pub brent: u64,
 }
 
-impl RivalReport {
-    /// The report of a rival beside a run of septet on the same points, whose counts are kept if it has any.
-    pub fn of(rival: &Rival, run: &Run, input: &str, seed: u64) -> Self {
-        let row = |r: &Round| RivalRound {
+impl BaselineReport {
+    /// Returns the report of a baseline and of septet's run on the same points. If the run has counts, the report
+    /// includes them.
+    pub fn of(baseline: &Baseline, run: &Run, input: &str, seed: u64) -> Self {
+        let row = |r: &Round| BaselineRound {
             facets: r.facets,
             cells: r.cells,
             tests: r.tests,
             work: r.work,
             steps: r.steps,
         };
-        let sum = |of: fn(&Round) -> u64| rival.rounds.iter().map(of).sum();
-        RivalReport {
-            schema: RIVAL_SCHEMA,
+        let sum = |of: fn(&Round) -> u64| baseline.rounds.iter().map(of).sum();
+        BaselineReport {
+            schema: BASELINE_SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             input: input.to_owned(),
             seed,
-            points: rival.points.used,
-            space: rival.space,
-            dimension: rival.dimension,
-            simplices: (rival.cells.len() / (rival.space + 1)) as u64,
-            hull_facets: rival.hull_facets,
-            same_cells: rival.cells == run.cells() && rival.hull_facets == run.hull_facets,
+            points: baseline.points.used,
+            space: baseline.space,
+            dimension: baseline.dimension,
+            simplices: (baseline.cells.len() / (baseline.space + 1)) as u64,
+            hull_facets: baseline.hull_facets,
+            same_cells: baseline.cells == run.cells() && baseline.hull_facets == run.hull_facets,
             incremental: IncrementalReport {
                 work: sum(|r| r.work),
-                depth: rival.clock.steps,
-                depth_log_scan: rival.clock.log_scan,
-                depth_hashed: rival.clock.hashed,
-                brent: rival.brent,
-                chain: rival.clock.chain,
+                depth: baseline.clock.steps,
+                depth_log_scan: baseline.clock.log_scan,
+                depth_hashed: baseline.clock.hashed,
+                brent: baseline.brent,
+                chain: baseline.clock.chain,
                 tests: sum(|r| r.tests),
                 cells: sum(|r| r.cells),
-                rounds: rival.rounds.iter().map(row).collect(),
+                rounds: baseline.rounds.iter().map(row).collect(),
             },
             septet: run.settled.counted.then(|| SeptetReport::of(run)),
         }

@@ -1,23 +1,23 @@
-//! What surrounds a run and is not known to it.
+//! The context of a run: its command, files, times and memory.
 
 use std::path::PathBuf;
 
-/// What surrounds a run and is not known to it.
+/// The context of a run: the data of its report that the run itself does not have.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Setting<'a> {
+pub struct RunContext<'a> {
     /// `triangulate` or `simulate`.
     pub command: &'static str,
     /// The input as named.
     pub input: &'a str,
     /// The outputs as named.
     pub outputs: &'a [PathBuf],
-    /// Points dropped while reading.
+    /// Number of points that were dropped while reading.
     pub skipped: u64,
     /// Measured seconds of reading.
     pub read_seconds: f64,
     /// Measured seconds of writing.
     pub write_seconds: f64,
-    /// Measured seconds of everything.
+    /// Measured seconds of the whole command.
     pub total_seconds: f64,
     /// Measured memory before the run.
     pub rss_before_bytes: Option<u64>,
