@@ -1,4 +1,4 @@
-//! The program as scripts see it: exit codes, what stands on which stream, what is left on disk.
+//! The program from the view of scripts: exit codes, streams, files on disk.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,6 +12,9 @@ use tempfile::TempDir;
 
 #[path = "cli/faults.rs"]
 mod faults;
+
+#[path = "cli/help.rs"]
+mod help;
 
 #[path = "cli/instruments.rs"]
 mod instruments;
@@ -33,6 +36,9 @@ mod scale;
 
 #[path = "cli/rival.rs"]
 mod rival;
+
+#[path = "cli/schema.rs"]
+mod schema;
 
 /// A directory of one test and the program run in it.
 struct Place(TempDir);

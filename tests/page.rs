@@ -142,7 +142,7 @@ fn reports_of_meshes_are_refused_by_field() {
         let field = format!("`{}`", list[1..].replace('/', "."));
         refused(&pop(list), &[&field, "entries, expected"]);
     }
-    refused(&set("/schema", "septet-mesh/9".into()), &["no run of septet", "septet-mesh/1"]);
+    refused(&set("/schema", "septet-mesh/9".into()), &["not a septet report", "septet-mesh/1"]);
 }
 
 #[test]
@@ -242,7 +242,7 @@ fn files_that_are_not_reports_are_refused_by_name() {
         assert!(!place.path().join("x.html").exists());
     };
     refused("report torn.json -o x.html", "torn.json, line 1: not JSON");
-    refused("report other.json -o x.html", "no run of septet");
+    refused("report other.json -o x.html", "not a septet report");
     refused("report sweep.jsonl -o x.html", "sweep.jsonl, line 2");
     refused("report absent.json -o x.html", "absent.json");
     good(place.path(), "report script.jsonl -o x.html");

@@ -16,7 +16,7 @@ use super::text::{bytes, printable};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Code {
-    /// The reader of standard output closed the pipe. That is no error, and nothing is printed.
+    /// The reader of standard output closed the pipe. The program ends silently.
     ReaderGone = 0,
     /// The run failed, or an output cannot be written.
     Failed = 1,

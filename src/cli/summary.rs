@@ -23,7 +23,7 @@ pub fn written(files: &[PathBuf]) -> Vec<String> {
     files.iter().map(line).collect()
 }
 
-/// Formats the summary of a run. `is_sample` tells whether its points were generated.
+/// Formats the summary of a run. `is_sample`: whether its points were generated.
 pub fn of_run(report: &Report, is_sample: bool) -> Vec<String> {
     let cell = if report.space == 2 { "triangle" } else { "tetrahedron" };
     let mut lines = vec![format!(

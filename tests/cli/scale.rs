@@ -39,11 +39,11 @@ fn a_sweep_is_kept_taken_up_repeated_and_fitted() {
     // Nothing is run again.
     place.good(SWEEP);
     assert_eq!(fs::read_to_string(place.path("runs.jsonl")).unwrap(), whole);
-    // Torn in the middle of a line, the rest is made again.
+    // Cut in the middle of a line: the missing runs are repeated.
     let keep: usize = whole.lines().take(30).map(|l| l.len() + 1).sum();
     fs::write(place.path("runs.jsonl"), &whole[..keep + 100]).unwrap();
     let talk = stderr(&place.good(SWEEP));
-    assert!(talk.contains("torn") && talk.contains("30 of 40"), "{talk}");
+    assert!(talk.contains("incomplete line") && talk.contains("30 of 40"), "{talk}");
     let again = lines(&place, "runs.jsonl");
     assert_eq!(again.iter().map(counts).collect::<Vec<_>>(), all.iter().map(counts).collect::<Vec<_>>());
 

@@ -68,12 +68,17 @@ fn a_spoilt_star_has_no_certificate() {
             let config = config.with(|c| c.planted.fault = Some(Fault::SpoilStar { rank }));
             each_transport(|start| {
                 let result = start.run(&points, &config, counted);
-                let Err(Error::NotCertified { refutation, run }) = result else { panic!("{start:?}: {result:?}") };
+                let Err(Error::NotCertified { refutation, run }) = result else {
+                    panic!("{start:?}: {result:?}")
+                };
                 assert!(refutation.disagreements > 0 && refutation.points == 800, "{start:?}: {refutation}");
                 assert_eq!(run.refutation, Some(refutation), "{start:?}");
                 assert!(run.cell_count() == 0, "{start:?}");
                 let mut phases = run.ledger.phases.iter();
-                assert!(phases.any(|p| p.phase == Phase::Hulls || p.phase == Phase::Certificate), "{start:?}");
+                assert!(
+                    phases.any(|p| p.phase == Phase::Hulls || p.phase == Phase::Certificate),
+                    "{start:?}"
+                );
             });
         }
     }

@@ -1,4 +1,4 @@
-//! Several runs against the laws of the paper.
+//! Plots of several runs with the growth laws of the paper.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::levels::{Shape, with_law};
 use super::plot::{Plot, Series};
 use super::{Figure, Table, Variant};
 
-/// A law: what it says of n, and how it is written.
+/// A law: its function of n, and its formula.
 struct Law {
     shape: fn(n: f64, space: f64) -> f64,
     name: &'static str,
@@ -20,7 +20,7 @@ const LOG: Law = Law { shape: |n, _| n.log2(), name: "log₂ n", affine: true };
 const SURFACE: Law = Law { shape: |n, d| n.powf(1.0 - 1.0 / d), name: "n^(1−1/d)", affine: false };
 const LINEARITHMIC: Law = Law { shape: |n, _| n * n.log2(), name: "n log₂ n", affine: false };
 
-/// The figures of runs of at least two sizes.
+/// Draws runs of at least two sizes.
 pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     let mut sizes: Vec<u64> = runs.iter().filter_map(RunData::n).map(|n| n as u64).collect();
     sizes.sort_unstable();
@@ -89,7 +89,7 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
 const DEPTH: &str = "Solid: the power law fitted to the marks; dashed: b log₂ n + a, by least \
                      squares. A logarithm bends below every power on these axes.";
 
-/// The whole critical path, then the phases by themselves.
+/// Draws the whole critical path, then each phase.
 fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     let whole = |r: &RunData| r.number("/machine/paper/depth").or_else(|| r.number("/depth"));
     let mut names: Vec<&str> = Vec::new();
@@ -106,7 +106,7 @@ fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {
     all
 }
 
-/// One quantity against n: a series for all runs that asked for the same, but for size and seed.
+/// Plots a quantity against n, with a series for the runs that differ only in size and seed.
 fn variant(
     runs: &[RunData],
     name: &str,
@@ -143,7 +143,7 @@ fn variant(
     Some(Variant { name: name.to_owned(), body: plot.draw(), table })
 }
 
-/// Do runs differ in the number of workers that was asked for?
+/// Returns `true` if runs differ in the requested number of workers.
 fn varied(runs: &[RunData]) -> bool {
     runs.windows(2).any(|pair| pair[0].asked_workers() != pair[1].asked_workers())
 }

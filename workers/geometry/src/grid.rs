@@ -150,8 +150,8 @@ pub fn graph_by_grid<P: Point>(
 mod tests {
     use super::*;
     use crate::graph::graph_direct;
-    use glam::{DVec2, DVec3};
     use crate::hash::Draw;
+    use glam::{DVec2, DVec3};
 
     /// The lists of all pairs, and how many pairs were looked at for each row.
     fn checked<P: Point>(points: &[P], radii2: &[f64], rows: usize) -> f64 {
@@ -180,9 +180,7 @@ mod tests {
             let plane: Vec<DVec2> = cloud.iter().map(|p| DVec2::new(p.x, p.y * p.y)).collect();
             for size in [1e-3, 0.05, 0.3, 2.0, 1e200] {
                 let radii2: Vec<f64> = (0..n)
-                    .map(|i| {
-                        (size * size * (0.2 + draw.unit())).min(f64::MAX) * f64::from(i as u32 % 3 + 1)
-                    })
+                    .map(|i| (size * size * (0.2 + draw.unit())).min(f64::MAX) * f64::from(i as u32 % 3 + 1))
                     .collect();
                 checked(&cloud, &radii2, n);
                 checked(&cloud, &radii2, n / 2);

@@ -1,4 +1,4 @@
-//! A mesh on the page: its figures with their tables, and its summary. The picture is the page's script's.
+//! A mesh on the page: its figures with their tables, and its summary. A script of the page draws the picture.
 
 mod data;
 mod summary;
@@ -15,7 +15,7 @@ use super::bars::bars;
 use super::histograms::{Drawn, draw, table};
 use super::{Figure, Table, Variant};
 
-/// The figures of a mesh.
+/// Draws the figures of a mesh.
 pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
     let mut figures = vec![quality(mesh)];
     figures.extend(stages(&mesh.file.stages));
@@ -23,7 +23,7 @@ pub(super) fn figures(mesh: &MeshData) -> Vec<Figure> {
     figures
 }
 
-/// Histograms of what is promised and of what it is worth.
+/// Draws the histograms of the bounded quantities and of the quality.
 fn quality(mesh: &MeshData) -> Figure {
     let (q, space) = (&mesh.file.quality, mesh.file.domain.dimension == 3);
     let angle = if space { "dihedral angles" } else { "angles" };
@@ -50,10 +50,10 @@ fn quality(mesh: &MeshData) -> Figure {
     Figure { id: "mesh-quality", title: "Quality", caption, variants }
 }
 
-/// What is measured of a part of the run: name, unit, value.
+/// A measure of a part of the run: name, unit, value.
 type Measure<T> = (&'static str, &'static str, fn(&T) -> f64);
 
-/// What each stage made and took.
+/// Draws the points and the cost of each stage.
 fn stages(stages: &[StageReport]) -> Option<Figure> {
     let mut measures: Vec<Measure<StageReport>> = vec![
         ("points", "points", |s| s.points as f64),
@@ -86,10 +86,10 @@ fn stages(stages: &[StageReport]) -> Option<Figure> {
     (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
 }
 
-/// What is told of stages and phases alike.
+/// The measures of both stages and phases.
 const TOOK: [&str; 6] = ["rounds", "messages", "bytes", "work", "depth", "seconds (measured)"];
 
-/// What the machine's phases took over all stages; the table has each stage by itself.
+/// Draws the cost of the phases, summed over all stages; the table lists each stage.
 fn phases(phases: &[PhaseLine]) -> Option<Figure> {
     let mut sums: Vec<PhaseLine> = Vec::new();
     let mut table = Table::new(&["stage", "phase", "runs"]);
@@ -131,7 +131,7 @@ fn add(sum: &mut PhaseLine, other: &PhaseLine) {
     sum.seconds += other.seconds;
 }
 
-/// A drawing for each measure that is not zero throughout.
+/// Draws each measure that has a value other than zero.
 fn variants<T>(
     parts: &[T],
     name: impl Fn(&T) -> String,

@@ -9,12 +9,12 @@ use super::super::axes::{grouped, si};
 use super::super::card::card;
 use super::data::MeshData;
 
-/// One line about a mesh.
+/// Describes a mesh in one line.
 pub(in crate::page) fn headline(mesh: &MeshData) -> String {
     format!("{} cells, {}", grouped(mesh.file.mesh.cells as f64), mesh.file.parameters.input)
 }
 
-/// The summary, and why there is no picture if there is none.
+/// Returns the summary, with the reason if there is no picture.
 pub(in crate::page) fn section(mesh: &MeshData, out: &mut String) {
     let file = &mesh.file;
     out.push_str("<section id=\"mesh-summary\" aria-label=\"Summary of the mesh\">\n<dl class=\"cards\">\n");

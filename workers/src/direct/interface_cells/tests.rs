@@ -44,9 +44,7 @@ pub(crate) fn shared<P: Point>(separator: Separator<P>, mine: usize, points: &[P
 /// Random points, a grid, points on spheres, two far clusters.
 pub(crate) fn sets<P: Point>() -> Vec<Vec<P>> {
     let mut draw = Draw::new(7);
-    let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> {
-        (0..600).map(|_| map(draw.point())).collect()
-    };
+    let mut random = |map: &dyn Fn(P) -> P| -> Vec<P> { (0..600).map(|_| map(draw.point())).collect() };
     let half = P::splat(0.5);
     let on_sphere = |x: P| half + (x - half) * (0.4 / (x - half).norm2().sqrt());
     let clusters = |x: P| if x.coord(0) < 0.5 { x * 1e-3 } else { P::splat(0.7) + x * 1e-6 };
