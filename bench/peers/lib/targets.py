@@ -29,9 +29,9 @@ def ratios(rows):
     for name, known, must, aim in RATIOS:
         ours = by_key.get((name, programs.SEPTET[2]), {})
         reference = by_key.get((name, programs.REFERENCE), {})
-        rivals = [row for (of, program), row in by_key.items() if of == name and programs.BY_NAME[program].driver
+        peers = [row for (of, program), row in by_key.items() if of == name and programs.BY_NAME[program].driver
                   and not programs.BY_NAME[program].caveat and "ratio" in row]
-        fastest = min(rivals, key=lambda row: row["ratio"], default={})
+        fastest = min(peers, key=lambda row: row["ratio"], default={})
         ratio = ours.get("ratio")
         table.append({"set": name, "label": sets.named(name).label, "cgal_seconds": reference.get("seconds"),
                       "septet_seconds": ours.get("seconds"), "ratio": ratio, "fastest": fastest.get("program_label"),
