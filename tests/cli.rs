@@ -158,7 +158,7 @@ fn the_line_at_fault_is_shown() {
     place.file("nan.xyz", "0 0 0\n1 0 0\n0 nan 0\n0 0 1\n");
     let talk = stderr(&place.run("triangulate nan.xyz"));
     assert!(talk.starts_with("error:") && talk.contains("nan.xyz:3:1") && talk.contains("0 nan 0"), "{talk}");
-    assert!(!talk.contains('\x1b'), "colours although it is no terminal: {talk:?}");
+    assert!(!talk.contains('\x1b'), "colours without a terminal: {talk:?}");
     let talk = stderr(&place.run("triangulate nan.xyz --color always"));
     assert!(talk.contains('\x1b'));
 }

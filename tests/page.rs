@@ -89,7 +89,7 @@ fn reports_of_meshes_without_a_picture_say_so() {
     good(place.path(), &format!("mesh {} --size 2 --json none.json --view 0", cube.display()));
     good(place.path(), "report none.json -o none.html");
     let html = fs::read_to_string(place.path().join("none.html")).unwrap();
-    assert!(html.contains("holds no picture of the mesh") && html.contains("--view N"));
+    assert!(html.contains("has no picture of the mesh") && html.contains("--view N"));
     assert!(!html.contains("<section id=\"mesh\"") && html.contains("<section id=\"mesh-quality\""));
     browse(place.path(), &[("none.html", None)]);
 }

@@ -19,7 +19,7 @@ fn files(directory: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Exit code and what is said about a domain.
+/// Returns the exit code and the messages for a domain.
 fn check(path: &Path) -> (i32, String) {
     let output = Place::new().run(&format!("mesh {} --check", path.display()));
     assert!(output.stdout.is_empty());
@@ -165,7 +165,7 @@ fn surface_meshes_of_the_test_data_become_meshes() {
     }
 }
 
-/// Facets that are coplanar but for rounding, in many planes: flat cells lie across them, on the hull and in notches.
+/// Facets that are coplanar up to rounding, in many planes. Flat cells lie across them, on the hull and in notches.
 #[test]
 #[ignore = "needs the test data"]
 fn a_rotor_is_the_same_for_one_and_three_workers() {
@@ -298,7 +298,7 @@ fn meshes_that_cannot_be_made_leave_nothing() {
     place.good("mesh cube.poly -o m.vtu --size 1 --max-memory 1G");
 }
 
-/// Surfaces are made anew unless they are to be kept; complexes are kept.
+/// Surfaces are remeshed by default, complexes are kept.
 #[test]
 fn surfaces_are_remeshed_by_default() {
     let place = Place::new();
@@ -469,7 +469,7 @@ fn tables_of_meshing_are_those_of_the_report() {
         assert_eq!(sum(&report["phases"], key), sum(&report["stages"], key), "{key}");
         assert_eq!(sum(&report["runs"], key), sum(&report["stages"], key), "{key}");
     }
-    // What a triangulation does not count is empty, not zero.
+    // Counts that a triangulation does not collect are empty, not zero.
     let counted = |task: &str| {
         let runs = report["runs"].as_array().unwrap().iter().filter(move |r| r["task"] == task);
         runs.map(|r| r["work"].is_u64() && r["depth"].is_u64()).collect::<Vec<bool>>()

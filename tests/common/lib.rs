@@ -96,7 +96,7 @@ pub fn assert_verified<P: Point>(points: &[P], run: &Run) {
     assert_eq!(report.dimension_of_points, run.dimension as i32);
 }
 
-/// Triangulates and verifies; halos and seams must have told every worker all that its stars need.
+/// Triangulates and verifies. The ghost layer and the interface exchange must complete all stars.
 pub fn check<P: Point>(points: &[P], config: &Config) -> Run {
     let run = triangulate(points, config).unwrap_or_else(|e| panic!("{config:?}: {e}"));
     assert_verified(points, &run);

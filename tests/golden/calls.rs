@@ -33,21 +33,21 @@ pub struct Cloud {
     pub coordinates: Vec<f64>,
 }
 
-/// How many workers.
+/// The number of workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crew {
-    /// So many.
+    /// This number.
     Of(u32),
-    /// One a leaf.
+    /// One per leaf.
     Leaves,
 }
 
-/// How messages travel.
+/// The transport of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wire {
     /// Through the simulator, with this seed of the order of delivery.
     Sim(u64),
-    /// Over channels between so many threads.
+    /// Over channels between this number of threads.
     Threads(usize),
     /// Over pipes between processes.
     Pipes,
@@ -66,7 +66,7 @@ pub enum Supergraph {
     KnnLog(f64),
 }
 
-/// How separator points are shared.
+/// The sharing of separator points.
 #[derive(Clone, Copy, Debug)]
 pub enum Sharing {
     Ghost,
@@ -74,7 +74,7 @@ pub enum Sharing {
     Smaller,
 }
 
-/// What is asked of the machine.
+/// The options of a run.
 #[derive(Clone, Debug)]
 pub struct Order {
     pub crew: Crew,
@@ -82,21 +82,21 @@ pub struct Order {
     pub leaf: u64,
     pub supergraph: Supergraph,
     pub sharing: Sharing,
-    /// Cut by planes in place of spheres.
+    /// Whether k-d planes replace the spheres.
     pub planes: bool,
-    /// Correct balls from the leaves up.
+    /// Whether balls are corrected bottom-up.
     pub naive: bool,
     /// Rounds of exchange before points are gathered.
     pub cap: Option<u32>,
-    /// Points of the picture.
+    /// Number of points in the picture.
     pub picture: u32,
-    /// Record what leaves say to each other.
+    /// Whether the communication of the leaves is recorded.
     pub tasks: bool,
     /// A fault as text.
     pub fault: Option<&'static str>,
 }
 
-/// What a run gave.
+/// The result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// In canonical order, by input index.
@@ -179,7 +179,7 @@ fn points<P: Point>(cloud: &Cloud) -> Vec<P> {
     cloud.coordinates.chunks_exact(P::DIM).map(P::from_coords).collect()
 }
 
-/// Triangulates, counted or not. An error is told by `None`: its words are not golden.
+/// Triangulates, counted or not. Returns `None` for an error, because its text is not golden.
 pub fn run(cloud: &Cloud, order: &Order, counted: bool) -> Option<Outcome> {
     match cloud.dimension {
         2 => run_in(&points::<DVec2>(cloud), order, counted),

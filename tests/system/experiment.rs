@@ -127,7 +127,7 @@ fn a_sweep_goes_on_where_it_was_torn() {
     let other = Sweep { seeds: 3, ..sweep.clone() };
     let refused = Journal::open(&path, &other.words()).unwrap_err();
     assert!(matches!(refused, JournalError::OtherSweep { .. }), "{refused}");
-    assert_eq!(fs::read(&path).unwrap(), before, "a refused file is left alone");
+    assert_eq!(fs::read(&path).unwrap(), before, "a refused file does not change");
     let old = Line { version: "0.0.9".to_string(), ..all[0].clone() };
     for (broken, line) in [
         ("{}\n".to_string(), 1),

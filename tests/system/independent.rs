@@ -268,7 +268,7 @@ fn work_is_the_same_for_each_level() {
     }
 }
 
-/// Sites far from 1, and sizes beyond what floats can square.
+/// Sites far from 1, and sizes whose squares overflow.
 #[test]
 fn the_scale_does_not_matter() {
     let points = space(Kind::Uniform, 400, 13);
@@ -287,7 +287,7 @@ fn the_scale_does_not_matter() {
     assert_eq!((run.members.len(), run.rounds()), (1, 1));
     let run = independent(&points, &vec![f64::MIN_POSITIVE; 400], 0, &config).unwrap();
     assert_eq!((run.members.len(), run.rounds()), (400, 1));
-    // The one small site conflicts with nobody, however large the others are.
+    // The only small site conflicts with no other site, however large the others are.
     let sizes: Vec<f64> = (0..400).map(|i| if i == 17 { 1e-200 } else { 1e200 }).collect();
     let run = independent(&points, &sizes, 0, &config).unwrap();
     assert!(run.members.len() == 2 && run.members.contains(&17));

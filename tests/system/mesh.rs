@@ -22,7 +22,7 @@ const CONSTANTS: [f64; 4] = [0.06, 0.12, 0.25, 0.5];
 /// How far sums may be off, relative to the whole.
 const SUMS: f64 = 1e-9;
 
-/// What is asked for: a size, and two workers.
+/// Returns a request with a size and two workers.
 fn request(lipschitz: f64, size: Option<f64>) -> MeshRequest {
     MeshRequest {
         boundary: Some(mesh::Boundary::Exact),

@@ -1,4 +1,4 @@
-//! The triangulation in memory: pieces whose adjacency is whole within and across.
+//! The triangulation in memory: the adjacency within and across pieces.
 
 use crate::common::sets::{plane, space};
 use crate::common::{check, threaded};
@@ -57,7 +57,7 @@ fn sent(run: &septet_core::Run, phase: Phase) -> u64 {
     run.ledger.phases.iter().filter(|p| p.phase == phase).map(|p| p.bytes).sum()
 }
 
-/// Seams send no more than so many bytes for each byte of halos: cells count as well, and pieces are small.
+/// The interface exchange sends at most `most` bytes per byte of the ghost layer. Cells are included, and subdomains are small.
 fn assert_small_interface_exchange<P: Point>(points: &[P], most: f64) {
     let run = check(points, &threaded(Workers::Count(16), 2, 40));
     let (halo, seam) = (sent(&run, Phase::Halo), sent(&run, Phase::Seam));

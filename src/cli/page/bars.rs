@@ -36,11 +36,10 @@ pub(super) fn proofs(run: &RunData) -> Option<Figure> {
         table.rows.push(vec![json!(name), json!(count), json!(count / total)]);
     }
     let caption =
-        "How far this data is from the theorem: where the hypothesis holds no star needs the exchange. \
-                   Every star passed the certificate, whatever proved it."
+        "If the hypothesis of the theorem holds, no star needs the exchange. Every star passed the certificate."
             .to_owned();
     let variants = vec![Variant { name: String::new(), body: out, table }];
-    Some(Figure { id: "proofs", title: "What proved the stars", caption, variants })
+    Some(Figure { id: "proofs", title: "How each star was certified", caption, variants })
 }
 
 /// A measure of a phase: key, name, unit.
@@ -58,9 +57,9 @@ pub(super) fn phases(run: &RunData) -> Option<Figure> {
     let variants: Vec<Variant> = MEASURES.iter().filter_map(|m| phase_bars(run, m)).collect();
     let caption =
         "Steps, operations, messages and bytes are counts of the modelled machine; seconds are measured. \
-                   The paper's phases are filled, those of agreement and repair are hatched."
+                   Phases of the paper are filled, phases of agreement and repair are hatched."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "phases", title: "Phase by phase", caption, variants })
+    (!variants.is_empty()).then_some(Figure { id: "phases", title: "Cost by phase", caption, variants })
 }
 
 fn phase_bars(run: &RunData, (key, name, unit): &(&str, &str, &str)) -> Option<Variant> {

@@ -58,8 +58,8 @@ pub(super) fn timeline(run: &RunData) -> Option<Figure> {
         .filter_map(|m| rounds(run, rows, &columns, *m))
         .collect();
     let caption =
-        "What each worker sent in each round. Rounds without messages are left out; the numbers below are \
-                   those of the machine. Row c is the coordinator."
+        "Messages and bytes by worker and round. Rounds without messages are omitted; the labels are the round numbers \
+                   of the machine. Row c is the coordinator."
             .to_owned();
     (!variants.is_empty()).then_some(Figure { id: "timeline", title: "Rounds by worker", caption, variants })
 }
@@ -152,10 +152,10 @@ pub(super) fn traffic(run: &RunData) -> Option<Figure> {
         variants.extend(phases.iter().filter_map(|p| matrix(run, rows, Some(p), key, unit)));
     }
     let grouped = run.value.pointer("/traffic/grouped") == Some(&json!(true));
-    let bins = if grouped { " Workers stand in bins of contiguous ranks." } else { "" };
+    let bins = if grouped { " Each bin holds contiguous ranks." } else { "" };
     let caption = format!(
-        "Row: sender; column: receiver; c is the coordinator. A subproblem's group is a range of ranks, so the blocks \
-         on the diagonal are subtrees.{bins} Messages to oneself are not billed."
+        "Row: sender; column: receiver; c is the coordinator. The group of a subproblem is a range of ranks, so the blocks \
+         on the diagonal are subtrees.{bins} Messages of a rank to itself are not counted."
     );
     (!variants.is_empty()).then_some(Figure { id: "traffic", title: "Worker to worker", caption, variants })
 }

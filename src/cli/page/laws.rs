@@ -34,11 +34,11 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     };
     let total = |key: &'static str| move |r: &RunData| r.total(key);
     let figures = [
-        one("law-depth", "Depth against its law", DEPTH, depth(runs)),
+        one("law-depth", "Depth and its law", DEPTH, depth(runs)),
         one(
             "law-levels",
             "Levels of the tree",
-            "Splits of at most a constant share make the number of levels logarithmic.",
+            "If each split leaves at most a constant fraction of the points on a side, the number of levels is logarithmic.",
             vec![variant(
                 runs,
                 "",
@@ -50,15 +50,15 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         one(
             "law-separators",
             "Separators of the root",
-            "Points whose ball meets the root's separator, against the surface law.",
+            "Points whose ball crosses the separator of the root, with the surface law.",
             vec![variant(runs, "", "separator points", &RunData::root_separator, &SURFACE)],
         ),
         one(
             "law-traffic",
-            "Bytes and rounds against their laws",
-            "Bytes of the separator sets are those of the surfaces between workers: n^(1−1/d). Bytes of a move of all \
-             points, of the load and of the results grow with n: they are left out. Rounds are those of the recursion: \
-             logarithmic until every worker has its leaf.",
+            "Bytes and rounds with their laws",
+            "The bytes of the separator sets grow with the surfaces between workers, like n^(1−1/d). The bytes of moves, \
+             of loading and of results grow like n and are omitted. The rounds of the recursion are logarithmic until \
+             every worker has its leaf.",
             vec![
                 variant(
                     runs,
@@ -72,8 +72,8 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
         ),
         one(
             "law-work",
-            "Work against its law",
-            "Operations of the paper's phases.",
+            "Work and its law",
+            "Operations of the phases of the paper.",
             vec![variant(
                 runs,
                 "",
@@ -86,8 +86,8 @@ pub(super) fn figures(runs: &[RunData]) -> Vec<Figure> {
     figures.into_iter().flatten().collect()
 }
 
-const DEPTH: &str = "Solid: the power law fitted to the marks; dashed: b log₂ n + a, by least \
-                     squares. A logarithm bends below every power on these axes.";
+const DEPTH: &str = "Solid: the power law fitted to the marks. Dashed: b log₂ n + a, by least squares. On these axes, a \
+                     logarithm bends below every power law.";
 
 /// Draws the whole critical path, then each phase.
 fn depth(runs: &[RunData]) -> Vec<Option<Variant>> {

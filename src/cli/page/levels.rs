@@ -56,10 +56,10 @@ fn depths(run: &RunData) -> Option<Figure> {
         variants.push(Variant { name: "sizes".to_owned(), body: plot.draw(), table });
     }
     let caption =
-        "The paper's recursion takes O(1) steps a level at every size: flat lines, times O(log n) levels, \
-                   make O(log n) depth. The depth of a level is that of its deepest node."
+        "The recursion takes O(1) steps per level at every size, so the lines are flat. O(log n) levels give a \
+                   depth of O(log n). The depth of a level is the largest depth of its nodes."
             .to_owned();
-    (!variants.is_empty()).then_some(Figure { id: "levels", title: "Level by level", caption, variants })
+    (!variants.is_empty()).then_some(Figure { id: "levels", title: "Depth by level", caption, variants })
 }
 
 /// Draws the separator sizes of all nodes with their law.

@@ -43,8 +43,8 @@ fn quality(mesh: &MeshData) -> Figure {
         Variant { name, body: draw(&bars), table: table(&bars) }
     };
     let caption = format!(
-        "Cells whose circumcentres lie in the domain, away from its boundary, are promised a radius-edge ratio of at \
-         most {bound:.4}. Counts beyond the ends of an axis are told at them."
+        "If the circumcentre of a cell lies in the domain and away from the boundary, its radius-edge ratio is at most \
+         {bound:.4}. The first and last intervals include the counts beyond the axis."
     );
     let variants = all.into_iter().map(variant).collect();
     Figure { id: "mesh-quality", title: "Quality", caption, variants }
@@ -79,10 +79,10 @@ fn stages(stages: &[StageReport]) -> Option<Figure> {
     }
     let variants = variants(stages, |s| s.name.clone(), &measures, &table);
     let caption =
-        "Points of segments, facets and the volume, one stage after the other. Rounds, messages, bytes, operations and \
-         steps are counts of the modelled machine over all its runs in the stage; seconds are measured."
+        "The stages mesh segments, facets and the volume in this order. Rounds, messages, bytes, operations and steps \
+         are counts of the modelled machine over all its runs in a stage; seconds are measured."
             .to_owned();
-    let title = "Meshing stage by stage";
+    let title = "Meshing by stage";
     (!variants.is_empty()).then_some(Figure { id: "mesh-stages", title, caption, variants })
 }
 
@@ -113,9 +113,9 @@ fn phases(phases: &[PhaseLine]) -> Option<Figure> {
     ];
     let variants = variants(&sums, |p| p.phase.to_string(), &measures, &table);
     let caption = "The phases of the machine, summed over all its runs: independent sets of candidates, and \
-                   triangulations of the points so far, which count no operations. The table tells stages apart."
+                   triangulations of the current points, without operations. The table lists each stage."
         .to_owned();
-    let title = "Meshing phase by phase";
+    let title = "Meshing by phase";
     (!variants.is_empty()).then_some(Figure { id: "mesh-phases", title, caption, variants })
 }
 
