@@ -159,6 +159,10 @@ fn refuse(mut error: clap::Error) -> ! {
         _ => None,
     };
     let escaped: Vec<_> = error.context().filter_map(|(kind, v)| Some((kind, unsafe_text(v)?))).collect();
+    if !escaped.is_empty() {
+        // The suggestions repeat the name.
+        error.remove(ContextKind::Suggested);
+    }
     for (kind, text) in escaped {
         error.insert(kind, ContextValue::String(text));
     }

@@ -87,7 +87,7 @@ fn surface<P: Triangulate>(judged: &Judged<'_, P>) -> Vec<String> {
         lines.push(row("", text));
     }
     if deviation.finer > 0 {
-        let edges = counted(deviation.finer as u64, "boundary edge");
+        let edges = counted(deviation.finer, "boundary edge");
         let text = format!(
             "{edges} shorter than half the size, for thin sheets, close ridges or --max-distance; --min-size limits them"
         );

@@ -1,4 +1,4 @@
-//! Rivals of the paper's steps: other counts, the same triangulation.
+//! The baselines: other counts, the same triangulation.
 
 use std::collections::BTreeMap;
 
